@@ -1,0 +1,43 @@
+# One short target per chore; each sets up what it needs in .venv.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-long check bench notebooks clean
+
+help:  ## list the targets
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
+
+$(READY): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "trajevo needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version). Use: make PYTHON=python3.12 ..."; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+demo: $(READY)  ## solve the pointing mechanism of Sun 2020: front, plots and report in runs/pointing
+	$(BIN)/trajevo solve pointing --seed 1 --generations 200 --population 150 --out runs/pointing --overwrite
+	$(BIN)/trajevo show runs/pointing
+
+test: $(READY)  ## run the tests
+	$(BIN)/python -m pytest -q -n 2 -m 'not long'
+
+test-long: $(READY)  ## run the tests that take minutes
+	$(BIN)/python -m pytest -q -m long
+
+check: $(READY)  ## lint, types and the layer contract
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(READY)  ## print the speed ratios
+	$(BIN)/python tests/benchmarks/bench_pointing_mechanism.py
+
+notebooks: $(READY)  ## execute every notebook at full size, next to its source, into build/
+	TRAJEVO_FULL=1 $(BIN)/python notebooks/execute.py
+
+clean:  ## remove the environment and everything generated
+	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

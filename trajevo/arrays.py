@@ -1,0 +1,54 @@
+"""The array type of the project and its two habits: read-only results, shapes checked by name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from trajevo.errors import InvalidInputError
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def read_only(values: Any) -> Array:
+    """A float64 copy that cannot be written to."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def frozen(array: Array) -> Array:
+    """The same float64 array, locked: for arrays that were made here and are handed out."""
+    array.setflags(write=False)
+    return array
+
+
+def numbers(values: Any, *, name: str, shape: tuple[str | int, ...]) -> Array:
+    """Turn an argument into a float64 array of a given shape with finite entries.
+
+    Args:
+        values: what the caller passed.
+        name: name of the argument, for the message.
+        shape: per axis its name (any length) or its required length.
+
+    Raises:
+        InvalidInputError: not numbers, another shape, or NaN or infinite entries.
+    """
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name}: expected numbers of shape ({_listed(shape)}), got {values!r}") from error
+    fits = array.ndim == len(shape) and all(
+        isinstance(wanted, str) or wanted == found for wanted, found in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        raise InvalidInputError(f"{name}: expected shape ({_listed(shape)}), got {array.shape}")
+    if not np.isfinite(array).all():
+        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise InvalidInputError(f"{name}: expected finite numbers, got {array[where]} at index {where}")
+    return array
+
+
+def _listed(shape: tuple[str | int, ...]) -> str:
+    return ", ".join(str(axis) for axis in shape)

@@ -1,0 +1,29 @@
+"""What trajevo raises: every message is one sentence that names the culprit, what was expected and what came."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class TrajevoError(ValueError):
+    """Base of every error that trajevo raises on purpose."""
+
+
+class InvalidInputError(TrajevoError):
+    """An argument or a file has a value that cannot be used."""
+
+
+class UnknownNameError(TrajevoError):
+    """A name was given that is not registered; the message lists those that are."""
+
+    def __init__(self, kind: str, name: object, valid: Iterable[str]) -> None:
+        listed = ", ".join(sorted(valid)) or "none"
+        super().__init__(f"unknown {kind} {str(name)!r}; known: {listed}")
+
+
+class UnreachableError(TrajevoError):
+    """A point to be visited lies outside what the mechanism can reach."""
+
+
+class NoSolutionError(TrajevoError):
+    """A selection was asked of a front that holds no feasible solution."""

@@ -1,0 +1,221 @@
+"""Fronts: the non-dominated feasible points of a run, and single solutions of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pydantic
+
+from trajevo import selection
+from trajevo.arrays import Array, read_only
+from trajevo.dynamics import Rollout
+from trajevo.errors import InvalidInputError, NoSolutionError, UnknownNameError
+from trajevo.problem import TrajectoryProblem, load_problem
+from trajevo.records import Blocking, FrontFile, History, ProblemRecord, Run
+from trajevo.selection import Choice
+from trajevo.trajectory import TrajectoryBatch
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """One row of a front.
+
+    Attributes:
+        index: its row.
+        rule: name of the rule that chose it.
+        reason: why it was chosen, one sentence.
+        x: decision vector, shape (n_var,).
+        F: objective name -> value, SI.
+        G: constraint name -> value, at most 0, as a share of the limit.
+        problem: the problem it solves.
+        run: how its front was made.
+    """
+
+    index: int
+    rule: str
+    reason: str
+    x: Array
+    F: dict[str, float]
+    G: dict[str, float]
+    problem: TrajectoryProblem
+    run: Run
+
+    @property
+    def trajectory(self) -> TrajectoryBatch:
+        """Its trajectory, a batch of one."""
+        return self.problem.decode(self.x)
+
+    @property
+    def rollout(self) -> Rollout:
+        """The robot on its trajectory."""
+        return self.problem.rollout(self.x)
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """Non-dominated feasible points, sorted by the first objective; equal when everything that is stored is equal.
+
+    Attributes:
+        X: decision vectors, shape (N, n_var), units in ``record.variables``.
+        F: objective values, shape (N, n_obj), SI, units in ``record.objectives``.
+        G: constraint values, shape (N, n_constr), at most 0, as a share of the limit.
+        record: what was solved.
+        run: how: algorithm, settings, seed, versions, wall time.
+        history: hypervolume and least violation by generation.
+        blocking: why the front is empty, or None.
+    """
+
+    X: Array
+    F: Array
+    G: Array
+    record: ProblemRecord
+    run: Run
+    history: History
+    blocking: Blocking | None
+    _problem: TrajectoryProblem | None = field(default=None, kw_only=True, repr=False)
+
+    def __post_init__(self) -> None:
+        sizes = (len(self.record.variables), len(self.record.objectives), len(self.record.constraints))
+        order = np.lexsort(np.asarray(self.F).T[::-1]) if len(self.F) else np.arange(0)
+        for name, size in zip("XFG", sizes, strict=True):
+            values = np.asarray(getattr(self, name), dtype=np.float64).reshape(len(self.F), -1 if len(self.F) else size)
+            if values.shape[1] != size:
+                raise InvalidInputError(f"front: expected {size} columns in {name}, got {values.shape[1]}")
+            object.__setattr__(self, name, read_only(values[order]))
+
+    def __len__(self) -> int:
+        return len(self.F)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Front) and self._file() == other._file()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def objective_names(self) -> tuple[str, ...]:
+        """Names of the columns of F."""
+        return tuple(objective.name for objective in self.record.objectives)
+
+    @property
+    def problem(self) -> TrajectoryProblem:
+        """The problem; a front that was read from a file makes its registered problem again.
+
+        Raises:
+            InvalidInputError: the problem is not registered and was not passed to :meth:`load`.
+        """
+        if self._problem is None:
+            if not self.record.name:
+                raise InvalidInputError("front: its problem is not a registered one; pass it: Front.load(file, problem=...)")
+            object.__setattr__(self, "_problem", load_problem(self.record.name, **self.record.settings))
+        if self._problem is None or ProblemRecord.of(self._problem) != self.record:
+            raise InvalidInputError("front: the problem at hand differs from the one that made this front")
+        return self._problem
+
+    def knee(self) -> Solution:
+        """The point that bulges furthest towards the ideal, see :func:`trajevo.selection.knee`."""
+        return self._solution(selection.knee(self._points()))
+
+    def utopia(self) -> Solution:
+        """The point nearest to the best values, see :func:`trajevo.selection.nearest_to_utopia`."""
+        return self._solution(selection.nearest_to_utopia(self._points()))
+
+    def weighted(self, weights: Sequence[float]) -> Solution:
+        """The least weighted sum, see :func:`trajevo.selection.weighted`."""
+        return self._solution(selection.weighted(self._points(), weights))
+
+    def pseudo_weights(self, weights: Sequence[float]) -> Solution:
+        """The point whose pseudo-weights fit, see :func:`trajevo.selection.pseudo_weights`."""
+        return self._solution(selection.pseudo_weights(self._points(), weights))
+
+    def least(self, objective: str) -> Solution:
+        """The point with the least value of a named objective."""
+        if objective not in self.objective_names:
+            raise UnknownNameError("objective", objective, self.objective_names)
+        return self._solution(selection.least(self._points(), self.objective_names.index(objective), objective))
+
+    def pick(self, rule: str) -> Solution:
+        """A solution by the name of a rule: ``knee``, ``utopia``, ``least_<objective>`` or a row number.
+
+        Raises:
+            UnknownNameError: no such rule.
+            NoSolutionError: the front is empty.
+        """
+        named = {"knee": self.knee, "utopia": self.utopia}
+        if rule in named:
+            return named[rule]()
+        if rule.removeprefix("least_") in self.objective_names and rule.startswith("least_"):
+            return self.least(rule.removeprefix("least_"))
+        if rule.isdigit() and int(rule) < len(self._points()):
+            return self._solution(Choice(int(rule), "row", f"row {rule} of the front, by hand"))
+        rows = f"a row from 0 to {len(self) - 1}"
+        raise UnknownNameError("solution", rule, [*named, *(f"least_{name}" for name in self.objective_names), rows])
+
+    def save(self, file: str | Path) -> None:
+        """Write everything to one self-describing JSON file; a write that is cut off leaves the old file whole.
+
+        Raises:
+            InvalidInputError: the file cannot be written.
+        """
+        target = Path(file)
+        scratch = target.with_name(target.name + ".part")
+        try:
+            scratch.write_text(self._file().model_dump_json(indent=1), encoding="utf-8")
+            os.replace(scratch, target)
+        except OSError as error:
+            raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+
+    @classmethod
+    def load(cls, file: str | Path, *, problem: TrajectoryProblem | None = None) -> Front:
+        """Read a front back.
+
+        Args:
+            file: what :meth:`save` wrote.
+            problem: the problem, where it is not a registered one.
+
+        Raises:
+            InvalidInputError: the file is missing or is no front; the message names the entry.
+        """
+        try:
+            content = FrontFile.model_validate_json(Path(file).read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError) as error:
+            raise InvalidInputError(f"{file}: cannot be read: {error}") from error
+        except pydantic.ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in first["loc"]) or "content"
+            raise InvalidInputError(f"{file}: is no front of trajevo: {place}: {first['msg']}") from error
+        return cls(
+            X=np.array(content.X),
+            F=np.array(content.F),
+            G=np.array(content.G),
+            record=content.problem,
+            run=content.run,
+            history=content.history,
+            blocking=content.blocking,
+            _problem=problem,
+        )
+
+    def _file(self) -> FrontFile:
+        rows = {name: tuple(map(tuple, getattr(self, name).tolist())) for name in "XFG"}
+        return FrontFile(problem=self.record, run=self.run, history=self.history, blocking=self.blocking, **rows)
+
+    def _points(self) -> Array:
+        if not len(self.F):
+            raise NoSolutionError(f"the front is empty: {self.blocking}")
+        return self.F
+
+    def _solution(self, choice: Choice) -> Solution:
+        i = choice.index
+        return Solution(
+            index=i,
+            rule=choice.rule,
+            reason=choice.reason,
+            x=self.X[i],
+            F=dict(zip(self.objective_names, self.F[i].tolist(), strict=True)),
+            G=dict(zip(self.record.constraints, self.G[i].tolist(), strict=True)),
+            problem=self.problem,
+            run=self.run,
+        )

@@ -1,0 +1,18 @@
+"""Interpolants: decision vectors in, batches of trajectories out; one file per family."""
+
+from trajevo.interpolants.hybrid_quartic import HybridQuartic
+from trajevo.interpolants.interpolant import Interpolant, Variable
+from trajevo.interpolants.profiles import stop_and_go
+from trajevo.interpolants.quintic import QuinticSpline
+from trajevo.interpolants.septic import SepticPolynomial, SepticSpline, State
+
+__all__ = [
+    "HybridQuartic",
+    "Interpolant",
+    "QuinticSpline",
+    "SepticPolynomial",
+    "SepticSpline",
+    "State",
+    "Variable",
+    "stop_and_go",
+]

@@ -1,0 +1,106 @@
+"""Polynomial segments from the states at their ends, and splines that leave those states free.
+
+A state is held as Taylor coefficients q⁽ᵏ⁾/k!, which keeps the matrices integer and the systems well scaled.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import comb
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen
+from trajevo.path import ViaPoints
+from trajevo.trajectory import TrajectoryBatch
+
+
+@cache
+def hermite_matrix(r: int) -> Array:
+    """Power coefficients on [0, 1] from r Taylor coefficients at each end, shape (2r, 2r), integers.
+
+    The columns take q, q', ..., q⁽ʳ⁻¹⁾/(r-1)! at 0 and then at 1; r = 4 is the septic polynomial.
+    """
+    conditions = np.zeros((2 * r, 2 * r))
+    conditions[:r, :r] = np.eye(r)
+    for k in range(r):
+        conditions[r + k] = [comb(power, k) for power in range(2 * r)]
+    return frozen(np.rint(np.linalg.inv(conditions)))
+
+
+def hermite_segments(start: Array, end: Array, durations: Array) -> Array:
+    """The polynomial of degree 2r - 1 between two states, for any leading axes.
+
+    Args:
+        start: Taylor coefficients q⁽ᵏ⁾/k! at the beginning, shape (..., n_joints, r) [rad/s^k or m/s^k].
+        end: the same at the end.
+        durations: segment times, shape (...) [s].
+
+    Returns:
+        Power coefficients in the time since the beginning, shape (..., n_joints, 2r) [rad/s^k or m/s^k].
+    """
+    r = start.shape[-1]
+    powers = durations[..., None, None] ** np.arange(2 * r)
+    unit = np.concatenate([start * powers[..., :r], end * powers[..., :r]], axis=-1)
+    return (unit @ hermite_matrix(r).T) / powers
+
+
+def odd_spline(points: ViaPoints, durations: Array, breaks: Array, r: int) -> TrajectoryBatch:
+    """The C^(2r-2) spline of degree 2r - 1 through the points, at rest at both ends up to derivative r - 1.
+
+    The free states at the inner points follow from the continuity of derivatives r to 2r - 2 there: a block
+    tridiagonal system with blocks of r - 1, eliminated along the points for the whole population at once.
+
+    Args:
+        points: K points.
+        durations: shape (B, K - 1) [s].
+        breaks: shape (B, K) [s].
+        r: 3 for the quintic, 4 for the septic spline.
+    """
+    population, segments = durations.shape
+    states = np.zeros((population, segments + 1, points.n_joints, r))
+    states[..., 0] = points.positions
+    if segments > 1:
+        states[:, 1:-1, :, 1:] = _inner_derivatives(points.positions, durations, r)
+    return TrajectoryBatch(breaks, hermite_segments(states[:, :-1], states[:, 1:], durations))
+
+
+def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:
+    """Taylor coefficients 1 to r - 1 at the inner points, shape (B, K - 2, n_joints, r - 1)."""
+    at_start = hermite_matrix(r)[r : 2 * r - 1]
+    shift = np.array([[comb(power, k) for power in range(2 * r)] for k in range(r, 2 * r - 1)], dtype=np.float64)
+    at_end = shift @ hermite_matrix(r)
+    orders, known = np.arange(r, 2 * r - 1), np.arange(1, r)
+    # Everything is measured in the mean of the two times next to a point, so that no power of a time spoils the scale.
+    scale = 0.5 * (durations[:, :-1] + durations[:, 1:])
+    # Continuity at point i: at_end of the segment before, minus at_start of the one after, is zero.
+    before, after = (durations[:, :-1] / scale)[..., None, None], (durations[:, 1:] / scale)[..., None, None]
+    rows_before, rows_after = before ** -orders[:, None], after ** -orders[:, None]
+    diagonal = rows_before * at_end[:, r + 1 :] * before**known - rows_after * at_start[:, 1:r] * after**known
+    left = (rows_before * at_end[:, 1:r] * before**known)[:, 1:]
+    right = (-rows_after * at_start[:, r + 1 :] * after**known)[:, :-1]
+    chord = np.diff(positions, axis=0)
+    # At equal positions all Taylor coefficients above 0 vanish, so only the chords enter: a column times a chord.
+    drive = rows_after * at_start[:, r : r + 1] * chord[1:][:, None, :] + rows_before * at_end[:, :1] * chord[:-1][:, None, :]
+    # Neighbours are measured in their own scale.
+    ratio = (scale[:, :-1] / scale[:, 1:])[..., None, None]
+    left, right = left * ratio**-known, right * ratio**known
+    unit = _solve_block_tridiagonal(left, diagonal, right, drive)
+    return np.moveaxis(unit / (scale[..., None, None] ** known[:, None]), -1, -2)
+
+
+def _solve_block_tridiagonal(left: Array, diagonal: Array, right: Array, drive: Array) -> Array:
+    """Block elimination along the second axis; diagonal (B, N, m, m), left and right (B, N - 1, m, m), drive (B, N, m, n)."""
+    count = diagonal.shape[1]
+    reduced, solution = [np.empty(0)] * count, np.empty_like(drive)
+    pivot, load = diagonal[:, 0], drive[:, 0]
+    for i in range(count):
+        if i > 0:
+            pivot = diagonal[:, i] - left[:, i - 1] @ reduced[i - 1]
+            load = drive[:, i] - left[:, i - 1] @ solution[:, i - 1]
+        if i < count - 1:
+            reduced[i] = np.linalg.solve(pivot, right[:, i])
+        solution[:, i] = np.linalg.solve(pivot, load)
+    for i in range(count - 2, -1, -1):
+        solution[:, i] -= reduced[i] @ solution[:, i + 1]
+    return solution

@@ -1,0 +1,90 @@
+"""What every interpolant is, and what those with free segment times share."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError
+from trajevo.path import ViaPoints
+from trajevo.trajectory import TrajectoryBatch
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A decision variable: its name, SI unit and bounds."""
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite([self.lower, self.upper]).all() and self.lower < self.upper):
+            raise InvalidInputError(
+                f"variable {self.name!r}: expected finite bounds lower < upper, got {self.lower} and {self.upper}"
+            )
+
+
+class Interpolant(ABC):
+    """A map from decision vectors to trajectories, for a whole population at once."""
+
+    @property
+    @abstractmethod
+    def variables(self) -> tuple[Variable, ...]:
+        """The decision variables, in the order of the columns of ``x``."""
+
+    @abstractmethod
+    def __call__(self, x: Array) -> TrajectoryBatch:
+        """Decode decision vectors.
+
+        Args:
+            x: shape (B, n_variables), units as in :attr:`variables`.
+
+        Returns:
+            B trajectories.
+
+        Raises:
+            InvalidInputError: another shape, or a segment time that is not a positive number.
+        """
+
+
+def duration_variables(count: int, bounds: tuple[float, float]) -> tuple[Variable, ...]:
+    """One free time per segment, the first named ``dt_1`` [s].
+
+    Raises:
+        InvalidInputError: the bounds are not 0 < lower < upper.
+    """
+    lower, upper = (float(bound) for bound in bounds)
+    if not lower > 0.0:
+        raise InvalidInputError(f"duration_bounds: expected 0 < lower < upper [s], got {lower} and {upper}")
+    return tuple(Variable(f"dt_{i + 1}", "s", lower, upper) for i in range(count))
+
+
+def check_durations(x: Any, count: int) -> Array:
+    """Segment times as an array (B, n_segments), every one a positive finite number [s]."""
+    durations = np.asarray(x, dtype=np.float64)
+    if durations.ndim != 2 or durations.shape[1] != count:
+        raise InvalidInputError(f"x: expected segment times of shape (B, {count}), got {durations.shape}")
+    good = np.isfinite(durations) & (durations > 0.0)
+    if not good.all():
+        row, segment = (int(i) for i in np.argwhere(~good)[0])
+        raise InvalidInputError(
+            f"x: expected positive segment times [s], got {durations[row, segment]} for segment {segment} of row {row}"
+        )
+    return durations
+
+
+def check_point_count(points: ViaPoints, least: int, what: str) -> None:
+    """Refuse a path with fewer points than an interpolant needs."""
+    if len(points) < least:
+        raise InvalidInputError(f"points: {what} needs at least {least} points, got {len(points)}")
+
+
+def breaks_of(durations: Array) -> Array:
+    """Instants of the breaks, (B, S) durations -> (B, S + 1), from 0 [s]."""
+    return np.concatenate([np.zeros((len(durations), 1)), np.cumsum(durations, axis=1)], axis=1)

@@ -1,0 +1,110 @@
+"""Baselines: stop at every point, each chord a straight line in joint space, as fast as the joint limits allow.
+
+All joints start and stop together: one path parameter s runs from 0 to 1 over each chord under the tightest of the
+joints' limits divided by their share of the chord.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import ruckig
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.interpolants.hermite import hermite_segments
+from trajevo.path import ViaPoints
+from trajevo.robot import JointLimits
+from trajevo.trajectory import TrajectoryBatch
+
+#: Durations (P,) [s] and power coefficients (P, degree + 1) of the phases of s(t).
+_Phases = tuple[Array, Array]
+
+
+def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str) -> TrajectoryBatch:
+    """The fastest motion that stops at every point, with a given velocity profile.
+
+    Args:
+        points: via points; two of them give one rest-to-rest motion.
+        limits: joint limits, SI.
+        profile: ``"trapezoid"`` (velocity and acceleration limits; its jerk is infinite at the corners and is not
+            checked), ``"double_s"`` (velocity, acceleration and jerk limits, by Ruckig) or ``"septic"`` (polynomial
+            of degree 7, under all three).
+
+    Returns:
+        A batch of one trajectory.
+
+    Raises:
+        UnknownNameError: no such profile.
+        InvalidInputError: a limit that the profile needs is infinite, or another number of joints.
+    """
+    if profile not in _PROFILES:
+        raise UnknownNameError("profile", profile, _PROFILES)
+    if len(limits.velocity) != points.n_joints:
+        raise InvalidInputError(f"limits: expected {points.n_joints} joints as in the points, got {len(limits.velocity)}")
+    durations, coefficients = [], []
+    for start, end in zip(points.positions[:-1], points.positions[1:], strict=True):
+        chord = end - start
+        with np.errstate(divide="ignore"):
+            share = [float(np.min(bound / np.abs(chord))) for bound in (limits.velocity, limits.acceleration, limits.jerk)]
+        phase_durations, s = _PROFILES[profile](*share)
+        kept = phase_durations > 0.0
+        segment = chord[:, None] * s[kept][:, None, :]
+        segment[..., 0] += start
+        durations.append(phase_durations[kept])
+        coefficients.append(segment)
+    breaks = np.concatenate([[0.0], np.cumsum(np.concatenate(durations))])
+    return TrajectoryBatch(breaks[None], np.concatenate(coefficients)[None])
+
+
+def _trapezoid(velocity: float, acceleration: float, jerk: float) -> _Phases:
+    del jerk
+    _require(acceleration, "acceleration", "trapezoid")
+    ramp = min(velocity / acceleration, acceleration**-0.5)
+    speed = acceleration * ramp
+    cruise = max(1.0 / speed - ramp, 0.0)
+    half = 0.5 * acceleration
+    return np.array([ramp, cruise, ramp]), np.array(
+        [[0.0, 0.0, half], [half * ramp**2, speed, 0.0], [1.0 - half * ramp**2, speed, -half]]
+    )
+
+
+def _double_s(velocity: float, acceleration: float, jerk: float) -> _Phases:
+    for value, name in ((velocity, "velocity"), (acceleration, "acceleration"), (jerk, "jerk")):
+        _require(value, name, "double_s")
+    inputs, found = ruckig.InputParameter(1), ruckig.Trajectory(1)
+    inputs.current_position, inputs.target_position = [0.0], [1.0]
+    inputs.max_velocity, inputs.max_acceleration, inputs.max_jerk = [velocity], [acceleration], [jerk]
+    outcome = ruckig.Ruckig(1).calculate(inputs, found)
+    if outcome not in (ruckig.Result.Working, ruckig.Result.Finished):
+        raise InvalidInputError(f"profile 'double_s': Ruckig found no motion for these limits: {outcome}")
+    phases = found.profiles[0][0]
+    rows = [[p, v, 0.5 * a, j / 6.0] for p, v, a, j in zip(phases.p, phases.v, phases.a, phases.j, strict=False)]
+    return np.array(phases.t), np.array(rows)
+
+
+def _septic(velocity: float, acceleration: float, jerk: float) -> _Phases:
+    rest = np.zeros((1, 1, 1, 4))
+    there = rest.copy()
+    there[..., 0] = 1.0
+    unit = TrajectoryBatch(np.array([[0.0, 1.0]]), hermite_segments(rest, there, np.ones((1, 1))))
+    peaks = [float(unit.peak(order)[0, 0]) for order in (1, 2, 3)]
+    duration = max(
+        (peak / limit) ** (1.0 / order) for order, peak, limit in zip((1, 2, 3), peaks, (velocity, acceleration, jerk), strict=True)
+    )
+    if not duration > 0.0:
+        raise InvalidInputError("profile 'septic': needs a finite velocity, acceleration or jerk limit")
+    return np.array([duration]), unit.coefficients[0, 0] / duration ** np.arange(8)
+
+
+def _require(value: float, name: str, profile: str) -> None:
+    if not np.isfinite(value):
+        raise InvalidInputError(f"profile {profile!r}: needs a finite {name} limit for every joint that moves, got {value}")
+
+
+_PROFILES: dict[str, Callable[[float, float, float], _Phases]] = {
+    "trapezoid": _trapezoid,
+    "double_s": _double_s,
+    "septic": _septic,
+}

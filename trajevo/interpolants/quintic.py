@@ -1,0 +1,46 @@
+"""The quintic spline with four continuous derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import final
+
+from trajevo.arrays import Array
+from trajevo.interpolants.hermite import odd_spline
+from trajevo.interpolants.interpolant import (
+    Interpolant,
+    Variable,
+    breaks_of,
+    check_durations,
+    check_point_count,
+    duration_variables,
+)
+from trajevo.path import ViaPoints
+from trajevo.trajectory import TrajectoryBatch
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class QuinticSpline(Interpolant):
+    """C4 quintic spline through the points, velocity and acceleration zero at both ends (the end jerk is not).
+
+    Attributes:
+        points: at least 3 via points.
+        duration_bounds: least and greatest time of a segment [s].
+    """
+
+    points: ViaPoints
+    duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        check_point_count(self.points, 3, "the quintic spline")
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The segment times."""
+        return duration_variables(len(self.points) - 1, self.duration_bounds)
+
+    def __call__(self, x: Array) -> TrajectoryBatch:
+        """Splines for segment times of shape (B, n_segments) [s]."""
+        durations = check_durations(x, len(self.points) - 1)
+        return odd_spline(self.points, durations, breaks_of(durations), 3)

@@ -1,0 +1,115 @@
+"""Septic polynomials: one between two states, and the spline with six continuous derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.arrays import Array, numbers, read_only
+from trajevo.errors import InvalidInputError
+from trajevo.interpolants.hermite import hermite_segments, odd_spline
+from trajevo.interpolants.interpolant import (
+    Interpolant,
+    Variable,
+    breaks_of,
+    check_durations,
+    check_point_count,
+    duration_variables,
+)
+from trajevo.path import ViaPoints
+from trajevo.trajectory import TrajectoryBatch
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class State:
+    """Position, velocity, acceleration and jerk of every joint at one instant.
+
+    Attributes:
+        position: shape (n_joints,) [rad or m].
+        velocity: shape (n_joints,) [rad/s or m/s]; zero where not given, as the others.
+        acceleration: [rad/s² or m/s²].
+        jerk: [rad/s³ or m/s³].
+    """
+
+    position: Array
+    velocity: Array | None = None
+    acceleration: Array | None = None
+    jerk: Array | None = None
+
+    def __post_init__(self) -> None:
+        position = numbers(self.position, name="position", shape=("n_joints",))
+        for attribute in fields(self):
+            given: Any = getattr(self, attribute.name)
+            values = np.zeros_like(position) if given is None else given
+            checked = numbers(values, name=attribute.name, shape=position.shape)
+            object.__setattr__(self, attribute.name, read_only(checked))
+
+    @property
+    def taylor(self) -> Array:
+        """Taylor coefficients q⁽ᵏ⁾/k!, shape (n_joints, 4)."""
+        rows = [np.asarray(getattr(self, attribute.name), dtype=np.float64) for attribute in fields(self)]
+        return np.stack(rows, axis=-1) / np.array([1.0, 1.0, 2.0, 6.0])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SepticPolynomial(Interpolant):
+    """The polynomial of degree 7 between two states, its duration free (Sun 2020, eqs. (9)-(14)).
+
+    Attributes:
+        start: state at time 0.
+        end: state at the end.
+        duration_bounds: least and greatest duration [s].
+    """
+
+    start: State
+    end: State
+    duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.start.position.shape != self.end.position.shape:
+            raise InvalidInputError(
+                f"end: expected {len(self.start.position)} joints as in start, got {len(self.end.position)}"
+            )
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The duration."""
+        return duration_variables(1, self.duration_bounds)
+
+    def __call__(self, x: Array) -> TrajectoryBatch:
+        """Polynomials for durations of shape (B, 1) [s]."""
+        durations = check_durations(x, 1)
+        shape = (len(durations), 1, *self.start.taylor.shape)
+        start, end = np.broadcast_to(self.start.taylor, shape), np.broadcast_to(self.end.taylor, shape)
+        return TrajectoryBatch(breaks_of(durations), hermite_segments(start, end, durations))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SepticSpline(Interpolant):
+    """C6 septic spline through the points; velocity, acceleration and jerk zero at both ends.
+
+    Attributes:
+        points: at least 3 via points.
+        duration_bounds: least and greatest time of a segment [s].
+    """
+
+    points: ViaPoints
+    duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        check_point_count(self.points, 3, "the septic spline")
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The segment times."""
+        return duration_variables(len(self.points) - 1, self.duration_bounds)
+
+    def __call__(self, x: Array) -> TrajectoryBatch:
+        """Splines for segment times of shape (B, n_segments) [s]."""
+        durations = check_durations(x, len(self.points) - 1)
+        return odd_spline(self.points, durations, breaks_of(durations), 4)

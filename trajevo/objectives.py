@@ -1,0 +1,51 @@
+"""Objectives: pure functions of a rollout, to be minimised, each with its name, unit and equation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.dynamics import Rollout
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Something to minimise.
+
+    Attributes:
+        name: short name.
+        unit: SI unit.
+        reference: where the formula stands.
+        function: rollout of B trajectories -> (B,).
+    """
+
+    name: str
+    unit: str
+    reference: str
+    function: Callable[[Rollout], Array]
+
+
+def total_time(rollout: Rollout) -> Array:
+    """Duration of the motion, T = Σ Δt, shape (B,) [s]."""
+    return rollout.trajectory.duration
+
+
+def summed_rms(rollout: Rollout, derivative: int) -> Array:
+    """Σ over joints of √(1/T ∫ (d-th derivative)² dt), exact, shape (B,) [rad/s^d or m/s^d]."""
+    trajectory = rollout.trajectory
+    mean_square = trajectory.integral_of_square(derivative) / trajectory.duration[:, None]
+    total: Array = np.sqrt(mean_square).sum(axis=1)
+    return total
+
+
+def summed_rms_acceleration(rollout: Rollout) -> Array:
+    """Σ over joints of the RMS acceleration, shape (B,) [rad/s² or m/s²]."""
+    return summed_rms(rollout, 2)
+
+
+def summed_rms_jerk(rollout: Rollout) -> Array:
+    """Σ over joints of the RMS jerk, shape (B,) [rad/s³ or m/s³]."""
+    return summed_rms(rollout, 3)

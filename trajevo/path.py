@@ -1,0 +1,120 @@
+"""What must be visited: points in joint space."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trajevo.arrays import Array, numbers, read_only
+from trajevo.errors import InvalidInputError
+from trajevo.robot import Robot
+from trajevo.units import display, si_unit, split_header, to_si
+
+
+#: Points closer than this in every joint are the same point [rad or m].
+SAME_POINT = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class ViaPoints:
+    """Points in joint space, visited in order.
+
+    Attributes:
+        positions: shape (n_points, n_joints) [rad or m].
+
+    Raises:
+        InvalidInputError: fewer than two points, numbers that are not finite, or a point that repeats the one before.
+    """
+
+    positions: Array
+
+    def __post_init__(self) -> None:
+        positions = numbers(self.positions, name="points", shape=("n_points", "n_joints"))
+        if len(positions) < 2:
+            raise InvalidInputError(f"points: expected at least 2 points, got {len(positions)}")
+        for i in range(1, len(positions)):
+            if np.abs(positions[i] - positions[i - 1]).max() <= SAME_POINT:
+                raise InvalidInputError(
+                    f"points: point {i} repeats point {i - 1}, {positions[i].tolist()}; consecutive points must differ"
+                )
+        object.__setattr__(self, "positions", read_only(positions))
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints."""
+        return int(self.positions.shape[1])
+
+    @classmethod
+    def for_robot(cls, robot: Robot, positions: Any, *, angle: str = "rad") -> ViaPoints:
+        """Points that a robot can reach with every joint.
+
+        Args:
+            robot: the robot whose position limits count.
+            positions: shape (n_points, n_joints) [rad or m].
+            angle: unit of angles in error messages, ``"rad"`` or ``"deg"``.
+
+        Raises:
+            InvalidInputError: as the class, or another number of joints, or a point outside the range of a joint.
+        """
+        points = cls(positions)
+        if points.n_joints != robot.dof:
+            raise InvalidInputError(
+                f"points: robot {robot.name!r} has {robot.dof} joints, got points of {points.n_joints} numbers"
+            )
+        outside = np.argwhere((points.positions < robot.limits.lower) | (points.positions > robot.limits.upper))
+        if len(outside):
+            i, joint = (int(k) for k in outside[0])
+            unit, factor = display(robot.joint_units[joint], angle=angle)
+            low, value, high = (
+                factor * bound[joint] for bound in (robot.limits.lower, points.positions[i], robot.limits.upper)
+            )
+            raise InvalidInputError(
+                f"points: point {i} puts {robot.joint_names[joint]!r} at {value:.6g} {unit}, "
+                f"outside its range {low:.6g} to {high:.6g} {unit}"
+            )
+        return points
+
+
+def read_columns(file: str | Path, columns: dict[str, str]) -> Array:
+    """Read named columns with units from a CSV file.
+
+    Args:
+        file: first line a header such as ``azimuth [deg], pitch [deg]``; lines that start with ``#`` are comments.
+        columns: per column its name and the SI unit wanted.
+
+    Returns:
+        Shape (rows, len(columns)), SI.
+
+    Raises:
+        InvalidInputError: the file cannot be read, a column is missing or has the wrong unit, or a cell is no number.
+    """
+    try:
+        with Path(file).open(newline="", encoding="utf-8") as stream:
+            lines = [(i, row) for i, row in enumerate(csv.reader(stream), start=1) if row and not row[0].startswith("#")]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InvalidInputError(f"{file}: cannot be read as CSV: {error}") from error
+    if not lines:
+        raise InvalidInputError(f"{file}: empty; expected a header with the columns {', '.join(columns)}")
+    header = dict(split_header(cell, where=str(file)) for cell in lines[0][1])
+    names = list(header)
+    for name, unit in columns.items():
+        if name not in header or si_unit(header[name]) != unit:
+            raise InvalidInputError(
+                f"{file}: expected a column '{name} [{unit}]' (or a unit that converts to it), got {lines[0][1]}"
+            )
+    table = np.empty((len(lines) - 1, len(columns)))
+    for i, (line, row) in enumerate(lines[1:]):
+        for k, name in enumerate(columns):
+            cell = row[names.index(name)] if names.index(name) < len(row) else ""
+            try:
+                table[i, k] = float(cell) * to_si(header[name])
+            except ValueError:
+                raise InvalidInputError(f"{file}: line {line}, column {name!r}: expected a number, got {cell!r}") from None
+    return table

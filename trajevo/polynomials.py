@@ -1,0 +1,109 @@
+"""Many polynomials at once on the unit interval: values, and exact extremes of every derivative.
+
+Coefficients are in ascending powers along the **first** axis, so that Horner's rule runs over whole arrays.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from trajevo.arrays import Array
+
+# A stationary point off by d changes the value there by d²: this step leaves values exact to rounding.
+_STEP_TOLERANCE = 1e-10
+# Newton needs 3 to 6 steps; bisection alone, the worst case, 34.
+_MAX_STEPS = 60
+
+
+def derivative(coefficients: Array, order: int = 1) -> Array:
+    """Coefficients of the ``order``-th derivative, shape (degree + 1 - order, ...); one zero row past the degree."""
+    result = coefficients
+    for _ in range(order):
+        if len(result) == 1:
+            return np.zeros_like(result)
+        powers = np.arange(1, len(result), dtype=np.float64)
+        result = result[1:] * powers.reshape((-1,) + (1,) * (result.ndim - 1))
+    return result
+
+
+def values(coefficients: Array, u: Array) -> Array:
+    """Horner's rule; ``u`` broadcasts against ``coefficients[0]``."""
+    result = coefficients[-1] + np.zeros_like(u)
+    for row in coefficients[-2::-1]:
+        result *= u
+        result += row
+    return result
+
+
+def extremes(coefficients: Array, orders: int) -> tuple[Array, Array]:
+    """Least and greatest value on [0, 1] of the first derivatives, at their stationary points.
+
+    The stationary points of one derivative are the roots of the next. The chain starts at the derivative that is
+    constant and climbs: between two neighbouring stationary points a polynomial is monotone, so each root is
+    bracketed and found by Newton's method kept inside its bracket, until values are exact to rounding. One climb serves all derivatives.
+
+    Args:
+        coefficients: shape (degree + 1, M), M polynomials.
+        orders: how many derivatives, from the polynomial itself (order 0) on.
+
+    Returns:
+        Least and greatest values, each of shape (orders, M).
+    """
+    count = coefficients.shape[1]
+    lower, upper = np.zeros((orders, count)), np.zeros((orders, count))
+    nodes = np.concatenate([np.zeros((1, count)), np.ones((1, count))])
+    for order in range(len(coefficients) - 1, -1, -1):
+        current = derivative(coefficients, order)
+        at_nodes = values(current[:, None, :], nodes)
+        if order < orders:
+            lower[order], upper[order] = at_nodes.min(axis=0), at_nodes.max(axis=0)
+        if order > 0 and len(current) > 1:
+            nodes = _roots_between(current, nodes, at_nodes)
+    return lower, upper
+
+
+def _roots_between(coefficients: Array, nodes: Array, at_nodes: Array) -> Array:
+    """Nodes 0, root or right node of every interval, 1: sorted along axis 0, shape (intervals + 2, M).
+
+    An interval without a sign change has no root inside; its right node stands in, which is a point of the curve too.
+    """
+    inner = nodes[1:].copy()
+    interval, polynomial = np.nonzero(np.sign(at_nodes[:-1]) * np.sign(at_nodes[1:]) < 0.0)
+    if len(interval):
+        left, right = nodes[interval, polynomial], nodes[interval + 1, polynomial]
+        from_value, to_value = at_nodes[interval, polynomial], at_nodes[interval + 1, polynomial]
+        # Between two stationary points the curve resembles the cubic 3t² - 2t³, whose inverse is in closed form.
+        share = from_value / (from_value - to_value)
+        guess = left + (right - left) * (0.5 - np.sin(np.arcsin(1.0 - 2.0 * share) / 3.0))
+        inner[interval, polynomial] = _bracketed_newton(
+            coefficients[:, polynomial], left, right, guess, to_value > 0.0
+        )
+    return np.concatenate([nodes[:1], inner, nodes[-1:]])
+
+
+def _bracketed_newton(coefficients: Array, left: Array, right: Array, guess: Array, rising: Array) -> Array:
+    """The root of each polynomial that is monotone on [left, right] with a sign change there, from a guess."""
+    slopes = derivative(coefficients)
+    roots, active = guess.copy(), np.arange(len(guess))
+    root, last_step = guess, right - left
+    for _ in range(_MAX_STEPS):
+        value = values(coefficients, root)
+        beyond = (value > 0.0) == rising
+        right = np.where(beyond, root, right)
+        left = np.where(beyond, left, root)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            newton = root - value / values(slopes, root)
+        inside = (newton >= left) & (newton <= right) & (np.abs(newton - root) <= 0.5 * last_step)
+        following = np.where(inside, newton, 0.5 * (left + right))
+        last_step = np.abs(following - root)
+        root = following
+        going = last_step > _STEP_TOLERANCE
+        if not going.all():
+            roots[active] = root
+            if not going.any():
+                break
+            coefficients, slopes = coefficients[:, going], slopes[:, going]
+            left, right, rising, root = left[going], right[going], rising[going], root[going]
+            last_step, active = last_step[going], active[going]
+    roots[active] = root
+    return roots

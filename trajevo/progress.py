@@ -1,0 +1,117 @@
+"""What a run shows while it works: a bar on a terminal, a line now and then elsewhere."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self, final
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+#: Plain lines per run.
+_LINES = 10
+
+
+@dataclass(frozen=True)
+class Generation:
+    """Where a run stands: generation number, hypervolume, least violation, number of points on the front."""
+
+    number: int
+    hypervolume: float
+    least_violation: float
+    front_size: int
+
+    def __str__(self) -> str:
+        return (
+            f"hypervolume {self.hypervolume:.6f}  least violation {self.least_violation:.4g}  "
+            f"front {self.front_size} points"
+        )
+
+
+class Reporter(ABC):
+    """Shows the generations of a run; a context manager."""
+
+    @abstractmethod
+    def __enter__(self) -> Self: ...
+
+    @abstractmethod
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    @abstractmethod
+    def update(self, generation: Generation) -> None:
+        """Show a finished generation."""
+
+
+def reporter(total: int, *, enabled: bool) -> Reporter:
+    """The reporter that fits standard error: a bar on a terminal, plain lines otherwise, nothing when disabled."""
+    console = Console(stderr=True)
+    if not enabled:
+        return _Silent()
+    return _Bar(total, console) if console.is_terminal else _Lines(total, console)
+
+
+@final
+class _Silent(Reporter):
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return
+
+    def update(self, generation: Generation) -> None:
+        return
+
+
+@final
+class _Bar(Reporter):
+    def __init__(self, total: int, console: Console) -> None:
+        self._progress = Progress(
+            TextColumn("generation {task.completed:.0f}/{task.total:.0f}"),
+            BarColumn(),
+            TextColumn("{task.description}"),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=console,
+            refresh_per_second=4,
+        )
+        self._task: TaskID = self._progress.add_task("", total=total)
+
+    def __enter__(self) -> Self:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._progress.stop()
+
+    def update(self, generation: Generation) -> None:
+        self._progress.update(self._task, completed=generation.number, description=str(generation))
+
+
+@final
+class _Lines(Reporter):
+    def __init__(self, total: int, console: Console) -> None:
+        self._total, self._console = total, console
+        self._every = max(total // _LINES, 1)
+        self._began = time.perf_counter()
+
+    def __enter__(self) -> Self:
+        self._began = time.perf_counter()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return
+
+    def update(self, generation: Generation) -> None:
+        if generation.number % self._every and generation.number != self._total:
+            return
+        spent = time.perf_counter() - self._began
+        left = spent / generation.number * (self._total - generation.number)
+        self._console.print(
+            f"generation {generation.number}/{self._total}  {generation}  {left:.0f} s left", highlight=False, soft_wrap=True
+        )

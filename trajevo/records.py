@@ -1,0 +1,152 @@
+"""What is known of a run, as plain frozen data that goes into files and comes back equal."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+from typing import Any, Literal
+
+import pydantic
+
+from trajevo.problem import TrajectoryProblem
+
+#: Packages whose versions decide what a run computes.
+_PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "ruckig")
+
+
+class _Record(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class VariableRecord(_Record):
+    """A decision variable: name, SI unit and bounds."""
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+
+
+class ObjectiveRecord(_Record):
+    """An objective: name, SI unit and where its formula stands."""
+
+    name: str
+    unit: str
+    reference: str
+
+
+class ProblemRecord(_Record):
+    """What was solved; a registered problem can be made again from ``name`` and ``settings``."""
+
+    name: str
+    title: str
+    settings: dict[str, Any]
+    robot: str
+    robot_reference: str
+    angle: str
+    variables: tuple[VariableRecord, ...]
+    objectives: tuple[ObjectiveRecord, ...]
+    constraints: tuple[str, ...]
+
+    @classmethod
+    def of(cls, problem: TrajectoryProblem) -> ProblemRecord:
+        """Record of a problem."""
+        return cls(
+            name=problem.registered_name,
+            title=problem.title,
+            settings=problem.settings,
+            robot=problem.robot.name,
+            robot_reference=problem.robot.reference,
+            angle=problem.angle,
+            variables=tuple(
+                VariableRecord(name=v.name, unit=v.unit, lower=v.lower, upper=v.upper)
+                for v in problem.interpolant.variables
+            ),
+            objectives=tuple(
+                ObjectiveRecord(name=o.name, unit=o.unit, reference=o.reference) for o in problem.objectives
+            ),
+            constraints=problem.constraint_names,
+        )
+
+
+class Run(_Record):
+    """How a front was made.
+
+    Attributes:
+        algorithm: class name of the pymoo algorithm.
+        settings: its settings, every one that can be named.
+        seed: seed of all randomness.
+        generations: generations done.
+        evaluations: individuals evaluated.
+        failures: individuals whose evaluation raised or gave no number.
+        first_failure: what the first of them said.
+        interrupted: whether the run was stopped before its end.
+        seconds: wall time [s].
+        versions: versions of the packages that computed it, and of Python.
+    """
+
+    algorithm: str
+    settings: dict[str, Any]
+    seed: int
+    generations: int
+    evaluations: int
+    failures: int
+    first_failure: str
+    interrupted: bool
+    seconds: float
+    versions: dict[str, str]
+
+
+class History(_Record):
+    """One entry per generation; the hypervolume is the share of the box from 0 to ``reference_point``.
+
+    Attributes:
+        reference_point: far corner of the box, objectives in SI; None while nothing feasible was found.
+        evaluations: individuals evaluated so far.
+        hypervolume: of all feasible points so far.
+        least_violation: least Σ max(G, 0) so far, 0 once feasible, None before any number.
+        front_size: non-dominated feasible points so far.
+    """
+
+    reference_point: tuple[float, ...] | None
+    evaluations: tuple[int, ...]
+    hypervolume: tuple[float, ...]
+    least_violation: tuple[float | None, ...]
+    front_size: tuple[int, ...]
+
+
+class Blocking(_Record):
+    """Why a front is empty: the individual that came nearest to being feasible.
+
+    Attributes:
+        x: its decision vector.
+        violations: constraint -> excess as a share of the limit, the worst first; empty if no individual gave numbers.
+    """
+
+    x: tuple[float, ...]
+    violations: dict[str, float]
+
+    def __str__(self) -> str:
+        if not self.violations:
+            return "no individual could be evaluated"
+        worst = ", ".join(f"{name} exceeds its limit by {100.0 * by:.3g} %" for name, by in self.violations.items())
+        return f"nothing feasible was found; in the nearest miss {worst}"
+
+
+class FrontFile(_Record):
+    """The whole content of a front's file."""
+
+    format: Literal["trajevo front"] = "trajevo front"
+    version: Literal[1] = 1
+    problem: ProblemRecord
+    run: Run
+    history: History
+    blocking: Blocking | None
+    X: tuple[tuple[float, ...], ...]
+    F: tuple[tuple[float, ...], ...]
+    G: tuple[tuple[float, ...], ...]
+
+
+def installed_versions() -> dict[str, str]:
+    """Versions of the packages that decide what a run computes, and of Python."""
+    return {"python": platform.python_version()} | {package: version(package) for package in _PACKAGES}

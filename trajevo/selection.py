@@ -1,0 +1,108 @@
+"""Which point of a front to use: objective values in, a row and the reason out.
+
+Every rule but the single minimum looks at normalised objectives: 0 at the best value on the front, 1 at the worst.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pymoo.mcdm.pseudo_weights import PseudoWeights
+
+from trajevo.arrays import Array, numbers
+from trajevo.errors import InvalidInputError
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A chosen row of a front.
+
+    Attributes:
+        index: the row.
+        rule: name of the rule that chose it.
+        reason: one sentence for the report.
+    """
+
+    index: int
+    rule: str
+    reason: str
+
+
+def normalised(F: Array) -> Array:
+    """Objectives from 0 (best on the front) to 1 (worst), shape (N, n_obj); an objective without spread is 0."""
+    width = np.ptp(F, axis=0)
+    return (F - F.min(axis=0)) / np.where(width > 0.0, width, 1.0)
+
+
+def knee(F: Array) -> Choice:
+    """The point that bulges furthest below the plane through the worst value of each normalised objective.
+
+    For two objectives this is the classical knee, the greatest distance from the line between the ends of the front
+    (Das 1999).
+
+    Args:
+        F: objective values, shape (N, n_obj).
+    """
+    f = normalised(F)
+    distance = (1.0 - f.sum(axis=1)) / np.sqrt(f.shape[1])
+    index = int(np.argmax(distance))
+    return Choice(index, "knee", f"furthest below the plane of the worst values, by {distance[index]:.3f} of the normalised box")
+
+
+def nearest_to_utopia(F: Array) -> Choice:
+    """The point with the least Euclidean distance to the best values of all normalised objectives."""
+    distance = np.linalg.norm(normalised(F), axis=1)
+    index = int(np.argmin(distance))
+    return Choice(index, "utopia", f"nearest to the best value of every objective, at {distance[index]:.3f} of the normalised box")
+
+
+def weighted(F: Array, weights: Sequence[float]) -> Choice:
+    """The least weighted sum of the normalised objectives.
+
+    Args:
+        F: objective values, shape (N, n_obj).
+        weights: one non-negative number per objective, not all zero; only their ratios count.
+
+    Raises:
+        InvalidInputError: another number of weights, or a negative or non-finite one.
+    """
+    w = _weights(weights, F.shape[1])
+    sums = normalised(F) @ w
+    index = int(np.argmin(sums))
+    return Choice(index, "weighted", f"least weighted sum {sums[index]:.4g} with weights {_shown(w)}")
+
+
+def pseudo_weights(F: Array, weights: Sequence[float]) -> Choice:
+    """The point whose pseudo-weights (relative distance to the worst value of each objective) come nearest to weights.
+
+    Args:
+        F: objective values, shape (N, n_obj).
+        weights: as for :func:`weighted`.
+
+    Raises:
+        InvalidInputError: as for :func:`weighted`.
+    """
+    w = _weights(weights, F.shape[1])
+    # pymoo divides by the spread; a front of one point, or an objective without spread, has none.
+    index = int(PseudoWeights(w).do(F)) if (np.ptp(F, axis=0) > 0.0).all() else weighted(F, weights).index
+    return Choice(index, "pseudo_weights", f"pseudo-weights nearest to {_shown(w)}")
+
+
+def least(F: Array, objective: int, name: str) -> Choice:
+    """The point with the least value of one objective."""
+    index = int(np.argmin(F[:, objective]))
+    return Choice(index, f"least_{name}", f"least {name} on the front")
+
+
+def _weights(weights: Sequence[float], count: int) -> Array:
+    w = numbers(weights, name="weights", shape=(count,))
+    if (w < 0.0).any() or w.sum() <= 0.0:
+        raise InvalidInputError(f"weights: expected non-negative numbers that are not all zero, got {w.tolist()}")
+    total: Array = w / w.sum()
+    return total
+
+
+def _shown(weights: Array) -> str:
+    return "(" + ", ".join(f"{weight:.3g}" for weight in weights) + ")"

@@ -1,0 +1,85 @@
+"""Units at the border: SI everywhere inside, converted where people read and write."""
+
+from __future__ import annotations
+
+import math
+
+from trajevo.errors import InvalidInputError, UnknownNameError
+
+#: Factor that turns a value in the unit into SI, and the SI unit it becomes.
+_TO_SI: dict[str, tuple[float, str]] = {
+    "rad": (1.0, "rad"),
+    "deg": (math.pi / 180.0, "rad"),
+    "m": (1.0, "m"),
+    "mm": (1e-3, "m"),
+    "s": (1.0, "s"),
+    "kg": (1.0, "kg"),
+    "N": (1.0, "N"),
+    "N*m": (1.0, "N*m"),
+    "1": (1.0, "1"),
+} | {
+    f"{unit}/s{power}": (factor, f"{si}/s{power}")
+    for unit, factor, si in (("rad", 1.0, "rad"), ("deg", math.pi / 180.0, "rad"), ("m", 1.0, "m"), ("mm", 1e-3, "m"))
+    for power in ("", "^2", "^3")
+}
+
+ANGLE_UNITS = ("rad", "deg")
+
+
+def si_unit(unit: str) -> str:
+    """SI unit of a unit: ``"deg/s"`` -> ``"rad/s"``."""
+    return _lookup(unit)[1]
+
+
+def to_si(unit: str) -> float:
+    """Factor by which a value in ``unit`` is multiplied to become SI: ``to_si("deg")`` is π/180."""
+    return _lookup(unit)[0]
+
+
+def display(unit: str, *, angle: str) -> tuple[str, float]:
+    """Unit that people read and the factor from SI to it.
+
+    Args:
+        unit: an SI unit.
+        angle: ``"rad"`` or ``"deg"``; units without an angle stay as they are.
+
+    Returns:
+        The unit to print and the factor to multiply SI values by.
+
+    Raises:
+        UnknownNameError: the angle unit is neither.
+    """
+    if angle not in ANGLE_UNITS:
+        raise UnknownNameError("angle unit", angle, ANGLE_UNITS)
+    if angle == "deg" and unit.startswith("rad"):
+        shown = "deg" + unit.removeprefix("rad")
+        return shown, 1.0 / to_si(shown)
+    return unit, 1.0
+
+
+def per_time(unit: str, power: int) -> str:
+    """Unit of the ``power``-th time derivative: ``per_time("rad", 2)`` is ``"rad/s^2"``."""
+    return unit if power == 0 else f"{unit}/s" if power == 1 else f"{unit}/s^{power}"
+
+
+def split_header(header: str, *, where: str) -> tuple[str, str]:
+    """Split a column header ``"azimuth [deg]"`` into name and unit.
+
+    Raises:
+        InvalidInputError: there is no unit in brackets, or it is not a known one.
+    """
+    name, bracket, rest = header.strip().partition("[")
+    unit = rest.rstrip().removesuffix("]").strip()
+    if not bracket or unit not in _TO_SI:
+        raise InvalidInputError(
+            f"{where}: expected a column header with a unit such as 'azimuth [deg]' or 'azimuth [rad]', "
+            f"got {header.strip()!r}"
+        )
+    return name.strip(), unit
+
+
+def _lookup(unit: str) -> tuple[float, str]:
+    try:
+        return _TO_SI[unit]
+    except KeyError:
+        raise UnknownNameError("unit", unit, _TO_SI) from None
