@@ -15,7 +15,7 @@ import numpy as np
 
 from trajevo.arrays import Array, numbers
 from trajevo.constraints import kinematic_limits
-from trajevo.errors import InvalidInputError, UnknownNameError, UnreachableError
+from trajevo.errors import UnknownNameError, UnreachableError
 from trajevo.interpolants import HybridQuartic, Interpolant, QuinticSpline, SepticSpline
 from trajevo.objectives import Objective, summed_rms_acceleration, summed_rms_jerk, total_time
 from trajevo.path import ViaPoints, read_columns
@@ -160,14 +160,16 @@ def joint_angles(direction: Any) -> Array:
     shown = np.degrees(directions)
     _refuse((beta < 0.0) | (beta >= np.pi), shown, "expected a pitch from 0 deg to below 180 deg", "deg")
     y, x = np.sin(gamma) * np.sin(beta), np.cos(beta)
-    _refuse(np.hypot(y, x) < 1e-12, shown, "the direction lies on the axis of joint 1, whose angle is then undefined", "deg")
+    _refuse(
+        np.hypot(y, x) < 1e-12, shown, "the direction lies on the axis of joint 1, whose angle is then undefined", "deg"
+    )
     return np.stack([np.arctan2(y, x), np.arcsin(np.clip(np.cos(gamma) * np.sin(beta), -1.0, 1.0))], axis=-1)
 
 
 def azimuth_pitch(theta: Any) -> Array:
-    """Direction of given joint angles, the inverse of eqs. (7)-(8): (K, 2) [rad] -> azimuth γ in [0, 2π), pitch β (K, 2).
+    """Direction of given joint angles, the inverse of eqs. (7)-(8): (K, 2) [rad] -> azimuth γ, pitch β (K, 2) [rad].
 
-    Straight up (β = 0) every azimuth is the same direction; γ is then 0.
+    γ is in [0, 2π), β in [0, π]. Straight up (β = 0) every azimuth is the same direction; γ is then 0.
     """
     theta1, theta2 = numbers(theta, name="theta", shape=("K", 2)).T
     up, y, minus_z = np.cos(theta1) * np.cos(theta2), np.sin(theta1) * np.cos(theta2), np.sin(theta2)

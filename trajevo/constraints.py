@@ -5,7 +5,7 @@ A value of 0.05 means that the limit is exceeded by 5 %. Limits that are ``inf``
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,5 +74,5 @@ def _peak_limits(robot: Robot, derivative: int, limit: Array) -> Constraint:
     return Constraint(_names(DERIVATIVES[derivative], robot, kept), robot.reference, excess)
 
 
-def _names(quantity: str, robot: Robot, kept: Array) -> tuple[str, ...]:
-    return tuple(f"{quantity} of {robot.joint_names[int(joint)]}" for joint in kept)
+def _names(quantity: str, robot: Robot, kept: Iterable[int]) -> tuple[str, ...]:
+    return tuple(f"{quantity} of {robot.joint_names[joint]}" for joint in kept)

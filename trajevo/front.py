@@ -25,34 +25,42 @@ class Solution:
     """One row of a front.
 
     Attributes:
+        front: the front.
         index: its row.
         rule: name of the rule that chose it.
         reason: why it was chosen, one sentence.
-        x: decision vector, shape (n_var,).
-        F: objective name -> value, SI.
-        G: constraint name -> value, at most 0, as a share of the limit.
-        problem: the problem it solves.
-        run: how its front was made.
     """
 
+    front: Front
     index: int
     rule: str
     reason: str
-    x: Array
-    F: dict[str, float]
-    G: dict[str, float]
-    problem: TrajectoryProblem
-    run: Run
+
+    @property
+    def x(self) -> Array:
+        """Decision vector, shape (n_var,)."""
+        row: Array = self.front.X[self.index]
+        return row
+
+    @property
+    def F(self) -> dict[str, float]:
+        """Objective name -> value, SI."""
+        return dict(zip(self.front.objective_names, self.front.F[self.index].tolist(), strict=True))
+
+    @property
+    def G(self) -> dict[str, float]:
+        """Constraint name -> value, at most 0, as a share of the limit."""
+        return dict(zip(self.front.record.constraints, self.front.G[self.index].tolist(), strict=True))
 
     @property
     def trajectory(self) -> TrajectoryBatch:
         """Its trajectory, a batch of one."""
-        return self.problem.decode(self.x)
+        return self.front.problem.decode(self.x)
 
     @property
     def rollout(self) -> Rollout:
         """The robot on its trajectory."""
-        return self.problem.rollout(self.x)
+        return self.front.problem.rollout(self.x)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +117,9 @@ class Front:
         """
         if self._problem is None:
             if not self.record.name:
-                raise InvalidInputError("front: its problem is not a registered one; pass it: Front.load(file, problem=...)")
+                raise InvalidInputError(
+                    "front: its problem is not a registered one; pass it: Front.load(file, problem=...)"
+                )
             object.__setattr__(self, "_problem", load_problem(self.record.name, **self.record.settings))
         if self._problem is None or ProblemRecord.of(self._problem) != self.record:
             raise InvalidInputError("front: the problem at hand differs from the one that made this front")
@@ -181,8 +191,10 @@ class Front:
         """
         try:
             content = FrontFile.model_validate_json(Path(file).read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError) as error:
-            raise InvalidInputError(f"{file}: cannot be read: {error}") from error
+        except OSError as error:
+            raise InvalidInputError(f"{file}: cannot be read: {error.strerror}") from error
+        except UnicodeDecodeError as error:
+            raise InvalidInputError(f"{file}: is no front of trajevo: not UTF-8 text") from error
         except pydantic.ValidationError as error:
             first = error.errors()[0]
             place = ".".join(str(part) for part in first["loc"]) or "content"
@@ -199,8 +211,8 @@ class Front:
         )
 
     def _file(self) -> FrontFile:
-        rows = {name: tuple(map(tuple, getattr(self, name).tolist())) for name in "XFG"}
-        return FrontFile(problem=self.record, run=self.run, history=self.history, blocking=self.blocking, **rows)
+        X, F, G = (tuple(map(tuple, values.tolist())) for values in (self.X, self.F, self.G))
+        return FrontFile(problem=self.record, run=self.run, history=self.history, blocking=self.blocking, X=X, F=F, G=G)
 
     def _points(self) -> Array:
         if not len(self.F):
@@ -208,14 +220,4 @@ class Front:
         return self.F
 
     def _solution(self, choice: Choice) -> Solution:
-        i = choice.index
-        return Solution(
-            index=i,
-            rule=choice.rule,
-            reason=choice.reason,
-            x=self.X[i],
-            F=dict(zip(self.objective_names, self.F[i].tolist(), strict=True)),
-            G=dict(zip(self.record.constraints, self.G[i].tolist(), strict=True)),
-            problem=self.problem,
-            run=self.run,
-        )
+        return Solution(self, choice.index, choice.rule, choice.reason)

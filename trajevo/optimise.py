@@ -85,18 +85,20 @@ def optimise(
         if given:
             raise InvalidInputError(f"{given[0]}: set it on the algorithm that is passed, {type(algorithm).__name__}")
         solver = copy.deepcopy(algorithm)
-        settings = {"population": getattr(algorithm, "pop_size", None), "offsprings": getattr(algorithm, "n_offsprings", None)}
+        settings = {
+            "population": getattr(algorithm, "pop_size", None),
+            "offsprings": getattr(algorithm, "n_offsprings", None),
+        }
     return _run(problem, solver, settings | {"generations": generations}, generations, seed, progress)
 
 
 def _nsga2(own: dict[str, Any]) -> tuple[Algorithm, dict[str, Any]]:
-    defaults = {
+    settings: dict[str, Any] = {
         "population": POPULATION,
         "crossover_probability": CROSSOVER_PROBABILITY,
         "mutation_probability": MUTATION_PROBABILITY,
-    }
-    settings = {name: defaults.get(name) if value is None else value for name, value in own.items()}
-    settings["offsprings"] = settings["offsprings"] or settings["population"] if own["offsprings"] is None else own["offsprings"]
+    } | {name: value for name, value in own.items() if value is not None}
+    settings.setdefault("offsprings", settings["population"])
     _whole("population", settings["population"], 4)
     _whole("offsprings", settings["offsprings"], 1)
     for name in ("crossover_probability", "mutation_probability"):
@@ -108,8 +110,7 @@ def _nsga2(own: dict[str, Any]) -> tuple[Algorithm, dict[str, Any]]:
         crossover=SBX(prob=settings["crossover_probability"], eta=CROSSOVER_INDEX),
         mutation=PM(prob=settings["mutation_probability"], eta=MUTATION_INDEX),
     )
-    indices = {"crossover": "SBX", "crossover_index": CROSSOVER_INDEX, "mutation": "polynomial", "mutation_index": MUTATION_INDEX}
-    return solver, settings | indices
+    return solver, settings | {"crossover_index": CROSSOVER_INDEX, "mutation_index": MUTATION_INDEX}
 
 
 class _Watch:

@@ -14,7 +14,6 @@ from trajevo.errors import InvalidInputError
 from trajevo.robot import Robot
 from trajevo.units import display, si_unit, split_header, to_si
 
-
 #: Points closer than this in every joint are the same point [rad or m].
 SAME_POINT = 1e-9
 
@@ -97,7 +96,9 @@ def read_columns(file: str | Path, columns: dict[str, str]) -> Array:
     """
     try:
         with Path(file).open(newline="", encoding="utf-8") as stream:
-            lines = [(i, row) for i, row in enumerate(csv.reader(stream), start=1) if row and not row[0].startswith("#")]
+            lines = [
+                (i, row) for i, row in enumerate(csv.reader(stream), start=1) if row and not row[0].startswith("#")
+            ]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InvalidInputError(f"{file}: cannot be read as CSV: {error}") from error
     if not lines:
@@ -116,5 +117,7 @@ def read_columns(file: str | Path, columns: dict[str, str]) -> Array:
             try:
                 table[i, k] = float(cell) * to_si(header[name])
             except ValueError:
-                raise InvalidInputError(f"{file}: line {line}, column {name!r}: expected a number, got {cell!r}") from None
+                raise InvalidInputError(
+                    f"{file}: line {line}, column {name!r}: expected a number, got {cell!r}"
+                ) from None
     return table

@@ -5,6 +5,8 @@ Coefficients are in ascending powers along the **first** axis, so that Horner's 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trajevo.arrays import Array
@@ -28,7 +30,7 @@ def derivative(coefficients: Array, order: int = 1) -> Array:
 
 def values(coefficients: Array, u: Array) -> Array:
     """Horner's rule; ``u`` broadcasts against ``coefficients[0]``."""
-    result = coefficients[-1] + np.zeros_like(u)
+    result: Array = coefficients[-1] + np.zeros_like(u)
     for row in coefficients[-2::-1]:
         result *= u
         result += row
@@ -40,7 +42,8 @@ def extremes(coefficients: Array, orders: int) -> tuple[Array, Array]:
 
     The stationary points of one derivative are the roots of the next. The chain starts at the derivative that is
     constant and climbs: between two neighbouring stationary points a polynomial is monotone, so each root is
-    bracketed and found by Newton's method kept inside its bracket, until values are exact to rounding. One climb serves all derivatives.
+    bracketed and found by Newton's method kept inside its bracket, until values are exact to rounding. One climb
+    serves all derivatives.
 
     Args:
         coefficients: shape (degree + 1, M), M polynomials.
@@ -75,13 +78,13 @@ def _roots_between(coefficients: Array, nodes: Array, at_nodes: Array) -> Array:
         # Between two stationary points the curve resembles the cubic 3t² - 2t³, whose inverse is in closed form.
         share = from_value / (from_value - to_value)
         guess = left + (right - left) * (0.5 - np.sin(np.arcsin(1.0 - 2.0 * share) / 3.0))
-        inner[interval, polynomial] = _bracketed_newton(
-            coefficients[:, polynomial], left, right, guess, to_value > 0.0
-        )
+        inner[interval, polynomial] = _bracketed_newton(coefficients[:, polynomial], left, right, guess, to_value > 0.0)
     return np.concatenate([nodes[:1], inner, nodes[-1:]])
 
 
-def _bracketed_newton(coefficients: Array, left: Array, right: Array, guess: Array, rising: Array) -> Array:
+def _bracketed_newton(
+    coefficients: Array, left: Array, right: Array, guess: Array, rising: np.ndarray[Any, np.dtype[np.bool_]]
+) -> Array:
     """The root of each polynomial that is monotone on [left, right] with a sign change there, from a guess."""
     slopes = derivative(coefficients)
     roots, active = guess.copy(), np.arange(len(guess))

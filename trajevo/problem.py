@@ -173,7 +173,7 @@ def load_problem(name: str, **arguments: Any) -> TrajectoryProblem:
         InvalidInputError: the problem takes no such argument, or refuses its value.
     """
     found = problem_class(name)
-    accepted = [key for key in inspect.signature(found).parameters]
+    accepted = list(inspect.signature(found).parameters)
     for key in arguments:
         if key not in accepted:
             raise InvalidInputError(f"problem {name!r} takes no {key!r}; it takes: {', '.join(accepted)}")

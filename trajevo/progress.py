@@ -113,5 +113,7 @@ class _Lines(Reporter):
         spent = time.perf_counter() - self._began
         left = spent / generation.number * (self._total - generation.number)
         self._console.print(
-            f"generation {generation.number}/{self._total}  {generation}  {left:.0f} s left", highlight=False, soft_wrap=True
+            f"generation {generation.number}/{self._total}  {generation}  {left:.0f} s left",
+            highlight=False,
+            soft_wrap=True,
         )

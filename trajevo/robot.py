@@ -139,7 +139,9 @@ def load_robot(name: str | Path) -> Robot:
     settings = _read_settings(folder / "robot.toml")
     model = _load_model(folder / settings.urdf)
     names = tuple(model.names[1:])
-    units = tuple(_joint_unit(joint, name, folder / settings.urdf) for joint, name in zip(model.joints[1:], names, strict=True))
+    units = tuple(
+        _joint_unit(joint, name, folder / settings.urdf) for joint, name in zip(model.joints[1:], names, strict=True)
+    )
     if not model.existFrame(settings.tool):
         frames = [frame.name for frame in model.frames]
         raise UnknownNameError(f"tool frame in {folder / 'robot.toml'}", settings.tool, frames)
@@ -212,14 +214,16 @@ def _joint_unit(joint: Any, name: str, file: Path) -> str:
     kind = joint.shortname()
     if joint.nq != 1 or joint.nv != 1:
         raise InvalidInputError(
-            f"{file}: joint {name!r} is a {kind} with {joint.nq} coordinates; expected revolute or prismatic joints only"
+            f"{file}: joint {name!r} is a {kind} with {joint.nq} coordinates; expected revolute or prismatic"
         )
     return "m" if "JointModelP" in kind else "rad"
 
 
 def _limits(settings: _Settings, names: tuple[str, ...], units: tuple[str, ...], file: Path) -> JointLimits:
     if set(settings.joints) != set(names):
-        raise InvalidInputError(f"{file}: limits given for joints {sorted(settings.joints)}, the URDF has {sorted(names)}")
+        raise InvalidInputError(
+            f"{file}: limits given for joints {sorted(settings.joints)}, the URDF has {sorted(names)}"
+        )
 
     def column(pick: Callable[[_Joint], tuple[float, str]], expected: Callable[[str], str]) -> list[float]:
         values = []
@@ -227,7 +231,7 @@ def _limits(settings: _Settings, names: tuple[str, ...], units: tuple[str, ...],
             value, given = pick(settings.joints[name])
             if si_unit(given) != expected(unit):
                 raise InvalidInputError(
-                    f"{file}: joint {name!r}: unit {given!r} does not fit, expected one that converts to {expected(unit)!r}"
+                    f"{file}: joint {name!r}: unit {given!r}, expected one that converts to {expected(unit)!r}"
                 )
             values.append(value * to_si(given) if math.isfinite(value) else value)
         return values

@@ -33,7 +33,8 @@ class Choice:
 def normalised(F: Array) -> Array:
     """Objectives from 0 (best on the front) to 1 (worst), shape (N, n_obj); an objective without spread is 0."""
     width = np.ptp(F, axis=0)
-    return (F - F.min(axis=0)) / np.where(width > 0.0, width, 1.0)
+    scaled: Array = (F - F.min(axis=0)) / np.where(width > 0.0, width, 1.0)
+    return scaled
 
 
 def knee(F: Array) -> Choice:
@@ -48,14 +49,18 @@ def knee(F: Array) -> Choice:
     f = normalised(F)
     distance = (1.0 - f.sum(axis=1)) / np.sqrt(f.shape[1])
     index = int(np.argmax(distance))
-    return Choice(index, "knee", f"furthest below the plane of the worst values, by {distance[index]:.3f} of the normalised box")
+    return Choice(
+        index, "knee", f"furthest below the plane of the worst values, by {distance[index]:.3f} of the normalised box"
+    )
 
 
 def nearest_to_utopia(F: Array) -> Choice:
     """The point with the least Euclidean distance to the best values of all normalised objectives."""
     distance = np.linalg.norm(normalised(F), axis=1)
     index = int(np.argmin(distance))
-    return Choice(index, "utopia", f"nearest to the best value of every objective, at {distance[index]:.3f} of the normalised box")
+    return Choice(
+        index, "utopia", f"nearest to the best value of every objective, at {distance[index]:.3f} of the normalised box"
+    )
 
 
 def weighted(F: Array, weights: Sequence[float]) -> Choice:

@@ -62,6 +62,11 @@ def per_time(unit: str, power: int) -> str:
     return unit if power == 0 else f"{unit}/s" if power == 1 else f"{unit}/s^{power}"
 
 
+def pretty(unit: str) -> str:
+    """Unit as it is printed for people: ``"deg/s^2"`` -> ``"deg/s²"``."""
+    return unit.replace("^2", "²").replace("^3", "³").replace("N*m", "N·m")
+
+
 def split_header(header: str, *, where: str) -> tuple[str, str]:
     """Split a column header ``"azimuth [deg]"`` into name and unit.
 

@@ -81,7 +81,10 @@ def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:
     right = (-rows_after * at_start[:, r + 1 :] * after**known)[:, :-1]
     chord = np.diff(positions, axis=0)
     # At equal positions all Taylor coefficients above 0 vanish, so only the chords enter: a column times a chord.
-    drive = rows_after * at_start[:, r : r + 1] * chord[1:][:, None, :] + rows_before * at_end[:, :1] * chord[:-1][:, None, :]
+    drive = (
+        rows_after * at_start[:, r : r + 1] * chord[1:][:, None, :]
+        + rows_before * at_end[:, :1] * chord[:-1][:, None, :]
+    )
     # Neighbours are measured in their own scale.
     ratio = (scale[:, :-1] / scale[:, 1:])[..., None, None]
     left, right = left * ratio**-known, right * ratio**known
@@ -90,16 +93,17 @@ def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:
 
 
 def _solve_block_tridiagonal(left: Array, diagonal: Array, right: Array, drive: Array) -> Array:
-    """Block elimination along the second axis; diagonal (B, N, m, m), left and right (B, N - 1, m, m), drive (B, N, m, n)."""
+    """Block elimination along N; diagonal (B, N, m, m), left and right (B, N - 1, m, m), drive (B, N, m, n)."""
     count = diagonal.shape[1]
-    reduced, solution = [np.empty(0)] * count, np.empty_like(drive)
+    reduced = []
+    solution = np.empty_like(drive)
     pivot, load = diagonal[:, 0], drive[:, 0]
     for i in range(count):
         if i > 0:
             pivot = diagonal[:, i] - left[:, i - 1] @ reduced[i - 1]
             load = drive[:, i] - left[:, i - 1] @ solution[:, i - 1]
         if i < count - 1:
-            reduced[i] = np.linalg.solve(pivot, right[:, i])
+            reduced.append(np.asarray(np.linalg.solve(pivot, right[:, i]), dtype=np.float64))
         solution[:, i] = np.linalg.solve(pivot, load)
     for i in range(count - 2, -1, -1):
         solution[:, i] -= reduced[i] @ solution[:, i + 1]

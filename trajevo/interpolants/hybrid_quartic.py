@@ -102,8 +102,12 @@ class HybridQuartic(Interpolant):
         breaks = breaks_of(np.concatenate([durations[:, :1], pieces, durations[:, -1:]], axis=1))
         return TrajectoryBatch(breaks, np.concatenate([first, spline, last], axis=1))
 
+    def via_times(self, x: Array) -> Array:
+        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
+        return breaks_of(check_durations(x, len(self.points) - 1))
+
     def _rates(self, durations: Array) -> tuple[Array, Array]:
-        """Direction of the control points over time, before and after each inner point, (B, K - 2, n) [rad/s or m/s]."""
+        """Rate of the control points before and after each inner point, (B, K - 2, n_joints) [rad/s or m/s]."""
         p = self.points.positions
         if self.form == "smooth":
             slope = (p[2:] - p[:-2]) / (durations[:, :-1] + durations[:, 1:])[..., None]

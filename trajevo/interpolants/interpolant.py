@@ -52,6 +52,10 @@ class Interpolant(ABC):
             InvalidInputError: another shape, or a segment time that is not a positive number.
         """
 
+    @abstractmethod
+    def via_times(self, x: Array) -> Array:
+        """Instants at which the via points are passed, (B, n_variables) -> (B, n_points) [s]."""
+
 
 def duration_variables(count: int, bounds: tuple[float, float]) -> tuple[Variable, ...]:
     """One free time per segment, the first named ``dt_1`` [s].

@@ -42,12 +42,16 @@ def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str) -> Traj
     if profile not in _PROFILES:
         raise UnknownNameError("profile", profile, _PROFILES)
     if len(limits.velocity) != points.n_joints:
-        raise InvalidInputError(f"limits: expected {points.n_joints} joints as in the points, got {len(limits.velocity)}")
+        raise InvalidInputError(
+            f"limits: expected {points.n_joints} joints as in the points, got {len(limits.velocity)}"
+        )
     durations, coefficients = [], []
     for start, end in zip(points.positions[:-1], points.positions[1:], strict=True):
         chord = end - start
         with np.errstate(divide="ignore"):
-            share = [float(np.min(bound / np.abs(chord))) for bound in (limits.velocity, limits.acceleration, limits.jerk)]
+            share = [
+                float(np.min(bound / np.abs(chord))) for bound in (limits.velocity, limits.acceleration, limits.jerk)
+            ]
         phase_durations, s = _PROFILES[profile](*share)
         kept = phase_durations > 0.0
         segment = chord[:, None] * s[kept][:, None, :]
@@ -91,7 +95,8 @@ def _septic(velocity: float, acceleration: float, jerk: float) -> _Phases:
     unit = TrajectoryBatch(np.array([[0.0, 1.0]]), hermite_segments(rest, there, np.ones((1, 1))))
     peaks = [float(unit.peak(order)[0, 0]) for order in (1, 2, 3)]
     duration = max(
-        (peak / limit) ** (1.0 / order) for order, peak, limit in zip((1, 2, 3), peaks, (velocity, acceleration, jerk), strict=True)
+        (peak / limit) ** (1.0 / order)
+        for order, peak, limit in zip((1, 2, 3), peaks, (velocity, acceleration, jerk), strict=True)
     )
     if not duration > 0.0:
         raise InvalidInputError("profile 'septic': needs a finite velocity, acceleration or jerk limit")
@@ -100,7 +105,9 @@ def _septic(velocity: float, acceleration: float, jerk: float) -> _Phases:
 
 def _require(value: float, name: str, profile: str) -> None:
     if not np.isfinite(value):
-        raise InvalidInputError(f"profile {profile!r}: needs a finite {name} limit for every joint that moves, got {value}")
+        raise InvalidInputError(
+            f"profile {profile!r}: needs a finite {name} limit for every joint that moves, got {value}"
+        )
 
 
 _PROFILES: dict[str, Callable[[float, float, float], _Phases]] = {

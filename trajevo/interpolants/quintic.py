@@ -44,3 +44,7 @@ class QuinticSpline(Interpolant):
         """Splines for segment times of shape (B, n_segments) [s]."""
         durations = check_durations(x, len(self.points) - 1)
         return odd_spline(self.points, durations, breaks_of(durations), 3)
+
+    def via_times(self, x: Array) -> Array:
+        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
+        return breaks_of(check_durations(x, len(self.points) - 1))

@@ -51,7 +51,8 @@ class State:
     def taylor(self) -> Array:
         """Taylor coefficients q⁽ᵏ⁾/k!, shape (n_joints, 4)."""
         rows = [np.asarray(getattr(self, attribute.name), dtype=np.float64) for attribute in fields(self)]
-        return np.stack(rows, axis=-1) / np.array([1.0, 1.0, 2.0, 6.0])
+        coefficients: Array = np.stack(rows, axis=-1) / np.array([1.0, 1.0, 2.0, 6.0])
+        return coefficients
 
 
 @final
@@ -87,6 +88,10 @@ class SepticPolynomial(Interpolant):
         start, end = np.broadcast_to(self.start.taylor, shape), np.broadcast_to(self.end.taylor, shape)
         return TrajectoryBatch(breaks_of(durations), hermite_segments(start, end, durations))
 
+    def via_times(self, x: Array) -> Array:
+        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
+        return breaks_of(check_durations(x, 1))
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -113,3 +118,7 @@ class SepticSpline(Interpolant):
         """Splines for segment times of shape (B, n_segments) [s]."""
         durations = check_durations(x, len(self.points) - 1)
         return odd_spline(self.points, durations, breaks_of(durations), 4)
+
+    def via_times(self, x: Array) -> Array:
+        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
+        return breaks_of(check_durations(x, len(self.points) - 1))

@@ -1,0 +1,118 @@
+"""A solution as a file for a controller, a spreadsheet or another program."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.front import Solution
+from trajevo.trajectory import DERIVATIVES
+from trajevo.units import display, per_time
+
+
+def export(solution: Solution, file: str | Path, *, format: str, step: float = 0.01, angle: str = "rad") -> Path:
+    """Write the sampled motion of a solution, with units, settings and reference inside.
+
+    Args:
+        solution: what to write.
+        file: where to.
+        format: ``"csv"`` (comment lines with the settings, then one row per instant) or ``"json"`` (also the exact
+            polynomials).
+        step: time between samples [s]; the last sample is the end of the motion.
+        angle: ``"rad"`` or ``"deg"``.
+
+    Returns:
+        The file.
+
+    Raises:
+        UnknownNameError: no such format or angle unit.
+        InvalidInputError: a step that is not positive, or a file that cannot be written.
+    """
+    if format not in _WRITERS:
+        raise UnknownNameError("export format", format, _WRITERS)
+    if not (np.isfinite(step) and step > 0.0):
+        raise InvalidInputError(f"step: expected a positive time [s], got {step}")
+    content = _WRITERS[format](solution, step, angle)
+    try:
+        Path(file).write_text(content, encoding="utf-8")
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+    return Path(file)
+
+
+def _instants(duration: float, step: float) -> Array:
+    inner = np.arange(0.0, duration, step)
+    return np.append(inner[inner < duration - 1e-9 * duration], duration)
+
+
+def _columns(solution: Solution, step: float, angle: str) -> tuple[list[str], Array]:
+    """Headers with units and the table, time first: shape (T, 1 + 4 n_joints)."""
+    rollout = solution.rollout
+    t = _instants(float(rollout.trajectory.duration[0]), step)
+    headers, columns = ["time [s]"], [t]
+    for order, quantity in enumerate(DERIVATIVES):
+        values = rollout.trajectory.evaluate(t, order)[0]
+        for joint, (name, unit) in enumerate(zip(rollout.robot.joint_names, rollout.robot.joint_units, strict=True)):
+            shown, factor = display(per_time(unit, order), angle=angle)
+            headers.append(f"{name} {quantity} [{shown}]")
+            columns.append(values[:, joint] * factor)
+    return headers, np.stack(columns, axis=1)
+
+
+def _about(solution: Solution) -> dict[str, Any]:
+    """What a stranger needs to know about the motion, as plain data."""
+    front = solution.front
+    return {
+        "problem": front.record.model_dump(mode="json"),
+        "run": front.run.model_dump(mode="json"),
+        "solution": {
+            "row": solution.index,
+            "rule": solution.rule,
+            "reason": solution.reason,
+            "x": solution.x.tolist(),
+            "objectives": solution.F,
+            "constraints": solution.G,
+        },
+    }
+
+
+def _csv(solution: Solution, step: float, angle: str) -> str:
+    headers, table = _columns(solution, step, angle)
+    stream = io.StringIO()
+    for key, value in _about(solution).items():
+        stream.write(f"# {key}: {json.dumps(value)}\n")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(headers)
+    writer.writerows([[repr(value) for value in row] for row in table.tolist()])
+    return stream.getvalue()
+
+
+def _json(solution: Solution, step: float, angle: str) -> str:
+    headers, table = _columns(solution, step, angle)
+    trajectory, robot = solution.trajectory, solution.front.problem.robot
+    content = {
+        "format": "trajevo motion",
+        "version": 1,
+        **_about(solution),
+        "polynomials": {
+            "joints": robot.joint_names,
+            "units": robot.joint_units,
+            "breaks [s]": trajectory.breaks[0].tolist(),
+            "coefficients (segment, joint, ascending power of the time since the segment began)": (
+                trajectory.coefficients[0].tolist()
+            ),
+        },
+        "samples": {header: column.tolist() for header, column in zip(headers, table.T, strict=True)},
+    }
+    return json.dumps(content, indent=1, allow_nan=False)
+
+
+_WRITERS: dict[str, Callable[[Solution, float, str], str]] = {"csv": _csv, "json": _json}

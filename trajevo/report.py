@@ -1,0 +1,174 @@
+"""A run as one HTML file that needs nothing else: settings, front, choices, motion of the knee."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterator, Sequence
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import matplotlib.pyplot as plt
+
+from trajevo import plots
+from trajevo.errors import InvalidInputError
+from trajevo.front import Front, Solution
+from trajevo.units import display, pretty
+
+_TEMPLATE = Path(__file__).with_name("report.html")
+
+
+def choices(front: Front) -> tuple[Solution, ...]:
+    """The solutions a report compares: knee, nearest to utopia, and the least of each objective."""
+    return front.knee(), front.utopia(), *(front.least(name) for name in front.objective_names)
+
+
+def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[str, float]]:
+    """Per objective the column header with its unit and the factor from SI."""
+    shown = [display(objective.unit, angle=angle or front.record.angle) for objective in front.record.objectives]
+    return [
+        (f"{objective.name} [{pretty(unit)}]", factor)
+        for objective, (unit, factor) in zip(front.record.objectives, shown, strict=True)
+    ]
+
+
+def run_facts(front: Front) -> list[tuple[str, str]]:
+    """What is to be said of a run, as label and text."""
+    run, record = front.run, front.record
+    failures = f"{run.failures} of {run.evaluations} evaluations"
+    return [
+        ("problem", f"{record.title} ({record.name or 'not registered'})"),
+        ("robot", f"{record.robot}: {record.robot_reference}"),
+        ("problem settings", _listed(record.settings) or "none"),
+        ("variables", ", ".join(f"{v.name} in [{v.lower:g}, {v.upper:g}] {v.unit}" for v in record.variables)),
+        ("algorithm", run.algorithm),
+        ("settings", _listed(run.settings)),
+        ("seed", str(run.seed)),
+        ("generations", f"{run.generations}{' (interrupted)' if run.interrupted else ''}"),
+        ("evaluations", f"{run.evaluations} in {run.seconds:.2f} s"),
+        ("failed evaluations", failures + (f", first: {run.first_failure}" if run.failures else "")),
+        ("front", f"{len(front)} non-dominated feasible solutions"),
+        ("hypervolume", f"{front.history.hypervolume[-1]:.6f} of the reference box" if len(front) else "0"),
+        ("versions", ", ".join(f"{name} {number}" for name, number in run.versions.items())),
+    ]
+
+
+def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
+    """Every picture of a run, one at a time: file stem, caption, figure."""
+    knee = front.knee()
+    if front.F.shape[1] > 1:
+        yield "front", "The front, every pair of objectives", plots.front(front, mark=knee)[0].figure
+    if front.F.shape[1] > 2:
+        yield "front_3d", "The front, three objectives", plots.front_3d(front, mark=knee).figure
+    yield "parallel", "Trade-offs: one line per solution", plots.parallel_coordinates(front, mark=knee).figure
+    yield "hypervolume", "Hypervolume by generation", plots.hypervolume(front).figure
+    yield "profiles", "Joint motion of the knee inside its limits (dashed)", plots.profiles(knee)[0].figure
+    yield "tool_path", "Path of the tool at the knee", plots.tool_path(knee).figure
+
+
+def save_figures(front: Front, folder: Path) -> list[Path]:
+    """Write every picture of a run as PNG; an empty front has none."""
+    files = []
+    for stem, _, figure in figures(front) if len(front) else ():
+        files.append(folder / f"{stem}.png")
+        files[-1].write_bytes(_png(figure, 150))
+    return files
+
+
+def report(front: Front, file: str | Path) -> Path:
+    """Write the report of a front.
+
+    Raises:
+        InvalidInputError: the file cannot be written.
+    """
+    facts = _table(("", ""), [(label, escape(text)) for label, text in run_facts(front)])
+    if len(front):
+        pictures = {stem: _picture(caption, figure) for stem, caption, figure in figures(front)}
+        wide = pictures.pop("front", "")
+        body = [
+            "<h2>Solutions</h2>",
+            _choices_table(front),
+            "<h2>Front</h2>",
+            wide,
+            '<div class="pictures">' + "".join(pictures.values()) + "</div>",
+            "<h2>Limits at the knee</h2>",
+            _limits_table(front.knee()),
+        ]
+    else:
+        body = [f'<p class="alert">The front is empty: {escape(str(front.blocking))}.</p>']
+    text = Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(
+        title=escape(front.record.title),
+        subtitle=escape(f"{front.run.algorithm}, seed {front.run.seed}, {len(front)} solutions"),
+        body="\n".join([*body, "<h2>Run</h2>", facts]),
+    )
+    try:
+        Path(file).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+    return Path(file)
+
+
+def _listed(settings: dict[str, Any]) -> str:
+    return ", ".join(f"{key} = {_brief(value)}" for key, value in settings.items())
+
+
+def _brief(value: Any) -> str:
+    """Numbers to six digits, in lists too: the file holds all of them."""
+    if isinstance(value, list | tuple):
+        return "(" + ", ".join(_brief(entry) for entry in value) + ")"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _choices_table(front: Front) -> str:
+    headers = objective_headers(front)
+    rows = [
+        (
+            escape(solution.rule),
+            *(f"{value * factor:.5g}" for value, (_, factor) in zip(solution.F.values(), headers, strict=True)),
+            str(solution.index),
+            escape(solution.reason),
+        )
+        for solution in choices(front)
+    ]
+    return _table(
+        ("solution", *(header for header, _ in headers), "row", "why"), rows, numbers=len(headers) + 1, chosen=0
+    )
+
+
+def _limits_table(solution: Solution) -> str:
+    rows = [(escape(name), f"{100.0 * (1.0 + value):.2f} %") for name, value in solution.G.items()]
+    return _table(("limit", "used"), rows, numbers=1)
+
+
+def _table(
+    headers: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: int = 0, chosen: int | None = None
+) -> str:
+    """Rows of HTML cells; the ``numbers`` columns after the first are aligned right."""
+
+    def cell(tag: str, column: int, content: str) -> str:
+        kind = ' class="number"' if 0 < column <= numbers else ""
+        return f"<{tag}{kind}>{content}</{tag}>"
+
+    head = "".join(cell("th", i, escape(header)) for i, header in enumerate(headers)) if any(headers) else ""
+    body = "".join(
+        f"<tr{' class=chosen' if k == chosen else ''}>"
+        + "".join(cell("td", i, text) for i, text in enumerate(row))
+        + "</tr>"
+        for k, row in enumerate(rows)
+    )
+    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def _picture(caption: str, figure: Any) -> str:
+    data = base64.b64encode(_png(figure, 110)).decode("ascii")
+    image = f'<img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
+    return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def _png(figure: Any, dpi: int) -> bytes:
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=dpi, bbox_inches="tight")
+    plt.close(figure)
+    return stream.getvalue()
