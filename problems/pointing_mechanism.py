@@ -155,7 +155,7 @@ def joint_angles(direction: Any) -> Array:
     Raises:
         UnreachableError: β is outside [0°, 180°), or the direction lies on the axis of joint 1, where θ₁ is undefined.
     """
-    directions = numbers(direction, name="points", shape=("K", 2))
+    directions = numbers(direction, name="points", shape=("n_points", 2))
     gamma, beta = directions.T
     shown = np.degrees(directions)
     _refuse((beta < 0.0) | (beta >= np.pi), shown, "expected a pitch from 0 deg to below 180 deg", "deg")

@@ -180,11 +180,13 @@ def _print_run(front: Front, angle: str | None) -> None:
         _out.print(f"The front is empty: {front.blocking}.")
         return
     headers = objective_headers(front, angle=angle)
-    columns = [Column("solution", no_wrap=True), *(escape(header) for header, _ in headers)]
-    table = Table(*columns, Column("closest limit", no_wrap=True), box=SIMPLE)
+    table = Table(Column("solution", no_wrap=True), box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+    for header, _ in headers:
+        table.add_column(escape(header), min_width=max(map(len, header.split())))
+    table.add_column("closest limit", no_wrap=True)
     for solution in choices(front):
         values = [f"{value * factor:.5g}" for value, (_, factor) in zip(solution.F.values(), headers, strict=True)]
         closest = max(solution.G, key=lambda name: solution.G[name], default="")
-        share = f"{100.0 * (1.0 + solution.G[closest]):.1f} %  {closest}" if closest else "none"
+        share = f"{100.0 * (1.0 + solution.G[closest]):.1f} % {closest}" if closest else "none"
         table.add_row(solution.rule, *values, share)
     _out.print(table)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -33,31 +35,23 @@ class Constraint:
 
 def position_limits(robot: Robot) -> Constraint:
     """Exact extremes of every joint inside its range; the excess is divided by half the range."""
-    lower, upper = robot.limits.lower, robot.limits.upper
-    kept = np.flatnonzero(np.isfinite(lower) & np.isfinite(upper))
-    half = 0.5 * (upper - lower)[kept]
-
-    def excess(rollout: Rollout) -> Array:
-        least, greatest = rollout.trajectory.extremes(0)
-        over = np.maximum(greatest[:, kept] - upper[kept], lower[kept] - least[:, kept])
-        return over / half
-
-    return Constraint(_names("position", robot, kept), robot.reference, excess)
+    kept = _bounded(robot)
+    return Constraint(_names("position", robot, kept), robot.reference, _position_excess)
 
 
 def velocity_limits(robot: Robot) -> Constraint:
     """Exact peak of |v| of every joint, divided by its limit, minus 1."""
-    return _peak_limits(robot, 1, robot.limits.velocity)
+    return _peak_limits(robot, 1)
 
 
 def acceleration_limits(robot: Robot) -> Constraint:
     """Exact peak of |a| of every joint, divided by its limit, minus 1."""
-    return _peak_limits(robot, 2, robot.limits.acceleration)
+    return _peak_limits(robot, 2)
 
 
 def jerk_limits(robot: Robot) -> Constraint:
     """Exact peak of |j| of every joint, divided by its limit, minus 1."""
-    return _peak_limits(robot, 3, robot.limits.jerk)
+    return _peak_limits(robot, 3)
 
 
 def kinematic_limits(robot: Robot) -> tuple[Constraint, ...]:
@@ -65,13 +59,34 @@ def kinematic_limits(robot: Robot) -> tuple[Constraint, ...]:
     return position_limits(robot), velocity_limits(robot), acceleration_limits(robot), jerk_limits(robot)
 
 
-def _peak_limits(robot: Robot, derivative: int, limit: Array) -> Constraint:
-    kept = np.flatnonzero(np.isfinite(limit))
+def _peak_limits(robot: Robot, derivative: int) -> Constraint:
+    kept = np.flatnonzero(np.isfinite(_limit(robot, derivative)))
+    names = _names(DERIVATIVES[derivative], robot, kept)
+    return Constraint(names, robot.reference, partial(_peak_excess, derivative=derivative))
 
-    def excess(rollout: Rollout) -> Array:
-        return rollout.trajectory.peak(derivative)[:, kept] / limit[kept] - 1.0
 
-    return Constraint(_names(DERIVATIVES[derivative], robot, kept), robot.reference, excess)
+def _position_excess(rollout: Rollout) -> Array:
+    kept = _bounded(rollout.robot)
+    lower, upper = rollout.robot.limits.lower[kept], rollout.robot.limits.upper[kept]
+    least, greatest = (bound[:, kept] for bound in rollout.trajectory.extremes(0))
+    excess: Array = np.maximum(greatest - upper, lower - least) / (0.5 * (upper - lower))
+    return excess
+
+
+def _peak_excess(rollout: Rollout, *, derivative: int) -> Array:
+    limit = _limit(rollout.robot, derivative)
+    kept = np.isfinite(limit)
+    excess: Array = rollout.trajectory.peak(derivative)[:, kept] / limit[kept] - 1.0
+    return excess
+
+
+def _bounded(robot: Robot) -> np.ndarray[Any, np.dtype[np.intp]]:
+    return np.flatnonzero(np.isfinite(robot.limits.lower) & np.isfinite(robot.limits.upper))
+
+
+def _limit(robot: Robot, derivative: int) -> Array:
+    limit: Array = getattr(robot.limits, DERIVATIVES[derivative])
+    return limit
 
 
 def _names(quantity: str, robot: Robot, kept: Iterable[int]) -> tuple[str, ...]:

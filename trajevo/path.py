@@ -113,7 +113,7 @@ def read_columns(file: str | Path, columns: dict[str, str]) -> Array:
     table = np.empty((len(lines) - 1, len(columns)))
     for i, (line, row) in enumerate(lines[1:]):
         for k, name in enumerate(columns):
-            cell = row[names.index(name)] if names.index(name) < len(row) else ""
+            cell = row[names.index(name)].strip() if names.index(name) < len(row) else ""
             try:
                 table[i, k] = float(cell) * to_si(header[name])
             except ValueError:

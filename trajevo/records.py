@@ -146,6 +146,14 @@ class FrontFile(_Record):
     F: tuple[tuple[float, ...], ...]
     G: tuple[tuple[float, ...], ...]
 
+    @pydantic.model_validator(mode="after")
+    def _rectangular(self) -> FrontFile:
+        widths = len(self.problem.variables), len(self.problem.objectives), len(self.problem.constraints)
+        for name, rows, width in zip("XFG", (self.X, self.F, self.G), widths, strict=True):
+            if len(rows) != len(self.F) or any(len(row) != width for row in rows):
+                raise ValueError(f"expected {len(self.F)} rows of {width} numbers in {name}")
+        return self
+
 
 def installed_versions() -> dict[str, str]:
     """Versions of the packages that decide what a run computes, and of Python."""

@@ -95,7 +95,7 @@ def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:
 def _solve_block_tridiagonal(left: Array, diagonal: Array, right: Array, drive: Array) -> Array:
     """Block elimination along N; diagonal (B, N, m, m), left and right (B, N - 1, m, m), drive (B, N, m, n)."""
     count = diagonal.shape[1]
-    reduced = []
+    reduced: list[Array] = []
     solution = np.empty_like(drive)
     pivot, load = diagonal[:, 0], drive[:, 0]
     for i in range(count):
@@ -103,7 +103,7 @@ def _solve_block_tridiagonal(left: Array, diagonal: Array, right: Array, drive: 
             pivot = diagonal[:, i] - left[:, i - 1] @ reduced[i - 1]
             load = drive[:, i] - left[:, i - 1] @ solution[:, i - 1]
         if i < count - 1:
-            reduced.append(np.asarray(np.linalg.solve(pivot, right[:, i]), dtype=np.float64))
+            reduced.append(np.asarray(np.linalg.solve(pivot, right[:, i]), np.float64))
         solution[:, i] = np.linalg.solve(pivot, load)
     for i in range(count - 2, -1, -1):
         solution[:, i] -= reduced[i] @ solution[:, i + 1]

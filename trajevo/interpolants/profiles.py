@@ -21,6 +21,9 @@ from trajevo.trajectory import TrajectoryBatch
 #: Durations (P,) [s] and power coefficients (P, degree + 1) of the phases of s(t).
 _Phases = tuple[Array, Array]
 
+#: Share of a chord's time below which a phase is rounding, not motion.
+_NEGLIGIBLE = 1e-12
+
 
 def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str) -> TrajectoryBatch:
     """The fastest motion that stops at every point, with a given velocity profile.
@@ -53,7 +56,7 @@ def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str) -> Traj
                 float(np.min(bound / np.abs(chord))) for bound in (limits.velocity, limits.acceleration, limits.jerk)
             ]
         phase_durations, s = _PROFILES[profile](*share)
-        kept = phase_durations > 0.0
+        kept = phase_durations > _NEGLIGIBLE * phase_durations.sum()
         segment = chord[:, None] * s[kept][:, None, :]
         segment[..., 0] += start
         durations.append(phase_durations[kept])

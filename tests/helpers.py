@@ -1,0 +1,43 @@
+"""Small problems that the tests can break."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from trajevo import TrajectoryProblem, ViaPoints, load_robot
+from trajevo.constraints import Constraint, kinematic_limits
+from trajevo.interpolants import QuinticSpline
+from trajevo.objectives import Objective, summed_rms_jerk, total_time
+
+POINTS = ViaPoints(np.array([[0.2, 0.1], [0.0, 0.3], [-0.2, 0.0]]))
+
+
+def small_problem(*, objectives=None, constraints=None, reference_point=None) -> TrajectoryProblem:
+    """Two segments of the pointing mechanism, by hand: not registered, so not named in any file."""
+    robot = load_robot("pointing_mechanism")
+    return TrajectoryProblem(
+        robot=robot,
+        interpolant=QuinticSpline(POINTS, duration_bounds=(1.0, 10.0)),
+        objectives=objectives
+        or (Objective("time", "s", "test", total_time), Objective("jerk", "rad/s^3", "test", summed_rms_jerk)),
+        constraints=kinematic_limits(robot) if constraints is None else constraints,
+        reference_point=reference_point,
+    )
+
+
+def failing_when_slow(rollout):
+    """An objective that raises as soon as one trajectory of the batch takes longer than 15 s."""
+    if (rollout.trajectory.duration > 15.0).any():
+        raise KeyError("too slow for this table")
+    return rollout.trajectory.duration
+
+
+def nan_when_slow(rollout):
+    """An objective that is NaN for every trajectory that takes longer than 15 s."""
+    duration = rollout.trajectory.duration
+    return np.where(duration > 15.0, np.nan, duration)
+
+
+def impossible(robot, by: float) -> Constraint:
+    """A limit that every trajectory exceeds by a given share."""
+    return Constraint(("patience",), "test", lambda rollout: np.full((len(rollout.trajectory), 1), by))

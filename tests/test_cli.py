@@ -1,0 +1,164 @@
+"""The command line as a user meets it: real processes, real files, exit codes."""
+
+import json
+import os
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from trajevo import Front
+
+SMALL = ["--generations", "8", "--population", "20"]
+
+
+def trajevo(*arguments, cwd=None):
+    command = [sys.executable, "-c", "from trajevo.cli import main; main()", *map(str, arguments)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, env=os.environ | {"COLUMNS": "160"})
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "pointing"
+    result = trajevo("solve", "pointing", "--seed", "1", *SMALL, "--out", folder)
+    assert result.returncode == 0, result.stderr
+    return folder
+
+
+def test_solve_writes_front_pictures_and_report(run):
+    assert len(Front.load(run / "front.json")) > 0
+    names = {file.stem for file in (run / "plots").iterdir()}
+    assert names == {"front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path"}
+    for file in (run / "plots").iterdir():
+        picture = matplotlib.image.imread(file)[..., :3]
+        assert min(picture.shape[:2]) > 300
+        assert 0.02 < (picture.std(axis=2) + (picture.mean(axis=2) < 0.9) > 0.0).mean() < 0.9, f"{file} looks empty"
+
+
+def test_the_report_needs_nothing_else(run):
+    links = []
+
+    class Links(HTMLParser):
+        def handle_starttag(self, tag, attributes):
+            links.extend(value for name, value in attributes if name in ("src", "href"))
+
+    text = (run / "report.html").read_text()
+    Links().feed(text)
+    assert len(links) == 6
+    assert all(link.startswith("data:image/png;base64,") for link in links)
+    for expected in ("least_time", "velocity of joint_1", "NSGA2", "crossover_probability = 0.85", "deg/s²"):
+        assert expected in text
+    assert "$" not in text.split("</style>")[1]
+
+
+def test_list_names_problems_robots_and_limits():
+    result = trajevo("list")
+    assert result.returncode == 0
+    for expected in ("pointing", "Sun 2020", "pointing_mechanism", "jerk", "effort"):
+        assert expected in result.stdout
+
+
+def test_show_prints_the_choices_with_units(run):
+    result = trajevo("show", run)
+    assert result.returncode == 0
+    for expected in ("knee", "utopia", "least_jerk", "[deg/s²]", "time [s]", "seed", "hypervolume"):
+        assert expected in result.stdout
+    assert "[rad/s²]" in trajevo("show", run / "front.json", "--angle", "rad").stdout
+
+
+def test_report_and_export_write_where_told(run, tmp_path):
+    assert trajevo("report", run, "--out", tmp_path / "r.html").returncode == 0
+    assert (tmp_path / "r.html").read_text() == (run / "report.html").read_text()
+    assert trajevo("export", run, "--solution", "least_time", "--format", "json").returncode == 0
+    content = json.loads((run / "least_time.json").read_text())
+    assert content["samples"]["time [s]"][-1] == Front.load(run / "front.json").least("time").F["time"]
+
+
+def test_the_same_seed_writes_the_same_points(run, tmp_path):
+    assert trajevo("solve", "pointing", "--seed", "1", *SMALL, "--out", tmp_path / "again").returncode == 0
+    np.testing.assert_array_equal(Front.load(run / "front.json").X, Front.load(tmp_path / "again/front.json").X)
+
+
+def test_an_existing_run_is_kept_unless_told(run):
+    before = (run / "front.json").read_bytes()
+    result = trajevo("solve", "pointing", *SMALL, "--seed", "2", "--out", run)
+    assert result.returncode == 2
+    assert "already holds a run; choose another --out or add --overwrite" in result.stderr
+    assert (run / "front.json").read_bytes() == before
+
+
+def test_algorithm_interpolant_and_points_are_options(tmp_path):
+    points = tmp_path / "points.csv"
+    points.write_text("azimuth [deg], pitch [deg]\n30, 30\n75, 15\n165, 15\n")
+    options = ["--algorithm", "sms-emoa", "--interpolant", "quintic", "--points", points, "--quiet"]
+    result = trajevo("solve", "pointing", *SMALL, *options, "--out", tmp_path / "run")
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+    front = Front.load(tmp_path / "run" / "front.json")
+    assert front.run.algorithm == "SMSEMOA"
+    assert front.record.settings["interpolant"] == "quintic"
+    assert front.X.shape[1] == 2
+    assert front.knee().trajectory.duration > 0.0
+
+
+def test_a_run_without_a_feasible_point_says_why(tmp_path):
+    points = tmp_path / "points.csv"
+    # A swing from one end of joint 1's range to the other and back takes over 24 s: more than two segments of 10 s.
+    points.write_text("azimuth [deg], pitch [deg]\n90, 60\n270, 60\n90, 60\n")
+    result = trajevo("solve", "pointing", *SMALL, "--points", points, "--out", tmp_path / "run", "--quiet")
+    assert result.returncode == 0, result.stderr
+    assert (
+        "The front is empty: nothing feasible was found; in the nearest miss velocity of joint_1 exceeds"
+        in result.stdout
+    )
+    assert "The front is empty" in (tmp_path / "run" / "report.html").read_text()
+    assert "the front is empty" in trajevo("export", tmp_path / "run").stderr
+
+
+CSV = "azimuth [deg], pitch [deg]\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["solve", "nope"], "unknown problem 'nope'; known: pointing"),
+        (["solve", "pointing", "--interpolant", "cubic"], "unknown interpolant 'cubic'; known: printed, quintic"),
+        (["solve", "pointing", "--algorithm", "magic"], "unknown algorithm 'magic'; known: nsga2, sms-emoa, spea2"),
+        (["solve", "pointing", "--population", "-5"], "--population"),
+        (["solve", "pointing", "--generations", "0"], "--generations"),
+        (["solve", "pointing", "--points", "none.csv"], "none.csv: cannot be read"),
+        (["solve", "pointing", "--points", "two.csv"], "at least 3 points, got 2"),
+        (["solve", "pointing", "--points", "twice.csv"], "point 2 repeats point 1"),
+        (["solve", "pointing", "--points", "far.csv"], "point 1 puts 'joint_1' at 80 deg, outside its range"),
+        (["solve", "pointing", "--points", "nan.csv"], "finite numbers, got nan"),
+        (["solve", "pointing", "--points", "text.csv"], "line 3, column 'pitch': expected a number, got 'x'"),
+        (["solve", "pointing", "--out", "file/run"], "the output folder cannot be written: Not a directory"),
+        (["show", "none"], "none: cannot be read: No such file"),
+        (["report", "file"], "file: is no front of trajevo"),
+        (["export", "none"], "cannot be read"),
+        (["fly"], "No such command"),
+    ],
+)
+def test_bad_input_gets_one_sentence_and_an_exit_code(tmp_path, arguments, says):
+    (tmp_path / "file").write_text("not a folder")
+    (tmp_path / "two.csv").write_text(CSV + "30, 30\n75, 15\n")
+    (tmp_path / "twice.csv").write_text(CSV + "30, 30\n75, 15\n75, 15\n")
+    (tmp_path / "far.csv").write_text(CSV + "30, 30\n90, 80\n75, 15\n")
+    (tmp_path / "nan.csv").write_text(CSV + "30, 30\n90, nan\n75, 15\n")
+    (tmp_path / "text.csv").write_text(CSV + "30, 30\n90, x\n75, 15\n")
+    result = trajevo(*arguments, cwd=tmp_path)
+    assert result.returncode == 2
+    assert says in " ".join(result.stderr.replace("│", " ").split())
+    assert "Traceback" not in result.stderr
+    assert not (tmp_path / "runs").exists(), "a refused command left a folder behind"
+
+
+def test_an_output_folder_without_write_permission_is_refused(tmp_path):
+    locked = Path("/proc/trajevo")
+    result = trajevo("solve", "pointing", *SMALL, "--out", locked)
+    assert result.returncode == 2
+    assert "the output folder cannot be written" in result.stderr

@@ -1,0 +1,64 @@
+"""What holds for every registered problem."""
+
+import copy
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+from trajevo import TrajectoryProblem, load_problem
+from trajevo.problem import list_problems
+
+
+@pytest.fixture(params=list_problems())
+def problem(request) -> TrajectoryProblem:
+    return load_problem(request.param)
+
+
+@pytest.fixture
+def x(problem) -> np.ndarray:
+    return np.random.default_rng(0).uniform(problem.xl, problem.xu, (20, problem.n_var))
+
+
+def test_shapes_names_and_units_fit(problem, x):
+    F, G = problem.evaluate(x)
+    assert F.shape == (20, problem.n_obj) == (20, len(problem.objective_units))
+    assert G.shape == (20, problem.n_ieq_constr) == (20, len(problem.constraint_names))
+    assert np.isfinite(F).all()
+    assert np.isfinite(G).all()
+    assert len(problem.reference_point) == problem.n_obj
+
+
+def test_a_row_does_not_depend_on_the_others(problem, x):
+    F, G = problem.evaluate(x)
+    shuffled = np.random.default_rng(1).permutation(20)
+    np.testing.assert_allclose(problem.evaluate(x[shuffled])[0], F[shuffled], rtol=1e-12)
+    np.testing.assert_allclose(problem.evaluate(x[7:8])[1], G[7:8], rtol=1e-10, atol=1e-12)
+
+
+def test_input_is_not_touched(problem, x):
+    before = x.copy()
+    problem.evaluate(x)
+    np.testing.assert_array_equal(x, before)
+
+
+def test_settings_are_plain_data_that_make_an_equal_problem(problem, x):
+    assert problem.registered_name in list_problems()
+    again = load_problem(problem.registered_name, **json.loads(json.dumps(problem.settings)))
+    np.testing.assert_array_equal(again.evaluate(x)[0], problem.evaluate(x)[0])
+    assert again.settings == problem.settings
+
+
+def test_via_points_are_passed(problem, x):
+    via = problem.interpolant.points.positions
+    reached = problem.decode(x).evaluate(problem.interpolant.via_times(x))
+    np.testing.assert_allclose(reached, np.broadcast_to(via, reached.shape), atol=1e-10)
+
+
+def test_copies_evaluate_alike(problem, x):
+    np.testing.assert_array_equal(copy.deepcopy(problem).evaluate(x)[0], problem.evaluate(x)[0])
+
+
+def test_pickles_evaluate_alike(problem, x):
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(problem)).evaluate(x)[0], problem.evaluate(x)[0])

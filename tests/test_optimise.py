@@ -1,0 +1,232 @@
+import json
+import subprocess
+import sys
+
+import moocore
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.rvea import RVEA
+from pymoo.algorithms.moo.sms import SMSEMOA
+from pymoo.util.ref_dirs import get_reference_directions
+
+from problems import PointingMechanism
+from tests.helpers import failing_when_slow, impossible, nan_when_slow, small_problem
+from tests.reference import non_dominated
+from trajevo import TrajevoError, load_robot, optimise
+from trajevo.archive import Archive
+from trajevo.objectives import Objective, summed_rms_jerk, total_time
+
+SMALL = {"generations": 15, "population": 24, "progress": False}
+
+
+def test_the_same_seed_gives_the_same_front_and_another_seed_another():
+    first, again = (optimise(PointingMechanism(), seed=3, **SMALL) for _ in range(2))
+    for name in "XFG":
+        np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
+    assert first.history == again.history
+    assert not np.array_equal(first.X, optimise(PointingMechanism(), seed=4, **SMALL).X)
+
+
+def test_the_same_seed_gives_the_same_front_in_another_process():
+    here = optimise(PointingMechanism(), seed=3, **SMALL)
+    script = (
+        "import json; from problems import PointingMechanism; from trajevo import optimise;"
+        f"print(json.dumps(optimise(PointingMechanism(), seed=3, **{SMALL!r}).X.tolist()))"
+    )
+    there = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
+    np.testing.assert_array_equal(np.array(json.loads(there.stdout)), here.X)
+
+
+def test_the_front_is_feasible_mutually_non_dominated_and_sorted():
+    problem = PointingMechanism()
+    front = optimise(problem, seed=1, **SMALL)
+    assert (front.G <= 0.0).all()
+    assert non_dominated(front.F).all()
+    assert (np.diff(front.F[:, 0]) >= 0.0).all()
+    F, G = problem.evaluate(front.X)
+    np.testing.assert_allclose(F, front.F, rtol=1e-12)
+    np.testing.assert_allclose(G, front.G, rtol=1e-9, atol=1e-12)
+
+
+def test_the_archive_keeps_what_the_population_forgets():
+    front = optimise(PointingMechanism(), seed=1, **SMALL)
+    assert len(front) > SMALL["population"]
+    volumes = np.array(front.history.hypervolume)
+    assert (np.diff(volumes) >= 0.0).all()
+    box = front.F / front.history.reference_point
+    assert volumes[-1] == pytest.approx(moocore.hypervolume(box, ref=np.ones(3)), rel=1e-12)
+
+
+def test_archive_equals_a_comparison_of_every_pair():
+    rng = np.random.default_rng(0)
+    X, F, G = rng.random((300, 2)), rng.random((300, 3)), rng.normal(-1.0, 1.0, (300, 2))
+    archive = Archive(2, 3, 2)
+    for part in np.array_split(np.arange(300), 7):
+        archive.add(X[part], F[part], G[part])
+    feasible = (G <= 0.0).all(axis=1)
+    expected = F[feasible][non_dominated(F[feasible])]
+    np.testing.assert_array_equal(np.sort(archive.F, axis=0), np.sort(expected, axis=0))
+    archive.add(X, F, G)
+    assert len(archive.F) == len(expected)
+
+
+def test_history_and_run_say_what_was_done():
+    front = optimise(PointingMechanism(), seed=5, offsprings=10, **SMALL)
+    assert front.run.generations == 15
+    assert front.run.evaluations == front.history.evaluations[-1] == 24 + 14 * 10
+    assert len(front.history.hypervolume) == len(front.history.least_violation) == 15
+    assert front.run.algorithm == "NSGA2"
+    assert front.run.settings["offsprings"] == 10
+    assert front.run.settings["crossover_probability"] == 0.85
+    assert front.run.settings["mutation_probability"] == 0.15
+    assert front.run.seed == 5
+    assert front.run.failures == 0
+    assert front.run.versions["pymoo"].startswith("0.6.")
+    assert front.record.settings == PointingMechanism().settings
+
+
+def test_defaults_are_the_papers():
+    front = optimise(PointingMechanism(), seed=1, generations=1, progress=False)
+    assert front.run.evaluations == 150
+    assert front.run.settings == {
+        "population": 150,
+        "offsprings": 150,
+        "crossover_probability": 0.85,
+        "crossover_index": 15.0,
+        "mutation_probability": 0.15,
+        "mutation_index": 20.0,
+        "generations": 1,
+    }
+
+
+@pytest.mark.parametrize(
+    "algorithm",
+    [
+        NSGA2(pop_size=20),
+        SMSEMOA(pop_size=20),
+        RVEA(get_reference_directions("das-dennis", 3, n_partitions=5)),
+    ],
+    ids=lambda algorithm: type(algorithm).__name__,
+)
+def test_any_pymoo_algorithm_by_argument(algorithm):
+    front = optimise(PointingMechanism(), algorithm=algorithm, seed=2, generations=10, progress=False)
+    assert front.run.algorithm == type(algorithm).__name__
+    assert len(front) > 0
+    assert algorithm.problem is None, "the algorithm that was passed was changed"
+
+
+def test_nothing_feasible_says_what_blocks_and_by_how_much():
+    robot = load_robot("pointing_mechanism")
+    front = optimise(small_problem(constraints=(impossible(robot, 0.25),)), seed=1, **SMALL)
+    assert len(front) == 0
+    assert front.blocking.violations == {"patience": 0.25}
+    assert str(front.blocking) == "nothing feasible was found; in the nearest miss patience exceeds its limit by 25 %"
+    assert front.history.least_violation[-1] == 0.25
+    with pytest.raises(TrajevoError, match="the front is empty: .*patience exceeds its limit by 25 %"):
+        front.knee()
+
+
+def test_limits_too_tight_name_the_worst_first():
+    from problems.pointing_mechanism import DURATION_BOUNDS
+
+    problem = PointingMechanism(duration_bounds=(1.0, 1.5))
+    front = optimise(problem, seed=1, **SMALL)
+    assert DURATION_BOUNDS != (1.0, 1.5)
+    assert len(front) == 0
+    violations = list(front.blocking.violations.values())
+    assert violations == sorted(violations, reverse=True)
+    _, G = problem.evaluate(np.array([front.blocking.x]))
+    assert max(violations) == pytest.approx(G.max(), rel=1e-9)
+
+
+@pytest.mark.parametrize("bad", [failing_when_slow, nan_when_slow])
+@pytest.mark.parametrize("algorithm", [None, SMSEMOA(pop_size=20)], ids=["NSGA2", "SMSEMOA"])
+def test_failing_individuals_are_counted_and_never_in_the_front(bad, algorithm):
+    objectives = (Objective("time", "s", "t", bad), Objective("jerk", "rad/s^3", "t", summed_rms_jerk))
+    front = optimise(
+        small_problem(objectives=objectives),
+        seed=1,
+        generations=10,
+        population=20 if algorithm is None else None,
+        algorithm=algorithm,
+        progress=False,
+    )
+    assert front.run.failures > 0
+    assert front.run.first_failure in (
+        "KeyError: 'too slow for this table'",
+        "an objective or a constraint is not a number",
+    )
+    assert len(front) > 0
+    assert np.isfinite(front.F).all()
+    assert (front.F[:, 0] <= 15.0).all()
+
+
+def test_all_individuals_failing_is_said():
+    def never(rollout):
+        raise RuntimeError("no licence")
+
+    front = optimise(small_problem(objectives=(Objective("time", "s", "t", never),)), seed=1, **SMALL)
+    assert len(front) == 0
+    assert front.run.failures == front.run.evaluations
+    assert front.run.first_failure == "RuntimeError: no licence"
+    assert str(front.blocking) == "no individual could be evaluated"
+
+
+def test_an_interrupt_keeps_what_was_found():
+    calls = []
+
+    def impatient(rollout):
+        calls.append(1)
+        if len(calls) == 5:
+            raise KeyboardInterrupt
+        return total_time(rollout)
+
+    objectives = (Objective("time", "s", "t", impatient), Objective("jerk", "rad/s^3", "t", summed_rms_jerk))
+    front = optimise(small_problem(objectives=objectives), seed=1, **SMALL)
+    assert front.run.interrupted
+    assert front.run.generations == 4
+    assert len(front) > 0
+
+
+def test_a_problem_without_a_reference_point_gets_one_from_its_first_feasible_points():
+    front = optimise(small_problem(), seed=1, **SMALL)
+    assert (np.array(front.history.reference_point) > 0.0).all()
+    assert 0.0 < front.history.hypervolume[-1] < 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"population": -5}, "population: expected a whole number of at least 4, got -5"),
+        ({"population": 10.5}, "population: expected a whole number"),
+        ({"generations": 0}, "generations: expected a whole number of at least 1, got 0"),
+        ({"seed": -1}, "seed: expected a whole number of at least 0, got -1"),
+        ({"seed": None}, "seed: expected a whole number"),
+        ({"offsprings": 0}, "offsprings: expected a whole number of at least 1, got 0"),
+        ({"crossover_probability": 1.5}, "crossover_probability: expected a number from 0 to 1, got 1.5"),
+        ({"mutation_probability": "often"}, "mutation_probability: expected a number from 0 to 1"),
+        ({"algorithm": NSGA2(), "population": 10}, "population: set it on the algorithm that is passed, NSGA2"),
+    ],
+)
+def test_bad_settings_are_refused(arguments, says):
+    with pytest.raises(TrajevoError, match=says):
+        optimise(PointingMechanism(), **({"seed": 1, "progress": False} | arguments))
+
+
+def test_unknown_settings_and_foreign_problems_are_refused():
+    with pytest.raises(TypeError):
+        optimise(PointingMechanism(), seed=1, sead=99)
+    with pytest.raises(TrajevoError, match="problem: expected a TrajectoryProblem, got str"):
+        optimise("pointing", seed=1)
+
+
+def test_progress_goes_to_standard_error_in_plain_lines(capfd):
+    optimise(PointingMechanism(), seed=1, generations=10, population=20)
+    captured = capfd.readouterr()
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 10
+    assert lines[-1].startswith("generation 10/10  hypervolume 0.")
+    assert "least violation" in lines[0]
+    assert "s left" in lines[0]

@@ -1,0 +1,89 @@
+"""The papers' numbers, and those recomputed from them where a paper's cannot be reproduced."""
+
+import moocore
+import numpy as np
+import pytest
+
+from problems import PointingMechanism
+from tests.reference import SUN2020, TABLE_4_DURATIONS
+from trajevo import optimise
+
+INTERPOLANTS = ["printed", "smooth", "quintic", "septic_spline"]
+
+
+@pytest.fixture(params=INTERPOLANTS)
+def at_table_4(request):
+    problem = PointingMechanism(interpolant=request.param)
+    return request.param, problem, problem.decode(TABLE_4_DURATIONS)
+
+
+def test_sun_objectives_at_table_4(at_table_4):
+    name, problem, _ = at_table_4
+    time, acceleration, jerk = problem.evaluate(TABLE_4_DURATIONS)[0][0]
+    expected = SUN2020["interpolants"][name]["S"]
+    assert [time, np.degrees(acceleration), np.degrees(jerk)] == pytest.approx(expected, rel=1e-9)
+
+
+def test_sun_peaks_at_table_4(at_table_4):
+    name, _, batch = at_table_4
+    for order, expected in enumerate(SUN2020["interpolants"][name]["peaks"], start=1):
+        np.testing.assert_allclose(np.degrees(batch.peak(order)[0]), expected, rtol=1e-9)
+
+
+def test_sun_samples_at_table_4(at_table_4):
+    name, _, batch = at_table_4
+    for instant, values in SUN2020["interpolants"][name]["samples"].items():
+        for order, expected in enumerate(values):
+            got = np.degrees(batch.evaluate(np.array([float(instant)]), order)[0, 0])
+            np.testing.assert_allclose(got, expected, atol=1e-9)
+
+
+def test_sun_printed_curve_breaks_its_own_velocity_limit():
+    F, G = PointingMechanism(interpolant="printed").evaluate(TABLE_4_DURATIONS)
+    assert np.degrees(F[0, 1:]) == pytest.approx([5.97977188, 9.56536348], rel=1e-6)
+    names = PointingMechanism().constraint_names
+    assert [name for name, g in zip(names, G[0], strict=True) if g > 0] == ["velocity of joint_1"]
+    assert G.max() == pytest.approx(10.066197 / 10 - 1, rel=1e-4)
+
+
+def test_sun_smooth_curve_is_feasible():
+    F, G = PointingMechanism(interpolant="smooth").evaluate(TABLE_4_DURATIONS)
+    assert np.degrees(F[0, 1:]) == pytest.approx([4.88198697, 7.58343479], rel=1e-6)
+    assert G.max() <= 0.0
+
+
+def test_sun_printed_curve_jumps_at_p2():
+    batch = PointingMechanism(interpolant="printed").decode(TABLE_4_DURATIONS)
+    for order, expected in enumerate(SUN2020["printed_jumps_at_P2"]):
+        np.testing.assert_allclose(np.degrees(batch.jump(order)[0, 4]), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", INTERPOLANTS)
+def test_sun_least_times_are_on_the_limit(name):
+    stored = SUN2020["interpolants"][name]
+    F, G = PointingMechanism(interpolant=name).evaluate(np.array([stored["least_time_durations"]]))
+    assert F[0, 0] == pytest.approx(stored["least_time"], rel=1e-9)
+    assert G.max() == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "least_time", "within", "hypervolume"),
+    [("smooth", 13.3103, 0.01, 0.466), ("quintic", 10.5852, 0.02, 0.576)],
+)
+def test_sun_front_of_a_full_run(name, least_time, within, hypervolume):
+    front = optimise(PointingMechanism(interpolant=name), seed=1, generations=200, population=150, progress=False)
+    assert front.F[0, 0] == pytest.approx(least_time, rel=within)
+    shown = np.column_stack([front.F[:, 0], np.degrees(front.F[:, 1:])]) / [40.0, 15.0, 40.0]
+    assert moocore.hypervolume(shown, ref=[1.0, 1.0, 1.0]) >= hypervolume
+    assert front.history.hypervolume[-1] == pytest.approx(moocore.hypervolume(shown, ref=[1.0, 1.0, 1.0]), rel=1e-9)
+    assert (front.X >= 1.0).all()
+    assert (front.X <= 10.0).all()
+
+
+def test_sun_alternatives_dominate_the_papers_curve():
+    settings = {"seed": 0, "generations": 60, "population": 80, "progress": False}
+    fronts = {name: optimise(PointingMechanism(interpolant=name), **settings).F for name in INTERPOLANTS}
+    for name in ("smooth", "quintic", "septic_spline"):
+        beaten = [(fronts[name] <= row).all(axis=1).any() for row in fronts["printed"]]
+        assert np.mean(beaten) > 0.95, name
+        assert not any((fronts["printed"] <= row).all(axis=1).any() for row in fronts[name])

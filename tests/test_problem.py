@@ -1,0 +1,112 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+
+from problems import PointingMechanism
+from tests.helpers import POINTS, failing_when_slow, nan_when_slow, small_problem
+from tests.reference import TABLE_4_DURATIONS
+from trajevo import TrajevoError, load_problem, problem
+from trajevo.constraints import kinematic_limits, position_limits
+from trajevo.dynamics import Rollout
+from trajevo.interpolants import stop_and_go
+from trajevo.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.robot import load_robot
+
+X = np.array([[3.0, 4.0], [9.0, 9.0], [5.0, 5.0]])
+
+
+def test_stock_pymoo_solves_it():
+    result = minimize(PointingMechanism(), NSGA2(pop_size=40), ("n_gen", 30), seed=1)
+    assert result.F.shape[1] == 3
+    assert (result.G <= 0.0).all()
+    assert result.F[:, 0].min() < 16.0
+
+
+def test_constraints_are_shares_of_the_limits():
+    solved = small_problem()
+    batch, limits = solved.decode(X), solved.robot.limits
+    G = solved.evaluate(X)[1]
+    assert solved.constraint_names[2:4] == ("velocity of joint_1", "velocity of joint_2")
+    np.testing.assert_allclose(G[:, 2:4], batch.peak(1) / limits.velocity - 1.0)
+    np.testing.assert_allclose(G[:, 4:6], batch.peak(2) / limits.acceleration - 1.0)
+    np.testing.assert_allclose(G[:, 6:8], batch.peak(3) / limits.jerk - 1.0)
+    np.testing.assert_allclose(G[:, :2], batch.peak(0) / limits.upper - 1.0)
+
+
+def test_position_excess_counts_from_the_nearer_end_of_a_lopsided_range():
+    robot = load_robot("pointing_mechanism")
+    lopsided = dataclasses.replace(robot.limits, lower=np.array([-0.1, -1.0]), upper=np.array([0.5, 1.0]))
+    tight = dataclasses.replace(robot, limits=lopsided)
+    excess = position_limits(tight).function(Rollout(tight, small_problem().decode(X)))
+    np.testing.assert_allclose(excess[:, 0], (-0.1 + 0.2) / 0.3, rtol=1e-9)
+
+
+def test_infinite_limits_have_no_column():
+    robot = load_robot("pointing_mechanism")
+    free = dataclasses.replace(robot.limits, jerk=np.array([np.inf, 1.0]), lower=np.array([-np.inf, -1.0]))
+    columns = [c.names for c in kinematic_limits(dataclasses.replace(robot, limits=free))]
+    assert columns[0] == ("position of joint_2",)
+    assert columns[3] == ("jerk of joint_2",)
+
+
+@pytest.mark.parametrize("bad", [failing_when_slow, nan_when_slow])
+def test_a_failing_individual_does_not_touch_the_others(bad):
+    sound = small_problem(objectives=(Objective("time", "s", "test", total_time),))
+    broken = small_problem(objectives=(Objective("time", "s", "test", bad),))
+    F, G = broken.evaluate(X)
+    assert np.isinf(F[1]).all()
+    assert np.isinf(G[1]).all()
+    np.testing.assert_array_equal(F[[0, 2]], sound.evaluate(X)[0][[0, 2]])
+    np.testing.assert_array_equal(G[[0, 2]], sound.evaluate(X)[1][[0, 2]])
+    said = broken.evaluate(X, return_as_dictionary=True)["failure"]
+    assert said[0] == said[2] == ""
+    assert said[1] in ("KeyError: 'too slow for this table'", "an objective or a constraint is not a number")
+
+
+def test_registered_problems_are_made_by_name():
+    assert isinstance(load_problem("pointing", interpolant="quintic"), PointingMechanism)
+    with pytest.raises(TrajevoError, match="unknown problem 'nope'; known: .*pointing"):
+        load_problem("nope")
+    with pytest.raises(TrajevoError, match="takes no 'payload'; it takes: interpolant, points, duration_bounds"):
+        load_problem("pointing", payload=3.0)
+
+
+def test_something_registered_that_is_no_problem_is_refused(monkeypatch):
+    from importlib.metadata import EntryPoint
+
+    point = EntryPoint("wrong", "math:sqrt", problem.ENTRY_POINT_GROUP)
+    monkeypatch.setattr(problem, "entry_points", lambda group: [point])
+    with pytest.raises(TrajevoError, match="'wrong': math:sqrt is not a TrajectoryProblem"):
+        load_problem("wrong")
+
+
+def test_bad_definitions_are_refused():
+    twice = (Objective("time", "s", "a", total_time), Objective("time", "s", "b", total_time))
+    with pytest.raises(TrajevoError, match=r"objectives: names must differ, got \['time', 'time'\]"):
+        small_problem(objectives=twice)
+    with pytest.raises(TrajevoError, match="reference_point: expected 2 numbers"):
+        small_problem(reference_point=(1.0, 2.0, 3.0))
+    robot = load_robot("pointing_mechanism")
+    with pytest.raises(TrajevoError, match="names must differ"):
+        small_problem(constraints=(*kinematic_limits(robot), *kinematic_limits(robot)))
+    with pytest.raises(TypeError):
+        PointingMechanism(interpolent="smooth")
+
+
+def test_a_rollout_needs_as_many_joints_as_the_robot():
+    robot = load_robot("pointing_mechanism")
+    three = stop_and_go(POINTS, robot.limits, profile="septic")
+    assert Rollout(robot, three).trajectory is three
+    wrong = type(three)(three.breaks, np.concatenate([three.coefficients] * 2, axis=2))
+    with pytest.raises(TrajevoError, match="has 2 joints, got a trajectory of 4"):
+        Rollout(robot, wrong)
+
+
+def test_objectives_are_equation_25():
+    rollout = PointingMechanism().rollout(TABLE_4_DURATIONS)
+    motion = rollout.trajectory.sample(200001)
+    mean_square = np.trapezoid(motion.j**2, motion.t[0], axis=1) / motion.t[0, -1]
+    assert summed_rms_jerk(rollout)[0] == pytest.approx(np.sqrt(mean_square).sum(), rel=1e-8)
