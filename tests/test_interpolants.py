@@ -170,3 +170,11 @@ def test_states_of_different_size_are_refused():
         SepticPolynomial(State(np.zeros(3)), State(np.zeros(2)), duration_bounds=BOUNDS)
     with pytest.raises(TrajevoError, match=r"velocity: expected shape \(3\)"):
         State(np.zeros(3), velocity=np.zeros(2))
+
+
+def test_printed_form_nearly_stops_on_a_straight_row():
+    row = ViaPoints(np.arange(6.0)[:, None])
+    batch = HybridQuartic(row, form="printed", duration_bounds=BOUNDS)(np.ones((1, 5)))
+    middle = batch.evaluate(np.linspace(1.0, 4.0, 3001), 1)
+    assert middle.min() == pytest.approx(0.27594178, abs=1e-6)
+    assert middle.max() == pytest.approx(2.27777778, abs=1e-6)

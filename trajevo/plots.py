@@ -67,7 +67,7 @@ def front_3d(front: Front, *, mark: Marks = None, angle: str | None = None, ax: 
         ax.plot(*values[:3, None], linestyle="none", zorder=10, **style)
     ax.set(xlabel=labels[0], ylabel=labels[1], zlabel=labels[2])
     ax.set_box_aspect(None, zoom=0.85)
-    ax.view_init(elev=22, azim=40)
+    ax.view_init(elev=22, azim=-125)
     if mark is not None:
         ax.legend()
     return ax
@@ -164,6 +164,7 @@ def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None)
         axis.set_major_locator(MaxNLocator(4))
         axis.labelpad = 8
     ax.set_box_aspect((1, 1, 1), zoom=0.85)
+    ax.view_init(elev=20, azim=30)
     ax.legend()
     return ax
 

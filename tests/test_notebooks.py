@@ -1,0 +1,28 @@
+import runpy
+from pathlib import Path
+
+import jupytext
+import nbformat
+import pytest
+
+FOLDER = Path(__file__).parents[1] / "notebooks"
+SOURCES = sorted(FOLDER.glob("[0-9]*.py"))
+
+
+@pytest.fixture(params=SOURCES, ids=lambda file: file.stem)
+def source(request):
+    return request.param
+
+
+def test_notebook_runs_from_top_to_bottom(source, tmp_path, monkeypatch):
+    monkeypatch.delenv("TRAJEVO_FULL", raising=False)
+    runpy.run_path(str(FOLDER / "execute.py"))["execute"](source, tmp_path / "out.ipynb")
+    cells = [cell for cell in nbformat.read(tmp_path / "out.ipynb", 4).cells if cell.cell_type == "code"]
+    assert all(cell.execution_count for cell in cells)
+    assert sum("image/png" in output.get("data", {}) for cell in cells for output in cell.outputs) >= 4
+
+
+def test_both_forms_hold_the_same_cells_and_no_outputs(source):
+    pair, written = jupytext.read(source), nbformat.read(source.with_suffix(".ipynb"), 4)
+    assert [(c.cell_type, c.source) for c in pair.cells] == [(c.cell_type, c.source) for c in written.cells]
+    assert not any(cell.get("outputs") or cell.get("execution_count") for cell in written.cells)

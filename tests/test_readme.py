@@ -1,0 +1,30 @@
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+
+
+def test_the_lines_of_the_readme_run_and_make_their_pictures(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    mpl.use("Agg")
+    (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    names = {}
+    exec(code, names)
+    assert {file.name for file in tmp_path.iterdir()} == {"front.png", "profiles.png"}
+    assert len(names["front"]) > 150
+    assert "time" in capsys.readouterr().out
+
+
+def test_everything_the_readme_links_to_exists():
+    for target in re.findall(r"\]\((?!http)([^)#]+)\)", README):
+        assert (ROOT / target).is_file(), target
+
+
+def test_first_screen_shows_how_to_run():
+    first = "\n".join(README.splitlines()[:40])
+    assert "make demo" in first
+    assert "make test" in first
+    assert "docs/images/front.png" in first
