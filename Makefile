@@ -35,6 +35,7 @@ check: $(READY)  ## lint, types and the layer contract
 
 bench: $(READY)  ## print the speed ratios
 	$(BIN)/python tests/benchmarks/bench_pointing_mechanism.py
+	$(BIN)/python tests/benchmarks/bench_hybrid_manipulator.py
 
 notebooks: $(READY)  ## execute every notebook at full size, next to its source, into build/
 	TRAJEVO_FULL=1 $(BIN)/python notebooks/execute.py

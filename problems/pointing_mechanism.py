@@ -13,8 +13,9 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers
+from trajevo.arrays import Array, numbers, read_only
 from trajevo.constraints import kinematic_limits
+from trajevo.dynamics import Dynamics
 from trajevo.errors import UnknownNameError, UnreachableError
 from trajevo.interpolants import HybridQuartic, Interpolant, QuinticSpline, SepticSpline
 from trajevo.objectives import Objective, summed_rms_acceleration, summed_rms_jerk, total_time
@@ -84,13 +85,13 @@ class PointingMechanism(TrajectoryProblem):
             directions = read_columns(points, {"azimuth": "rad", "pitch": "rad"})
         else:
             directions = numbers(points, name="points", shape=("n_points", 2))
-        self.directions = directions
+        self.directions = read_only(directions)
         self.interpolant_name = interpolant
         self.duration_bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         robot = load_robot("pointing_mechanism")
         via = ViaPoints.for_robot(robot, joint_angles(directions), angle="deg")
         super().__init__(
-            robot=robot,
+            dynamics=Dynamics(robot),
             interpolant=INTERPOLANTS[interpolant](via, self.duration_bounds),
             objectives=(
                 Objective("time", "s", "Sun 2020, eq. (25), S1", total_time),
@@ -139,11 +140,12 @@ def inverse_kinematics(position: Any) -> Array:
     p = numbers(position, name="position", shape=("K", 3))
     px, py, pz = p.T
     _refuse(np.abs(pz) > L2 * (1.0 + 1e-12), p, f"|z| exceeds l2 = {L2} m", "m")
-    theta2 = np.arcsin(np.clip(-pz / L2, -1.0, 1.0))
-    reach = L1 + L2 * np.cos(theta2)
-    off = np.abs(np.hypot(px, py) - reach)
+    # The distance from the axis of joint 1 gives the cosine that eq. (6) leaves out: theta2 is sharp near 90 deg too.
+    sine, cosine = -pz / L2, (np.hypot(px, py) - L1) / L2
+    off = np.abs(np.hypot(sine, cosine) - 1.0)
     _refuse(off > 1e-9, p, "its distance from the axis of joint 1 is not l1 + l2 cos(theta2)", "m")
-    return np.stack([np.arctan2(py, px), theta2], axis=-1)
+    _refuse(cosine < -1e-9, p, "it needs |theta2| > 90 deg, where eq. (6) does not hold", "m")
+    return np.stack([np.arctan2(py, px), np.arctan2(sine, np.maximum(cosine, 0.0))], axis=-1)
 
 
 def joint_angles(direction: Any) -> Array:
@@ -174,6 +176,7 @@ def azimuth_pitch(theta: Any) -> Array:
     theta1, theta2 = numbers(theta, name="theta", shape=("K", 2)).T
     up, y, minus_z = np.cos(theta1) * np.cos(theta2), np.sin(theta1) * np.cos(theta2), np.sin(theta2)
     azimuth = np.mod(np.arctan2(y, minus_z), 2.0 * np.pi)
+    azimuth = np.where(azimuth < 2.0 * np.pi, azimuth, 0.0)  # a tiny negative angle rounds up to the whole turn
     return np.stack([azimuth, np.arctan2(np.hypot(y, minus_z), up)], axis=-1)
 
 

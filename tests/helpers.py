@@ -6,6 +6,7 @@ import numpy as np
 
 from trajevo import TrajectoryProblem, ViaPoints, load_robot
 from trajevo.constraints import Constraint, kinematic_limits
+from trajevo.dynamics import Dynamics
 from trajevo.interpolants import QuinticSpline
 from trajevo.objectives import Objective, summed_rms_jerk, total_time
 
@@ -16,7 +17,7 @@ def small_problem(*, objectives=None, constraints=None, reference_point=None) ->
     """Two segments of the pointing mechanism, by hand: not registered, so not named in any file."""
     robot = load_robot("pointing_mechanism")
     return TrajectoryProblem(
-        robot=robot,
+        dynamics=Dynamics(robot),
         interpolant=QuinticSpline(POINTS, duration_bounds=(1.0, 10.0)),
         objectives=objectives
         or (Objective("time", "s", "test", total_time), Objective("jerk", "rad/s^3", "test", summed_rms_jerk)),

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from trajevo import Front
+from trajevo.capacity import dlcc
 
 SMALL = ["--generations", "8", "--population", "20"]
 
@@ -53,6 +54,75 @@ def test_the_report_needs_nothing_else(run):
     for expected in ("least_time", "velocity of joint_1", "NSGA2", "crossover_probability = 0.85", "deg/s²"):
         assert expected in text
     assert "$" not in text.split("</style>")[1]
+
+
+def test_report_and_show_print_the_numbers_of_the_front(run):
+    knee, text = Front.load(run / "front.json").knee(), (run / "report.html").read_text()
+    shown = trajevo("show", run).stdout
+    time, acceleration, jerk = knee.F.values()
+    for value in (time, np.degrees(acceleration), np.degrees(jerk)):
+        assert f'<td class="number">{value:.5g}</td>' in text
+        assert f"{value:.5g}" in shown
+    for name, excess in knee.G.items():
+        assert f'<td>{name}</td><td class="number">{100 * (1 + excess):.2f} %</td>' in text
+    closest = max(knee.G, key=knee.G.get)
+    assert f"{100 * (1 + knee.G[closest]):.1f} % {closest}" in shown
+
+
+def test_an_interrupted_run_is_kept_and_exits_with_130(tmp_path):
+    script = (
+        "import sys; from trajevo.cli import main; o = sys.modules['trajevo.optimise']\n"
+        "close = o._Watch.close\n"
+        "def once(self, number, evaluations):\n"
+        "    if number == 3 and not hasattr(self, 'stopped'):\n"
+        "        self.stopped = True; raise KeyboardInterrupt\n"
+        "    return close(self, number, evaluations)\n"
+        "o._Watch.close = once\n"
+        "sys.argv = ['trajevo', 'solve', 'pointing', '--population', '20', '--quiet', '--out',"
+        f" {str(tmp_path / 'r')!r}]\n"
+        "main()\n"
+    )
+    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert result.returncode == 130, result.stderr
+    front = Front.load(tmp_path / "r" / "front.json")
+    assert front.run.interrupted
+    assert front.run.generations == 3
+    assert len(front) > 0
+
+
+def test_overwriting_leaves_nothing_of_the_old_run(run, tmp_path):
+    folder = tmp_path / "run"
+    assert trajevo("solve", "pointing", *SMALL, "--out", folder, "--quiet").returncode == 0
+    assert trajevo("export", folder).returncode == 0
+    (folder / "notes.txt").write_text("mine")
+    points = tmp_path / "points.csv"
+    points.write_text("azimuth [deg], pitch [deg]\n90, 60\n270, 60\n90, 60\n")
+    again = ["solve", "pointing", *SMALL, "--points", points, "--out", folder, "--overwrite", "--quiet"]
+    assert trajevo(*again).returncode == 0
+    assert {file.name for file in folder.rglob("*") if file.is_file()} == {"front.json", "report.html", "notes.txt"}
+
+
+def test_capacity_names_mass_actuator_and_instant(tmp_path):
+    folder = tmp_path / "hybrid"
+    options = ["--payload", "8", "--convention", "printed", "--payload-model", "rigid"]
+    solved = trajevo("solve", "hybrid", *SMALL, *options, "--out", folder, "--quiet")
+    assert solved.returncode == 0, solved.stderr
+    front = Front.load(folder / "front.json")
+    assert front.record.payload["mass"] == 8.0
+    assert front.record.payload["model"] == "rigid"
+    assert "8 kg, a rigid body fixed to the tool" in " ".join(solved.stdout.split())
+    closed = trajevo("capacity", folder, "--solution", "weighted")
+    assert closed.returncode == 0, closed.stderr
+    expected = dlcc(front.pick("weighted"))
+    assert f"capacity: {expected}" in closed.stdout
+    iterated = trajevo("capacity", folder, "--solution", "weighted", "--iterative", "--step", "0.5").stdout
+    mass = float(iterated.split("capacity: ")[1].split()[0])
+    assert expected.mass - 0.5 <= mass <= expected.mass
+    assert (folder / "plots" / "effort.png").is_file()
+
+
+def test_capacity_of_a_robot_without_effort_limits_is_unlimited(run):
+    assert "unlimited: no joint has an effort limit" in trajevo("capacity", run).stdout
 
 
 def test_list_names_problems_robots_and_limits():
@@ -122,10 +192,19 @@ def test_a_run_without_a_feasible_point_says_why(tmp_path):
 CSV = "azimuth [deg], pitch [deg]\n"
 
 
+@pytest.mark.parametrize("solution", ["a/b", "²", "best"])
+def test_odd_names_of_solutions_are_refused(run, solution):
+    result = trajevo("export", run, "--solution", solution)
+    assert result.returncode == 2
+    assert "unknown solution" in result.stderr
+    assert trajevo("export", run, "--format", "a/b").returncode == 2
+    assert "10000000 samples" in trajevo("export", run, "--step", "1e-9").stderr
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["solve", "nope"], "unknown problem 'nope'; known: pointing"),
+        (["solve", "nope"], "unknown problem 'nope'; known: hybrid, pointing"),
         (["solve", "pointing", "--interpolant", "cubic"], "unknown interpolant 'cubic'; known: printed, quintic"),
         (["solve", "pointing", "--algorithm", "magic"], "unknown algorithm 'magic'; known: nsga2, sms-emoa, spea2"),
         (["solve", "pointing", "--population", "-5"], "--population"),
@@ -134,13 +213,22 @@ CSV = "azimuth [deg], pitch [deg]\n"
         (["solve", "pointing", "--points", "two.csv"], "at least 3 points, got 2"),
         (["solve", "pointing", "--points", "twice.csv"], "point 2 repeats point 1"),
         (["solve", "pointing", "--points", "far.csv"], "point 1 puts 'joint_1' at 80 deg, outside its range"),
-        (["solve", "pointing", "--points", "nan.csv"], "finite numbers, got nan"),
-        (["solve", "pointing", "--points", "text.csv"], "line 3, column 'pitch': expected a number, got 'x'"),
+        (["solve", "pointing", "--points", "nan.csv"], "line 3, column 'pitch': expected a finite number, got 'nan'"),
+        (["solve", "pointing", "--points", "text.csv"], "line 3, column 'pitch': expected a finite number, got 'x'"),
         (["solve", "pointing", "--out", "file/run"], "the output folder cannot be written: Not a directory"),
         (["show", "none"], "none: cannot be read: No such file"),
         (["report", "file"], "file: is no front of trajevo"),
         (["export", "none"], "cannot be read"),
         (["fly"], "No such command"),
+        (["solve", "pointing", "--payload", "3"], "problem 'pointing' takes no 'payload'; it takes: interpolant"),
+        (["solve", "hybrid", "--payload", "11"], "payload: expected 0 to 10 kg, eq. (123), got 11 kg"),
+        (["solve", "hybrid", "--payload", "-1"], "payload.mass: expected a number from 0 on [kg], got -1.0"),
+        (["solve", "hybrid", "--payload", "nan"], "payload.mass: expected a number from 0 on [kg], got nan"),
+        (["solve", "hybrid", "--payload-model", "rope"], "unknown payload model 'rope'; known: rigid, tool_axis"),
+        (
+            ["solve", "hybrid", "--convention", "guess"],
+            "unknown convention 'guess'; known: as_run, continuous, printed",
+        ),
     ],
 )
 def test_bad_input_gets_one_sentence_and_an_exit_code(tmp_path, arguments, says):

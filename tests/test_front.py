@@ -51,7 +51,8 @@ def test_the_file_describes_itself(front, tmp_path):
 
 def test_solutions_name_their_numbers(front):
     best = front.knee()
-    assert best.F["time"] == best.x.sum() == best.trajectory.duration[0]
+    assert best.F["time"] == pytest.approx(best.x.sum(), rel=1e-12)
+    assert best.F["time"] == pytest.approx(best.trajectory.duration[0], rel=1e-12)
     assert set(best.G) == set(front.problem.constraint_names)
     assert max(best.G.values()) <= 0.0
     assert best.rollout.robot.name == "pointing_mechanism"
@@ -107,6 +108,8 @@ def test_a_hand_made_problem_must_be_passed_again(tmp_path):
         (lambda text: text.replace('"version": 1', '"version": 99'), "version: "),
         (lambda text: text.replace('"run"', '"ruin"'), "ruin|run"),
         (lambda text: text.replace('"seed": 1', '"seed": "one"'), "run.seed: "),
+        (lambda text: text.replace('"G": [\n  [\n   -', '"G": [\n  [\n   '), "expected feasible points"),
+        (lambda text: text.replace('"generations": 10,', '"generations": 9,'), "a history of 9 generations"),
         (lambda text: text.replace('"X": [', '"X": [[1.0],'), "expected [0-9]+ rows of 4 numbers in X"),
     ],
 )
@@ -124,6 +127,13 @@ def test_files_that_cannot_be_read_or_written_are_named(front, tmp_path):
         Front.load(tmp_path / "none.json")
     with pytest.raises(TrajevoError, match=r"front\.json: cannot be written"):
         front.save(tmp_path / "no" / "such" / "front.json")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(TrajevoError, match="folder: cannot be written"):
+        front.save(tmp_path / "folder")
+    assert not (tmp_path / "folder.part").exists()
+    for nonsense in (5, "", "/", None):
+        with pytest.raises(TrajevoError, match="expected the path of a file"):
+            Front.load(nonsense)
     (tmp_path / "binary").write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(TrajevoError, match="is no front of trajevo: not UTF-8"):
         Front.load(tmp_path / "binary")

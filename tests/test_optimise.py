@@ -1,4 +1,5 @@
 import json
+import re
 import subprocess
 import sys
 
@@ -8,6 +9,9 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.algorithms.moo.sms import SMSEMOA
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
 
 from problems import PointingMechanism
@@ -100,6 +104,60 @@ def test_defaults_are_the_papers():
     }
 
 
+def test_the_operators_get_the_settings(monkeypatch):
+    made = []
+
+    class Spy(NSGA2):
+        def __init__(self, **settings):
+            made.append(settings)
+            super().__init__(**settings)
+
+    monkeypatch.setattr(sys.modules["trajevo.optimise"], "NSGA2", Spy)
+    optimise(PointingMechanism(), seed=1, generations=1, progress=False)
+    own = {"crossover_probability": 0.7, "crossover_index": 9.0, "mutation_probability": 0.2, "mutation_index": 33.0}
+    optimise(PointingMechanism(), seed=1, generations=1, population=20, offsprings=7, progress=False, **own)
+    for settings, expected in zip(
+        made, ((150, 150, 0.85, 15.0, 0.15, 20.0), (20, 7, 0.7, 9.0, 0.2, 33.0)), strict=True
+    ):
+        crossover, mutation = settings["crossover"], settings["mutation"]
+        assert mutation.prob.value == 1.0
+        assert (
+            settings["pop_size"],
+            settings["n_offsprings"],
+            crossover.prob.value,
+            crossover.eta.value,
+            mutation.prob_var.value,
+            mutation.eta.value,
+        ) == expected
+
+
+def test_operators_of_a_passed_algorithm_are_recorded():
+    algorithm = NSGA2(pop_size=20, crossover=SBX(prob=0.6, eta=3), mutation=PM(prob=0.5, eta=7))
+    front = optimise(PointingMechanism(), algorithm=algorithm, seed=1, generations=2, progress=False)
+    assert "SBX(prob=0.6" in front.run.settings["crossover"]
+    assert "eta=7" in front.run.settings["mutation"]
+
+
+@pytest.mark.parametrize("algorithm", ["nsga2", NSGA2, 5])
+def test_something_that_is_no_algorithm_is_refused(algorithm):
+    with pytest.raises(TrajevoError, match="algorithm: expected a pymoo algorithm that has not run yet"):
+        optimise(PointingMechanism(), algorithm=algorithm, seed=1, generations=2, progress=False)
+
+
+def test_an_algorithm_that_ran_already_is_refused():
+    used = NSGA2(pop_size=20)
+    minimize(PointingMechanism(), used, ("n_gen", 2), copy_algorithm=False, seed=1)
+    with pytest.raises(TrajevoError, match="has not run yet"):
+        optimise(PointingMechanism(), algorithm=used, seed=1, generations=3, progress=False)
+
+
+def test_numpy_integers_are_settings_too(tmp_path):
+    front = optimise(
+        PointingMechanism(), seed=np.int64(1), population=np.int64(12), generations=np.int64(2), progress=False
+    )
+    front.save(tmp_path / "front.json")
+
+
 @pytest.mark.parametrize(
     "algorithm",
     [
@@ -128,11 +186,8 @@ def test_nothing_feasible_says_what_blocks_and_by_how_much():
 
 
 def test_limits_too_tight_name_the_worst_first():
-    from problems.pointing_mechanism import DURATION_BOUNDS
-
     problem = PointingMechanism(duration_bounds=(1.0, 1.5))
     front = optimise(problem, seed=1, **SMALL)
-    assert DURATION_BOUNDS != (1.0, 1.5)
     assert len(front) == 0
     violations = list(front.blocking.violations.values())
     assert violations == sorted(violations, reverse=True)
@@ -155,7 +210,7 @@ def test_failing_individuals_are_counted_and_never_in_the_front(bad, algorithm):
     assert front.run.failures > 0
     assert front.run.first_failure in (
         "KeyError: 'too slow for this table'",
-        "an objective or a constraint is not a number",
+        "an objective or a constraint is not a finite number",
     )
     assert len(front) > 0
     assert np.isfinite(front.F).all()
@@ -229,4 +284,20 @@ def test_progress_goes_to_standard_error_in_plain_lines(capfd):
     assert len(lines) == 10
     assert lines[-1].startswith("generation 10/10  hypervolume 0.")
     assert "least violation" in lines[0]
-    assert "s left" in lines[0]
+    left = [int(line.split()[-3]) for line in lines]
+    assert left == sorted(left, reverse=True)
+    assert left[-1] == 0
+
+
+def test_the_bar_shows_time_left_on_a_narrow_terminal():
+    script = (
+        "import trajevo.progress as p; from rich.console import Console; import time\n"
+        "bar = p._Bar(100, Console(stderr=True, force_terminal=True, width=80))\n"
+        "with bar:\n"
+        "    for i in range(1, 4):\n"
+        "        time.sleep(0.3); bar.update(p.Generation(i, 0.4718271, 0.0, 3856))\n"
+    )
+    shown = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stderr
+    assert "3/100" in shown
+    assert re.search(r"0:00:\d\d left", re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown))
+    assert "hypervolume 0.471827" in shown

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from problems import PointingMechanism
+from problems import HybridManipulator, PointingMechanism
+from problems.hybrid_manipulator import cost
 from tests.reference import SUN2020, TABLE_4_DURATIONS
 from trajevo import optimise
 
@@ -88,6 +89,42 @@ def test_sun_alternatives_dominate_the_papers_curve():
         beaten = [(fronts[name] <= row).all(axis=1).any() for row in fronts["printed"]]
         assert np.mean(beaten) > 0.95, name
         assert not any((fronts["printed"] <= row).all(axis=1).any() for row in fronts[name])
+
+
+def test_guo_archive_of_four_objectives_holds_a_low_cost():
+    front = optimise(HybridManipulator(convention="printed"), seed=1, progress=False)
+    assert (front.run.settings["population"], front.run.generations) == (100, 200)
+    assert front.run.settings["crossover_index"] == 10.0
+    assert front.run.settings["mutation_index"] == 100.0
+    best = front.weighted(front.problem.paper_weights)
+    assert cost(front.F).min() == pytest.approx(cost(np.array([list(best.F.values())]))[0])
+    assert cost(front.F).min() <= 2.85
+
+
+def test_guo_nsga2_on_the_cost_alone():
+    front = optimise(HybridManipulator(convention="printed", objectives="cost"), seed=1, progress=False)
+    assert front.F[0, 0] <= 2.5400
+    assert front.F[0, 0] >= 2.537712 - 1e-6
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("convention", ["continuous", "printed", "as_run"])
+def test_guo_fronts_over_five_seeds(convention, capsys):
+    held, volumes = [], []
+    for seed in range(1, 6):
+        front = optimise(HybridManipulator(convention=convention), seed=seed, progress=False)
+        held.append(cost(front.F).min())
+        volumes.append(front.history.hypervolume[-1])
+    alone = [
+        optimise(HybridManipulator(convention=convention, objectives="cost"), seed=seed, progress=False).F.min()
+        for seed in (1, 2, 3)
+    ]
+    with capsys.disabled():
+        print(f"\n{convention}: F_c held {np.round(held, 4)}, alone {np.round(alone, 4)}, HV {np.round(volumes, 3)}")
+    optimum = {"continuous": 2.559512, "printed": 2.537712, "as_run": 2.957317}[convention]
+    assert min(held) >= optimum - 1e-6
+    assert max(held) <= 1.15 * optimum
+    assert max(alone) <= 1.001 * optimum
 
 
 @pytest.mark.long

@@ -57,8 +57,13 @@ def test_csv_columns_are_read_by_name_and_turned_to_si(tmp_path):
         ("azimuth,pitch\n1,2\n", "expected a column header with a unit"),
         ("azimuth [deg],pitch [m]\n1,2\n", r"expected a column 'pitch \[rad\]'"),
         ("azimuth [deg]\n1\n", r"expected a column 'pitch \[rad\]'"),
-        ("azimuth [deg],pitch [deg]\n1,two\n", "line 2, column 'pitch': expected a number, got 'two'"),
-        ("azimuth [deg],pitch [deg]\n1,2\n3\n", "line 3, column 'pitch': expected a number, got ''"),
+        ("azimuth [deg],pitch [deg]\n1,two\n", "line 2, column 'pitch': expected a finite number, got 'two'"),
+        ("azimuth [deg],pitch [deg]\n1,2\n3\n", "line 3: expected 2 numbers, .*got 1: 3"),
+        ("azimuth [deg],pitch [deg]\n30,5,30,5\n", "line 2: expected 2 numbers, .*decimal points, got 4"),
+        ("azimuth [deg],pitch [deg]\n1,nan\n", "line 2, column 'pitch': expected a finite number, got 'nan'"),
+        ("azimuth [deg],pitch [deg]\n1,3_0\n", "expected a finite number, got '3_0'"),
+        ("azimuth [deg],azimuth [deg],pitch [deg]\n1,2,3\n", "column names must differ"),
+        ("azimuth [deg,pitch [deg]\n1,2\n", "expected a column header with a unit"),
     ],
 )
 def test_bad_csv_is_refused(tmp_path, text, says):
@@ -74,3 +79,9 @@ def test_unreadable_csv_is_refused(tmp_path):
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(TrajevoError, match="cannot be read as CSV"):
         read_columns(tmp_path / "binary.csv", WANTED)
+
+
+def test_csv_from_a_spreadsheet_is_read(tmp_path):
+    file = tmp_path / "points.csv"
+    file.write_bytes(b"\xef\xbb\xbfazimuth [deg],pitch [deg]\r\n  # note\r\n , \r\n90,180\r\n")
+    np.testing.assert_allclose(read_columns(file, WANTED), [[np.pi / 2, np.pi]])

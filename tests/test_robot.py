@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from trajevo import JointLimits, TrajevoError, load_robot
+from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot import ROBOTS_FOLDER
 
 SOURCE = ROBOTS_FOLDER / "pointing_mechanism"
@@ -39,8 +40,14 @@ def test_a_folder_loads_like_a_name(folder):
 
 
 def test_unknown_robots_list_the_known():
-    with pytest.raises(TrajevoError, match="unknown robot 'pointing'; known: pointing_mechanism"):
+    with pytest.raises(UnknownNameError, match="unknown robot 'pointing'; known: hybrid_manipulator, pointing_mech"):
         load_robot("pointing")
+
+
+@pytest.mark.parametrize("name", [None, 3, b"pointing_mechanism", ["pointing_mechanism"]])
+def test_what_is_neither_name_nor_path_is_refused(name):
+    with pytest.raises(InvalidInputError, match=f"robot: expected a name or .*, got {re.escape(repr(name))}"):
+        load_robot(name)
 
 
 @pytest.mark.parametrize(
@@ -54,16 +61,32 @@ def test_unknown_robots_list_the_known():
         ("velocity = { limit = 10.0,", "velocity = { limit = 0.0,", "joints.joint_1.velocity.limit: .*greater than 0"),
         ("velocity = { limit = 10.0,", "velocity = { limit = nan,", "joints.joint_1.velocity.limit"),
         ("velocity = { limit = 10.0,", 'velocity = { limit = "fast",', "joints.joint_1.velocity.limit: .*got 'fast'"),
-        ('unit = "deg/s" }', 'unit = "m/s" }', "joint 'joint_1': unit 'm/s', expected one that converts to 'rad/s'"),
-        ('unit = "deg/s" }', 'unit = "knots" }', "unknown unit 'knots'"),
-        ('unit = "N*m" }', 'unit = "N" }', "joint 'joint_1': unit 'N', expected one that converts to 'N\\*m'"),
-        ("lower = -60.0, upper = 60.0", "lower = 60.0, upper = -60.0", "lower must be below upper"),
-        ('jerk = { limit = 80.0, unit = "deg/s^3" }\n', "", "joints.joint_1.jerk: Field required"),
+        ("velocity = { limit = 10.0,", "velocity = { limit = true,", "joints.joint_1.velocity.limit: .*got True"),
+        ("velocity = { limit = 10.0,", 'velocity = { limit = "10",', "joints.joint_1.velocity.limit: .*got '10'"),
+        ("lower = -60.0", 'lower = "-60.0"', "joints.joint_1.position.lower: .*got '-60.0'"),
+        ("upper = 60.0", "upper = true", "joints.joint_1.position.upper: .*got True"),
+        ('unit = "deg/s" }', 'unit = "m/s" }', "joint 'joint_1': velocity: unit 'm/s', expected .* to 'rad/s'"),
+        ('unit = "deg/s" }', 'unit = "knots" }', "joint 'joint_1': velocity: unknown unit 'knots'"),
+        ('unit = "N*m" }', 'unit = "N" }', "joint 'joint_1': effort: unit 'N', expected one that converts to 'N\\*m'"),
+        (
+            "lower = -60.0, upper = 60.0",
+            "lower = 60.0, upper = -60.0",
+            "joint 'joint_1': position: lower must be below upper, got 60 and -60 deg",
+        ),
+        ("lower = -60.0", "lower = nan", "joint 'joint_1': position: lower must be below upper, got nan and 60 deg"),
+        ("upper = 70.0", "upper = nan", "joint 'joint_2': position: lower must be below upper, got -70 and nan deg"),
+        ("upper = 70.0", "upper = -70.0", "joint 'joint_2': position: lower must be below upper, got -70 and -70 deg"),
+        ("vector = [-9.80665,", "vector = [nan,", "gravity.vector: expected finite numbers, got .nan, 0.0, 0.0"),
+        ("vector = [-9.80665,", "vector = [-inf,", "gravity.vector: expected finite numbers, got .-inf, 0.0, 0.0"),
+        ("vector = [-9.80665,", 'vector = ["-9.8",', "gravity.vector.0: .*got '-9.8'"),
+        ("vector = [-9.80665,", "vector = [false,", "gravity.vector.0: .*got False"),
+        ('jerk = { limit = 80.0, unit = "deg/s^3" }\n', "", "joints.joint_1.jerk: Field required$"),
         ("jerk = {", "jrek = {", "joints.joint_1"),
         ("[joints.joint_1]", "[joints.joint_9]", r"limits given for joints \['joint_2', 'joint_9'\]"),
         ('tool = "tool"', 'tool = "gripper"', "unknown tool frame in .*'gripper'; known: .*platform"),
         ('urdf = "pointing_mechanism.urdf"', 'urdf = "none.urdf"', "no such URDF file"),
-        ("format = 1", "format = 2", "format: "),
+        ("format = 1", "format = 2", "format: .*got 2"),
+        ("format = 1", "format = true", "format: .*got True"),
         ("format = 1", "format = ", "cannot be read as TOML"),
     ],
 )
@@ -71,7 +94,25 @@ def test_a_broken_robot_toml_is_refused_with_file_and_place(folder, old, new, sa
     edit(folder / "robot.toml", old, new)
     with pytest.raises(TrajevoError, match=says) as caught:
         load_robot(folder)
-    assert "\n" not in str(caught.value) or "TOML" in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert str(folder) in str(caught.value)
+    assert ".toml" in str(caught.value) or ".urdf" in str(caught.value)
+
+
+def test_integers_will_do_for_numbers(folder):
+    edit(folder / "robot.toml", "velocity = { limit = 10.0,", "velocity = { limit = 10,")
+    edit(folder / "robot.toml", "lower = -60.0, upper = 60.0", "lower = -60, upper = inf")
+    edit(folder / "robot.toml", "[-9.80665, 0.0, 0.0]", "[-10, 0, 0]")
+    robot = load_robot(folder)
+    np.testing.assert_allclose(robot.limits.velocity, np.radians([10, 10]))
+    np.testing.assert_allclose(robot.limits.lower, np.radians([-60, -70]))
+    assert np.isinf(robot.limits.upper[0])
+    np.testing.assert_allclose(robot.model.gravity.linear, [-10.0, 0.0, 0.0])
+
+
+MASS = '<mass value="2.0"/>'
+TENSOR = 'ixx="0.004" ixy="0" ixz="0" iyy="0.017" iyz="0" izz="0.017"'
+AXIS = '<axis xyz="0 0 1"/>'
 
 
 @pytest.mark.parametrize(
@@ -79,12 +120,99 @@ def test_a_broken_robot_toml_is_refused_with_file_and_place(folder, old, new, sa
     [
         ('type="revolute"', 'type="continuous"', "joint 'joint_1' is a .*; expected revolute or prismatic"),
         ('type="revolute"', 'type="floating"', "joint 'joint_1' is a .*; expected revolute or prismatic"),
-        ("</robot>", "", "Pinocchio cannot read it"),
+        ('type="revolute"', 'type="planar"', "joint 'joint_1' is a .*; expected revolute or prismatic"),
+        ("</robot>", "", "cannot be read as XML: no element found"),
+        ('encoding="', 'encoding="none-', "cannot be read as XML: unknown encoding"),
+        ('<link name="frame">', '<link name="platform">', "Pinocchio cannot read it"),
+        (MASS, '<mass value="-2.0"/>', "link 'frame': mass: expected a number from 0 on .kg., got -2.0"),
+        (MASS, '<mass value="nan"/>', "link 'frame': mass: expected a finite number as value, got 'nan'"),
+        (MASS, '<mass value="inf"/>', "link 'frame': mass: expected a finite number as value, got 'inf'"),
+        (MASS, '<mass value="1e999"/>', "link 'frame': mass: expected a finite number as value, got '1e999'"),
+        (MASS, '<mass value="2.0 "/>', "link 'frame': mass: expected a finite number as value, got '2.0 '"),
+        (MASS, '<mass value="2_0"/>', "link 'frame': mass: expected a finite number as value, got '2_0'"),
+        (MASS, "<mass/>", "link 'frame': mass: expected a finite number as value, got None"),
+        (MASS, "", "link 'frame': <inertial> has no <mass>"),
+        (MASS, '<mass value="0"/>', "link 'frame': inertia: expected zeros for a link of mass 0, got .*0.004"),
+        (f"<inertia {TENSOR}/>", "", "link 'frame': <inertial> has no <inertia>"),
+        ('ixx="0.004"', 'ixx="nan"', "link 'frame': inertia: expected a finite number as ixx, got 'nan'"),
+        ('ixx="0.004"', "", "link 'frame': inertia: expected a finite number as ixx, got None"),
+        ('ixx="0.004"', 'ixx="-0.004"', "link 'frame': inertia: expected a positive definite tensor, got .*-0.004"),
+        ('ixx="0.002"', 'ixx="0"', "link 'platform': inertia: expected a positive definite tensor, got .*0.0,"),
+        ('ixy="0"', 'ixy="0.01"', "link 'frame': inertia: expected a positive definite tensor"),
+        ('ixx="0.004"', 'ixx="0.04"', "link 'frame': inertia: .*triangle inequality.*0.04"),
+        ('<origin xyz="0.15 0 0"', '<origin xyz="nan 0 0"', "link 'frame': inertial: origin: .*xyz, got 'nan 0 0'"),
+        ('<origin xyz="0.15 0 0"', '<origin xyz="0.15 0"', "link 'frame': inertial: origin: .*xyz, got '0.15 0'"),
+        ('<origin xyz="0.3 0 0"', '<origin xyz="0.3 0 inf"', "joint 'joint_2': origin: .*xyz, got '0.3 0 inf'"),
+        ('rpy="-1.5707963267948966 0 0"', 'rpy="half 0 0"', "joint 'joint_2': origin: .*rpy, got 'half 0 0'"),
+        (AXIS, '<axis xyz="0 0 0"/>', "joint 'joint_1': axis: expected a direction, got the zero vector '0 0 0'"),
+        (AXIS, '<axis xyz="0 0 1e-200"/>', "joint 'joint_1': axis: expected a direction, got .*'0 0 1e-200'"),
+        (AXIS, '<axis xyz="0 0 nan"/>', "joint 'joint_1': axis: expected three finite numbers as xyz, got '0 0 nan'"),
+        (AXIS, "<axis/>", "joint 'joint_1': axis: expected three finite numbers as xyz, got None"),
+        (AXIS, f'{AXIS}<mimic joint="joint_2"/>', "joint 'joint_1': expected an independent .*<mimic> of 'joint_2'"),
     ],
 )
-def test_a_urdf_that_cannot_be_planned_for_is_refused(folder, old, new, says):
-    edit(folder / "pointing_mechanism.urdf", old, new)
-    with pytest.raises(TrajevoError, match=says):
+def test_a_urdf_that_cannot_be_planned_for_is_refused_with_file_and_place(folder, old, new, says):
+    urdf = folder / "pointing_mechanism.urdf"
+    edit(urdf, '<?xml version="1.0"?>', '<?xml version="1.0" encoding="utf-8"?>')
+    edit(urdf, old, new)
+    with pytest.raises(InvalidInputError, match=f"{re.escape(str(urdf))}: {says}") as caught:
+        load_robot(folder)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_urdf_without_a_movable_joint_is_refused(folder):
+    urdf = folder / "pointing_mechanism.urdf"
+    urdf.write_text(urdf.read_text().replace('type="revolute"', 'type="fixed"'))
+    with pytest.raises(InvalidInputError, match=r"\.urdf: expected at least one movable joint, got 3 fixed ones"):
+        load_robot(folder)
+
+
+@pytest.mark.parametrize(
+    "inertial",
+    [
+        "",
+        '<inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>',
+    ],
+)
+def test_a_massless_carrier_is_allowed(folder, inertial):
+    urdf = folder / "pointing_mechanism.urdf"
+    urdf.write_text(re.sub("<inertial>.*?</inertial>", inertial, urdf.read_text(), count=1, flags=re.DOTALL))
+    assert [body.mass for body in load_robot(folder).model.inertias] == [0.0, 0.0, 1.0]
+
+
+def test_a_thin_plate_of_rounded_numbers_is_allowed(folder):
+    edit(folder / "pointing_mechanism.urdf", TENSOR, TENSOR.replace('izz="0.017"', 'izz="0.021000001"'))
+    np.testing.assert_allclose(np.diag(load_robot(folder).model.inertias[1].inertia), [0.004, 0.017, 0.021000001])
+
+
+def test_pinocchio_reads_what_was_checked(folder):
+    """A tab between two numbers is a space to XML, but makes Pinocchio's own reader drop the inertia."""
+    edit(folder / "pointing_mechanism.urdf", 'xyz="0.15 0 0"', 'xyz="0.15\t0 0"')
+    assert load_robot(folder).model.inertias[1].mass == 2.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("span = { value = 420.0", "span = { value = 0.0", "transmission.span: expected a positive length, got 0"),
+        ("span = { value = 420.0", "span = { value = inf", "transmission.span.value: .*finite number"),
+        ("span = { value = 420.0", 'span = { value = "420"', "transmission.span.value: .*got '420'"),
+        ('unit = "mm" }\n\n[joints', 'unit = "deg" }\n\n[joints', "transmission.span: unit 'deg', expected"),
+        (
+            'slide = "slide"',
+            'slide = "joint_4"',
+            "transmission.slide: expected a joint of the URDF in m, got 'joint_4'",
+        ),
+        ('swivel = "swivel"', 'swivel = "turn"', "transmission.swivel: expected a joint .* in rad, got 'turn'"),
+        ('["screw_1", "screw_2"]', '["screw_1", "screw_1"]', "transmission.screws: expected new names, got .*screw_1"),
+        ('["screw_1", "screw_2"]', '["screw_1", "screw_3"]', "transmission.screws: expected new names, got .*screw_3"),
+        ('["screw_1", "screw_2"]', '["screw_1"]', "transmission.screws"),
+    ],
+)
+def test_a_broken_transmission_is_refused_with_file_and_place(tmp_path, old, new, says):
+    folder = shutil.copytree(ROBOTS_FOLDER / "hybrid_manipulator", tmp_path / "mine")
+    edit(folder / "robot.toml", old, new)
+    with pytest.raises(InvalidInputError, match=f"{re.escape(str(folder / 'robot.toml'))}: {says}"):
         load_robot(folder)
 
 

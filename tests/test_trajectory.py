@@ -74,6 +74,24 @@ def test_indexing_keeps_the_numbers(batch):
     assert len(batch[:2]) == 2
 
 
+def test_a_batch_is_a_sequence(batch):
+    assert [len(one) for one in batch] == [1, 1, 1]
+    assert len(batch[np.int64(2)]) == 1
+    for index in (3, -4):
+        with pytest.raises(IndexError, match="of a batch of 3"):
+            batch[index]
+
+
+def test_segments_sampled_at_shares_are_the_motion(batch):
+    shares = np.array([0.0, 0.3, 0.9])
+    t = (batch.breaks[:, :-1, None] + batch.segment_durations[:, :, None] * shares).reshape(3, -1)
+    for order in range(9):
+        exact = batch.evaluate(t, order)
+        values = batch.at_shares(shares, order)
+        assert values.shape == (3, 12, 2)
+        np.testing.assert_allclose(values, exact, rtol=1e-9, atol=1e-9 * np.abs(exact).max())
+
+
 def test_arrays_are_copies_and_read_only(batch):
     breaks = np.array([[0.0, 1.0]])
     own = TrajectoryBatch(breaks, np.zeros((1, 1, 1, 3)))
@@ -106,5 +124,15 @@ def test_bad_questions_are_refused(batch):
         batch.evaluate(np.array([np.nan]))
     with pytest.raises(TrajevoError, match="0 to 3, got 4"):
         batch.peak(4)
-    with pytest.raises(TrajevoError, match="at least 2 samples"):
-        batch.sample(1)
+    for count in (1, 2.5):
+        with pytest.raises(TrajevoError, match="at least 2 samples"):
+            batch.sample(count)
+    for ask in (batch.jump, batch.integral_of_square, batch.peak, lambda order: batch.evaluate(np.array([0.0]), order)):
+        for order in (-1, 1.5, True):
+            with pytest.raises(TrajevoError, match="derivative: expected a whole number from 0 on"):
+                ask(order)
+    for t in (0.5, np.zeros((2, 4)), np.zeros((1, 1, 1))):
+        with pytest.raises(TrajevoError, match=r"t: expected shape \(T,\) or \(3, T\)"):
+            batch.evaluate(t)
+    with pytest.raises(TrajevoError, match="expected arrays of numbers"):
+        TrajectoryBatch("a", "b")

@@ -8,12 +8,13 @@ import numpy as np
 
 from trajevo.errors import InvalidInputError
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+#: float64, save for complex steps that derivatives are made of.
+Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def read_only(values: Any) -> Array:
-    """A float64 copy that cannot be written to."""
-    array = np.array(values, dtype=np.float64)
+    """A copy that cannot be written to: float64, or complex128 where complex numbers come in."""
+    array: Array = np.array(values, dtype=np.complex128 if np.iscomplexobj(values) else np.float64)
     array.setflags(write=False)
     return array
 

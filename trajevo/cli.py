@@ -1,7 +1,9 @@
-"""The command ``trajevo``: list, solve, show, report, export."""
+"""The command ``trajevo``: list, solve, show, report, export, capacity."""
 
 from __future__ import annotations
 
+import io
+import re
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,10 +19,13 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Column, Table
 
+from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError
+from trajevo.export import FORMATS
 from trajevo.export import export as write_motion
 from trajevo.front import Front
-from trajevo.optimise import GENERATIONS, POPULATION, optimise
+from trajevo.optimise import optimise
+from trajevo.payload import LOAD_MODELS
 from trajevo.problem import list_problems, load_problem, problem_class
 from trajevo.report import choices, objective_headers, run_facts, save_figures
 from trajevo.report import report as write_report
@@ -50,7 +55,11 @@ def list_everything() -> None:
         "problem", "title", Column("registered as", overflow="fold"), title="Problems", title_justify="left"
     )
     for name, point in list_problems().items():
-        problems.add_row(name, problem_class(name).title, point.value)
+        try:
+            title = problem_class(name).title
+        except InvalidInputError as error:
+            title = escape(f"cannot be used: {error}")
+        problems.add_row(name, title, point.value)
     robots = Table("robot", "dof", "limits", "not limited", title="Robots", title_justify="left")
     for name in list_robots():
         robot = load_robot(name)
@@ -69,13 +78,16 @@ def list_everything() -> None:
 def solve(
     problem: Annotated[str, typer.Argument(help="Name of a problem, see `trajevo list`.")],
     seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
-    generations: Annotated[int, typer.Option(min=1, help="Generations.")] = GENERATIONS,
-    population: Annotated[int, typer.Option(min=4, help="Individuals.")] = POPULATION,
+    generations: Annotated[int | None, typer.Option(min=1, help="Generations; the paper's if not given.")] = None,
+    population: Annotated[int | None, typer.Option(min=4, help="Individuals; the paper's if not given.")] = None,
     offsprings: Annotated[
         int | None, typer.Option(min=1, help="New individuals per generation; as many as the population.")
     ] = None,
     algorithm: Annotated[str, typer.Option(help=f"nsga2, {', '.join(ALGORITHMS)}.")] = "nsga2",
     interpolant: Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")] = None,
+    payload: Annotated[float | None, typer.Option(help="Payload [kg].")] = None,
+    payload_model: Annotated[str | None, typer.Option(help=f"How it acts: {', '.join(LOAD_MODELS)}.")] = None,
+    convention: Annotated[str | None, typer.Option(help="Which of several definitions of the objectives.")] = None,
     points: Annotated[
         Path | None, typer.Option(help="CSV file of the points to visit; the problem's own if not given.")
     ] = None,
@@ -84,13 +96,20 @@ def solve(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
     """Solve a problem and write its front, pictures and report."""
-    given: dict[str, Any] = {"interpolant": interpolant, "points": points}
+    given: dict[str, Any] = {
+        "interpolant": interpolant,
+        "payload": payload,
+        "payload_model": payload_model,
+        "convention": convention,
+        "points": points,
+    }
     to_solve = load_problem(problem, **{key: value for key, value in given.items() if value is not None})
     folder = out or Path("runs") / problem
-    settings = _algorithm_settings(algorithm, population, offsprings)
+    settings = _algorithm_settings(algorithm, population, offsprings, to_solve.evolution.population)
     _claim(folder, overwrite)
     front = optimise(to_solve, seed=seed, generations=generations, progress=not quiet, **settings)
     front.save(folder / FRONT_FILE)
+    _clear_stale(folder)
     _print_run(front, None)
     pictures = save_figures(front, folder / PLOTS_FOLDER)
     write_report(front, folder / REPORT_FILE)
@@ -128,15 +147,42 @@ def export(
 ) -> None:
     """Write the motion of one solution for a controller or a spreadsheet."""
     file = _front_file(run)
+    chosen = Front.load(file).pick(solution)
+    if format not in FORMATS:
+        raise UnknownNameError("export format", format, FORMATS)
     target = out or file.with_name(f"{solution}.{format}")
-    _out.print(
-        f"written: {write_motion(Front.load(file).pick(solution), target, format=format, step=step, angle=angle)}"
-    )
+    _out.print(f"written: {write_motion(chosen, target, format=format, step=step, angle=angle)}")
+
+
+@app.command()
+def capacity(
+    run: _RunArgument,
+    solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
+    iterative: Annotated[
+        bool, typer.Option("--iterative", help="By the paper's iteration, not in closed form.")
+    ] = False,
+    step: Annotated[float, typer.Option(help="Payload added at each iteration [kg].")] = 0.05,
+) -> None:
+    """Tell what a motion can carry, which actuator limits it and when."""
+    file = _front_file(run)
+    chosen = Front.load(file).pick(solution)
+    found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
+    _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
+    _out.print(f"capacity: {found}")
+    table = Table("joint", "alone it could carry [kg]", "effort limit left", box=SIMPLE)
+    for name, alone, margin in zip(
+        chosen.front.problem.robot.joint_names, dlcc(chosen).per_joint, found.margin, strict=True
+    ):
+        table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
+    _out.print(table)
 
 
 def main() -> None:
     """Entry point: one sentence and exit code 2 for bad input."""
     mpl.use("Agg")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         app()
     except TrajevoError as error:
@@ -144,13 +190,14 @@ def main() -> None:
         sys.exit(2)
 
 
-def _algorithm_settings(name: str, population: int, offsprings: int | None) -> dict[str, Any]:
+def _algorithm_settings(name: str, population: int | None, offsprings: int | None, usual: int) -> dict[str, Any]:
     """Arguments of :func:`optimise` for an algorithm by name."""
     if name == "nsga2":
         return {"population": population, "offsprings": offsprings}
     if name not in ALGORITHMS:
         raise UnknownNameError("algorithm", name, ["nsga2", *ALGORITHMS])
-    solver: Algorithm = ALGORITHMS[name](pop_size=population, n_offsprings=offsprings or population)
+    size = population or usual
+    solver: Algorithm = ALGORITHMS[name](pop_size=size, n_offsprings=offsprings or size)
     return {"algorithm": solver}
 
 
@@ -160,11 +207,20 @@ def _claim(folder: Path, overwrite: bool) -> None:
         raise InvalidInputError(f"{folder} already holds a run; choose another --out or add --overwrite")
     try:
         (folder / PLOTS_FOLDER).mkdir(parents=True, exist_ok=True)
-        probe = folder / ".writable"
-        probe.touch()
-        probe.unlink()
+        for place in (folder, folder / PLOTS_FOLDER):
+            probe = place / ".writable"
+            probe.touch()
+            probe.unlink()
     except OSError as error:
         raise InvalidInputError(f"{folder}: the output folder cannot be written: {error.strerror}") from error
+
+
+def _clear_stale(folder: Path) -> None:
+    """Remove what an earlier run left beside the new front: its report, pictures and exported solutions."""
+    for file in (*folder.glob("*.*"), *(folder / PLOTS_FOLDER).glob("*.png")):
+        exported = re.fullmatch(r"(knee|utopia|weighted|least_\w+|\d+)\.(csv|json)", file.name)
+        if file.is_file() and (exported or file.name == REPORT_FILE or file.suffix == ".png"):
+            file.unlink()
 
 
 def _front_file(run: Path) -> Path:

@@ -34,7 +34,10 @@ class Constraint:
 
 
 def position_limits(robot: Robot) -> Constraint:
-    """Exact extremes of every joint inside its range; the excess is divided by half the range."""
+    """Exact extremes of every joint inside its range; the excess is divided by half the range.
+
+    Where one end is infinite it is divided by the size of the other, or by 1 rad or m where that is 0.
+    """
     kept = _bounded(robot)
     return Constraint(_names("position", robot, kept), robot.reference, _position_excess)
 
@@ -59,6 +62,20 @@ def kinematic_limits(robot: Robot) -> tuple[Constraint, ...]:
     return position_limits(robot), velocity_limits(robot), acceleration_limits(robot), jerk_limits(robot)
 
 
+def effort_limits(robot: Robot) -> Constraint:
+    """Greatest |effort| of every joint at the samples, divided by its limit, minus 1."""
+    kept = np.flatnonzero(np.isfinite(robot.limits.effort))
+    return Constraint(_names("effort", robot, kept), robot.reference, _effort_excess)
+
+
+def _effort_excess(rollout: Rollout) -> Array:
+    limit = rollout.robot.limits.effort
+    kept = np.isfinite(limit)
+    effort = rollout.effort[:, :, kept]
+    excess: Array = (effort * np.sign(effort.real)).max(axis=1) / limit[kept] - 1.0
+    return excess
+
+
 def _peak_limits(robot: Robot, derivative: int) -> Constraint:
     kept = np.flatnonzero(np.isfinite(_limit(robot, derivative)))
     names = _names(DERIVATIVES[derivative], robot, kept)
@@ -69,7 +86,11 @@ def _position_excess(rollout: Rollout) -> Array:
     kept = _bounded(rollout.robot)
     lower, upper = rollout.robot.limits.lower[kept], rollout.robot.limits.upper[kept]
     least, greatest = (bound[:, kept] for bound in rollout.trajectory.extremes(0))
-    excess: Array = np.maximum(greatest - upper, lower - least) / (0.5 * (upper - lower))
+    finite = np.where(np.isfinite(lower), lower, upper)
+    one_sided = np.where(finite != 0.0, np.abs(finite), 1.0)
+    both = np.isfinite(lower) & np.isfinite(upper)
+    size = np.where(both, 0.5 * (np.where(both, upper, 0.0) - np.where(both, lower, 0.0)), one_sided)
+    excess: Array = np.maximum(greatest - upper, lower - least) / size
     return excess
 
 
@@ -81,7 +102,7 @@ def _peak_excess(rollout: Rollout, *, derivative: int) -> Array:
 
 
 def _bounded(robot: Robot) -> np.ndarray[Any, np.dtype[np.intp]]:
-    return np.flatnonzero(np.isfinite(robot.limits.lower) & np.isfinite(robot.limits.upper))
+    return np.flatnonzero(np.isfinite(robot.limits.lower) | np.isfinite(robot.limits.upper))
 
 
 def _limit(robot: Robot, derivative: int) -> Array:

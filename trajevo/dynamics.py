@@ -1,25 +1,142 @@
-"""What objectives and constraints look at: a robot and a batch of its trajectories."""
+"""Inverse dynamics of whole populations by Pinocchio, and what objectives and constraints look at."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from typing import Any, final
 
+import numpy as np
+import pinocchio as pin
+
+from trajevo.arrays import Array, frozen
 from trajevo.errors import InvalidInputError
+from trajevo.payload import Payload, carrying, kilogram, probe
 from trajevo.robot import Robot
 from trajevo.trajectory import TrajectoryBatch
 
+NO_PAYLOAD = Payload(0.0)
 
+
+@final
 @dataclass(frozen=True, eq=False)
-class Rollout:
-    """A batch of trajectories of a robot.
+class Dynamics:
+    """Effort of a robot that carries a payload, for any number of motions in one call.
 
     Attributes:
-        robot: the robot that moves.
-        trajectory: B trajectories of its joints.
+        robot: the robot; it is not touched.
+        payload: what it carries; a mass of 0 changes nothing.
+        samples: instants per segment at which effort is computed, both ends included (Gauss-Lobatto nodes).
+        threads: threads of Pinocchio; the results are the same for any number.
+
+    Raises:
+        InvalidInputError: fewer than 2 samples or fewer than 1 thread.
     """
 
     robot: Robot
+    payload: Payload = NO_PAYLOAD
+    samples: int = field(default=6, kw_only=True)
+    threads: int = field(default=1, kw_only=True)
+    _pools: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+    _models: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        for name, least in (("samples", 2), ("threads", 1)):
+            value = getattr(self, name)
+            if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
+                raise InvalidInputError(f"{name}: expected a whole number of at least {least}, got {value!r}")
+            object.__setattr__(self, name, int(value))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_pools": {}, "_models": {}}  # a ModelPool cannot be pickled; made again when needed
+
+    def sampled(self, samples: int) -> Dynamics:
+        """The same with another number of samples per segment, sharing the models already made."""
+        other = replace(self, samples=samples)
+        other._models.update(self._models)
+        other._pools.update(self._pools)
+        return other
+
+    def effort(self, q: Array, v: Array, a: Array) -> Array:
+        """Actuator effort with the payload, shapes (..., n_joints) [N·m or N]."""
+        if self.payload.mass == 0.0:
+            return self.unloaded_effort(q, v, a)
+        if self.payload.model == "rigid":
+            return self._actuated("carrying", q, v, a) + self._friction(v, a)
+        return self.unloaded_effort(q, v, a) + self.payload.mass * self.effort_per_kilogram(q, v, a)
+
+    def unloaded_effort(self, q: Array, v: Array, a: Array) -> Array:
+        """Actuator effort without payload, friction and armature included, shapes (..., n_joints) [N·m or N]."""
+        return self._actuated("unloaded", q, v, a) + self._friction(v, a)
+
+    def effort_per_kilogram(self, q: Array, v: Array, a: Array) -> Array:
+        """Effort that each kilogram of the payload adds, shapes (..., n_joints) [N·m/kg or N/kg]."""
+        if self.payload.model == "rigid":
+            return self._actuated("kilogram", q, v, a)
+        if self.payload.model == "weight_only":
+            return self._actuated("kilogram", q, np.zeros_like(v), np.zeros_like(a))
+        psi, _, _ = self.robot.transmission.motion(q, np.zeros_like(v), np.zeros_like(a))
+        wide = np.concatenate([psi, np.zeros_like(psi[..., :1])], axis=-1)
+        held = [self._rnea(f"probe {axis}", wide, np.zeros_like(wide), np.zeros_like(wide)) for axis in range(3)]
+        along_axis = np.sum([torque[..., :-1] * torque[..., -1:] for torque in held], axis=0)
+        gravity = float(np.linalg.norm(self.robot.model.gravity.linear))
+        return self.robot.transmission.effort(q, -gravity * along_axis)
+
+    def _friction(self, v: Array, a: Array) -> Array:
+        friction = self.robot.friction
+        if friction.none:
+            return np.zeros(a.shape[-1])
+        effort: Array = friction.viscous * v + friction.coulomb * np.sign(v.real) + friction.armature * a
+        return effort
+
+    def _actuated(self, model: str, q: Array, v: Array, a: Array) -> Array:
+        transmission = self.robot.transmission
+        return transmission.effort(q, self._rnea(model, *transmission.motion(q, v, a)))
+
+    def _rnea(self, name: str, q: Array, v: Array, a: Array) -> Array:
+        """Pinocchio's torque for arrays of shape (..., n) in model coordinates."""
+        # Pinocchio aborts the process on anything but float64.
+        kind = np.complex128 if any(map(np.iscomplexobj, (q, v, a))) else np.float64
+        flat = [np.ascontiguousarray(x, dtype=kind).reshape(-1, x.shape[-1]) for x in (q, v, a)]
+        if kind is np.complex128:
+            return _complex_step(self._model(name), *flat).reshape(q.shape)
+        torque = np.empty_like(flat[0])
+        if name not in self._pools:
+            self._pools[name] = pin.ModelPool(self._model(name), self.threads)
+        pin.rneaInParallel(self.threads, self._pools[name], *(x.T for x in flat), torque.T)
+        return torque.reshape(q.shape)
+
+    def _model(self, name: str) -> Any:
+        if name not in self._models:
+            self._models[name] = self._made(name)
+        return self._models[name]
+
+    def _made(self, name: str) -> Any:
+        if name == "unloaded":
+            return self.robot.model
+        if name == "carrying":
+            return carrying(self.robot, self.payload)
+        if name == "kilogram":
+            return kilogram(self.robot, self.payload)
+        model = probe(self.robot)
+        model.gravity.linear = np.eye(3)[int(name.removeprefix("probe "))]
+        return model
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Rollout:
+    """A batch of trajectories of a robot, sampled per segment; effort is computed once, when first asked for.
+
+    Attributes:
+        dynamics: robot, payload, samples per segment.
+        trajectory: B trajectories of its joints.
+        masses: payload mass of each trajectory, shape (B,) [kg], where it is not the payload's own.
+    """
+
+    dynamics: Dynamics
     trajectory: TrajectoryBatch
+    masses: Array | None = None
 
     def __post_init__(self) -> None:
         if self.trajectory.n_joints != self.robot.dof:
@@ -27,3 +144,92 @@ class Rollout:
                 f"trajectory: robot {self.robot.name!r} has {self.robot.dof} joints, "
                 f"got a trajectory of {self.trajectory.n_joints}"
             )
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.dynamics.robot
+
+    @cached_property
+    def t(self) -> Array:
+        """Instants of the samples, shape (B, T) [s]: Gauss-Lobatto nodes of every segment, T = segments x samples."""
+        nodes = lobatto(self.dynamics.samples)[0]
+        t = self.trajectory.breaks[:, :-1, None] + self.trajectory.segment_durations[:, :, None] * nodes
+        return frozen(t.reshape(len(self.trajectory), -1))
+
+    @cached_property
+    def q(self) -> Array:
+        """Positions at the samples, shape (B, T, n_joints) [rad or m]."""
+        return self._sampled(0)
+
+    @cached_property
+    def v(self) -> Array:
+        """Velocities at the samples, shape (B, T, n_joints) [rad/s or m/s]."""
+        return self._sampled(1)
+
+    @cached_property
+    def a(self) -> Array:
+        """Accelerations at the samples, shape (B, T, n_joints) [rad/s² or m/s²]."""
+        return self._sampled(2)
+
+    @cached_property
+    def j(self) -> Array:
+        """Jerks at the samples, shape (B, T, n_joints) [rad/s³ or m/s³]."""
+        return self._sampled(3)
+
+    def _sampled(self, derivative: int) -> Array:
+        return self.trajectory.at_shares(lobatto(self.dynamics.samples)[0], derivative)
+
+    @cached_property
+    def quadrature(self) -> Array:
+        """Weights that turn the samples' values into ∫ dt, shape (B, T) [s]."""
+        weights = lobatto(self.dynamics.samples)[1]
+        return frozen((self.trajectory.segment_durations[:, :, None] * weights).reshape(len(self.trajectory), -1))
+
+    @cached_property
+    def unloaded_effort(self) -> Array:
+        """Effort without payload at the samples, shape (B, T, n_joints) [N·m or N]."""
+        return frozen(self.dynamics.unloaded_effort(self.q, self.v, self.a))
+
+    @cached_property
+    def effort_per_kilogram(self) -> Array:
+        """What one kilogram of payload adds at the samples, shape (B, T, n_joints) [N·m/kg or N/kg]."""
+        return frozen(self.dynamics.effort_per_kilogram(self.q, self.v, self.a))
+
+    @cached_property
+    def effort(self) -> Array:
+        """Effort with the payload at the samples, shape (B, T, n_joints) [N·m or N]."""
+        if self.masses is not None:
+            return frozen(self.unloaded_effort + self.masses[:, None, None] * self.effort_per_kilogram)
+        return frozen(self.dynamics.effort(self.q, self.v, self.a))
+
+    @property
+    def power(self) -> Array:
+        """Mechanical power of every actuator at the samples, shape (B, T, n_joints) [W]."""
+        return frozen(self.effort * self.v)
+
+
+@cache
+def lobatto(count: int) -> tuple[Array, Array]:
+    """Gauss-Lobatto nodes on [0, 1] and weights of sum 1; exact for polynomials of degree 2 count - 3."""
+    legendre = np.polynomial.Legendre.basis(count - 1)
+    nodes = np.concatenate([[-1.0], np.sort(legendre.deriv().roots().real), [1.0]])
+    weights = 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
+    return frozen(0.5 * (nodes + 1.0)), frozen(0.5 * weights)
+
+
+def _complex_step(model: Any, q: Array, v: Array, a: Array) -> Array:
+    """Torque of complex motions, exact to first order in the imaginary parts: Pinocchio's own derivatives.
+
+    Copies that differ in their imaginary parts alone share one call.
+    """
+    stacked = np.concatenate([q.real, v.real, a.real], axis=1)
+    unique, which = np.unique(stacked, axis=0, return_inverse=True)
+    size, data = q.shape[1], model.createData()
+    torque, slopes = np.empty((len(unique), size)), np.empty((len(unique), 3, size, size))
+    for i, row in enumerate(unique):
+        slopes[i] = pin.computeRNEADerivatives(model, data, row[:size], row[size : 2 * size], row[2 * size :])
+        torque[i] = data.tau
+    imaginary = np.stack([q.imag, v.imag, a.imag], axis=1)
+    result: Array = torque[which] + 1j * np.einsum("bkij,bkj->bi", slopes[which], imaginary)
+    return result

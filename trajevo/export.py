@@ -17,6 +17,12 @@ from trajevo.front import Solution
 from trajevo.trajectory import DERIVATIVES
 from trajevo.units import display, per_time
 
+#: Longest table that is written.
+MOST_SAMPLES = 10_000_000
+
+#: Formats that can be written.
+FORMATS = ("csv", "json")
+
 
 def export(solution: Solution, file: str | Path, *, format: str, step: float = 0.01, angle: str = "rad") -> Path:
     """Write the sampled motion of a solution, with units, settings and reference inside.
@@ -36,10 +42,13 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float = 0
         UnknownNameError: no such format or angle unit.
         InvalidInputError: a step that is not positive, or a file that cannot be written.
     """
-    if format not in _WRITERS:
-        raise UnknownNameError("export format", format, _WRITERS)
-    if not (np.isfinite(step) and step > 0.0):
-        raise InvalidInputError(f"step: expected a positive time [s], got {step}")
+    if format not in FORMATS:
+        raise UnknownNameError("export format", format, FORMATS)
+    if not (isinstance(step, int | float) and np.isfinite(step) and step > 0.0):
+        raise InvalidInputError(f"step: expected a positive time [s], got {step!r}")
+    duration = solution.F.get("time", float(solution.trajectory.duration[0]))
+    if duration / step > MOST_SAMPLES:
+        raise InvalidInputError(f"step: {step:g} s gives over {MOST_SAMPLES} samples of a motion of {duration:.4g} s")
     content = _WRITERS[format](solution, step, angle)
     try:
         Path(file).write_text(content, encoding="utf-8")

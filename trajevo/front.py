@@ -14,7 +14,7 @@ from trajevo import selection
 from trajevo.arrays import Array, read_only
 from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, UnknownNameError
-from trajevo.problem import TrajectoryProblem, load_problem
+from trajevo.problem import TrajectoryProblem, load_problem, problem_class
 from trajevo.records import Blocking, FrontFile, History, ProblemRecord, Run
 from trajevo.selection import Choice
 from trajevo.trajectory import TrajectoryBatch
@@ -125,6 +125,14 @@ class Front:
             raise InvalidInputError("front: the problem at hand differs from the one that made this front")
         return self._problem
 
+    @property
+    def paper_weights(self) -> selection.Weights | None:
+        """Weights of the paper's weighted sum over these objectives, where the problem has one."""
+        if self._problem is None and not self.record.name:
+            return None
+        weights = (self._problem or problem_class(self.record.name)).paper_weights
+        return weights if weights is not None and len(weights.weights) == len(self.record.objectives) else None
+
     def knee(self) -> Solution:
         """The point that bulges furthest towards the ideal, see :func:`trajevo.selection.knee`."""
         return self._solution(selection.knee(self._points()))
@@ -133,7 +141,7 @@ class Front:
         """The point nearest to the best values, see :func:`trajevo.selection.nearest_to_utopia`."""
         return self._solution(selection.nearest_to_utopia(self._points()))
 
-    def weighted(self, weights: Sequence[float]) -> Solution:
+    def weighted(self, weights: Sequence[float] | selection.Weights) -> Solution:
         """The least weighted sum, see :func:`trajevo.selection.weighted`."""
         return self._solution(selection.weighted(self._points(), weights))
 
@@ -147,19 +155,23 @@ class Front:
             raise UnknownNameError("objective", objective, self.objective_names)
         return self._solution(selection.least(self._points(), self.objective_names.index(objective), objective))
 
-    def pick(self, rule: str) -> Solution:
-        """A solution by the name of a rule: ``knee``, ``utopia``, ``least_<objective>`` or a row number.
+    def pick(self, rule: str | int) -> Solution:
+        """A solution by ``knee``, ``utopia``, ``weighted`` (the paper's), ``least_<objective>`` or a row number.
 
         Raises:
             UnknownNameError: no such rule.
             NoSolutionError: the front is empty.
         """
         named = {"knee": self.knee, "utopia": self.utopia}
+        weights = self.paper_weights
+        if weights is not None:
+            named["weighted"] = lambda: self.weighted(weights)
+        rule = str(rule)
         if rule in named:
             return named[rule]()
         if rule.removeprefix("least_") in self.objective_names and rule.startswith("least_"):
             return self.least(rule.removeprefix("least_"))
-        if rule.isdigit() and int(rule) < len(self._points()):
+        if rule.isascii() and rule.isdecimal() and int(rule) < len(self._points()):
             return self._solution(Choice(int(rule), "row", f"row {rule} of the front, by hand"))
         rows = f"a row from 0 to {len(self) - 1}"
         raise UnknownNameError("solution", rule, [*named, *(f"least_{name}" for name in self.objective_names), rows])
@@ -170,12 +182,13 @@ class Front:
         Raises:
             InvalidInputError: the file cannot be written.
         """
-        target = Path(file)
+        target = _path(file)
         scratch = target.with_name(target.name + ".part")
         try:
             scratch.write_text(self._file().model_dump_json(indent=1), encoding="utf-8")
             os.replace(scratch, target)
         except OSError as error:
+            scratch.unlink(missing_ok=True)
             raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
 
     @classmethod
@@ -190,7 +203,7 @@ class Front:
             InvalidInputError: the file is missing or is no front; the message names the entry.
         """
         try:
-            content = FrontFile.model_validate_json(Path(file).read_text(encoding="utf-8"))
+            content = FrontFile.model_validate_json(_path(file).read_text(encoding="utf-8"))
         except OSError as error:
             raise InvalidInputError(f"{file}: cannot be read: {error.strerror}") from error
         except UnicodeDecodeError as error:
@@ -221,3 +234,10 @@ class Front:
 
     def _solution(self, choice: Choice) -> Solution:
         return Solution(self, choice.index, choice.rule, choice.reason)
+
+
+def _path(file: str | Path) -> Path:
+    """A path that names a file."""
+    if not isinstance(file, str | Path) or not Path(file).name or "\0" in str(file):
+        raise InvalidInputError(f"file: expected the path of a file, got {file!r}")
+    return Path(file)

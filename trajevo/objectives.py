@@ -49,3 +49,36 @@ def summed_rms_acceleration(rollout: Rollout) -> Array:
 def summed_rms_jerk(rollout: Rollout) -> Array:
     """Σ over joints of the RMS jerk, shape (B,) [rad/s³ or m/s³]."""
     return summed_rms(rollout, 3)
+
+
+def integrated_square_acceleration(rollout: Rollout) -> Array:
+    """∫ Σ over joints of acceleration² dt, exact, shape (B,) [SI²/s³]."""
+    total: Array = rollout.trajectory.integral_of_square(2).sum(axis=1)
+    return total
+
+
+def integrated_square_jerk(rollout: Rollout) -> Array:
+    """∫ Σ over joints of jerk² dt, exact, shape (B,) [SI²/s⁵]."""
+    total: Array = rollout.trajectory.integral_of_square(3).sum(axis=1)
+    return total
+
+
+def integrated_square_power(rollout: Rollout) -> Array:
+    """∫ Σ over joints of (effort x velocity)² dt by Gauss-Lobatto quadrature, shape (B,) [W²·s]."""
+    total: Array = ((rollout.power**2).sum(axis=2) * rollout.quadrature).sum(axis=1)
+    return total
+
+
+@dataclass(frozen=True)
+class _UnusedPayload:
+    greatest: float
+
+    def __call__(self, rollout: Rollout) -> Array:
+        masses = rollout.masses if rollout.masses is not None else np.array(rollout.dynamics.payload.mass)
+        unused: Array = self.greatest - masses + np.zeros(len(rollout.trajectory))
+        return unused
+
+
+def unused_payload(greatest: float) -> Callable[[Rollout], Array]:
+    """What is left of the greatest payload [kg]: minimising it maximises the payload."""
+    return _UnusedPayload(greatest)

@@ -1,16 +1,16 @@
-"""Solve a trajectory problem: NSGA-II with the settings of Sun 2020 unless told otherwise, a front out."""
+"""Solve a trajectory problem: NSGA-II with its paper's settings unless told otherwise, a front out."""
 
 from __future__ import annotations
 
 import copy
 import time
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.evaluator import Evaluator
-from pymoo.core.population import Population
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
@@ -18,48 +18,46 @@ from trajevo.archive import Archive
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.front import Front
-from trajevo.problem import TrajectoryProblem
+from trajevo.problem import Evolution, TrajectoryProblem
 from trajevo.progress import Generation, reporter
 from trajevo.records import Blocking, History, ProblemRecord, Run, installed_versions
-
-#: Table 3 of Sun 2020.
-POPULATION, CROSSOVER_PROBABILITY, MUTATION_PROBABILITY = 150, 0.85, 0.15
-#: Not in the paper: the distribution indices that Deb proposed and pymoo uses.
-CROSSOVER_INDEX, MUTATION_INDEX = 15.0, 20.0
-#: Not in the paper.
-GENERATIONS = 200
 
 
 def optimise(
     problem: TrajectoryProblem,
     *,
     seed: int,
-    generations: int = GENERATIONS,
+    generations: int | None = None,
     population: int | None = None,
     offsprings: int | None = None,
     crossover_probability: float | None = None,
+    crossover_index: float | None = None,
     mutation_probability: float | None = None,
+    mutation_index: float | None = None,
     algorithm: Algorithm | None = None,
     progress: bool = True,
 ) -> Front:
     """Run a multi-objective evolutionary algorithm and keep every feasible point that nothing dominates.
 
-    The default is pymoo's NSGA-II with Table 3 of Sun 2020: population 150, SBX crossover with probability 0.85 per
-    pair and index 15, polynomial mutation with probability 0.15 per individual (each variable of a mutated individual
-    with pymoo's 1/n_var) and index 20. The paper's "pool size 75" has no counterpart in pymoo's NSGA-II but the number
-    of offspring per generation: pass ``offsprings=75`` for it; the default is as many as the population.
+    The default is pymoo's NSGA-II with simulated binary crossover and polynomial mutation, its settings those of the
+    problem's paper (``problem.evolution``). The mutation probability is that of each variable, as Deb defined it. The
+    "pool size" of Sun 2020 has no counterpart in pymoo's NSGA-II but the number of offspring per generation: pass
+    ``offsprings=75`` for it.
 
     An interrupt from the keyboard ends the run and returns what was found so far, marked as interrupted.
 
     Args:
         problem: what to solve.
         seed: seed of all randomness; the same seed gives the same front.
-        generations: generations, the initial population counted as the first.
-        population: individuals; 150 if None.
+        generations: generations, the initial population counted as the first; the problem's if None, as the others.
+        population: individuals.
         offsprings: new individuals per generation; as the population if None.
-        crossover_probability: per pair of parents; 0.85 if None.
-        mutation_probability: per individual; 0.15 if None.
-        algorithm: any pymoo algorithm instead of NSGA-II; it is copied, and the four settings above stay None.
+        crossover_probability: per pair of parents.
+        crossover_index: distribution index of the crossover.
+        mutation_probability: per variable.
+        mutation_index: distribution index of the mutation.
+        algorithm: any pymoo algorithm instead of NSGA-II; it is copied, and the settings above but generations stay
+            None.
         progress: show generation, hypervolume, least violation and time left on standard error.
 
     Returns:
@@ -70,47 +68,46 @@ def optimise(
     """
     if not isinstance(problem, TrajectoryProblem):
         raise InvalidInputError(f"problem: expected a TrajectoryProblem, got {type(problem).__name__}")
-    _whole("seed", seed, 0)
-    _whole("generations", generations, 1)
+    seed = _whole("seed", seed, 0)
+    count = _whole("generations", problem.evolution.generations if generations is None else generations, 1)
     own = {
         "population": population,
         "offsprings": offsprings,
         "crossover_probability": crossover_probability,
+        "crossover_index": crossover_index,
         "mutation_probability": mutation_probability,
+        "mutation_index": mutation_index,
     }
     if algorithm is None:
-        solver, settings = _nsga2(own)
+        solver, settings = _nsga2(problem.evolution, own)
     else:
         given = [name for name, value in own.items() if value is not None]
         if given:
             raise InvalidInputError(f"{given[0]}: set it on the algorithm that is passed, {type(algorithm).__name__}")
+        if not isinstance(algorithm, Algorithm) or algorithm.is_initialized or algorithm.problem is not None:
+            raise InvalidInputError(f"algorithm: expected a pymoo algorithm that has not run yet, got {algorithm!r}")
         solver = copy.deepcopy(algorithm)
-        settings = {
-            "population": getattr(algorithm, "pop_size", None),
-            "offsprings": getattr(algorithm, "n_offsprings", None),
-        }
-    return _run(problem, solver, settings | {"generations": generations}, generations, seed, progress)
+        settings = _described(algorithm)
+    return _run(problem, solver, settings | {"generations": count}, count, seed, progress)
 
 
-def _nsga2(own: dict[str, Any]) -> tuple[Algorithm, dict[str, Any]]:
-    settings: dict[str, Any] = {
-        "population": POPULATION,
-        "crossover_probability": CROSSOVER_PROBABILITY,
-        "mutation_probability": MUTATION_PROBABILITY,
-    } | {name: value for name, value in own.items() if value is not None}
+def _nsga2(evolution: Evolution, own: dict[str, Any]) -> tuple[Algorithm, dict[str, Any]]:
+    settings: dict[str, Any] = asdict(evolution) | {name: value for name, value in own.items() if value is not None}
     settings.setdefault("offsprings", settings["population"])
-    _whole("population", settings["population"], 4)
-    _whole("offsprings", settings["offsprings"], 1)
+    for name, least in (("population", 4), ("offsprings", 1)):
+        settings[name] = _whole(name, settings[name], least)
     for name in ("crossover_probability", "mutation_probability"):
-        if not (isinstance(settings[name], int | float) and 0.0 <= settings[name] <= 1.0):
-            raise InvalidInputError(f"{name}: expected a number from 0 to 1, got {settings[name]!r}")
+        _between(name, settings[name], 0.0, 1.0)
+    # Wider indices are refused by pymoo.
+    for name in ("crossover_index", "mutation_index"):
+        _between(name, settings[name], 1.0, 100.0)
     solver = NSGA2(
         pop_size=settings["population"],
         n_offsprings=settings["offsprings"],
-        crossover=SBX(prob=settings["crossover_probability"], eta=CROSSOVER_INDEX),
-        mutation=PM(prob=settings["mutation_probability"], eta=MUTATION_INDEX),
+        crossover=SBX(prob=settings["crossover_probability"], eta=settings["crossover_index"]),
+        mutation=PM(prob=1.0, prob_var=settings["mutation_probability"], eta=settings["mutation_index"]),
     )
-    return solver, settings | {"crossover_index": CROSSOVER_INDEX, "mutation_index": MUTATION_INDEX}
+    return solver, settings
 
 
 class _Watch:
@@ -124,13 +121,11 @@ class _Watch:
         self.least_violation: list[float | None] = []
         self.front_size: list[int] = []
 
-    def collect(self, population: Population) -> None:
-        """Callback of pymoo's evaluator."""
-        X, F, G = population.get("X", "F", "G")
-        self.archive.add(X, F, G)
+    def collect(self, X: Array, out: dict[str, Any]) -> None:
+        """Callback of pymoo's problem: the arrays of every evaluation."""
+        self.archive.add(np.atleast_2d(X), np.atleast_2d(out["F"]), np.atleast_2d(out["G"]))
         if self.archive.failures and not self.archive.first_failure:
-            said = [individual.get("failure") for individual in population]
-            self.archive.first_failure = next((message for message in said if message), "")
+            self.archive.first_failure = next((str(said) for said in np.atleast_1d(out["failure"]) if said), "")
 
     def close(self, number: int, evaluations: int) -> Generation:
         """Book a finished generation."""
@@ -160,8 +155,9 @@ def _run(
     problem: TrajectoryProblem, solver: Algorithm, settings: dict[str, Any], generations: int, seed: int, progress: bool
 ) -> Front:
     watch, evaluator = _Watch(problem), Evaluator()
-    evaluator.callback = watch.collect
-    solver.setup(problem, termination=("n_gen", generations), seed=seed, evaluator=evaluator)
+    watched = copy.copy(problem)
+    watched.callback = watch.collect
+    solver.setup(watched, termination=("n_gen", generations), seed=seed, evaluator=evaluator)
     began, interrupted = time.perf_counter(), False
     with reporter(generations, enabled=progress) as shown:
         try:
@@ -170,6 +166,8 @@ def _run(
                 shown.update(watch.close(len(watch.evaluations) + 1, evaluator.n_eval))
         except KeyboardInterrupt:
             interrupted = True
+            if evaluator.n_eval > (watch.evaluations or [0])[-1]:
+                watch.close(len(watch.evaluations) + 1, evaluator.n_eval)
     archive = watch.archive
     return Front(
         X=archive.X,
@@ -202,12 +200,37 @@ def _blocking(archive: Archive, names: tuple[str, ...]) -> Blocking:
     return Blocking(x=tuple(x.tolist()), violations={name: by for by, name in worst_first})
 
 
-def _box_corner(F: Array) -> Array:
-    """A reference point for a problem that names none: a tenth beyond the worst of the first feasible points."""
-    corner: Array = F.max(axis=0) + 0.1 * np.abs(F).max(axis=0)
-    return corner
+def _box_corner(F: Array) -> Array | None:
+    """A reference point for a problem that names none: a tenth beyond the worst of the first feasible points.
+
+    The box begins at 0, so there is none for an objective that is not positive.
+    """
+    worst: Array = F.max(axis=0)
+    return 1.1 * worst if (worst > 0.0).all() else None
 
 
-def _whole(name: str, value: object, least: int) -> None:
+def _between(name: str, value: object, least: float, most: float) -> None:
+    if not (isinstance(value, int | float) and least <= value <= most):
+        raise InvalidInputError(f"{name}: expected a number from {least:g} to {most:g}, got {value!r}")
+
+
+def _whole(name: str, value: object, least: int) -> int:
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
         raise InvalidInputError(f"{name}: expected a whole number of at least {least}, got {value!r}")
+    return int(value)
+
+
+def _described(algorithm: Algorithm) -> dict[str, Any]:
+    """What can be told of an algorithm that was passed: sizes, and class and parameters of its operators."""
+    settings: dict[str, Any] = {
+        "population": getattr(algorithm, "pop_size", None),
+        "offsprings": getattr(algorithm, "n_offsprings", None),
+    }
+    mating = getattr(algorithm, "mating", None)
+    for role in ("crossover", "mutation"):
+        operator = getattr(mating, role, None)
+        if operator is not None:
+            values = {name: getattr(value, "value", None) for name, value in vars(operator).items()}
+            shown = ", ".join(f"{name}={value:g}" for name, value in values.items() if isinstance(value, int | float))
+            settings[role] = f"{type(operator).__name__}({shown})"
+    return settings

@@ -33,6 +33,8 @@ class ViaPoints:
 
     def __post_init__(self) -> None:
         positions = numbers(self.positions, name="points", shape=("n_points", "n_joints"))
+        if positions.shape[1] == 0:
+            raise InvalidInputError("points: expected at least 1 joint, got points without coordinates")
         if len(positions) < 2:
             raise InvalidInputError(f"points: expected at least 2 points, got {len(positions)}")
         for i in range(1, len(positions)):
@@ -92,32 +94,51 @@ def read_columns(file: str | Path, columns: dict[str, str]) -> Array:
         Shape (rows, len(columns)), SI.
 
     Raises:
-        InvalidInputError: the file cannot be read, a column is missing or has the wrong unit, or a cell is no number.
+        InvalidInputError: the file cannot be read, a column is missing, repeated or has the wrong unit, a row has
+            another number of cells, or a cell is no finite number.
     """
-    try:
-        with Path(file).open(newline="", encoding="utf-8") as stream:
-            lines = [
-                (i, row) for i, row in enumerate(csv.reader(stream), start=1) if row and not row[0].startswith("#")
-            ]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InvalidInputError(f"{file}: cannot be read as CSV: {error}") from error
-    if not lines:
-        raise InvalidInputError(f"{file}: empty; expected a header with the columns {', '.join(columns)}")
-    header = dict(split_header(cell, where=str(file)) for cell in lines[0][1])
-    names = list(header)
+    lines = _csv_lines(Path(file))
+    header = [split_header(cell, where=str(file)) for cell in lines[0][1]]
+    names = [name for name, _ in header]
+    if len(set(names)) != len(names):
+        raise InvalidInputError(f"{file}: column names must differ, got {names}")
     for name, unit in columns.items():
-        if name not in header or si_unit(header[name]) != unit:
+        if name not in names or si_unit(header[names.index(name)][1]) != unit:
             raise InvalidInputError(
                 f"{file}: expected a column '{name} [{unit}]' (or a unit that converts to it), got {lines[0][1]}"
             )
     table = np.empty((len(lines) - 1, len(columns)))
     for i, (line, row) in enumerate(lines[1:]):
+        if len(row) != len(names):
+            raise InvalidInputError(
+                f"{file}: line {line}: expected {len(names)} numbers, separated by commas and with decimal points, "
+                f"got {len(row)}: {', '.join(row)}"
+            )
         for k, name in enumerate(columns):
-            cell = row[names.index(name)].strip() if names.index(name) < len(row) else ""
-            try:
-                table[i, k] = float(cell) * to_si(header[name])
-            except ValueError:
-                raise InvalidInputError(
-                    f"{file}: line {line}, column {name!r}: expected a number, got {cell!r}"
-                ) from None
+            place = names.index(name)
+            table[i, k] = _cell(row[place], f"{file}: line {line}, column {name!r}") * to_si(header[place][1])
     return table
+
+
+def _csv_lines(file: Path) -> list[tuple[int, list[str]]]:
+    """Line number and stripped cells of every line that is neither blank nor a comment, the header first."""
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as stream:
+            rows = [[cell.strip() for cell in row] for row in csv.reader(stream)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise InvalidInputError(f"{file}: cannot be read as CSV: {why}") from error
+    lines = [(i, row) for i, row in enumerate(rows, start=1) if any(row) and not row[0].startswith("#")]
+    if not lines:
+        raise InvalidInputError(f"{file}: empty; expected a header such as 'azimuth [deg], pitch [deg]'")
+    return lines
+
+
+def _cell(text: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not np.isfinite(value) or "_" in text:
+        raise InvalidInputError(f"{where}: expected a finite number, got {text!r}")
+    return value

@@ -14,10 +14,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from trajevo.arrays import Array
+from trajevo.arrays import Array, numbers
 from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front import Front, Solution
+from trajevo.robot import Robot
 from trajevo.selection import normalised
 from trajevo.trajectory import DERIVATIVES
 from trajevo.units import display, per_time, pretty
@@ -42,8 +43,11 @@ def front(front: Front, *, mark: Marks = None, angle: str | None = None, axes: A
         Array of Axes.
     """
     F, labels, factors = _shown(front, angle)
+    if F.shape[1] < 2:
+        raise InvalidInputError("front: expected at least 2 objectives, the front has 1")
     pairs = list(combinations(range(F.shape[1]), 2))
-    panels = _panels(axes, len(pairs), 1, (4.6 * len(pairs), 4.2))
+    rows = -(-len(pairs) // 3)
+    panels = _panels(axes, len(pairs), rows, (4.6 * min(len(pairs), 3), 4.2 * rows))
     for panel, (i, k) in zip(panels, pairs, strict=True):
         panel.scatter(F[:, i], F[:, k], s=_size(front), color="tab:blue", alpha=0.6, linewidths=0, rasterized=True)
         for style, values in _marks(mark, factors):
@@ -51,7 +55,7 @@ def front(front: Front, *, mark: Marks = None, angle: str | None = None, axes: A
         panel.set_xlabel(labels[i])
         panel.set_ylabel(labels[k])
         panel.grid(alpha=0.3)
-    if mark is not None:
+    if mark:
         panels[0].legend()
     return panels
 
@@ -68,7 +72,7 @@ def front_3d(front: Front, *, mark: Marks = None, angle: str | None = None, ax: 
     ax.set(xlabel=labels[0], ylabel=labels[1], zlabel=labels[2])
     ax.set_box_aspect(None, zoom=0.85)
     ax.view_init(elev=22, azim=-125)
-    if mark is not None:
+    if mark:
         ax.legend()
     return ax
 
@@ -85,14 +89,14 @@ def parallel_coordinates(front: Front, *, mark: Marks = None, angle: str | None 
     for style, values in _marks(mark, factors):
         ax.plot(positions, (values - low) / width, linewidth=2.0, **style)
     for i in positions:
-        ax.axvline(i, color="black", linewidth=0.8)
+        ax.plot([i, i], [0.0, 1.0], color="black", linewidth=0.8)
         ax.annotate(f"{low[i]:.4g}", (i, 0.0), (0, -4), textcoords="offset points", ha="center", va="top")
         ax.annotate(f"{F[:, i].max():.4g}", (i, 1.0), (0, 4), textcoords="offset points", ha="center", va="bottom")
     ax.set_xticks(positions, labels)
     ax.tick_params(axis="x", pad=16, length=0)
     ax.set(yticks=[], xlim=(-0.3, positions[-1] + 0.3), ylim=(-0.02, 1.1))
     ax.spines[:].set_visible(False)
-    if mark is not None:
+    if mark:
         ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
     return ax
 
@@ -115,34 +119,53 @@ def profiles(
         axes: four Axes.
 
     Returns:
-        Array of four Axes. Dashed lines are a joint's limits; grey is beyond every joint's.
+        Array of four Axes. Dashed lines are a joint's limits; grey is beyond every joint's. Where metres and radians
+        meet, every joint is shown as a share of its limits, its range of positions from -1 to 1.
     """
     rollout = motion.rollout if isinstance(motion, Solution) else motion
     if isinstance(motion, Solution):
         problem = motion.front.problem
         angle = angle or problem.angle
-        via_times = problem.interpolant.via_times(motion.x[None])[0] if via_times is None else via_times
+        via_times = problem.via_times(motion.x)[0] if via_times is None else via_times
     panels = _panels(axes, 4, 4, (7.2, 9.0))
-    sampled = rollout.trajectory[0].sample(samples)
-    limits = rollout.robot.limits
-    bounds = [(limits.lower, limits.upper), *((-b, b) for b in (limits.velocity, limits.acceleration, limits.jerk))]
+    sampled, robot = rollout.trajectory[0].sample(samples), rollout.robot
     for order, (panel, values) in enumerate(zip(panels, (sampled.q, sampled.v, sampled.a, sampled.j), strict=True)):
-        units = [display(per_time(unit, order), angle=angle or "rad") for unit in rollout.robot.joint_units]
-        factors = np.array([factor for _, factor in units])
-        for joint, name in enumerate(rollout.robot.joint_names):
-            line = panel.plot(sampled.t[0], values[0, :, joint] * factors[joint], label=name)[0]
-            for bound in bounds[order]:
-                if np.isfinite(bound[joint]):
-                    panel.axhline(bound[joint] * factors[joint], color=line.get_color(), linestyle="--", linewidth=0.8)
+        (lower, upper), offset, factor, label = _joint_axis(robot, order, angle or "rad")
+        drawn = (values[0] - offset) * factor
+        low, high = (lower - offset) * factor, (upper - offset) * factor
+        for joint, name in enumerate(robot.joint_names):
+            line = panel.plot(sampled.t[0], drawn[:, joint], label=name)[0]
+            for bound in (low[joint], high[joint]):
+                if np.isfinite(bound):
+                    panel.axhline(bound, color=line.get_color(), linestyle="--", linewidth=0.8)
             if order == 0 and via_times is not None:
-                at = rollout.trajectory[0].evaluate(np.asarray(via_times))[0, :, joint]
-                panel.plot(via_times, at * factors[joint], "o", color=line.get_color(), markersize=4)
-        _shade_forbidden(panel, bounds[order][0] * factors, bounds[order][1] * factors)
-        panel.set_ylabel(f"{DERIVATIVES[order]} [{' or '.join(dict.fromkeys(pretty(unit) for unit, _ in units))}]")
+                at = (rollout.trajectory[0].evaluate(np.asarray(via_times))[0, :, joint] - offset[joint]) * factor[
+                    joint
+                ]
+                panel.plot(via_times, at, "o", color=line.get_color(), markersize=4)
+        _shade_forbidden(panel, low, high)
+        panel.set_ylabel(label)
         panel.grid(alpha=0.3)
-    panels[0].legend(loc="lower left", ncols=2)
+    panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, frameon=False)
     panels[-1].set_xlabel("time [s]")
     return panels
+
+
+def _joint_axis(robot: Robot, order: int, angle: str) -> tuple[tuple[Array, Array], Array, Array, str]:
+    """Limits of a derivative, and offset, factor and label that bring all joints onto one axis.
+
+    Joints of one unit are shown in it; metres and radians side by side are shown as a share of each joint's limit.
+    """
+    limits = robot.limits
+    peak = (limits.upper, limits.velocity, limits.acceleration, limits.jerk)[order]
+    bounds = (limits.lower, peak) if order == 0 else (-peak, peak)
+    units = [display(per_time(unit, order), angle=angle) for unit in robot.joint_units]
+    if len(set(units)) == 1:
+        unit, factor = units[0]
+        return bounds, np.zeros(robot.dof), np.full(robot.dof, factor), f"{DERIVATIVES[order]} [{pretty(unit)}]"
+    finite = np.isfinite(bounds[0]) & np.isfinite(bounds[1])
+    low, high = np.where(finite, bounds[0], -1.0), np.where(finite, bounds[1], 1.0)
+    return bounds, 0.5 * (low + high), 2.0 / (high - low), f"{DERIVATIVES[order]} / limit"
 
 
 def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None) -> Any:
@@ -154,7 +177,7 @@ def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None)
     ax.plot(*positions[0, :, None], "o", color="tab:green", label="start")
     ax.plot(*positions[-1, :, None], "s", color="tab:red", label="end")
     if isinstance(motion, Solution):
-        times = motion.front.problem.interpolant.via_times(motion.x[None])[0]
+        times = motion.front.problem.via_times(motion.x)[0]
         via, _ = rollout.robot.tool_poses(rollout.trajectory[0].evaluate(times)[0])
         ax.plot(*via[1:-1].T, "o", color="tab:orange", linestyle="none", label="via points")
     ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
@@ -196,10 +219,13 @@ def _marks(mark: Marks, factors: Array) -> list[tuple[dict[str, Any], Array]]:
     if mark is None:
         return []
     named = {mark.rule: mark} if isinstance(mark, Solution) else mark
+    if not isinstance(named, Mapping):
+        raise InvalidInputError(f"mark: expected a Solution or a mapping of labels, got {type(mark).__name__}")
     colours = ["tab:red", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:pink"]
     drawn = []
     for i, (label, marked) in enumerate(named.items()):
-        values = marked.front.F[marked.index] if isinstance(marked, Solution) else np.asarray(marked, dtype=np.float64)
+        own = marked.front.F[marked.index] if isinstance(marked, Solution) else marked
+        values = numbers(own, name=f"mark {label!r}", shape=factors.shape)
         style = {"marker": _MARKERS[i % 6], "color": colours[i % 6], "markersize": 13 if i == 0 else 8, "label": label}
         drawn.append((style | {"markeredgecolor": "black"}, values * factors))
     return drawn
@@ -207,9 +233,7 @@ def _marks(mark: Marks, factors: Array) -> list[tuple[dict[str, Any], Array]]:
 
 def _panels(axes: Any, count: int, rows: int, size: tuple[float, float]) -> Any:
     if axes is None:
-        axes = plt.subplots(
-            rows, count // rows, figsize=size, layout="constrained", squeeze=False, sharex="col" if rows > 1 else False
-        )[1]
+        axes = plt.subplots(rows, -(-count // rows), figsize=size, layout="constrained", squeeze=False)[1]
     panels = np.atleast_1d(np.asarray(axes, dtype=object)).ravel()
     if len(panels) != count:
         raise InvalidInputError(f"axes: expected {count}, got {len(panels)}")

@@ -1,6 +1,8 @@
 """Many polynomials at once on the unit interval: values, and exact extremes of every derivative.
 
-Coefficients are in ascending powers along the **first** axis, so that Horner's rule runs over whole arrays.
+Coefficients are in ascending powers along the **first** axis, so that Horner's rule runs over whole arrays. Complex
+coefficients are taken as real ones with a step in a parameter: places are those of the real parts, values are complex,
+so that imaginary parts are exact derivatives (an extreme's place moves, but not to first order its value).
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ def derivative(coefficients: Array, order: int = 1) -> Array:
 
 def values(coefficients: Array, u: Array) -> Array:
     """Horner's rule; ``u`` broadcasts against ``coefficients[0]``."""
-    result: Array = coefficients[-1] + np.zeros_like(u)
+    result: Array = coefficients[-1] + np.zeros_like(u, dtype=coefficients.dtype)
     for row in coefficients[-2::-1]:
         result *= u
         result += row
@@ -53,7 +55,7 @@ def extremes(coefficients: Array, orders: int) -> tuple[Array, Array]:
         Least and greatest values, each of shape (orders, M).
     """
     count = coefficients.shape[1]
-    lower, upper = np.zeros((orders, count)), np.zeros((orders, count))
+    lower, upper = (np.zeros((orders, count), dtype=coefficients.dtype) for _ in range(2))
     nodes = np.concatenate([np.zeros((1, count)), np.ones((1, count))])
     for order in range(len(coefficients) - 1, -1, -1):
         current = derivative(coefficients, order)
@@ -61,7 +63,7 @@ def extremes(coefficients: Array, orders: int) -> tuple[Array, Array]:
         if order < orders:
             lower[order], upper[order] = at_nodes.min(axis=0), at_nodes.max(axis=0)
         if order > 0 and len(current) > 1:
-            nodes = _roots_between(current, nodes, at_nodes)
+            nodes = _roots_between(current.real, nodes, at_nodes.real)
     return lower, upper
 
 
@@ -74,12 +76,29 @@ def _roots_between(coefficients: Array, nodes: Array, at_nodes: Array) -> Array:
     interval, polynomial = np.nonzero(np.sign(at_nodes[:-1]) * np.sign(at_nodes[1:]) < 0.0)
     if len(interval):
         left, right = nodes[interval, polynomial], nodes[interval + 1, polynomial]
-        from_value, to_value = at_nodes[interval, polynomial], at_nodes[interval + 1, polynomial]
-        # Between two stationary points the curve resembles the cubic 3t² - 2t³, whose inverse is in closed form.
-        share = from_value / (from_value - to_value)
-        guess = left + (right - left) * (0.5 - np.sin(np.arcsin(1.0 - 2.0 * share) / 3.0))
-        inner[interval, polynomial] = _bracketed_newton(coefficients[:, polynomial], left, right, guess, to_value > 0.0)
+        active = coefficients[:, polynomial]
+        if len(coefficients) <= 3:
+            inner[interval, polynomial] = _closed_form(active, left, right)
+        else:
+            from_value, to_value = at_nodes[interval, polynomial], at_nodes[interval + 1, polynomial]
+            # Between two stationary points the curve resembles the cubic 3t² - 2t³, whose inverse is in closed form.
+            share = from_value / (from_value - to_value)
+            guess = left + (right - left) * (0.5 - np.sin(np.arcsin(1.0 - 2.0 * share) / 3.0))
+            inner[interval, polynomial] = _bracketed_newton(active, left, right, guess, to_value > 0.0)
     return np.concatenate([nodes[:1], inner, nodes[-1:]])
+
+
+def _closed_form(coefficients: Array, left: Array, right: Array) -> Array:
+    """The root inside [left, right] of linear or quadratic polynomials that change sign there."""
+    if len(coefficients) == 2:
+        linear: Array = np.clip(-coefficients[0] / coefficients[1], left, right)
+        return linear
+    c, b, a = coefficients
+    half = -0.5 * (b + np.copysign(np.sqrt(np.maximum(b * b - 4.0 * a * c, 0.0)), b))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        first, second = half / a, c / half
+    quadratic: Array = np.clip(np.where((first >= left) & (first <= right), first, second), left, right)
+    return quadratic
 
 
 def _bracketed_newton(

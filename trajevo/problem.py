@@ -2,24 +2,52 @@
 
 from __future__ import annotations
 
+import copy
 import inspect
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, ClassVar
 
 import numpy as np
 from pymoo.core.problem import Problem
 
-from trajevo.arrays import Array, read_only
+from trajevo.arrays import Array, numbers, read_only
 from trajevo.constraints import Constraint
-from trajevo.dynamics import Rollout
+from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.interpolants import Interpolant
+from trajevo.interpolants import Interpolant, Variable
 from trajevo.objectives import Objective
+from trajevo.payload import Payload
 from trajevo.robot import Robot
+from trajevo.selection import Weights
 from trajevo.trajectory import TrajectoryBatch
 
 ENTRY_POINT_GROUP = "trajevo.problems"
+
+#: Far below rounding of any real part: the imaginary part over it is the derivative.
+_COMPLEX_STEP = 1e-20
+
+
+@dataclass(frozen=True)
+class Evolution:
+    """Settings of an evolutionary algorithm; the defaults are Table 3 of Sun 2020 and, where it is silent, pymoo's.
+
+    Attributes:
+        population: individuals.
+        generations: generations, the initial population counted.
+        crossover_probability: of SBX, per pair of parents.
+        crossover_index: distribution index of SBX.
+        mutation_probability: of the polynomial mutation, per individual.
+        mutation_index: distribution index of the polynomial mutation.
+    """
+
+    population: int = 150
+    generations: int = 200
+    crossover_probability: float = 0.85
+    crossover_index: float = 15.0
+    mutation_probability: float = 0.15
+    mutation_index: float = 20.0
 
 
 class TrajectoryProblem(Problem):
@@ -33,10 +61,13 @@ class TrajectoryProblem(Problem):
         registered_name: name under which the problem is registered in the entry-point group ``trajevo.problems``;
             empty for a problem that is put together by hand.
         title: one line that says what is solved.
-        robot: the robot.
+        dynamics: the robot, what it carries, and how finely its effort is sampled.
         interpolant: decision vectors -> trajectories.
         objectives: what is minimised.
         constraints: what must not exceed 0.
+        payload_range: where the payload's mass is a decision variable, the last one, its bounds [kg]; else None.
+        evolution: settings that :func:`trajevo.optimise.optimise` uses unless told otherwise.
+        paper_weights: weights and scales of the paper's weighted sum, where it has one.
         reference_point: objective values that bound the hypervolume, shape (n_obj,), or None.
         angle: unit in which people read this problem's angles, ``"rad"`` or ``"deg"``.
 
@@ -46,19 +77,23 @@ class TrajectoryProblem(Problem):
 
     registered_name: ClassVar[str] = ""
     title: ClassVar[str] = "trajectory problem"
+    evolution: ClassVar[Evolution] = Evolution()
+    paper_weights: ClassVar[Weights | None] = None
 
     def __init__(
         self,
         *,
-        robot: Robot,
+        dynamics: Dynamics,
         interpolant: Interpolant,
         objectives: Sequence[Objective],
         constraints: Sequence[Constraint],
+        payload_range: tuple[float, float] | None = None,
         reference_point: Sequence[float] | None = None,
         angle: str = "rad",
     ) -> None:
-        self.robot = robot
+        self.dynamics = dynamics
         self.interpolant = interpolant
+        self.payload_range = payload_range
         self.objectives = tuple(objectives)
         self.constraints = tuple(constraints)
         self.reference_point = None if reference_point is None else read_only(reference_point)
@@ -68,11 +103,11 @@ class TrajectoryProblem(Problem):
                 raise InvalidInputError(f"{kind}: names must differ, got {list(names)}")
         if not self.objectives:
             raise InvalidInputError("objectives: expected at least one")
-        if self.reference_point is not None and self.reference_point.shape != (len(self.objectives),):
-            raise InvalidInputError(
-                f"reference_point: expected {len(self.objectives)} numbers, got shape {self.reference_point.shape}"
-            )
-        variables = interpolant.variables
+        if self.reference_point is not None:
+            corner = numbers(self.reference_point, name="reference_point", shape=(len(self.objectives),))
+            if not (corner > 0.0).all():
+                raise InvalidInputError(f"reference_point: expected positive numbers, got {corner.tolist()}")
+        variables = self.variables
         super().__init__(
             n_var=len(variables),
             n_obj=len(self.objectives),
@@ -80,6 +115,17 @@ class TrajectoryProblem(Problem):
             xl=np.array([variable.lower for variable in variables]),
             xu=np.array([variable.upper for variable in variables]),
         )
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.dynamics.robot
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The decision variables: the interpolant's, then the payload's mass where it is one."""
+        own = () if self.payload_range is None else (Variable("payload", "kg", *self.payload_range),)
+        return self.interpolant.variables + own
 
     @property
     def objective_names(self) -> tuple[str, ...]:
@@ -103,11 +149,43 @@ class TrajectoryProblem(Problem):
 
     def decode(self, x: Array) -> TrajectoryBatch:
         """Trajectories of decision vectors, shape (B, n_var) or one vector (n_var,)."""
-        return self.interpolant(np.atleast_2d(np.asarray(x, dtype=np.float64)))
+        return self.interpolant(self._timing(x))
 
     def rollout(self, x: Array) -> Rollout:
         """The robot on the trajectories of decision vectors, shape (B, n_var) or one vector (n_var,)."""
-        return Rollout(self.robot, self.decode(x))
+        masses = None if self.payload_range is None else np.atleast_2d(x)[:, -1]
+        return Rollout(self.dynamics, self.decode(x), masses)
+
+    def via_times(self, x: Array) -> Array:
+        """Instants at which the via points are passed, (B, n_var) or one vector -> (B, n_points) [s]."""
+        return self.interpolant.via_times(self._timing(x))
+
+    def evaluate_with_gradients(self, x: Array) -> tuple[Array, Array, Array, Array]:
+        """Objectives, constraints and their derivatives, exact to rounding (complex step; torque by Pinocchio).
+
+        Args:
+            x: decision vectors, shape (B, n_var).
+
+        Returns:
+            F (B, n_obj), dF (B, n_obj, n_var), G (B, n_constr), dG (B, n_constr, n_var).
+        """
+        given = np.asarray(x, dtype=np.float64)
+        steps = (given[:, None, :] + 1j * _COMPLEX_STEP * np.eye(self.n_var)).reshape(-1, self.n_var)
+        values = [array.reshape(len(given), self.n_var, -1) for array in self._evaluate_rows(steps)]
+        (F, dF), (G, dG) = ((v[:, 0].real, np.swapaxes(v.imag, 1, 2) / _COMPLEX_STEP) for v in values)
+        return F, dF, G, dG
+
+    def with_payload(self, payload: Payload) -> TrajectoryProblem:
+        """The same problem with another payload; a registered one is made again and may refuse it."""
+        if self.registered_name:
+            return type(self)(**(self.settings | {"payload": payload.settings}))
+        other = copy.copy(self)
+        other.dynamics = replace(self.dynamics, payload=payload)
+        return other
+
+    def _timing(self, x: Array) -> Array:
+        columns = np.atleast_2d(np.asarray(x))
+        return columns if self.payload_range is None else columns[:, :-1]
 
     def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         failures = [""] * len(x)
@@ -115,8 +193,8 @@ class TrajectoryProblem(Problem):
             F, G = self._evaluate_rows(x)
         except Exception:  # noqa: BLE001 - whatever one individual raises must not end the run of the others
             F, G, failures = self._evaluate_one_by_one(x)
-        for i in np.flatnonzero(~np.isfinite(F).all(axis=1) | np.isnan(G).any(axis=1)):
-            failures[i] = failures[i] or "an objective or a constraint is not a number"
+        for i in np.flatnonzero(~(np.isfinite(F).all(axis=1) & np.isfinite(G).all(axis=1))):
+            failures[i] = failures[i] or "an objective or a constraint is not a finite number"
             F[i], G[i] = np.inf, np.inf
         out["F"], out["G"] = F, G
         if any(failures):
@@ -155,7 +233,10 @@ def problem_class(name: str) -> type[TrajectoryProblem]:
     registered = list_problems()
     if name not in registered:
         raise UnknownNameError("problem", name, registered)
-    found = registered[name].load()
+    try:
+        found = registered[name].load()
+    except (ImportError, AttributeError) as error:
+        raise InvalidInputError(f"problem {name!r}: {registered[name].value} cannot be imported: {error}") from error
     if not (isinstance(found, type) and issubclass(found, TrajectoryProblem)):
         raise InvalidInputError(f"problem {name!r}: {registered[name].value} is not a TrajectoryProblem")
     return found

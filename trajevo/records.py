@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import platform
+from collections.abc import Iterable
 from importlib.metadata import version
 from typing import Any, Literal
 
@@ -12,6 +14,10 @@ from trajevo.problem import TrajectoryProblem
 
 #: Packages whose versions decide what a run computes.
 _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "ruckig")
+
+
+#: Fields of a history with one entry per generation.
+_BY_GENERATION = ("evaluations", "hypervolume", "least_violation", "front_size")
 
 
 class _Record(pydantic.BaseModel):
@@ -36,7 +42,10 @@ class ObjectiveRecord(_Record):
 
 
 class ProblemRecord(_Record):
-    """What was solved; a registered problem can be made again from ``name`` and ``settings``."""
+    """What was solved; a registered problem can be made again from ``name`` and ``settings``.
+
+    Joint limits are SI, None where there is none; the payload's ``model`` says how it acts.
+    """
 
     name: str
     title: str
@@ -44,6 +53,8 @@ class ProblemRecord(_Record):
     robot: str
     robot_reference: str
     angle: str
+    payload: dict[str, Any]
+    limits: dict[str, tuple[float | None, ...]]
     variables: tuple[VariableRecord, ...]
     objectives: tuple[ObjectiveRecord, ...]
     constraints: tuple[str, ...]
@@ -58,9 +69,10 @@ class ProblemRecord(_Record):
             robot=problem.robot.name,
             robot_reference=problem.robot.reference,
             angle=problem.angle,
+            payload=problem.dynamics.payload.settings,
+            limits={name: _finite(values) for name, values in vars(problem.robot.limits).items()},
             variables=tuple(
-                VariableRecord(name=v.name, unit=v.unit, lower=v.lower, upper=v.upper)
-                for v in problem.interpolant.variables
+                VariableRecord(name=v.name, unit=v.unit, lower=v.lower, upper=v.upper) for v in problem.variables
             ),
             objectives=tuple(
                 ObjectiveRecord(name=o.name, unit=o.unit, reference=o.reference) for o in problem.objectives
@@ -78,7 +90,7 @@ class Run(_Record):
         seed: seed of all randomness.
         generations: generations done.
         evaluations: individuals evaluated.
-        failures: individuals whose evaluation raised or gave no number.
+        failures: individuals whose evaluation raised or gave a number that is not finite.
         first_failure: what the first of them said.
         interrupted: whether the run was stopped before its end.
         seconds: wall time [s].
@@ -101,7 +113,8 @@ class History(_Record):
     """One entry per generation; the hypervolume is the share of the box from 0 to ``reference_point``.
 
     Attributes:
-        reference_point: far corner of the box, objectives in SI; None while nothing feasible was found.
+        reference_point: far corner of the box, objectives in SI; the problem's, else taken from the first feasible
+            points, else None.
         evaluations: individuals evaluated so far.
         hypervolume: of all feasible points so far.
         least_violation: least Σ max(G, 0) so far, 0 once feasible, None before any number.
@@ -149,6 +162,13 @@ class FrontFile(_Record):
     @pydantic.model_validator(mode="after")
     def _rectangular(self) -> FrontFile:
         widths = len(self.problem.variables), len(self.problem.objectives), len(self.problem.constraints)
+        if not self.problem.objectives:
+            raise ValueError("expected at least one objective")
+        if any(value > 0.0 for row in self.G for value in row):
+            raise ValueError("expected feasible points, G of at most 0")
+        lengths = {len(getattr(self.history, name)) for name in _BY_GENERATION}
+        if lengths != {self.run.generations} or (self.F and not self.run.generations):
+            raise ValueError(f"expected a history of {self.run.generations} generations")
         for name, rows, width in zip("XFG", (self.X, self.F, self.G), widths, strict=True):
             if len(rows) != len(self.F) or any(len(row) != width for row in rows):
                 raise ValueError(f"expected {len(self.F)} rows of {width} numbers in {name}")
@@ -158,3 +178,7 @@ class FrontFile(_Record):
 def installed_versions() -> dict[str, str]:
     """Versions of the packages that decide what a run computes, and of Python."""
     return {"python": platform.python_version()} | {package: version(package) for package in _PACKAGES}
+
+
+def _finite(values: Iterable[float]) -> tuple[float | None, ...]:
+    return tuple(float(value) if math.isfinite(value) else None for value in values)

@@ -11,18 +11,26 @@ from string import Template
 from typing import Any
 
 import matplotlib.pyplot as plt
+import numpy as np
 
 from trajevo import plots
 from trajevo.errors import InvalidInputError
 from trajevo.front import Front, Solution
+from trajevo.load_plots import effort_utilisation
+from trajevo.payload import LOAD_MODELS
 from trajevo.units import display, pretty
+
+#: Figures wider than this scroll sideways on a small screen instead of shrinking [inch].
+_WIDE = 10.0
 
 _TEMPLATE = Path(__file__).with_name("report.html")
 
 
 def choices(front: Front) -> tuple[Solution, ...]:
-    """The solutions a report compares: knee, nearest to utopia, and the least of each objective."""
-    return front.knee(), front.utopia(), *(front.least(name) for name in front.objective_names)
+    """The solutions a report compares: knee, utopia, the paper's weighted best, the least of each objective."""
+    weighted = () if front.paper_weights is None else ("weighted",)
+    rules = ("knee", "utopia", *weighted, *(f"least_{name}" for name in front.objective_names))
+    return tuple(front.pick(rule) for rule in rules)
 
 
 def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[str, float]]:
@@ -41,7 +49,8 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
     return [
         ("problem", f"{record.title} ({record.name or 'not registered'})"),
         ("robot", f"{record.robot}: {record.robot_reference}"),
-        ("problem settings", _listed(record.settings) or "none"),
+        ("problem settings (SI)", _listed(record.settings) or "none"),
+        ("payload", f"{record.payload['mass']:g} kg, {LOAD_MODELS[record.payload['model']]}"),
         ("variables", ", ".join(f"{v.name} in [{v.lower:g}, {v.upper:g}] {v.unit}" for v in record.variables)),
         ("algorithm", run.algorithm),
         ("settings", _listed(run.settings)),
@@ -66,6 +75,8 @@ def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
     yield "hypervolume", "Hypervolume by generation", plots.hypervolume(front).figure
     yield "profiles", "Joint motion of the knee inside its limits (dashed)", plots.profiles(knee)[0].figure
     yield "tool_path", "Path of the tool at the knee", plots.tool_path(knee).figure
+    if np.isfinite(front.problem.robot.limits.effort).any():
+        yield "effort", "Effort at the knee as a share of its limits", effort_utilisation(knee).figure
 
 
 def save_figures(front: Front, folder: Path) -> list[Path]:
@@ -164,7 +175,8 @@ def _table(
 def _picture(caption: str, figure: Any) -> str:
     data = base64.b64encode(_png(figure, 110)).decode("ascii")
     image = f'<img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
-    return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"
+    wide = ' class="wide"' if figure.get_figwidth() > _WIDE else ""
+    return f"<figure{wide}>{image}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def _png(figure: Any, dpi: int) -> bytes:

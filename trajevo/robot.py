@@ -6,20 +6,18 @@ A robot is a folder ``<name>/`` with ``<name>.urdf``, ``robot.toml`` (limits wit
 
 from __future__ import annotations
 
-import math
-import tomllib
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
-import pydantic
 
 from trajevo.arrays import Array, read_only
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.units import per_time, si_unit, to_si
+from trajevo.robot_check import checked_urdf
+from trajevo.robot_file import RobotFile
+from trajevo.transmission import Transmission
 
 ROBOTS_FOLDER = Path(__file__).resolve().parents[1] / "robots"
 
@@ -66,13 +64,44 @@ class JointLimits:
 
 
 @dataclass(frozen=True, eq=False)
+class Friction:
+    """What the actuators add to the rigid-body effort: viscous v + coulomb sign(v) + armature a, each (n_joints,).
+
+    Attributes:
+        viscous: [N·m·s/rad or N·s/m].
+        coulomb: [N·m or N].
+        armature: inertia of motor and gear seen at the joint [kg·m² or kg].
+    """
+
+    viscous: Array
+    coulomb: Array
+    armature: Array
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            values = read_only(getattr(self, field.name))
+            object.__setattr__(self, field.name, values)
+            if not (np.isfinite(values).all() and (values >= 0.0).all()):
+                raise InvalidInputError(f"friction.{field.name}: expected numbers from 0 on, got {values.tolist()}")
+
+    @property
+    def none(self) -> bool:
+        """Whether it adds nothing."""
+        return not (self.viscous.any() or self.coulomb.any() or self.armature.any())
+
+
+@dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot whose joints are planned for: Pinocchio model, limits and tool frame.
+    """A robot whose actuators are planned for: Pinocchio model, transmission, limits, friction and tool frame.
+
+    "Joint" means an actuated coordinate everywhere; for most robots these are the joints of the model.
 
     Attributes:
         name: name of the robot.
-        model: Pinocchio model with one configuration coordinate per joint (nq == nv).
+        model: Pinocchio model with one configuration coordinate per joint (nq == nv), gravity of ``robot.toml``.
+        transmission: actuator coordinates -> model coordinates.
         limits: joint limits, SI.
+        friction: viscous and Coulomb friction and armature of the actuators.
         joint_names: names of the joints in the order of every (..., n_joints) array.
         joint_units: ``"rad"`` or ``"m"`` per joint.
         tool: name of the frame at the end effector.
@@ -82,7 +111,9 @@ class Robot:
 
     name: str
     model: Any
+    transmission: Transmission
     limits: JointLimits
+    friction: Friction
     joint_names: tuple[str, ...]
     joint_units: tuple[str, ...]
     tool: str
@@ -106,7 +137,9 @@ class Robot:
         data = self.model.createData()
         frame = self.model.getFrameId(self.tool)
         positions, rotations = np.empty((len(q), 3)), np.empty((len(q), 3, 3))
-        for i, configuration in enumerate(np.asarray(q, dtype=np.float64)):
+        actuated = np.asarray(q, dtype=np.float64)
+        still = np.zeros_like(actuated)
+        for i, configuration in enumerate(self.transmission.motion(actuated, still, still)[0]):
             pin.forwardKinematics(self.model, data, configuration)
             placement = pin.updateFramePlacement(self.model, data, frame)
             positions[i], rotations[i] = placement.translation, placement.rotation
@@ -122,89 +155,58 @@ def load_robot(name: str | Path) -> Robot:
     """Load a robot by name or from a folder of the same make-up.
 
     Args:
-        name: a name of :func:`list_robots`, or the path of a folder with ``robot.toml`` and the URDF it names.
+        name: a name of :func:`list_robots`, or the path of a folder with ``robot.toml`` and the URDF it names. A name
+            that trajevo knows wins over a folder of that name.
 
     Returns:
-        The robot, limits in SI.
+        The robot, limits in SI. Limits of position, velocity and effort are those of ``robot.toml``; the URDF's are
+        not used.
 
     Raises:
-        UnknownNameError: no such robot.
-        InvalidInputError: a file of the robot cannot be used; the message names file, joint and value.
+        UnknownNameError: neither a known robot nor a folder with ``robot.toml``, or the tool is no frame of the URDF;
+            the message lists those that are.
+        InvalidInputError: not a name or a path, or a file that cannot be used: ``robot.toml`` as
+            :class:`~trajevo.robot_file.RobotFile` says, the URDF as :func:`~trajevo.robot_check.checked_urdf` says or
+            because Pinocchio cannot read it or a joint is not revolute or prismatic. The message names the file and,
+            where the fault lies in one, the joint or link and the value.
     """
+    if not isinstance(name, str | Path):
+        raise InvalidInputError(f"robot: expected a name or the path of a folder, got {name!r}")
     folder = ROBOTS_FOLDER / str(name)
     if str(name) not in list_robots():
         folder = Path(name)
         if not (folder / "robot.toml").is_file():
             raise UnknownNameError("robot", name, list_robots())
-    settings = _read_settings(folder / "robot.toml")
-    model = _load_model(folder / settings.urdf)
-    names = tuple(model.names[1:])
-    units = tuple(
-        _joint_unit(joint, name, folder / settings.urdf) for joint, name in zip(model.joints[1:], names, strict=True)
+    file = RobotFile(folder / "robot.toml")
+    urdf = folder / file.settings.urdf
+    model = _load_model(urdf)
+    model.gravity.linear = file.gravity()
+    model_names = tuple(model.names[1:])
+    model_units = tuple(
+        _joint_unit(joint, name, urdf) for joint, name in zip(model.joints[1:], model_names, strict=True)
     )
-    if not model.existFrame(settings.tool):
+    transmission, names, units = file.transmission(model_names, model_units)
+    if not model.existFrame(file.settings.tool):
         frames = [frame.name for frame in model.frames]
-        raise UnknownNameError(f"tool frame in {folder / 'robot.toml'}", settings.tool, frames)
+        raise UnknownNameError(f"tool frame in {file.path}", file.settings.tool, frames)
     return Robot(
-        name=settings.name,
+        name=file.settings.name,
         model=model,
-        limits=_limits(settings, names, units, folder / "robot.toml"),
+        transmission=transmission,
+        limits=JointLimits(**file.limits(names, units)),
+        friction=Friction(**file.friction(names, units)),
         joint_names=names,
         joint_units=units,
-        tool=settings.tool,
+        tool=file.settings.tool,
         source=folder,
-        reference=settings.reference,
+        reference=file.settings.reference,
     )
-
-
-class _Strict(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True)
-
-
-class _Limit(_Strict):
-    limit: Annotated[float, pydantic.Field(gt=0.0)]
-    unit: str
-
-
-class _Range(_Strict):
-    lower: float
-    upper: float
-    unit: str
-
-
-class _Joint(_Strict):
-    position: _Range
-    velocity: _Limit
-    acceleration: _Limit
-    jerk: _Limit
-    effort: _Limit
-
-
-class _Settings(_Strict):
-    name: str
-    urdf: str
-    tool: str
-    reference: str
-    format: Literal[1]
-    joints: dict[str, _Joint]
-
-
-def _read_settings(file: Path) -> _Settings:
-    try:
-        return _Settings.model_validate(tomllib.loads(file.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InvalidInputError(f"{file}: cannot be read as TOML: {error}") from error
-    except pydantic.ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise InvalidInputError(f"{file}: {place}: {first['msg']}, got {first['input']!r}") from error
 
 
 def _load_model(file: Path) -> Any:
-    if not file.is_file():
-        raise InvalidInputError(f"{file}: no such URDF file")
+    text = checked_urdf(file)
     try:
-        return pin.buildModelFromUrdf(str(file))
+        return pin.buildModelFromXML(text)
     except (ValueError, RuntimeError) as error:
         raise InvalidInputError(f"{file}: Pinocchio cannot read it: {error}") from error
 
@@ -217,34 +219,3 @@ def _joint_unit(joint: Any, name: str, file: Path) -> str:
             f"{file}: joint {name!r} is a {kind} with {joint.nq} coordinates; expected revolute or prismatic"
         )
     return "m" if "JointModelP" in kind else "rad"
-
-
-def _limits(settings: _Settings, names: tuple[str, ...], units: tuple[str, ...], file: Path) -> JointLimits:
-    if set(settings.joints) != set(names):
-        raise InvalidInputError(
-            f"{file}: limits given for joints {sorted(settings.joints)}, the URDF has {sorted(names)}"
-        )
-
-    def column(pick: Callable[[_Joint], tuple[float, str]], expected: Callable[[str], str]) -> list[float]:
-        values = []
-        for name, unit in zip(names, units, strict=True):
-            value, given = pick(settings.joints[name])
-            if si_unit(given) != expected(unit):
-                raise InvalidInputError(
-                    f"{file}: joint {name!r}: unit {given!r}, expected one that converts to {expected(unit)!r}"
-                )
-            values.append(value * to_si(given) if math.isfinite(value) else value)
-        return values
-
-    return JointLimits(
-        lower=read_only(column(lambda joint: (joint.position.lower, joint.position.unit), lambda unit: unit)),
-        upper=read_only(column(lambda joint: (joint.position.upper, joint.position.unit), lambda unit: unit)),
-        velocity=read_only(column(lambda joint: (joint.velocity.limit, joint.velocity.unit), lambda u: per_time(u, 1))),
-        acceleration=read_only(
-            column(lambda joint: (joint.acceleration.limit, joint.acceleration.unit), lambda u: per_time(u, 2))
-        ),
-        jerk=read_only(column(lambda joint: (joint.jerk.limit, joint.jerk.unit), lambda u: per_time(u, 3))),
-        effort=read_only(
-            column(lambda joint: (joint.effort.limit, joint.effort.unit), lambda u: "N" if u == "m" else "N*m")
-        ),
-    )

@@ -30,9 +30,25 @@ class Choice:
     reason: str
 
 
+@dataclass(frozen=True)
+class Weights:
+    """Weights of a weighted sum; with scales, objectives are divided by them and not normalised by the front.
+
+    Attributes:
+        weights: one non-negative number per objective.
+        scales: one positive number per objective, in the objective's SI unit, or None.
+    """
+
+    weights: tuple[float, ...]
+    scales: tuple[float, ...] | None = None
+
+
 def normalised(F: Array) -> Array:
     """Objectives from 0 (best on the front) to 1 (worst), shape (N, n_obj); an objective without spread is 0."""
-    width = np.ptp(F, axis=0)
+    points = numbers(F, name="F", shape=("N", "n_obj"))
+    if not points.size:
+        raise InvalidInputError("F: expected at least one point")
+    width = np.ptp(points, axis=0)
     scaled: Array = (F - F.min(axis=0)) / np.where(width > 0.0, width, 1.0)
     return scaled
 
@@ -63,20 +79,30 @@ def nearest_to_utopia(F: Array) -> Choice:
     )
 
 
-def weighted(F: Array, weights: Sequence[float]) -> Choice:
-    """The least weighted sum of the normalised objectives.
+def weighted(F: Array, weights: Sequence[float] | Weights) -> Choice:
+    """The least weighted sum of the normalised objectives, or of objectives divided by given scales.
 
     Args:
         F: objective values, shape (N, n_obj).
-        weights: one non-negative number per objective, not all zero; only their ratios count.
+        weights: one non-negative number per objective, not all zero, of which only the ratios count; or
+            :class:`Weights` with a paper's own scales.
 
     Raises:
-        InvalidInputError: another number of weights, or a negative or non-finite one.
+        InvalidInputError: another number of weights or scales, or one that is not as it should be.
     """
-    w = _weights(weights, F.shape[1])
-    sums = normalised(F) @ w
+    if isinstance(weights, Weights) and weights.scales is not None:
+        scales = numbers(weights.scales, name="scales", shape=(F.shape[1],))
+        if (scales <= 0.0).any():
+            raise InvalidInputError(f"scales: expected positive numbers, got {scales.tolist()}")
+        _weights(weights.weights, F.shape[1])
+        sums = F @ (np.array(weights.weights) / scales)
+        how = f"weights {_shown(weights.weights)} over scales {_shown(scales)}"
+    else:
+        w = _weights(weights.weights if isinstance(weights, Weights) else weights, F.shape[1])
+        sums = normalised(F) @ w
+        how = f"weights {_shown(w)}"
     index = int(np.argmin(sums))
-    return Choice(index, "weighted", f"least weighted sum {sums[index]:.4g} with weights {_shown(w)}")
+    return Choice(index, "weighted", f"least weighted sum {sums[index]:.6g} with {how}")
 
 
 def pseudo_weights(F: Array, weights: Sequence[float]) -> Choice:
@@ -109,5 +135,5 @@ def _weights(weights: Sequence[float], count: int) -> Array:
     return total
 
 
-def _shown(weights: Array) -> str:
+def _shown(weights: Sequence[float] | Array) -> str:
     return "(" + ", ".join(f"{weight:.3g}" for weight in weights) + ")"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from trajevo.errors import InvalidInputError, UnknownNameError
 
@@ -17,6 +18,9 @@ _TO_SI: dict[str, tuple[float, str]] = {
     "N": (1.0, "N"),
     "N*m": (1.0, "N*m"),
     "1": (1.0, "1"),
+    "N*s/m": (1.0, "N*s/m"),
+    "N*m*s/rad": (1.0, "N*m*s/rad"),
+    "kg*m^2": (1.0, "kg*m^2"),
 } | {
     f"{unit}/s{power}": (factor, f"{si}/s{power}")
     for unit, factor, si in (("rad", 1.0, "rad"), ("deg", math.pi / 180.0, "rad"), ("m", 1.0, "m"), ("mm", 1e-3, "m"))
@@ -64,7 +68,7 @@ def per_time(unit: str, power: int) -> str:
 
 def pretty(unit: str) -> str:
     """Unit as it is printed for people: ``"deg/s^2"`` -> ``"deg/s²"``."""
-    return unit.replace("^2", "²").replace("^3", "³").replace("N*m", "N·m")
+    return re.sub(r"\^(\d)", lambda power: "⁰¹²³⁴⁵⁶⁷⁸⁹"[int(power[1])], unit).replace("*", "·")
 
 
 def split_header(header: str, *, where: str) -> tuple[str, str]:
@@ -75,7 +79,7 @@ def split_header(header: str, *, where: str) -> tuple[str, str]:
     """
     name, bracket, rest = header.strip().partition("[")
     unit = rest.rstrip().removesuffix("]").strip()
-    if not bracket or unit not in _TO_SI:
+    if not bracket or not rest.rstrip().endswith("]") or unit not in _TO_SI:
         raise InvalidInputError(
             f"{where}: expected a column header with a unit such as 'azimuth [deg]' or 'azimuth [rad]', "
             f"got {header.strip()!r}"

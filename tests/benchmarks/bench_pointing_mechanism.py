@@ -9,11 +9,8 @@ Every pair is interleaved and the medians of CPU time are compared, so that a sl
 
 from __future__ import annotations
 
-import statistics
-import time
-from collections.abc import Callable
-
 import numpy as np
+from compare import compare
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 from pymoo.operators.crossover.sbx import SBX
@@ -87,20 +84,6 @@ class Free(Problem):
     def _evaluate(self, x, out, *args, **kwargs):  # type: ignore[no-untyped-def]
         out["F"] = np.stack([x[:, 0], 11.0 - x[:, 0] + x[:, 1], x[:, 2] * x[:, 3]], axis=1)
         out["G"] = np.full((len(x), self.n_ieq_constr), -1.0)
-
-
-def cpu(action: Callable[[], object]) -> float:
-    began = time.process_time()
-    action()
-    return time.process_time() - began
-
-
-def compare(title: str, ours: Callable[[], object], theirs: Callable[[], object], rounds: int) -> tuple[float, float]:
-    """Medians of CPU time of both, taken in turn after one round that is not counted."""
-    pairs = [(cpu(ours), cpu(theirs)) for _ in range(rounds + 1)][1:]
-    mine, other = (statistics.median(column) for column in zip(*pairs, strict=True))
-    print(f"{title}: ours {1e3 * mine:.2f} ms, theirs {1e3 * other:.2f} ms (medians of {rounds}, CPU)")
-    return mine, other
 
 
 def main() -> None:

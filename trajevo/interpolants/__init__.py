@@ -1,5 +1,6 @@
 """Interpolants: decision vectors in, batches of trajectories out; one file per family."""
 
+from trajevo.interpolants.cubic import CubicSpline
 from trajevo.interpolants.hybrid_quartic import HybridQuartic
 from trajevo.interpolants.interpolant import Interpolant, Variable
 from trajevo.interpolants.profiles import stop_and_go
@@ -7,6 +8,7 @@ from trajevo.interpolants.quintic import QuinticSpline
 from trajevo.interpolants.septic import SepticPolynomial, SepticSpline, State
 
 __all__ = [
+    "CubicSpline",
     "HybridQuartic",
     "Interpolant",
     "QuinticSpline",

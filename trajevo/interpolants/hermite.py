@@ -11,6 +11,7 @@ from math import comb
 import numpy as np
 
 from trajevo.arrays import Array, frozen
+from trajevo.interpolants.interpolant import breaks_of
 from trajevo.path import ViaPoints
 from trajevo.trajectory import TrajectoryBatch
 
@@ -42,10 +43,11 @@ def hermite_segments(start: Array, end: Array, durations: Array) -> Array:
     r = start.shape[-1]
     powers = durations[..., None, None] ** np.arange(2 * r)
     unit = np.concatenate([start * powers[..., :r], end * powers[..., :r]], axis=-1)
-    return (unit @ hermite_matrix(r).T) / powers
+    coefficients: Array = (unit @ hermite_matrix(r).T) / powers
+    return coefficients
 
 
-def odd_spline(points: ViaPoints, durations: Array, breaks: Array, r: int) -> TrajectoryBatch:
+def odd_spline(points: ViaPoints, durations: Array, r: int) -> TrajectoryBatch:
     """The C^(2r-2) spline of degree 2r - 1 through the points, at rest at both ends up to derivative r - 1.
 
     The free states at the inner points follow from the continuity of derivatives r to 2r - 2 there: a block
@@ -54,15 +56,14 @@ def odd_spline(points: ViaPoints, durations: Array, breaks: Array, r: int) -> Tr
     Args:
         points: K points.
         durations: shape (B, K - 1) [s].
-        breaks: shape (B, K) [s].
         r: 3 for the quintic, 4 for the septic spline.
     """
     population, segments = durations.shape
-    states = np.zeros((population, segments + 1, points.n_joints, r))
+    states = np.zeros((population, segments + 1, points.n_joints, r), dtype=durations.dtype)
     states[..., 0] = points.positions
     if segments > 1:
         states[:, 1:-1, :, 1:] = _inner_derivatives(points.positions, durations, r)
-    return TrajectoryBatch(breaks, hermite_segments(states[:, :-1], states[:, 1:], durations))
+    return TrajectoryBatch(breaks_of(durations), hermite_segments(states[:, :-1], states[:, 1:], durations))
 
 
 def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:
@@ -103,7 +104,7 @@ def _solve_block_tridiagonal(left: Array, diagonal: Array, right: Array, drive: 
             pivot = diagonal[:, i] - left[:, i - 1] @ reduced[i - 1]
             load = drive[:, i] - left[:, i - 1] @ solution[:, i - 1]
         if i < count - 1:
-            reduced.append(np.asarray(np.linalg.solve(pivot, right[:, i]), np.float64))
+            reduced.append(np.asarray(np.linalg.solve(pivot, right[:, i]), drive.dtype))
         solution[:, i] = np.linalg.solve(pivot, load)
     for i in range(count - 2, -1, -1):
         solution[:, i] -= reduced[i] @ solution[:, i + 1]

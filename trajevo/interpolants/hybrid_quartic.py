@@ -27,7 +27,8 @@ from trajevo.interpolants.interpolant import (
     Variable,
     breaks_of,
     check_durations,
-    check_point_count,
+    checked_bounds,
+    checked_points,
     duration_variables,
 )
 from trajevo.path import ViaPoints
@@ -79,7 +80,8 @@ class HybridQuartic(Interpolant):
     def __post_init__(self) -> None:
         if self.form not in OFFSETS:
             raise UnknownNameError("form of the hybrid quartic", self.form, OFFSETS)
-        check_point_count(self.points, LEAST_POINTS[self.form], f"the {self.form} hybrid quartic")
+        checked_points(self.points, LEAST_POINTS[self.form], f"the {self.form} hybrid quartic")
+        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -127,14 +129,14 @@ class HybridQuartic(Interpolant):
         windows = np.lib.stride_tricks.sliding_window_view(controls, 5, axis=-1)  # (B, K - 3, n_joints, 4, 5)
         unit = np.moveaxis(windows @ QUARTIC_BASIS.T, 3, 2)  # (B, K - 3, 4, n_joints, 5)
         powers = (durations[:, :, None, None, None] / PIECES) ** np.arange(5)
-        padded = np.zeros((*unit.shape[:-1], 8))
+        padded = np.zeros((*unit.shape[:-1], 8), dtype=unit.dtype)
         padded[..., :5] = unit / powers
-        return padded.reshape(len(durations), -1, *padded.shape[3:])
+        return padded.reshape(len(durations), PIECES * durations.shape[1], *padded.shape[3:])
 
     def _state(self, position: Array, rate: Array, duration: Array) -> Array:
         """Taylor coefficients of the spline at a point, (B, 1, n_joints, 4): eq. (18) and its derivatives."""
         near, far = OFFSETS[self.form]
-        state = np.zeros((*rate.shape, 4))
+        state = np.zeros((*rate.shape, 4), dtype=rate.dtype)
         state[..., 0] = position
         state[..., 1] = (near + far / 3.0) * PIECES * rate
         state[..., 3] = (far / 3.0 - near) * PIECES**3 * rate / duration[..., None] ** 2

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array
+from trajevo.arrays import Array, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.path import ViaPoints
 from trajevo.trajectory import TrajectoryBatch
@@ -57,36 +57,42 @@ class Interpolant(ABC):
         """Instants at which the via points are passed, (B, n_variables) -> (B, n_points) [s]."""
 
 
-def duration_variables(count: int, bounds: tuple[float, float]) -> tuple[Variable, ...]:
-    """One free time per segment, the first named ``dt_1`` [s].
-
-    Raises:
-        InvalidInputError: the bounds are not 0 < lower < upper.
-    """
-    lower, upper = (float(bound) for bound in bounds)
-    if not lower > 0.0:
+def checked_bounds(bounds: Any) -> tuple[float, float]:
+    """Bounds of a duration as 0 < lower < upper [s]."""
+    lower, upper = numbers(bounds, name="duration_bounds", shape=(2,)).tolist()
+    if not 0.0 < lower < upper:
         raise InvalidInputError(f"duration_bounds: expected 0 < lower < upper [s], got {lower} and {upper}")
-    return tuple(Variable(f"dt_{i + 1}", "s", lower, upper) for i in range(count))
+    return lower, upper
+
+
+def checked_points(points: Any, least: int, what: str) -> None:
+    """Refuse anything but via points, and fewer than an interpolant needs."""
+    if not isinstance(points, ViaPoints):
+        raise InvalidInputError(f"points: {what} needs ViaPoints, got {type(points).__name__}")
+    if len(points) < least:
+        raise InvalidInputError(f"points: {what} needs at least {least} points, got {len(points)}")
+
+
+def duration_variables(count: int, bounds: tuple[float, float], symbol: str = "dt") -> tuple[Variable, ...]:
+    """One free time per segment, the first named ``dt_1`` [s]."""
+    return tuple(Variable(f"{symbol}_{i + 1}", "s", *bounds) for i in range(count))
 
 
 def check_durations(x: Any, count: int) -> Array:
-    """Segment times as an array (B, n_segments), every one a positive finite number [s]."""
-    durations = np.asarray(x, dtype=np.float64)
+    """Segment times as an array (B, n_segments), every one positive and finite [s]; complex ones stay complex."""
+    try:
+        durations = np.asarray(x, dtype=np.complex128 if np.iscomplexobj(x) else np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInputError(f"x: expected segment times of shape (B, {count}), got {x!r}") from None
     if durations.ndim != 2 or durations.shape[1] != count:
         raise InvalidInputError(f"x: expected segment times of shape (B, {count}), got {durations.shape}")
-    good = np.isfinite(durations) & (durations > 0.0)
+    good = np.isfinite(durations) & (durations.real > 0.0)
     if not good.all():
         row, segment = (int(i) for i in np.argwhere(~good)[0])
         raise InvalidInputError(
             f"x: expected positive segment times [s], got {durations[row, segment]} for segment {segment} of row {row}"
         )
     return durations
-
-
-def check_point_count(points: ViaPoints, least: int, what: str) -> None:
-    """Refuse a path with fewer points than an interpolant needs."""
-    if len(points) < least:
-        raise InvalidInputError(f"points: {what} needs at least {least} points, got {len(points)}")
 
 
 def breaks_of(durations: Array) -> Array:

@@ -12,7 +12,8 @@ from trajevo.interpolants.interpolant import (
     Variable,
     breaks_of,
     check_durations,
-    check_point_count,
+    checked_bounds,
+    checked_points,
     duration_variables,
 )
 from trajevo.path import ViaPoints
@@ -33,7 +34,8 @@ class QuinticSpline(Interpolant):
     duration_bounds: tuple[float, float] = field(kw_only=True)
 
     def __post_init__(self) -> None:
-        check_point_count(self.points, 3, "the quintic spline")
+        checked_points(self.points, 3, "the quintic spline")
+        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -42,8 +44,7 @@ class QuinticSpline(Interpolant):
 
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for segment times of shape (B, n_segments) [s]."""
-        durations = check_durations(x, len(self.points) - 1)
-        return odd_spline(self.points, durations, breaks_of(durations), 3)
+        return odd_spline(self.points, check_durations(x, len(self.points) - 1), 3)
 
     def via_times(self, x: Array) -> Array:
         """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""

@@ -15,7 +15,8 @@ from trajevo.interpolants.interpolant import (
     Variable,
     breaks_of,
     check_durations,
-    check_point_count,
+    checked_bounds,
+    checked_points,
     duration_variables,
 )
 from trajevo.path import ViaPoints
@@ -71,6 +72,7 @@ class SepticPolynomial(Interpolant):
     duration_bounds: tuple[float, float] = field(kw_only=True)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
         if self.start.position.shape != self.end.position.shape:
             raise InvalidInputError(
                 f"end: expected {len(self.start.position)} joints as in start, got {len(self.end.position)}"
@@ -107,7 +109,8 @@ class SepticSpline(Interpolant):
     duration_bounds: tuple[float, float] = field(kw_only=True)
 
     def __post_init__(self) -> None:
-        check_point_count(self.points, 3, "the septic spline")
+        checked_points(self.points, 3, "the septic spline")
+        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -116,8 +119,7 @@ class SepticSpline(Interpolant):
 
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for segment times of shape (B, n_segments) [s]."""
-        durations = check_durations(x, len(self.points) - 1)
-        return odd_spline(self.points, durations, breaks_of(durations), 4)
+        return odd_spline(self.points, check_durations(x, len(self.points) - 1), 4)
 
     def via_times(self, x: Array) -> Array:
         """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""

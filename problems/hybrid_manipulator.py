@@ -1,0 +1,226 @@
+"""5-DOF hybrid manipulator: time, energy, jerk and acceleration under force limits (Guo et al. 2016).
+
+Symbols are the paper's: h interval lengths [s], z₁ to z₄ objectives, w weights, ξ scales, U forces, m_p payload.
+What can and cannot be reproduced: docs/hybrid_manipulator.md.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, final
+
+import numpy as np
+
+from problems.hybrid_kinematics import inverse_kinematics, path_normals, via_positions
+from trajevo.arrays import Array, numbers, read_only
+from trajevo.constraints import Constraint, effort_limits, kinematic_limits
+from trajevo.dynamics import Dynamics, Rollout
+from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.interpolants import CubicSpline
+from trajevo.objectives import (
+    Objective,
+    integrated_square_acceleration,
+    integrated_square_jerk,
+    integrated_square_power,
+    total_time,
+)
+from trajevo.path import ViaPoints
+from trajevo.payload import Payload
+from trajevo.problem import Evolution, TrajectoryProblem
+from trajevo.robot import load_robot
+from trajevo.selection import Weights
+
+#: Weights w and scales ξ of eq. (112), section 3.1.
+PAPER_WEIGHTS = Weights((0.3, 0.3, 0.2, 0.2), scales=(1.0, 1000.0, 10.0, 1.0))
+
+#: Interval lengths of the solution in Table 7 [s].
+TABLE_7_INTERVALS = (0.330, 0.837, 0.803, 0.569, 0.477, 0.382, 0.348, 0.348, 0.392, 0.552, 0.732, 0.420)
+
+#: Payload bounds m_pl and m_pu of Table 1, eq. (123) [kg].
+PAYLOAD_BOUNDS = (0.0, 10.0)
+
+#: Least and greatest interval [s]. The paper prints only the lower bound (152); without an upper one z₂ to z₄ fall
+#: towards 0 for ever.
+DURATION_BOUNDS = (0.005, 1.5)
+
+#: Far corner of the hypervolume box for z₁ to z₄.
+REFERENCE_POINT = (10.0, 1e4, 100.0, 5.0)
+
+#: Convention -> the force model of its payload.
+CONVENTIONS = {"continuous": "rigid", "printed": "weight_only", "as_run": "tool_axis"}
+
+
+@final
+class HybridManipulator(TrajectoryProblem):
+    """z₁ to z₄, eqs. (113)-(116), of the cubic spline through the via points, under (118)-(123) and (152).
+
+    The variables are the 12 interval lengths h [s]. Limits of displacement, velocity, acceleration and jerk hold at the
+    exact peaks, those of force at the samples of every interval.
+
+    Args:
+        payload: mass [kg], a :class:`~trajevo.payload.Payload`, or its settings.
+        convention: ``"continuous"`` (the integrals themselves), ``"printed"`` (eq. (154) to the letter) or
+            ``"as_run"`` (a conjecture of what the authors computed; never a reproduction).
+        payload_model: how the payload acts; if None as it says itself, or by its mass alone as in the convention
+            (rigid, weight_only, tool_axis).
+        payload_bounds: least and greatest payload [kg], eq. (123).
+        objectives: ``"all"`` four, or ``"cost"``: F_c of eq. (112) alone.
+        positions: via points of the tool, shape (K, 3) [m]; the eleven of Table 6 if None. The tool axis is the path's
+            normal in its vertical plane.
+        duration_bounds: least and greatest interval [s].
+        samples: instants per interval at which forces are computed, both ends included.
+        threads: threads of Pinocchio.
+
+    Raises:
+        UnknownNameError: no such convention, payload model or set of objectives.
+        UnreachableError: a via point is out of reach; the message names it.
+        InvalidInputError: a payload outside its bounds, or bad points, bounds or samples.
+    """
+
+    registered_name: ClassVar[str] = "hybrid"
+    title: ClassVar[str] = "5-DOF hybrid manipulator: time, energy, jerk, acceleration (Guo 2016)"
+    evolution: ClassVar[Evolution] = Evolution(100, 200, 0.9, 10.0, 0.1, 100.0)
+    paper_weights: ClassVar[Weights | None] = PAPER_WEIGHTS
+
+    def __init__(
+        self,
+        *,
+        payload: float | Payload | dict[str, Any] = 10.0,
+        convention: str = "continuous",
+        payload_model: str | None = None,
+        payload_bounds: tuple[float, float] = PAYLOAD_BOUNDS,
+        objectives: str = "all",
+        positions: Any = None,
+        duration_bounds: tuple[float, float] = DURATION_BOUNDS,
+        samples: int = 6,
+        threads: int = 1,
+    ) -> None:
+        if convention not in CONVENTIONS:
+            raise UnknownNameError("convention", convention, CONVENTIONS)
+        if objectives not in ("all", "cost"):
+            raise UnknownNameError("set of objectives", objectives, ("all", "cost"))
+        self.convention, self.objective_set = convention, objectives
+        carried = Payload.of(payload, model=payload_model, usual=CONVENTIONS[convention])
+        self.payload_bounds = tuple(numbers(payload_bounds, name="payload_bounds", shape=(2,)).tolist())
+        if not 0.0 <= self.payload_bounds[0] <= self.payload_bounds[1]:
+            raise InvalidInputError(f"payload_bounds: expected 0 <= least <= greatest [kg], got {self.payload_bounds}")
+        if not self.payload_bounds[0] <= carried.mass <= self.payload_bounds[1]:
+            low, high = self.payload_bounds
+            raise InvalidInputError(f"payload: expected {low:g} to {high:g} kg, eq. (123), got {carried.mass:g} kg")
+        given = via_positions() if positions is None else numbers(positions, name="positions", shape=("K", 3))
+        self.positions = read_only(given)
+        self.duration_bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
+        robot = load_robot("hybrid_manipulator")
+        joints = inverse_kinematics(self.positions, path_normals(self.positions))
+        chosen = _objectives(convention)
+        super().__init__(
+            dynamics=Dynamics(robot, carried, samples=samples, threads=threads),
+            interpolant=CubicSpline(ViaPoints.for_robot(robot, joints), duration_bounds=self.duration_bounds),
+            objectives=chosen if objectives == "all" else (_cost(chosen),),
+            constraints=(*kinematic_limits(robot), effort_limits(robot), _interval_bound()),
+            reference_point=REFERENCE_POINT if objectives == "all" else None,
+        )
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Keyword arguments that make an equal problem."""
+        return {
+            "payload": self.dynamics.payload.settings,
+            "convention": self.convention,
+            "payload_bounds": list(self.payload_bounds),
+            "objectives": self.objective_set,
+            "positions": self.positions.tolist(),
+            "duration_bounds": list(self.duration_bounds),
+            "samples": self.dynamics.samples,
+            "threads": self.dynamics.threads,
+        }
+
+
+def paper_solution() -> Array:
+    """Interval lengths of Table 7, shape (1, 12) [s]."""
+    return np.array([TABLE_7_INTERVALS])
+
+
+def cost(F: Array) -> Array:
+    """F_c of eq. (112) for objective values of shape (..., 4)."""
+    total: Array = F @ (np.array(PAPER_WEIGHTS.weights) / np.array(PAPER_WEIGHTS.scales))
+    return total
+
+
+def _objectives(convention: str) -> tuple[Objective, ...]:
+    energy = {"continuous": integrated_square_power, "printed": _printed_energy, "as_run": _as_run_energy}
+    jerk = {"printed": _printed_jerk}
+    acceleration = {"continuous": integrated_square_acceleration}
+    where = {"continuous": "(114)-(116)", "printed": "(154)", "as_run": "(154), conjectured variant"}[convention]
+    return (
+        Objective("time", "s", "Guo 2016, eq. (113), z1", total_time),
+        Objective("energy", "W^2*s", f"Guo 2016, eq. {where}, z2", energy[convention]),
+        Objective("jerk", "SI^2/s^5", f"Guo 2016, eq. {where}, z3", jerk.get(convention, integrated_square_jerk)),
+        Objective(
+            "acceleration",
+            "SI^2/s^3",
+            f"Guo 2016, eq. {where}, z4",
+            acceleration.get(convention, _printed_acceleration),
+        ),
+    )
+
+
+def _cost(objectives: tuple[Objective, ...]) -> Objective:
+    return Objective("cost", "1", "Guo 2016, eq. (112), F_c", _Cost(objectives))
+
+
+class _Cost:
+    """F_c of a rollout; a class and not a closure, so that problems can be pickled."""
+
+    def __init__(self, objectives: tuple[Objective, ...]) -> None:
+        self.objectives = objectives
+
+    def __call__(self, rollout: Rollout) -> Array:
+        return cost(np.stack([objective.function(rollout) for objective in self.objectives], axis=1))
+
+
+def _at_knots(rollout: Rollout, values: Array) -> tuple[Array, Array]:
+    """Samples at the beginning and at the end of every interval, each (B, m - 1, 5)."""
+    per_interval = values.reshape(len(values), -1, rollout.dynamics.samples, values.shape[-1])
+    return per_interval[:, :, 0], per_interval[:, :, -1]
+
+
+def _trapezoid(rollout: Rollout, first: Array, second: Array) -> Array:
+    """Σ h/2 (first + second) for values at both ends of every interval, shapes (B, m - 1) -> (B,)."""
+    total: Array = (0.5 * rollout.trajectory.segment_durations * (first + second)).sum(axis=1)
+    return total
+
+
+def _printed_energy(rollout: Rollout) -> Array:
+    """z₂ of eq. (154): trapezoid at the knots of Σⱼ (U_j q̇_j)², shape (B,) [W²·s]."""
+    return _trapezoid(rollout, *((power**2).sum(axis=2) for power in _at_knots(rollout, rollout.power)))
+
+
+def _as_run_energy(rollout: Rollout) -> Array:
+    """Trapezoid at the knots of (Σⱼ |U_j q̇_j|)²: a conjecture, shape (B,) [W²·s]."""
+    magnitudes = rollout.power * np.sign(rollout.power.real)
+    return _trapezoid(rollout, *(power.sum(axis=2) ** 2 for power in _at_knots(rollout, magnitudes)))
+
+
+def _printed_jerk(rollout: Rollout) -> Array:
+    """z₃ of eq. (154), which pairs the jerks of neighbouring intervals and stops one short, shape (B,) [SI²/s⁵]."""
+    square = (_at_knots(rollout, rollout.j)[0] ** 2).sum(axis=2)
+    total: Array = (0.5 * rollout.trajectory.segment_durations[:, :-1] * (square[:, :-1] + square[:, 1:])).sum(axis=1)
+    return total
+
+
+def _printed_acceleration(rollout: Rollout) -> Array:
+    """z₄ of eq. (154): trapezoid at the knots of Σⱼ a_j², shape (B,) [SI²/s³]."""
+    return _trapezoid(rollout, *((a**2).sum(axis=2) for a in _at_knots(rollout, rollout.a)))
+
+
+def _interval_bound() -> Constraint:
+    return Constraint(("interval above eq. (152)",), "Guo 2016, eq. (152)", _interval_excess)
+
+
+def _interval_excess(rollout: Rollout) -> Array:
+    """Greatest mean velocity of any interval and joint over its limit, minus 1, shape (B, 1): eq. (152)."""
+    q = rollout.q.reshape(len(rollout.trajectory), -1, rollout.dynamics.samples, rollout.robot.dof)
+    mean = (q[:, :, -1] - q[:, :, 0]) / rollout.trajectory.segment_durations[:, :, None]
+    share = mean * np.sign(mean.real) / rollout.robot.limits.velocity
+    worst: Array = share.reshape(len(share), -1).max(axis=1, keepdims=True) - 1.0
+    return worst

@@ -1,0 +1,132 @@
+"""The gradient solver: the reference's optima from random starts, least times, and what it refuses."""
+
+import numpy as np
+import pytest
+
+from problems import HybridManipulator
+from tests.guo2016 import GUO2016, TABLE_7
+from tests.helpers import impossible, small_problem
+from trajevo import load_robot
+from trajevo.errors import InvalidInputError
+from trajevo.selection import Weights
+from trajevo.weighted import minimise_weighted
+
+OPTIMA = GUO2016["optimum_cost"]
+every_convention = pytest.mark.parametrize("convention", OPTIMA)
+LEAST_TIME = Weights((1.0, 0.0, 0.0, 0.0))
+
+
+def assert_every_start_reaches_the_optimum(convention, starts, seed):
+    problem = HybridManipulator(convention=convention)
+    best = minimise_weighted(problem, problem.paper_weights, seed=seed, starts=starts)
+    assert best.costs.shape == (starts,)
+    np.testing.assert_allclose(best.costs, OPTIMA[convention], rtol=0.0, atol=2e-6)
+    assert best.cost == best.costs.min()
+
+
+@every_convention
+def test_optimum_from_three_random_starts(convention):
+    assert_every_start_reaches_the_optimum(convention, starts=3, seed=1)
+
+
+@pytest.mark.long
+@every_convention
+def test_optimum_from_each_of_twenty_random_starts(convention):
+    assert_every_start_reaches_the_optimum(convention, starts=20, seed=0)
+
+
+def test_least_time_from_two_starts():
+    best = minimise_weighted(HybridManipulator(samples=3), LEAST_TIME, seed=1, starts=2)
+    assert best.cost == pytest.approx(GUO2016["least_time"]["rigid"], rel=5e-3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("model", ["rigid", "weight_only"])
+def test_least_time_within_a_thousandth(model):
+    best = minimise_weighted(HybridManipulator(payload_model=model, samples=12), LEAST_TIME, seed=1, starts=8)
+    assert best.cost == pytest.approx(GUO2016["least_time"][model], rel=1e-3)
+
+
+def test_result_is_consistent():
+    problem = HybridManipulator(convention="printed")
+    best = minimise_weighted(problem, problem.paper_weights, seed=3, starts=1)
+    F, G = problem.evaluate(best.x[None])[:2]
+    assert list(best.F) == list(problem.objective_names)
+    assert list(best.G) == list(problem.constraint_names)
+    np.testing.assert_array_equal(list(best.F.values()), F[0])
+    np.testing.assert_array_equal(list(best.G.values()), G[0])
+    assert max(best.G.values()) <= 1e-6
+    assert best.cost == pytest.approx(
+        F[0] @ (np.array(problem.paper_weights.weights) / problem.paper_weights.scales), rel=1e-12
+    )
+    assert (best.x >= problem.xl).all()
+    assert (best.x <= problem.xu).all()
+    assert best.trajectory.duration[0] == pytest.approx(best.F["time"])
+    assert best.rollout.robot is problem.robot
+    assert best.seconds > 0.0
+    assert not best.x.flags.writeable
+
+
+def test_the_same_seed_gives_the_same_result():
+    problem = HybridManipulator(convention="printed", samples=2)
+    one, two = (minimise_weighted(problem, problem.paper_weights, seed=5, starts=2) for _ in range(2))
+    np.testing.assert_array_equal(one.x, two.x)
+    np.testing.assert_array_equal(one.costs, two.costs)
+
+
+def test_starts_of_the_callers_own():
+    problem = HybridManipulator(convention="printed")
+    best = minimise_weighted(problem, problem.paper_weights, seed=0, initial=TABLE_7[None])
+    assert best.costs.shape == (1,)
+    assert best.cost == pytest.approx(OPTIMA["printed"], abs=2e-6)
+
+
+def test_the_cost_alone_has_the_same_optimum():
+    best = minimise_weighted(
+        HybridManipulator(convention="printed", objectives="cost"), Weights((1.0,)), seed=2, starts=1
+    )
+    assert best.cost == pytest.approx(OPTIMA["printed"], abs=2e-6)
+
+
+def test_without_constraints():
+    problem = small_problem(constraints=())
+    best = minimise_weighted(problem, Weights((1.0, 0.0)), seed=1, starts=2)
+    assert best.cost == pytest.approx(2.0, abs=1e-6)  # both segments at their lower bound
+    assert best.G == {}
+
+
+def test_least_time_of_the_small_problem_is_on_a_limit():
+    problem = small_problem()
+    best = minimise_weighted(problem, Weights((1.0, 0.0)), seed=1, starts=3)
+    at_bound = np.isclose(best.x, problem.xl, rtol=1e-6).all()
+    assert at_bound or max(best.G.values()) == pytest.approx(0.0, abs=1e-5)
+
+
+def test_where_nothing_is_feasible_the_cost_is_infinite():
+    problem = small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 0.5),))
+    best = minimise_weighted(problem, Weights((1.0, 1.0)), seed=1, starts=1)
+    assert best.cost == np.inf
+    assert np.isinf(best.costs).all()
+    assert best.x.shape == (2,)
+    assert best.G == {"patience": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("weights", "arguments", "message"),
+    [
+        (Weights((1.0, 1.0)), {}, "weights"),
+        (Weights((1.0, 1.0, 1.0, float("nan"))), {}, "weights"),
+        (LEAST_TIME, {"starts": 0}, "starts"),
+        (LEAST_TIME, {"initial": np.empty((0, 12))}, "starts"),
+        (LEAST_TIME, {"initial": np.ones((1, 11))}, "initial"),
+        (LEAST_TIME, {"initial": np.full((1, 12), 2.0)}, "initial.*bounds"),
+        (LEAST_TIME, {"initial": np.full((1, 12), np.nan)}, "initial"),
+        (Weights((1.0, 1.0, 1.0, 1.0), scales=(1.0, 1.0)), {}, "scales"),
+        (Weights((1.0, 1.0, 1.0, 1.0), scales=(1.0, 0.0, 1.0, 1.0)), {}, "scales"),
+        (Weights((1.0, -1.0, 1.0, 1.0)), {}, "weights"),
+        (Weights((0.0, 0.0, 0.0, 0.0)), {}, "weights"),
+    ],
+)
+def test_bad_arguments_are_refused(weights, arguments, message):
+    with pytest.raises(InvalidInputError, match=message):
+        minimise_weighted(HybridManipulator(samples=2), weights, seed=1, **({"starts": 1} | arguments))

@@ -1,0 +1,244 @@
+"""Dynamic load-carrying capacity (DLCC): the largest payload of a motion, its binding joint and instant.
+
+Effort is affine in the payload's mass, τ = τ₀ + m τ₁, so the capacity is in closed form; the iteration of Guo 2016,
+section 5, is beside it and agrees within its step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen, numbers
+from trajevo.dynamics import Dynamics, Rollout
+from trajevo.errors import InvalidInputError
+from trajevo.front import Solution
+from trajevo.objectives import Objective, unused_payload
+from trajevo.payload import Payload
+from trajevo.problem import TrajectoryProblem
+from trajevo.selection import Weights
+from trajevo.weighted import WeightedOptimum, minimise_weighted
+
+#: Instants per segment at which a capacity is computed, unless told otherwise; optimisation uses fewer.
+SAMPLES = 50
+
+#: Steps after which the iteration would be the wrong tool.
+MOST_STEPS = 1_000_000
+
+#: Share of the greatest effort per kilogram below which a joint does not feel the payload but rounding.
+NEGLIGIBLE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Capacity:
+    """The largest payload of a motion.
+
+    Attributes:
+        mass: [kg]; inf if no effort limit is ever reached, 0 if one is reached or broken without any payload.
+        joint: name of the binding joint, empty if there is none.
+        time: instant at which it binds [s], NaN if there is none.
+        margin: share of each joint's effort limit that is left at ``mass``, shape (n_joints,); negative where the
+            motion breaks a limit without any payload.
+        per_joint: largest payload by each joint alone, shape (n_joints,) [kg].
+        payload_model: how the payload acts, a key of :data:`trajevo.payload.LOAD_MODELS`.
+        history: for the iteration, every (mass [kg], greatest effort over limit, joint) tried, the last one infeasible.
+    """
+
+    mass: float
+    joint: str
+    time: float
+    margin: Array
+    per_joint: Array
+    payload_model: str
+    history: tuple[tuple[float, float, str], ...] = ()
+
+    def __str__(self) -> str:
+        if not self.joint:
+            return f"unlimited: no joint has an effort limit that a {self.payload_model} payload reaches on this motion"
+        if len(self.history) == 1 and self.history[0][0] > 0.0:
+            tried = self.history[0][0]
+            return f"the first payload tried, {tried:g} kg, already breaks the limit of {self.joint}; start lower"
+        if self.margin.min() < -1e-12:
+            return (
+                f"0 kg: even without payload {self.joint} exceeds its effort limit by "
+                f"{-100.0 * self.margin.min():.3g} %, at {self.time:.4f} s"
+            )
+        return f"{self.mass:.6f} kg ({self.payload_model} payload), limited by {self.joint} at {self.time:.4f} s"
+
+
+def dlcc(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> Capacity:
+    """The largest payload of a motion in closed form: the least, over joints and instants, of (±limit - τ₀)/τ₁.
+
+    Args:
+        motion: a solution of a front, an optimum, or a rollout (of its batch the first trajectory counts). The shape
+            and the model of the payload are the rollout's own; its mass plays no part.
+        samples: instants per segment, both ends included.
+    """
+    unloaded, per_kilogram, times, dynamics = _efforts(motion, samples)
+    limit = dynamics.robot.limits.effort
+    felt = np.abs(per_kilogram)
+    # (limit - τ₀)/τ₁ where the payload pushes up, (limit + τ₀)/(-τ₁) where it pushes down.
+    room = limit - np.copysign(unloaded, unloaded * per_kilogram)
+    felt_at_all = felt > NEGLIGIBLE * felt.max()
+    masses = np.where(felt_at_all, room / np.where(felt_at_all, felt, 1.0), np.inf)
+    # A limit broken without payload leaves nothing, even if a payload would bring the effort back.
+    masses = np.where(np.abs(unloaded) > limit, -np.inf, masses)
+    per_joint = masses.min(axis=0)
+    if np.isneginf(per_joint).any():
+        excess = np.abs(unloaded) / limit
+        instant, joint = (int(i) for i in np.unravel_index(excess.argmax(), excess.shape))
+        return _found(0.0, joint, instant, unloaded, per_kilogram, times, dynamics, np.maximum(per_joint, 0.0))
+    joint = int(per_joint.argmin())
+    instant = int(masses[:, joint].argmin())
+    return _found(float(per_joint[joint]), joint, instant, unloaded, per_kilogram, times, dynamics, per_joint)
+
+
+def dlcc_iterative(
+    motion: Solution | Rollout | WeightedOptimum, *, start: float = 0.0, step: float = 0.05, samples: int = SAMPLES
+) -> Capacity:
+    """The largest payload by the paper's iteration (Guo 2016, section 5, steps 7 to 9): add until a limit breaks.
+
+    Args:
+        motion: as for :func:`dlcc`.
+        start: first payload tried [kg].
+        step: added each time [kg].
+        samples: as for :func:`dlcc`.
+
+    Returns:
+        The last feasible payload, 0 if the first one is infeasible; ``history`` has every payload tried. Where no
+        payload ever reaches a limit, what :func:`dlcc` returns.
+
+    Raises:
+        InvalidInputError: a start that is negative, a step that is not positive, or one that would take too many.
+    """
+    if not (np.isfinite(start) and start >= 0.0):
+        raise InvalidInputError(f"start: expected a mass from 0 on [kg], got {start}")
+    if not (np.isfinite(step) and step > 0.0):
+        raise InvalidInputError(f"step: expected a positive mass [kg], got {step}")
+    closed = dlcc(motion, samples=samples)
+    if np.isinf(closed.mass):
+        return closed
+    if (closed.mass - start) / step > MOST_STEPS:
+        raise InvalidInputError(f"step: {step} kg takes over {MOST_STEPS} steps to {closed.mass:.6g} kg")
+    unloaded, per_kilogram, times, dynamics = _efforts(motion, samples)
+    limit, names = dynamics.robot.limits.effort, dynamics.robot.joint_names
+    history: list[tuple[float, float, str]] = []
+    while not history or history[-1][1] <= 1.0:
+        mass = start + len(history) * step
+        used = np.abs(unloaded + mass * per_kilogram) / limit
+        instant, joint = (int(i) for i in np.unravel_index(used.argmax(), used.shape))
+        history.append((mass, float(used.max()), names[joint]))
+    feasible = history[-2][0] if len(history) > 1 else 0.0
+    found = _found(feasible, joint, instant, unloaded, per_kilogram, times, dynamics, closed.per_joint)
+    return Capacity(**(vars(found) | {"history": tuple(history)}))
+
+
+@dataclass(frozen=True, eq=False)
+class PayloadCurve:
+    """The least time of a motion for each payload.
+
+    Attributes:
+        payloads: [kg], ascending, shape (N,).
+        times: least duration, inf where no feasible motion was found, shape (N,) [s].
+        X: decision vectors, shape (N, n_var); the last one tried where none is feasible.
+        payload_model: how the payload acts.
+    """
+
+    payloads: Array
+    times: Array
+    X: Array
+    payload_model: str
+
+
+def capacity_front(
+    problem: TrajectoryProblem, payloads: Sequence[float], *, seed: int, starts: int = 4
+) -> PayloadCurve:
+    """Re-optimise for least time at each payload, by SLSQP from random starts and from the neighbour's solution.
+
+    A motion for a heavier load carries the lighter one too, so the curve is made to rise: where a heavier payload was
+    found a faster motion that is feasible for the lighter one, that motion is taken.
+
+    Args:
+        problem: a problem whose first objective is the time [s].
+        payloads: masses [kg]; shape and model are those of the problem's payload.
+        seed: seed of the random starts.
+        starts: random starts per payload.
+    """
+    masses = np.sort(numbers(payloads, name="payloads", shape=("N",)))
+    if not len(masses):
+        raise InvalidInputError("payloads: expected at least one mass [kg]")
+    weights = Weights((1.0, *([0.0] * (problem.n_obj - 1))))
+    times, X = np.full(len(masses), np.inf), np.empty((len(masses), problem.n_var))
+    loaded = [problem.with_payload(problem.dynamics.payload.with_mass(float(mass))) for mass in masses]
+    for i, at_mass in enumerate(loaded):
+        best = minimise_weighted(at_mass, weights, seed=seed + i, starts=starts)
+        if i > 0 and np.isfinite(times[i - 1]):
+            warm = minimise_weighted(at_mass, weights, seed=seed, initial=X[i - 1][None])
+            best = min(best, warm, key=lambda optimum: optimum.cost)
+        times[i], X[i] = best.cost, best.x
+    for i in range(len(masses) - 2, -1, -1):
+        if times[i + 1] < times[i] and loaded[i].evaluate(X[i + 1][None])[1].max() <= 1e-6:
+            times[i], X[i] = times[i + 1], X[i + 1]
+    return PayloadCurve(frozen(masses), frozen(times), frozen(X), problem.dynamics.payload.model)
+
+
+def max_payload_problem(problem: TrajectoryProblem, payload_range: tuple[float, float]) -> TrajectoryProblem:
+    """The same problem with the payload's mass as its last variable, and the payload left unused as an objective.
+
+    Args:
+        problem: whose payload gives shape and model.
+        payload_range: least and greatest mass [kg].
+    """
+    low, high = numbers(payload_range, name="payload_range", shape=(2,)).tolist()
+    if not 0.0 <= low < high < np.inf:
+        raise InvalidInputError(f"payload_range: expected 0 <= least < greatest [kg], got {low} and {high}")
+    shape = problem.dynamics.payload
+    unit = shape if shape.mass > 0.0 else Payload(1.0, shape.com, None, shape.model)
+    corner = problem.reference_point
+    return TrajectoryProblem(
+        dynamics=Dynamics(problem.robot, unit, samples=problem.dynamics.samples, threads=problem.dynamics.threads),
+        interpolant=problem.interpolant,
+        objectives=(
+            *problem.objectives,
+            Objective("unused payload", "kg", f"{high:g} kg minus mass", unused_payload(high)),
+        ),
+        constraints=problem.constraints,
+        payload_range=(low, high),
+        reference_point=None if corner is None else (*corner, high - low),
+        angle=problem.angle,
+    )
+
+
+def _efforts(motion: Any, samples: int) -> tuple[Array, Array, Array, Dynamics]:
+    """Effort without payload and per kilogram, (T, n_joints), instants (T,), and the dynamics they come from."""
+    rollout = motion if isinstance(motion, Rollout) else motion.rollout
+    own = rollout.dynamics
+    dynamics = own.sampled(samples)
+    fine = Rollout(dynamics, rollout.trajectory if len(rollout.trajectory) == 1 else rollout.trajectory[0])
+    return fine.unloaded_effort[0], fine.effort_per_kilogram[0], fine.t[0], dynamics
+
+
+def _found(
+    mass: float,
+    joint: int,
+    instant: int,
+    unloaded: Array,
+    per_kilogram: Array,
+    times: Array,
+    dynamics: Dynamics,
+    per_joint: Array,
+) -> Capacity:
+    carried = mass if np.isfinite(mass) else 0.0
+    used = np.abs(unloaded + carried * per_kilogram).max(axis=0) / dynamics.robot.limits.effort
+    bound = joint >= 0 and np.isfinite(mass)
+    return Capacity(
+        mass=mass,
+        joint=dynamics.robot.joint_names[joint] if bound else "",
+        time=float(times[instant]) if bound else float("nan"),
+        margin=frozen(1.0 - used),
+        per_joint=frozen(per_joint),
+        payload_model=dynamics.payload.model,
+    )

@@ -1,0 +1,109 @@
+"""Pictures of effort and payload: utilisation of the actuators, the DLCC iteration, payload against time, tracking."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+from trajevo.arrays import Array, numbers
+from trajevo.capacity import SAMPLES, Capacity, PayloadCurve, dlcc
+from trajevo.dynamics import Dynamics, Rollout
+from trajevo.errors import InvalidInputError
+from trajevo.front import Solution
+from trajevo.weighted import WeightedOptimum
+
+
+def effort_utilisation(
+    motion: Solution | Rollout | WeightedOptimum, *, mass: float | None = None, ax: Axes | None = None
+) -> Axes:
+    """Effort of every joint as a share of its limit over time, with the payload's capacity marked.
+
+    Args:
+        motion: of a rollout's batch the first trajectory is drawn.
+        mass: payload drawn [kg]; the rollout's own if None.
+        ax: axes.
+
+    Returns:
+        The axes; grey is beyond the limits, the dot is where the capacity binds, drawn at the effort with ``mass``.
+    """
+    rollout = motion if isinstance(motion, Rollout) else motion.rollout
+    limit = rollout.robot.limits.effort
+    if not np.isfinite(limit).any():
+        raise InvalidInputError(f"effort_utilisation: robot {rollout.robot.name!r} has no effort limits")
+    own = rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
+    carried = own if mass is None else mass
+    fine = Rollout(Dynamics(rollout.robot, rollout.dynamics.payload, samples=SAMPLES), rollout.trajectory[0])
+    effort = fine.unloaded_effort[0] + carried * fine.effort_per_kilogram[0]
+    ax = ax or plt.subplots(figsize=(7.6, 4.2), layout="constrained")[1]
+    for joint, name in enumerate(rollout.robot.joint_names):
+        if np.isfinite(limit[joint]):
+            ax.plot(fine.t[0], effort[:, joint] / limit[joint], label=name)
+    capacity = dlcc(motion)
+    if capacity.joint:
+        joint = rollout.robot.joint_names.index(capacity.joint)
+        instant = int(np.abs(fine.t[0] - capacity.time).argmin())
+        ax.plot(capacity.time, effort[instant, joint] / limit[joint], "ko")
+        ax.annotate(
+            f"{capacity.joint} binds at {capacity.mass:.2f} kg",
+            (capacity.time, effort[instant, joint] / limit[joint]),
+            (0.3, 0.66),
+            textcoords="axes fraction",
+            arrowprops={"arrowstyle": "->"},
+        )
+    low, high = min(-1.15, *ax.get_ylim()), max(1.15, *ax.get_ylim())
+    ax.axhspan(1.0, high, color="0.9", zorder=0)
+    ax.axhspan(low, -1.0, color="0.9", zorder=0)
+    ax.set(xlabel="time [s]", ylabel=f"effort / limit with {carried:g} kg", ylim=(low, high))
+    ax.grid(alpha=0.3)
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return ax
+
+
+def dlcc_iteration(capacity: Capacity, *, ax: Axes | None = None) -> Axes:
+    """Greatest effort over limit for every payload that the iteration tried, the joint that reaches it as colour."""
+    if not capacity.history:
+        raise InvalidInputError("dlcc_iteration: a closed-form capacity has no history; pass that of dlcc_iterative")
+    ax = ax or plt.subplots(figsize=(6.4, 4.2), layout="constrained")[1]
+    for joint in dict.fromkeys(name for _, _, name in capacity.history):
+        points = np.array([(mass, used) for mass, used, name in capacity.history if name == joint])
+        ax.plot(*points.T, ".", label=joint)
+    ax.axhline(1.0, color="black", linestyle="--", linewidth=0.8)
+    if np.isfinite(capacity.mass):
+        ax.axvline(capacity.mass, color="tab:red", linewidth=0.8, label=f"last feasible: {capacity.mass:.3f} kg")
+    ax.set(xlabel=f"payload [kg] ({capacity.payload_model})", ylabel="greatest effort / limit")
+    ax.grid(alpha=0.3)
+    ax.legend()
+    return ax
+
+
+def payload_curve(curve: PayloadCurve, *, ax: Axes | None = None) -> Axes:
+    """Payload against the least time in which it can be carried along the points."""
+    ax = ax or plt.subplots(figsize=(6.4, 4.2), layout="constrained")[1]
+    ax.plot(curve.times, curve.payloads, "o-")
+    ax.set(xlabel="least time [s]", ylabel=f"payload [kg] ({curve.payload_model})")
+    ax.grid(alpha=0.3)
+    return ax
+
+
+def tracking_error(t: Array, error: Array, *, ax: Axes | None = None) -> Axes:
+    """Distance of the tool to its desired path over time, shapes (T,) [s] and (T,) [m]; drawn in mm."""
+    distance = 1000.0 * numbers(error, name="error", shape=("T",))
+    ax = ax or plt.subplots(figsize=(6.4, 3.6), layout="constrained")[1]
+    ax.plot(t, distance)
+    greatest = int(distance.argmax())
+    ax.plot(t[greatest], distance[greatest], "ko", label=f"greatest {distance[greatest]:.4f} mm")
+    ax.set(xlabel="time [s]", ylabel="tracking error [mm]")
+    ax.grid(alpha=0.3)
+    ax.legend()
+    return ax
+
+
+def desired_path(positions: Any, *, ax: Any) -> Any:
+    """Add a desired path, shape (K, 3) [m], to a picture of :func:`trajevo.plots.tool_path`."""
+    path = numbers(positions, name="positions", shape=("K", 3))
+    ax.plot(*path.T, color="black", linestyle="--", linewidth=1.0, label="desired")
+    ax.legend()
+    return ax

@@ -1,0 +1,145 @@
+"""Payloads: what a robot carries at its tool, and the effort of one kilogram of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, replace
+from typing import Any, final
+
+import numpy as np
+import pinocchio as pin
+
+from trajevo.arrays import numbers
+from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.robot import Robot
+
+#: How a payload acts.
+LOAD_MODELS = {
+    "rigid": "a rigid body fixed to the tool: weight and inertia",
+    "weight_only": "its weight as a vertical force at the tool, no inertia (Guo 2016)",
+    "tool_axis": "its weight as a force along the tool's z axis, no inertia (the conjectured convention of Guo 2016)",
+}
+
+
+@final
+@dataclass(frozen=True)
+class Payload:
+    """Something carried at the tool.
+
+    Attributes:
+        mass: [kg], from 0 on.
+        com: centre of mass in the tool frame [m].
+        inertia: rotational inertia about the centre of mass along the tool's axes, 3 x 3 [kg·m²]; a point mass if
+            None. It is taken to scale with the mass when a capacity is sought.
+        model: a key of :data:`LOAD_MODELS`.
+
+    Raises:
+        UnknownNameError: no such model.
+        InvalidInputError: a mass that is negative or not finite, an inertia that no body has, or a model of force
+            with a property that it cannot use.
+    """
+
+    mass: float
+    com: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia: tuple[tuple[float, ...], ...] | None = None
+    model: str = "rigid"
+
+    def __post_init__(self) -> None:
+        if self.model not in LOAD_MODELS:
+            raise UnknownNameError("payload model", self.model, LOAD_MODELS)
+        real = isinstance(self.mass, int | float | np.number) and not isinstance(self.mass, bool)
+        if not (real and math.isfinite(self.mass) and self.mass >= 0.0):
+            raise InvalidInputError(f"payload.mass: expected a number from 0 on [kg], got {self.mass!r}")
+        object.__setattr__(self, "mass", float(self.mass))
+        object.__setattr__(self, "com", tuple(numbers(self.com, name="payload.com", shape=(3,)).tolist()))
+        if self.inertia is not None:
+            object.__setattr__(self, "inertia", _checked_inertia(self.inertia, self.mass))
+        if self.model != "rigid" and self.inertia is not None:
+            raise InvalidInputError(f"payload.inertia: the model {self.model!r} has no inertia")
+        if self.model == "tool_axis" and any(self.com):
+            raise InvalidInputError("payload.com: the model 'tool_axis' acts at the tool's origin")
+
+    @classmethod
+    def of(cls, given: Payload | float | dict[str, Any], *, model: str | None, usual: str = "rigid") -> Payload:
+        """A payload from what a caller may pass: itself, a mass [kg], or the plain data of another.
+
+        Args:
+            given: any of these.
+            model: how it acts, whatever ``given`` says; if None, as ``given`` says.
+            usual: how a bare mass acts if ``model`` is None.
+        """
+        if isinstance(given, dict):
+            unknown = sorted(set(given) - {"mass", "com", "inertia", "model"})
+            if unknown or "mass" not in given:
+                raise InvalidInputError(f"payload: expected mass, com, inertia and model, got {sorted(given)}")
+            given = cls(**given)
+        if isinstance(given, Payload):
+            return given if model is None else replace(given, model=model)
+        return cls(given, model=model or usual)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Plain data that makes an equal payload."""
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(self).items()}
+
+    def with_mass(self, mass: float) -> Payload:
+        """The same shape with another mass; its inertia scales along."""
+        if self.inertia is None:
+            return replace(self, mass=mass)
+        scaled = tuple(tuple(entry * mass / self.mass for entry in row) for row in self.inertia)
+        return replace(self, mass=mass, inertia=scaled if mass > 0.0 else None)
+
+
+def carrying(robot: Robot, payload: Payload) -> Any:
+    """A copy of a robot's model with a rigid payload fixed to the tool; the robot is not touched."""
+    model = robot.model.copy()
+    frame = model.frames[model.getFrameId(robot.tool)]
+    model.appendBodyToJoint(frame.parentJoint, _body(payload), frame.placement)
+    return model
+
+
+def massless(robot: Robot) -> Any:
+    """A copy of a robot's model without any mass of its own."""
+    model = robot.model.copy()
+    for joint in range(model.njoints):
+        model.inertias[joint] = pin.Inertia.Zero()
+    return model
+
+
+def kilogram(robot: Robot, payload: Payload) -> Any:
+    """A massless copy of a robot's model that carries one kilogram of a payload."""
+    model = massless(robot)
+    frame = model.frames[model.getFrameId(robot.tool)]
+    model.appendBodyToJoint(frame.parentJoint, _body(payload.with_mass(1.0)), frame.placement)
+    return model
+
+
+def probe(robot: Robot) -> Any:
+    """A massless copy with one kilogram on an extra slide along the tool's z axis, the last coordinate of the model.
+
+    At rest under a gravity g its slide holds -a·g, a the tool's z axis, and the joints hold -Jᵀ g.
+    """
+    model = massless(robot)
+    frame = model.frames[model.getFrameId(robot.tool)]
+    joint = model.addJoint(frame.parentJoint, pin.JointModelPZ(), frame.placement, "probe")
+    model.appendBodyToJoint(joint, pin.Inertia(1.0, np.zeros(3), np.zeros((3, 3))), pin.SE3.Identity())
+    return model
+
+
+def _body(payload: Payload) -> Any:
+    inertia = np.zeros((3, 3)) if payload.inertia is None else np.array(payload.inertia)
+    return pin.Inertia(payload.mass, np.array(payload.com), inertia)
+
+
+def _checked_inertia(inertia: Any, mass: float) -> tuple[tuple[float, ...], ...]:
+    tensor = numbers(inertia, name="payload.inertia", shape=(3, 3))
+    moments = np.linalg.eigvalsh(tensor)
+    physical = np.allclose(tensor, tensor.T, rtol=1e-9) and moments[0] >= 0.0
+    if not (physical and moments[2] <= moments[0] + moments[1] + 1e-12 * moments[2]):
+        raise InvalidInputError(
+            "payload.inertia: expected a symmetric tensor whose principal moments obey the triangle inequality, "
+            f"got {tensor.tolist()}"
+        )
+    if not mass > 0.0:
+        raise InvalidInputError("payload.inertia: a payload without mass has none")
+    return tuple(map(tuple, tensor.tolist()))

@@ -1,0 +1,185 @@
+"""The file ``robot.toml``: what a URDF cannot hold, with units, turned into SI."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import pydantic
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.transmission import CoupledScrews, Direct, Transmission
+from trajevo.units import per_time, si_unit, to_si
+
+#: Integers will do; text and truth values will not.
+_Number = Annotated[float, pydantic.Strict()]
+
+
+class _Strict(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True)
+
+
+class _Limit(_Strict):
+    limit: Annotated[_Number, pydantic.Field(gt=0.0)]
+    unit: str
+
+
+class _Range(_Strict):
+    lower: _Number
+    upper: _Number
+    unit: str
+
+
+class _Amount(_Strict):
+    value: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)]
+    unit: str
+
+
+class _Vector(_Strict):
+    vector: tuple[_Number, _Number, _Number]
+    unit: str
+
+
+class _Joint(_Strict):
+    position: _Range
+    velocity: _Limit
+    acceleration: _Limit
+    jerk: _Limit
+    effort: _Limit
+    viscous_friction: _Amount | None = None
+    coulomb_friction: _Amount | None = None
+    armature: _Amount | None = None
+
+
+class _CoupledScrews(_Strict):
+    kind: Literal["coupled_screws"]
+    screws: tuple[str, str]
+    slide: str
+    swivel: str
+    span: _Amount
+
+
+class _Settings(_Strict):
+    name: str
+    urdf: str
+    tool: str
+    reference: str
+    format: Annotated[int, pydantic.Field(strict=True, ge=1, le=1)]
+    gravity: _Vector
+    transmission: _CoupledScrews | None = None
+    joints: dict[str, _Joint]
+
+
+class RobotFile:
+    """A ``robot.toml`` that was read and checked.
+
+    Args:
+        path: the file.
+
+    Raises:
+        InvalidInputError: it cannot be read, or an entry is missing, unknown or wrong; the message names the entry.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self.settings = _Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            raise InvalidInputError(f"{path}: cannot be read as TOML: {error}") from error
+        except pydantic.ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in first["loc"])
+            # What is missing has no value to show: pydantic's input is then the whole table around it.
+            got = "" if first["type"] == "missing" else f", got {first['input']!r}"
+            raise InvalidInputError(f"{path}: {place}: {first['msg']}{got}") from error
+
+    def gravity(self) -> Array:
+        """Gravity in the base frame, shape (3,) [m/s²]."""
+        given = self.settings.gravity
+        if not np.isfinite(given.vector).all():
+            raise InvalidInputError(f"{self.path}: gravity.vector: expected finite numbers, got {list(given.vector)}")
+        return np.array([self._si(x, given.unit, "m/s^2", "gravity") for x in given.vector])
+
+    def transmission(
+        self, model_names: tuple[str, ...], model_units: tuple[str, ...]
+    ) -> tuple[Transmission, tuple[str, ...], tuple[str, ...]]:
+        """The transmission, and names and units of the actuators in the order of the model's joints."""
+        given = self.settings.transmission
+        if given is None:
+            return Direct(), model_names, model_units
+        for role, name, unit in (("slide", given.slide, "m"), ("swivel", given.swivel, "rad")):
+            if name not in model_names or model_units[model_names.index(name)] != unit:
+                raise InvalidInputError(
+                    f"{self.path}: transmission.{role}: expected a joint of the URDF in {unit}, got {name!r}"
+                )
+        slide, swivel = model_names.index(given.slide), model_names.index(given.swivel)
+        names, units = list(model_names), list(model_units)
+        names[slide], names[swivel] = given.screws
+        if len(set(names)) < len(names):
+            raise InvalidInputError(f"{self.path}: transmission.screws: expected new names, got {list(given.screws)}")
+        units[slide] = units[swivel] = "m"
+        span = self._si(given.span.value, given.span.unit, "m", "transmission.span")
+        if not span > 0.0:
+            raise InvalidInputError(f"{self.path}: transmission.span: expected a positive length, got {span}")
+        return CoupledScrews(slide, swivel, span), tuple(names), tuple(units)
+
+    def limits(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
+        """Columns of JointLimits, SI."""
+        if set(self.settings.joints) != set(names):
+            raise InvalidInputError(
+                f"{self.path}: limits given for joints {sorted(self.settings.joints)}, expected {sorted(names)}"
+            )
+        columns: dict[str, list[float]] = {
+            key: [] for key in ("lower", "upper", "velocity", "acceleration", "jerk", "effort")
+        }
+        for name, unit in zip(names, units, strict=True):
+            joint, where = self.settings.joints[name], f"joint {name!r}"
+            for key, position in zip(("lower", "upper"), self._range(joint.position, unit, where), strict=True):
+                columns[key].append(position)
+            for order, key in enumerate(("velocity", "acceleration", "jerk"), start=1):
+                given: _Limit = getattr(joint, key)
+                columns[key].append(self._si(given.limit, given.unit, per_time(unit, order), f"{where}: {key}"))
+            columns["effort"].append(
+                self._si(joint.effort.limit, joint.effort.unit, "N" if unit == "m" else "N*m", f"{where}: effort")
+            )
+        return {key: np.array(values) for key, values in columns.items()}
+
+    def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
+        """Columns of Friction, SI; what is not declared is zero."""
+        expected = {
+            "viscous": ("viscous_friction", {"m": "N*s/m", "rad": "N*m*s/rad"}),
+            "coulomb": ("coulomb_friction", {"m": "N", "rad": "N*m"}),
+            "armature": ("armature", {"m": "kg", "rad": "kg*m^2"}),
+        }
+        columns = {}
+        for column, (key, unit_of) in expected.items():
+            values = []
+            for name, unit in zip(names, units, strict=True):
+                given: _Amount | None = getattr(self.settings.joints[name], key)
+                where = f"joint {name!r}: {key}"
+                values.append(0.0 if given is None else self._si(given.value, given.unit, unit_of[unit], where))
+            columns[column] = np.array(values)
+        return columns
+
+    def _range(self, given: _Range, unit: str, where: str) -> tuple[float, float]:
+        """Lower and upper position, SI; refused in the units of the file, which is where they will be mended."""
+        if not given.lower < given.upper:  # also false for NaN
+            raise InvalidInputError(
+                f"{self.path}: {where}: position: lower must be below upper, "
+                f"got {given.lower:g} and {given.upper:g} {given.unit}"
+            )
+        lower, upper = (self._si(x, given.unit, unit, f"{where}: position") for x in (given.lower, given.upper))
+        return lower, upper
+
+    def _si(self, value: float, unit: str, expected: str, where: str) -> float:
+        try:
+            found = si_unit(unit)
+        except UnknownNameError as error:
+            raise InvalidInputError(f"{self.path}: {where}: {error}") from error
+        if found != expected:
+            raise InvalidInputError(f"{self.path}: {where}: unit {unit!r}, expected one that converts to {expected!r}")
+        return value * to_si(unit) if math.isfinite(value) else value

@@ -1,0 +1,86 @@
+"""Transmissions: from the coordinates of the actuators, in which motions are planned, to those of the model.
+
+Formulas are analytic, so they take complex arrays too (derivatives by complex step).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array
+
+
+class Transmission(ABC):
+    """A map ψ(q) from actuator to model coordinates, as many of each."""
+
+    @abstractmethod
+    def motion(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+        """Positions, velocities and accelerations of the model, all shapes (..., n_joints), SI."""
+
+    @abstractmethod
+    def effort(self, q: Array, torque: Array) -> Array:
+        """Actuator efforts Jᵀ τ of model torques τ at actuator positions q, shape (..., n_joints) [N·m or N]."""
+
+
+@final
+@dataclass(frozen=True)
+class Direct(Transmission):
+    """Every actuator drives one joint of the model."""
+
+    def motion(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+        """The same arrays."""
+        return q, v, a
+
+    def effort(self, q: Array, torque: Array) -> Array:
+        """The same torques."""
+        del q
+        return torque
+
+
+@final
+@dataclass(frozen=True)
+class CoupledScrews(Transmission):
+    """Two parallel screws that share a slide and a swivel (Guo 2016, eqs. (1), (43), (90), (110)).
+
+    slide = (x₁ + x₂)/2, swivel = atan((x₂ - x₁)/span).
+
+    Attributes:
+        slide: index of the slide in model coordinates, and of the first screw in actuator coordinates.
+        swivel: index of the swivel, and of the second screw.
+        span: distance between the screws [m].
+    """
+
+    slide: int
+    swivel: int
+    span: float
+
+    def motion(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+        """ψ, J v and J a + J' v: the last has the term -2 L u u'²/(L² + u²)² of eq. (43)."""
+        u, du, ddu = (x[..., self.swivel] - x[..., self.slide] for x in (q, v, a))
+        denominator = self.span**2 + u**2
+        swivel = (
+            np.arctan(u / self.span),
+            self.span * du / denominator,
+            self.span * ddu / denominator - 2.0 * self.span * u * du**2 / denominator**2,
+        )
+        position, velocity, acceleration = (
+            self._replaced(x, 0.5 * (x[..., self.slide] + x[..., self.swivel]), turned)
+            for x, turned in zip((q, v, a), swivel, strict=True)
+        )
+        return position, velocity, acceleration
+
+    def effort(self, q: Array, torque: Array) -> Array:
+        """Eq. (110): each screw carries half of the slide's force, minus or plus its share of the swivel's torque."""
+        u = q[..., self.swivel] - q[..., self.slide]
+        half = 0.5 * torque[..., self.slide]
+        share = torque[..., self.swivel] * self.span / (self.span**2 + u**2)
+        return self._replaced(torque, half - share, half + share)
+
+    def _replaced(self, array: Array, slide: Array, swivel: Array) -> Array:
+        replaced = array.copy()
+        replaced[..., self.slide], replaced[..., self.swivel] = slide, swivel
+        return replaced
