@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from problems import HybridManipulator
+from problems import HybridManipulator, PointingMechanism
 from tests.guo2016 import GUO2016, TABLE_7, bisected_capacity
 from tests.test_hybrid_manipulator import assert_gradients_equal_central_differences
 from trajevo import TrajectoryBatch, load_robot, optimise
@@ -361,6 +361,14 @@ def test_greatest_payload_within_a_time():
 def test_a_payload_without_mass_gives_its_shape():
     problem = max_payload_problem(HybridManipulator(payload=0.0, payload_model="weight_only"), (0.0, 12.0))
     assert problem.dynamics.payload == Payload(1.0, model="weight_only")
+
+
+def test_the_range_of_a_payload_that_is_not_given_ends_at_what_is_held_at_rest():
+    low, high = max_payload_problem(HybridManipulator(payload_model="weight_only")).payload_range
+    assert low == 0.0
+    assert high == pytest.approx(12.510810648896424, rel=1e-9)  # (500 N - weight of links 2 to 4) / g
+    with pytest.raises(InvalidInputError, match="payload_range: expected finite numbers, got inf"):
+        max_payload_problem(PointingMechanism())
 
 
 @pytest.mark.parametrize("bounds", [(-1.0, 5.0), (5.0, 5.0), (6.0, 5.0), (0.0, np.inf), (0.0, np.nan), (np.nan, 1.0)])

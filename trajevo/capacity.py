@@ -79,13 +79,7 @@ def dlcc(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES
     """
     unloaded, per_kilogram, times, dynamics = _efforts(motion, samples)
     limit = dynamics.robot.limits.effort
-    felt = np.abs(per_kilogram)
-    # (limit - τ₀)/τ₁ where the payload pushes up, (limit + τ₀)/(-τ₁) where it pushes down.
-    room = limit - np.copysign(unloaded, unloaded * per_kilogram)
-    felt_at_all = felt > NEGLIGIBLE * felt.max()
-    masses = np.where(felt_at_all, room / np.where(felt_at_all, felt, 1.0), np.inf)
-    # A limit broken without payload leaves nothing, even if a payload would bring the effort back.
-    masses = np.where(np.abs(unloaded) > limit, -np.inf, masses)
+    masses = _greatest_masses(unloaded, per_kilogram, limit)
     per_joint = masses.min(axis=0)
     if np.isneginf(per_joint).any():
         excess = np.abs(unloaded) / limit
@@ -185,15 +179,22 @@ def capacity_front(
     return PayloadCurve(frozen(masses), frozen(times), frozen(X), problem.dynamics.payload.model)
 
 
-def max_payload_problem(problem: TrajectoryProblem, payload_range: tuple[float, float]) -> TrajectoryProblem:
+def max_payload_problem(
+    problem: TrajectoryProblem, payload_range: tuple[float, float] | None = None
+) -> TrajectoryProblem:
     """The same problem with the payload's mass as its last variable, and the payload left unused as an objective.
 
     Args:
         problem: whose payload gives shape and model.
-        payload_range: least and greatest mass [kg].
+        payload_range: least and greatest mass [kg]; if None from 0 to what the robot can hold at rest at the first and
+            the last point, which no motion that rests there exceeds.
+
+    Raises:
+        InvalidInputError: a range that is not 0 <= least < greatest, or none given where nothing limits the payload.
     """
-    low, high = numbers(payload_range, name="payload_range", shape=(2,)).tolist()
-    if not 0.0 <= low < high < np.inf:
+    given = (0.0, _held_at_rest(problem)) if payload_range is None else payload_range
+    low, high = numbers(given, name="payload_range", shape=(2,)).tolist()
+    if not 0.0 <= low < high:
         raise InvalidInputError(f"payload_range: expected 0 <= least < greatest [kg], got {low} and {high}")
     shape = problem.dynamics.payload
     unit = shape if shape.mass > 0.0 else Payload(1.0, shape.com, None, shape.model)
@@ -210,6 +211,28 @@ def max_payload_problem(problem: TrajectoryProblem, payload_range: tuple[float, 
         reference_point=None if corner is None else (*corner, high - low),
         angle=problem.angle,
     )
+
+
+def _held_at_rest(problem: TrajectoryProblem) -> float:
+    """The greatest payload [kg] that the effort limits allow at rest at both ends of the path."""
+    trajectory = problem.interpolant(0.5 * (problem.xl + problem.xu)[None, : len(problem.interpolant.variables)])
+    q = trajectory.evaluate(np.array([0.0, trajectory.duration[0]]))[0]
+    still = np.zeros_like(q)
+    unloaded, per_kilogram = (
+        effort(q, still, still) for effort in (problem.dynamics.unloaded_effort, problem.dynamics.effort_per_kilogram)
+    )
+    return float(_greatest_masses(unloaded, per_kilogram, problem.robot.limits.effort).min())
+
+
+def _greatest_masses(unloaded: Array, per_kilogram: Array, limit: Array) -> Array:
+    """Greatest mass per instant and joint [kg], shapes (T, n_joints); -inf where a limit is broken without payload."""
+    felt = np.abs(per_kilogram)
+    # (limit - τ₀)/τ₁ where the payload pushes up, (limit + τ₀)/(-τ₁) where it pushes down.
+    room = limit - np.copysign(unloaded, unloaded * per_kilogram)
+    felt_at_all = felt > NEGLIGIBLE * felt.max()
+    masses = np.where(felt_at_all, room / np.where(felt_at_all, felt, 1.0), np.inf)
+    # A limit broken without payload leaves nothing, even if a payload would bring the effort back.
+    return np.where(np.abs(unloaded) > limit, -np.inf, masses)
 
 
 def _efforts(motion: Any, samples: int) -> tuple[Array, Array, Array, Dynamics]:

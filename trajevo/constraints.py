@@ -71,8 +71,8 @@ def effort_limits(robot: Robot) -> Constraint:
 def _effort_excess(rollout: Rollout) -> Array:
     limit = rollout.robot.limits.effort
     kept = np.isfinite(limit)
-    effort = rollout.effort[:, :, kept]
-    excess: Array = (effort * np.sign(effort.real)).max(axis=1) / limit[kept] - 1.0
+    peak = np.maximum(rollout.effort.max(axis=1), -rollout.effort.min(axis=1))
+    excess: Array = peak[:, kept] / limit[kept] - 1.0
     return excess
 
 

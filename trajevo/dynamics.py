@@ -12,7 +12,7 @@ import pinocchio as pin
 from trajevo.arrays import Array, frozen
 from trajevo.errors import InvalidInputError
 from trajevo.payload import Payload, carrying, kilogram, probe
-from trajevo.robot import Robot
+from trajevo.robot import Friction, Robot
 from trajevo.trajectory import TrajectoryBatch
 
 NO_PAYLOAD = Payload(0.0)
@@ -62,19 +62,19 @@ class Dynamics:
         if self.payload.mass == 0.0:
             return self.unloaded_effort(q, v, a)
         if self.payload.model == "rigid":
-            return self._actuated("carrying", q, v, a) + self._friction(v, a)
+            return self._actuated("carrying", q, v, a, self.robot.friction)
         return self.unloaded_effort(q, v, a) + self.payload.mass * self.effort_per_kilogram(q, v, a)
 
     def unloaded_effort(self, q: Array, v: Array, a: Array) -> Array:
         """Actuator effort without payload, friction and armature included, shapes (..., n_joints) [N·m or N]."""
-        return self._actuated("unloaded", q, v, a) + self._friction(v, a)
+        return self._actuated("unloaded", q, v, a, self.robot.friction)
 
     def effort_per_kilogram(self, q: Array, v: Array, a: Array) -> Array:
         """Effort that each kilogram of the payload adds, shapes (..., n_joints) [N·m/kg or N/kg]."""
         if self.payload.model == "rigid":
-            return self._actuated("kilogram", q, v, a)
+            return self._actuated("kilogram", q, v, a, None)
         if self.payload.model == "weight_only":
-            return self._actuated("kilogram", q, np.zeros_like(v), np.zeros_like(a))
+            return self._actuated("kilogram", q, np.zeros_like(v), np.zeros_like(a), None)
         psi, _, _ = self.robot.transmission.motion(q, np.zeros_like(v), np.zeros_like(a))
         wide = np.concatenate([psi, np.zeros_like(psi[..., :1])], axis=-1)
         held = [self._rnea(f"probe {axis}", wide, np.zeros_like(wide), np.zeros_like(wide)) for axis in range(3)]
@@ -82,16 +82,13 @@ class Dynamics:
         gravity = float(np.linalg.norm(self.robot.model.gravity.linear))
         return self.robot.transmission.effort(q, -gravity * along_axis)
 
-    def _friction(self, v: Array, a: Array) -> Array:
-        friction = self.robot.friction
-        if friction.none:
-            return np.zeros(a.shape[-1])
-        effort: Array = friction.viscous * v + friction.coulomb * np.sign(v.real) + friction.armature * a
-        return effort
-
-    def _actuated(self, model: str, q: Array, v: Array, a: Array) -> Array:
+    def _actuated(self, model: str, q: Array, v: Array, a: Array, friction: Friction | None) -> Array:
         transmission = self.robot.transmission
-        return transmission.effort(q, self._rnea(model, *transmission.motion(q, v, a)))
+        effort = transmission.effort(q, self._rnea(model, *transmission.motion(q, v, a)))
+        if friction is None or friction.none:
+            return effort
+        effort += friction.viscous * v + friction.coulomb * np.sign(v.real) + friction.armature * a
+        return effort
 
     def _rnea(self, name: str, q: Array, v: Array, a: Array) -> Array:
         """Pinocchio's torque for arrays of shape (..., n) in model coordinates."""

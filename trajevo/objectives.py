@@ -65,7 +65,8 @@ def integrated_square_jerk(rollout: Rollout) -> Array:
 
 def integrated_square_power(rollout: Rollout) -> Array:
     """∫ Σ over joints of (effort x velocity)² dt by Gauss-Lobatto quadrature, shape (B,) [W²·s]."""
-    total: Array = ((rollout.power**2).sum(axis=2) * rollout.quadrature).sum(axis=1)
+    power = rollout.power
+    total: Array = np.einsum("btn,btn,bt->b", power, power, rollout.quadrature)
     return total
 
 

@@ -21,6 +21,9 @@ from trajevo.front import Front
 from trajevo.problem import Evolution, TrajectoryProblem
 from trajevo.progress import Generation, reporter
 from trajevo.records import Blocking, History, ProblemRecord, Run, installed_versions
+from trajevo.weighted import minimise_weighted
+
+__all__ = ["minimise_weighted", "optimise"]
 
 
 def optimise(

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pymoo.core.problem import Problem
 
-from trajevo.arrays import Array, numbers, read_only
+from trajevo.arrays import Array, keep_heap, numbers, read_only
 from trajevo.constraints import Constraint
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError, UnknownNameError
@@ -91,6 +91,7 @@ class TrajectoryProblem(Problem):
         reference_point: Sequence[float] | None = None,
         angle: str = "rad",
     ) -> None:
+        keep_heap()
         self.dynamics = dynamics
         self.interpolant = interpolant
         self.payload_range = payload_range

@@ -193,8 +193,9 @@ class TrajectoryBatch:
         """
         order = _order(derivative)
         nodes, weights = np.polynomial.legendre.leggauss(max(self.degree - order, 0) + 1)
-        at = _powers(tuple((0.5 * (nodes + 1.0)).tolist()), order, self.degree) @ self._unit_coefficients
-        per_segment = (0.5 * weights) @ np.square(at)
+        powers = _powers(tuple((0.5 * (nodes + 1.0)).tolist()), order, self.degree)
+        flat = np.swapaxes(self._unit_coefficients, 2, 3).reshape(-1, self.degree + 1)
+        per_segment = (np.square(flat @ powers.T) @ (0.5 * weights)).reshape(*self.coefficients.shape[:3])
         factor = self.segment_durations ** (1 - 2 * order)
         return frozen((per_segment * factor[:, :, None]).sum(axis=1))
 
