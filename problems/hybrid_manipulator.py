@@ -14,7 +14,7 @@ from problems.hybrid_kinematics import inverse_kinematics, path_normals, via_pos
 from trajevo.arrays import Array, numbers, read_only
 from trajevo.constraints import Constraint, effort_limits, kinematic_limits
 from trajevo.dynamics import Dynamics, Rollout
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError, checked_name
 from trajevo.interpolants import CubicSpline
 from trajevo.objectives import (
     Objective,
@@ -94,10 +94,8 @@ class HybridManipulator(TrajectoryProblem):
         samples: int = 6,
         threads: int = 1,
     ) -> None:
-        if convention not in CONVENTIONS:
-            raise UnknownNameError("convention", convention, CONVENTIONS)
-        if objectives not in ("all", "cost"):
-            raise UnknownNameError("set of objectives", objectives, ("all", "cost"))
+        checked_name("convention", convention, CONVENTIONS)
+        checked_name("set of objectives", objectives, ("all", "cost"))
         self.convention, self.objective_set = convention, objectives
         carried = Payload.of(payload, model=payload_model, usual=CONVENTIONS[convention])
         self.payload_bounds = tuple(numbers(payload_bounds, name="payload_bounds", shape=(2,)).tolist())

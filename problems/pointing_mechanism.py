@@ -16,7 +16,7 @@ import numpy as np
 from trajevo.arrays import Array, numbers, read_only
 from trajevo.constraints import kinematic_limits
 from trajevo.dynamics import Dynamics
-from trajevo.errors import UnknownNameError, UnreachableError
+from trajevo.errors import UnreachableError, checked_name
 from trajevo.interpolants import HybridQuartic, Interpolant, QuinticSpline, SepticSpline
 from trajevo.objectives import Objective, summed_rms_acceleration, summed_rms_jerk, total_time
 from trajevo.path import ViaPoints, read_columns
@@ -77,8 +77,7 @@ class PointingMechanism(TrajectoryProblem):
         points: Any = None,
         duration_bounds: tuple[float, float] = DURATION_BOUNDS,
     ) -> None:
-        if interpolant not in INTERPOLANTS:
-            raise UnknownNameError("interpolant", interpolant, INTERPOLANTS)
+        checked_name("interpolant", interpolant, INTERPOLANTS)
         if points is None:
             directions = np.radians(TABLE_4_POINTS_DEG)
         elif isinstance(points, str | Path):

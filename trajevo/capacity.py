@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.arrays import Array, frozen, numbers
-from trajevo.dynamics import Dynamics, Rollout
+from trajevo.dynamics import Dynamics, Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
 from trajevo.objectives import Objective, unused_payload
@@ -108,9 +108,10 @@ def dlcc_iterative(
     Raises:
         InvalidInputError: a start that is negative, a step that is not positive, or one that would take too many.
     """
-    if not (np.isfinite(start) and start >= 0.0):
+    start, step = float(numbers(start, name="start", shape=())), float(numbers(step, name="step", shape=()))
+    if start < 0.0:
         raise InvalidInputError(f"start: expected a mass from 0 on [kg], got {start}")
-    if not (np.isfinite(step) and step > 0.0):
+    if not step > 0.0:
         raise InvalidInputError(f"step: expected a positive mass [kg], got {step}")
     closed = dlcc(motion, samples=samples)
     if np.isinf(closed.mass):
@@ -237,7 +238,7 @@ def _greatest_masses(unloaded: Array, per_kilogram: Array, limit: Array) -> Arra
 
 def _efforts(motion: Any, samples: int) -> tuple[Array, Array, Array, Dynamics]:
     """Effort without payload and per kilogram, (T, n_joints), instants (T,), and the dynamics they come from."""
-    rollout = motion if isinstance(motion, Rollout) else motion.rollout
+    rollout = rollout_of(motion)
     own = rollout.dynamics
     dynamics = own.sampled(samples)
     fine = Rollout(dynamics, rollout.trajectory if len(rollout.trajectory) == 1 else rollout.trajectory[0])

@@ -20,7 +20,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from trajevo.capacity import dlcc, dlcc_iterative
-from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError
+from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.export import FORMATS
 from trajevo.export import export as write_motion
 from trajevo.front import Front
@@ -148,8 +148,7 @@ def export(
     """Write the motion of one solution for a controller or a spreadsheet."""
     file = _front_file(run)
     chosen = Front.load(file).pick(solution)
-    if format not in FORMATS:
-        raise UnknownNameError("export format", format, FORMATS)
+    checked_name("export format", format, FORMATS)
     target = out or file.with_name(f"{solution}.{format}")
     _out.print(f"written: {write_motion(chosen, target, format=format, step=step, angle=angle)}")
 
@@ -194,8 +193,7 @@ def _algorithm_settings(name: str, population: int | None, offsprings: int | Non
     """Arguments of :func:`optimise` for an algorithm by name."""
     if name == "nsga2":
         return {"population": population, "offsprings": offsprings}
-    if name not in ALGORITHMS:
-        raise UnknownNameError("algorithm", name, ["nsga2", *ALGORITHMS])
+    checked_name("algorithm", name, ["nsga2", *ALGORITHMS])
     size = population or usual
     solver: Algorithm = ALGORITHMS[name](pop_size=size, n_offsprings=offsprings or size)
     return {"algorithm": solver}

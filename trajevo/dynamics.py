@@ -206,6 +206,18 @@ class Rollout:
         return frozen(self.effort * self.v)
 
 
+def rollout_of(motion: Any) -> Rollout:
+    """The rollout of a motion: itself, or that of a solution or an optimum.
+
+    Raises:
+        InvalidInputError: it is none of these.
+    """
+    found = motion if isinstance(motion, Rollout) else getattr(motion, "rollout", None)
+    if not isinstance(found, Rollout):
+        raise InvalidInputError(f"motion: expected a solution, an optimum or a rollout, got {type(motion).__name__}")
+    return found
+
+
 @cache
 def lobatto(count: int) -> tuple[Array, Array]:
     """Gauss-Lobatto nodes on [0, 1] and weights of sum 1; exact for polynomials of degree 2 count - 3."""

@@ -21,6 +21,18 @@ class UnknownNameError(TrajevoError):
         super().__init__(f"unknown {kind} {str(name)!r}; known: {listed}")
 
 
+def checked_name(kind: str, name: object, valid: Iterable[str]) -> str:
+    """The name, if it is one of the valid ones.
+
+    Raises:
+        UnknownNameError: it is not, or is no text at all.
+    """
+    names = list(valid)
+    if not isinstance(name, str) or name not in names:
+        raise UnknownNameError(kind, name, names)
+    return name
+
+
 class UnreachableError(TrajevoError):
     """A point to be visited lies outside what the mechanism can reach."""
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.arrays import Array
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front import Solution
 from trajevo.trajectory import DERIVATIVES
 from trajevo.units import display, per_time
@@ -42,8 +42,7 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float = 0
         UnknownNameError: no such format or angle unit.
         InvalidInputError: a step that is not positive, or a file that cannot be written.
     """
-    if format not in FORMATS:
-        raise UnknownNameError("export format", format, FORMATS)
+    checked_name("export format", format, FORMATS)
     if not (isinstance(step, int | float) and np.isfinite(step) and step > 0.0):
         raise InvalidInputError(f"step: expected a positive time [s], got {step!r}")
     duration = solution.F.get("time", float(solution.trajectory.duration[0]))

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from trajevo.arrays import Array, numbers
 from trajevo.capacity import SAMPLES, Capacity, PayloadCurve, dlcc
-from trajevo.dynamics import Dynamics, Rollout
+from trajevo.dynamics import Dynamics, Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
 from trajevo.weighted import WeightedOptimum
@@ -29,7 +29,7 @@ def effort_utilisation(
     Returns:
         The axes; grey is beyond the limits, the dot is where the capacity binds, drawn at the effort with ``mass``.
     """
-    rollout = motion if isinstance(motion, Rollout) else motion.rollout
+    rollout = rollout_of(motion)
     limit = rollout.robot.limits.effort
     if not np.isfinite(limit).any():
         raise InvalidInputError(f"effort_utilisation: robot {rollout.robot.name!r} has no effort limits")

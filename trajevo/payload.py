@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.arrays import numbers
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError, checked_name
 from trajevo.robot import Robot
 
 #: How a payload acts.
@@ -45,8 +45,7 @@ class Payload:
     model: str = "rigid"
 
     def __post_init__(self) -> None:
-        if self.model not in LOAD_MODELS:
-            raise UnknownNameError("payload model", self.model, LOAD_MODELS)
+        checked_name("payload model", self.model, LOAD_MODELS)
         real = isinstance(self.mass, int | float | np.number) and not isinstance(self.mass, bool)
         if not (real and math.isfinite(self.mass) and self.mass >= 0.0):
             raise InvalidInputError(f"payload.mass: expected a number from 0 on [kg], got {self.mass!r}")

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from trajevo.arrays import Array, numbers
-from trajevo.dynamics import Rollout
+from trajevo.dynamics import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front import Front, Solution
 from trajevo.robot import Robot
@@ -122,7 +122,7 @@ def profiles(
         Array of four Axes. Dashed lines are a joint's limits; grey is beyond every joint's. Where metres and radians
         meet, every joint is shown as a share of its limits, its range of positions from -1 to 1.
     """
-    rollout = motion.rollout if isinstance(motion, Solution) else motion
+    rollout = rollout_of(motion)
     if isinstance(motion, Solution):
         problem = motion.front.problem
         angle = angle or problem.angle
@@ -170,7 +170,7 @@ def _joint_axis(robot: Robot, order: int, angle: str) -> tuple[tuple[Array, Arra
 
 def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None) -> Any:
     """Path of the tool frame's origin in space [m], by Pinocchio's forward kinematics."""
-    rollout = motion.rollout if isinstance(motion, Solution) else motion
+    rollout = rollout_of(motion)
     ax = ax or plt.figure(figsize=(6.6, 6.0)).add_subplot(projection="3d")
     positions, _ = rollout.robot.tool_poses(rollout.trajectory[0].sample(samples).q[0])
     ax.plot(*positions.T, color="tab:blue")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import Array, read_only
+from trajevo.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot_check import checked_urdf
 from trajevo.robot_file import RobotFile
@@ -136,8 +136,8 @@ class Robot:
         """
         data = self.model.createData()
         frame = self.model.getFrameId(self.tool)
-        positions, rotations = np.empty((len(q), 3)), np.empty((len(q), 3, 3))
-        actuated = np.asarray(q, dtype=np.float64)
+        actuated = numbers(q, name="q", shape=("T", self.dof))
+        positions, rotations = np.empty((len(actuated), 3)), np.empty((len(actuated), 3, 3))
         still = np.zeros_like(actuated)
         for i, configuration in enumerate(self.transmission.motion(actuated, still, still)[0]):
             pin.forwardKinematics(self.model, data, configuration)

@@ -20,7 +20,7 @@ from typing import final
 import numpy as np
 
 from trajevo.arrays import Array, frozen
-from trajevo.errors import UnknownNameError
+from trajevo.errors import checked_name
 from trajevo.interpolants.hermite import hermite_segments
 from trajevo.interpolants.interpolant import (
     Interpolant,
@@ -78,8 +78,7 @@ class HybridQuartic(Interpolant):
     duration_bounds: tuple[float, float] = field(kw_only=True)
 
     def __post_init__(self) -> None:
-        if self.form not in OFFSETS:
-            raise UnknownNameError("form of the hybrid quartic", self.form, OFFSETS)
+        checked_name("form of the hybrid quartic", self.form, OFFSETS)
         checked_points(self.points, LEAST_POINTS[self.form], f"the {self.form} hybrid quartic")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
 

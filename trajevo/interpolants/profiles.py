@@ -12,7 +12,7 @@ import numpy as np
 import ruckig
 
 from trajevo.arrays import Array
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError, checked_name
 from trajevo.interpolants.hermite import hermite_segments
 from trajevo.path import ViaPoints
 from trajevo.robot import JointLimits
@@ -42,8 +42,7 @@ def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str) -> Traj
         UnknownNameError: no such profile.
         InvalidInputError: a limit that the profile needs is infinite, or another number of joints.
     """
-    if profile not in _PROFILES:
-        raise UnknownNameError("profile", profile, _PROFILES)
+    checked_name("profile", profile, _PROFILES)
     if len(limits.velocity) != points.n_joints:
         raise InvalidInputError(
             f"limits: expected {points.n_joints} joints as in the points, got {len(limits.velocity)}"
