@@ -182,6 +182,12 @@ def _at_knots(rollout: Rollout, values: Array) -> tuple[Array, Array]:
     return per_interval[:, :, 0], per_interval[:, :, -1]
 
 
+def _magnitude(values: Array) -> Array:
+    """|values|, in a form that keeps the complex steps of derivatives."""
+    magnitude: Array = values * np.sign(values.real)
+    return magnitude
+
+
 def _trapezoid(rollout: Rollout, first: Array, second: Array) -> Array:
     """Σ h/2 (first + second) for values at both ends of every interval, shapes (B, m - 1) -> (B,)."""
     total: Array = (0.5 * rollout.trajectory.segment_durations * (first + second)).sum(axis=1)
@@ -195,7 +201,7 @@ def _printed_energy(rollout: Rollout) -> Array:
 
 def _as_run_energy(rollout: Rollout) -> Array:
     """Trapezoid at the knots of (Σⱼ |U_j q̇_j|)²: a conjecture, shape (B,) [W²·s]."""
-    magnitudes = rollout.power * np.sign(rollout.power.real)
+    magnitudes = _magnitude(rollout.power)
     return _trapezoid(rollout, *(power.sum(axis=2) ** 2 for power in _at_knots(rollout, magnitudes)))
 
 
@@ -217,8 +223,8 @@ def _interval_bound() -> Constraint:
 
 def _interval_excess(rollout: Rollout) -> Array:
     """Greatest mean velocity of any interval and joint over its limit, minus 1, shape (B, 1): eq. (152)."""
-    q = rollout.q.reshape(len(rollout.trajectory), -1, rollout.dynamics.samples, rollout.robot.dof)
-    mean = (q[:, :, -1] - q[:, :, 0]) / rollout.trajectory.segment_durations[:, :, None]
-    share = mean * np.sign(mean.real) / rollout.robot.limits.velocity
+    first, last = _at_knots(rollout, rollout.q)
+    mean = (last - first) / rollout.trajectory.segment_durations[:, :, None]
+    share = _magnitude(mean) / rollout.robot.limits.velocity
     worst: Array = share.reshape(len(share), -1).max(axis=1, keepdims=True) - 1.0
     return worst

@@ -8,6 +8,7 @@ from problems.hybrid_manipulator import paper_solution
 from trajevo import Front, TrajevoError, ViaPoints, load_robot, optimise, plots, selection
 from trajevo.capacity import capacity_front, dlcc, dlcc_iterative
 from trajevo.interpolants import HybridQuartic, QuinticSpline, SepticSpline, stop_and_go
+from trajevo.robot import Friction
 
 POINTS = ViaPoints(np.arange(8.0).reshape(4, 2) ** 2)
 
@@ -37,6 +38,18 @@ CASES = {
         "step: expected numbers",
     ),
     "no payloads": (lambda: capacity_front(HybridManipulator(), [], seed=1), "payloads: expected at least one"),
+    "cost as time": (
+        lambda: capacity_front(HybridManipulator(objectives="cost"), [1.0], seed=1),
+        "expected the time as first objective, got 'cost'",
+    ),
+    "one vector for gradients": (
+        lambda: PointingMechanism().evaluate_with_gradients(np.ones(4)),
+        r"x: expected shape \(B, 4\)",
+    ),
+    "friction of another size": (
+        lambda: Friction(np.zeros(2), np.zeros(3), np.zeros(2)),
+        r"friction.coulomb: expected shape \(2,\), got \(3,\)",
+    ),
     "one sample": (lambda: HybridManipulator(samples=1), "samples: expected a whole number of at least 2"),
     "no thread": (lambda: HybridManipulator(threads=0), "threads: expected a whole number of at least 1"),
 }

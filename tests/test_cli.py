@@ -13,6 +13,7 @@ import pytest
 
 from trajevo import Front
 from trajevo.capacity import dlcc
+from trajevo.report import FIGURES
 
 SMALL = ["--generations", "8", "--population", "20"]
 
@@ -33,7 +34,9 @@ def run(tmp_path_factory):
 def test_solve_writes_front_pictures_and_report(run):
     assert len(Front.load(run / "front.json")) > 0
     names = {file.stem for file in (run / "plots").iterdir()}
-    assert names == {"front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path"}
+    assert (
+        names == set(FIGURES) - {"effort"} == {"front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path"}
+    )
     for file in (run / "plots").iterdir():
         picture = matplotlib.image.imread(file)[..., :3]
         assert min(picture.shape[:2]) > 300
@@ -94,12 +97,20 @@ def test_overwriting_leaves_nothing_of_the_old_run(run, tmp_path):
     folder = tmp_path / "run"
     assert trajevo("solve", "pointing", *SMALL, "--out", folder, "--quiet").returncode == 0
     assert trajevo("export", folder).returncode == 0
-    (folder / "notes.txt").write_text("mine")
+    mine = {"notes.txt", "2024.csv", "settings.json", "photo.png"}
+    for name in mine:
+        (folder / name).write_text("mine")
+    (folder / "plots" / "mine.png").write_text("mine")
     points = tmp_path / "points.csv"
     points.write_text("azimuth [deg], pitch [deg]\n90, 60\n270, 60\n90, 60\n")
     again = ["solve", "pointing", *SMALL, "--points", points, "--out", folder, "--overwrite", "--quiet"]
     assert trajevo(*again).returncode == 0
-    assert {file.name for file in folder.rglob("*") if file.is_file()} == {"front.json", "report.html", "notes.txt"}
+    assert {file.name for file in folder.rglob("*") if file.is_file()} == {
+        "front.json",
+        "report.html",
+        "mine.png",
+        *mine,
+    }
 
 
 def test_capacity_names_mass_actuator_and_instant(tmp_path):

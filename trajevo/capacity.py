@@ -7,7 +7,7 @@ section 5, is beside it and agrees within its step.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from trajevo.objectives import Objective, unused_payload
 from trajevo.payload import Payload
 from trajevo.problem import TrajectoryProblem
 from trajevo.selection import Weights
-from trajevo.weighted import WeightedOptimum, minimise_weighted
+from trajevo.weighted import FEASIBLE, WeightedOptimum, minimise_weighted
 
 #: Instants per segment at which a capacity is computed, unless told otherwise; optimisation uses fewer.
 SAMPLES = 50
@@ -77,17 +77,7 @@ def dlcc(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES
             and the model of the payload are the rollout's own; its mass plays no part.
         samples: instants per segment, both ends included.
     """
-    unloaded, per_kilogram, times, dynamics = _efforts(motion, samples)
-    limit = dynamics.robot.limits.effort
-    masses = _greatest_masses(unloaded, per_kilogram, limit)
-    per_joint = masses.min(axis=0)
-    if np.isneginf(per_joint).any():
-        excess = np.abs(unloaded) / limit
-        instant, joint = (int(i) for i in np.unravel_index(excess.argmax(), excess.shape))
-        return _found(0.0, joint, instant, unloaded, per_kilogram, times, dynamics, np.maximum(per_joint, 0.0))
-    joint = int(per_joint.argmin())
-    instant = int(masses[:, joint].argmin())
-    return _found(float(per_joint[joint]), joint, instant, unloaded, per_kilogram, times, dynamics, per_joint)
+    return _closed_form(_efforts(motion, samples))
 
 
 def dlcc_iterative(
@@ -113,22 +103,20 @@ def dlcc_iterative(
         raise InvalidInputError(f"start: expected a mass from 0 on [kg], got {start}")
     if not step > 0.0:
         raise InvalidInputError(f"step: expected a positive mass [kg], got {step}")
-    closed = dlcc(motion, samples=samples)
+    efforts = _efforts(motion, samples)
+    closed = _closed_form(efforts)
     if np.isinf(closed.mass):
         return closed
     if (closed.mass - start) / step > MOST_STEPS:
         raise InvalidInputError(f"step: {step} kg takes over {MOST_STEPS} steps to {closed.mass:.6g} kg")
-    unloaded, per_kilogram, times, dynamics = _efforts(motion, samples)
-    limit, names = dynamics.robot.limits.effort, dynamics.robot.joint_names
     history: list[tuple[float, float, str]] = []
     while not history or history[-1][1] <= 1.0:
         mass = start + len(history) * step
-        used = np.abs(unloaded + mass * per_kilogram) / limit
+        used = efforts.used(mass)
         instant, joint = (int(i) for i in np.unravel_index(used.argmax(), used.shape))
-        history.append((mass, float(used.max()), names[joint]))
+        history.append((mass, float(used.max()), efforts.dynamics.robot.joint_names[joint]))
     feasible = history[-2][0] if len(history) > 1 else 0.0
-    found = _found(feasible, joint, instant, unloaded, per_kilogram, times, dynamics, closed.per_joint)
-    return Capacity(**(vars(found) | {"history": tuple(history)}))
+    return replace(_bound(efforts, feasible, joint, instant, closed.per_joint), history=tuple(history))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +149,12 @@ def capacity_front(
         payloads: masses [kg]; shape and model are those of the problem's payload.
         seed: seed of the random starts.
         starts: random starts per payload.
+
+    Raises:
+        InvalidInputError: no payloads, or a problem whose first objective is not the time.
     """
+    if problem.objective_names[0] != "time":
+        raise InvalidInputError(f"problem: expected the time as first objective, got {problem.objective_names[0]!r}")
     masses = np.sort(numbers(payloads, name="payloads", shape=("N",)))
     if not len(masses):
         raise InvalidInputError("payloads: expected at least one mass [kg]")
@@ -175,7 +168,8 @@ def capacity_front(
             best = min(best, warm, key=lambda optimum: optimum.cost)
         times[i], X[i] = best.cost, best.x
     for i in range(len(masses) - 2, -1, -1):
-        if times[i + 1] < times[i] and loaded[i].evaluate(X[i + 1][None])[1].max() <= 1e-6:
+        G = loaded[i].evaluate(X[i + 1][None], return_values_of=["F", "G"])[1]
+        if times[i + 1] < times[i] and G.max(initial=-np.inf) <= FEASIBLE:
             times[i], X[i] = times[i + 1], X[i + 1]
     return PayloadCurve(frozen(masses), frozen(times), frozen(X), problem.dynamics.payload.model)
 
@@ -236,33 +230,47 @@ def _greatest_masses(unloaded: Array, per_kilogram: Array, limit: Array) -> Arra
     return np.where(np.abs(unloaded) > limit, -np.inf, masses)
 
 
-def _efforts(motion: Any, samples: int) -> tuple[Array, Array, Array, Dynamics]:
-    """Effort without payload and per kilogram, (T, n_joints), instants (T,), and the dynamics they come from."""
+@dataclass(frozen=True, eq=False)
+class _Efforts:
+    """Effort without payload and per kilogram, (T, n_joints), instants (T,) [s], and the dynamics they come from."""
+
+    unloaded: Array
+    per_kilogram: Array
+    times: Array
+    dynamics: Dynamics
+
+    def used(self, mass: float) -> Array:
+        """Effort over limit with a payload [kg], shape (T, n_joints)."""
+        share: Array = np.abs(self.unloaded + mass * self.per_kilogram) / self.dynamics.robot.limits.effort
+        return share
+
+
+def _efforts(motion: Any, samples: int) -> _Efforts:
     rollout = rollout_of(motion)
-    own = rollout.dynamics
-    dynamics = own.sampled(samples)
+    dynamics = rollout.dynamics.sampled(samples)
     fine = Rollout(dynamics, rollout.trajectory if len(rollout.trajectory) == 1 else rollout.trajectory[0])
-    return fine.unloaded_effort[0], fine.effort_per_kilogram[0], fine.t[0], dynamics
+    return _Efforts(fine.unloaded_effort[0], fine.effort_per_kilogram[0], fine.t[0], dynamics)
 
 
-def _found(
-    mass: float,
-    joint: int,
-    instant: int,
-    unloaded: Array,
-    per_kilogram: Array,
-    times: Array,
-    dynamics: Dynamics,
-    per_joint: Array,
-) -> Capacity:
-    carried = mass if np.isfinite(mass) else 0.0
-    used = np.abs(unloaded + carried * per_kilogram).max(axis=0) / dynamics.robot.limits.effort
-    bound = joint >= 0 and np.isfinite(mass)
+def _closed_form(efforts: _Efforts) -> Capacity:
+    masses = _greatest_masses(efforts.unloaded, efforts.per_kilogram, efforts.dynamics.robot.limits.effort)
+    per_joint = masses.min(axis=0)
+    if np.isneginf(per_joint).any():
+        used = efforts.used(0.0)
+        instant, joint = (int(i) for i in np.unravel_index(used.argmax(), used.shape))
+        return _bound(efforts, 0.0, joint, instant, np.maximum(per_joint, 0.0))
+    joint = int(per_joint.argmin())
+    return _bound(efforts, float(per_joint[joint]), joint, int(masses[:, joint].argmin()), per_joint)
+
+
+def _bound(efforts: _Efforts, mass: float, joint: int, instant: int, per_joint: Array) -> Capacity:
+    """The capacity that a joint sets at an instant; where the mass is infinite, nothing does."""
+    finite = bool(np.isfinite(mass))
     return Capacity(
         mass=mass,
-        joint=dynamics.robot.joint_names[joint] if bound else "",
-        time=float(times[instant]) if bound else float("nan"),
-        margin=frozen(1.0 - used),
+        joint=efforts.dynamics.robot.joint_names[joint] if finite else "",
+        time=float(efforts.times[instant]) if finite else float("nan"),
+        margin=frozen(1.0 - efforts.used(mass if finite else 0.0).max(axis=0)),
         per_joint=frozen(per_joint),
-        payload_model=dynamics.payload.model,
+        payload_model=efforts.dynamics.payload.model,
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,13 +20,13 @@ from rich.table import Column, Table
 
 from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
-from trajevo.export import FORMATS
+from trajevo.export import FORMATS, is_exported
 from trajevo.export import export as write_motion
 from trajevo.front import Front
 from trajevo.optimise import optimise
 from trajevo.payload import LOAD_MODELS
 from trajevo.problem import list_problems, load_problem, problem_class
-from trajevo.report import choices, objective_headers, run_facts, save_figures
+from trajevo.report import FIGURES, choices, objective_headers, run_facts, save_figures
 from trajevo.report import report as write_report
 from trajevo.robot import list_robots, load_robot
 
@@ -139,7 +138,7 @@ def report(
 @app.command()
 def export(
     run: _RunArgument,
-    solution: Annotated[str, typer.Option(help="knee, utopia, least_OBJECTIVE or a row of the front.")] = "knee",
+    solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
     format: Annotated[str, typer.Option(help="csv or json.")] = "csv",
     step: Annotated[float, typer.Option(help="Time between samples [s].")] = 0.01,
     angle: Annotated[str, typer.Option(help="Unit of angles: rad or deg.")] = "rad",
@@ -169,9 +168,7 @@ def capacity(
     _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
     _out.print(f"capacity: {found}")
     table = Table("joint", "alone it could carry [kg]", "effort limit left", box=SIMPLE)
-    for name, alone, margin in zip(
-        chosen.front.problem.robot.joint_names, dlcc(chosen).per_joint, found.margin, strict=True
-    ):
+    for name, alone, margin in zip(chosen.front.problem.robot.joint_names, found.per_joint, found.margin, strict=True):
         table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
     _out.print(table)
 
@@ -214,11 +211,11 @@ def _claim(folder: Path, overwrite: bool) -> None:
 
 
 def _clear_stale(folder: Path) -> None:
-    """Remove what an earlier run left beside the new front: its report, pictures and exported solutions."""
-    for file in (*folder.glob("*.*"), *(folder / PLOTS_FOLDER).glob("*.png")):
-        exported = re.fullmatch(r"(knee|utopia|weighted|least_\w+|\d+)\.(csv|json)", file.name)
-        if file.is_file() and (exported or file.name == REPORT_FILE or file.suffix == ".png"):
-            file.unlink()
+    """Remove what an earlier run left beside the new front: report, pictures, exported solutions; no other file."""
+    pictures = (folder / PLOTS_FOLDER / f"{stem}.png" for stem in FIGURES)
+    exported = (file for file in folder.glob("*.*") if is_exported(file))
+    for file in (folder / REPORT_FILE, *pictures, *exported):
+        file.unlink(missing_ok=True)
 
 
 def _front_file(run: Path) -> Path:

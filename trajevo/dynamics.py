@@ -53,8 +53,8 @@ class Dynamics:
     def sampled(self, samples: int) -> Dynamics:
         """The same with another number of samples per segment, sharing the models already made."""
         other = replace(self, samples=samples)
-        other._models.update(self._models)
-        other._pools.update(self._pools)
+        object.__setattr__(other, "_models", self._models)
+        object.__setattr__(other, "_pools", self._pools)
         return other
 
     def effort(self, q: Array, v: Array, a: Array) -> Array:

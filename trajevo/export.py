@@ -56,6 +56,14 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float = 0
     return Path(file)
 
 
+def is_exported(file: Path) -> bool:
+    """Whether a file is one that :func:`export` wrote, by its first bytes."""
+    if not (file.is_file() and file.suffix.removeprefix(".") in FORMATS):
+        return False
+    with file.open("rb") as stream:
+        return stream.read(64).startswith((b"# problem: {", b'{\n "format": "trajevo motion"'))
+
+
 def _instants(duration: float, step: float) -> Array:
     inner = np.arange(0.0, duration, step)
     return np.append(inner[inner < duration - 1e-9 * duration], duration)

@@ -139,9 +139,8 @@ def profiles(
                 if np.isfinite(bound):
                     panel.axhline(bound, color=line.get_color(), linestyle="--", linewidth=0.8)
             if order == 0 and via_times is not None:
-                at = (rollout.trajectory[0].evaluate(np.asarray(via_times))[0, :, joint] - offset[joint]) * factor[
-                    joint
-                ]
+                via = rollout.trajectory[0].evaluate(np.asarray(via_times))[0, :, joint]
+                at = (via - offset[joint]) * factor[joint]
                 panel.plot(via_times, at, "o", color=line.get_color(), markersize=4)
         _shade_forbidden(panel, low, high)
         panel.set_ylabel(label)

@@ -97,17 +97,18 @@ class TrajectoryProblem(Problem):
         self.payload_range = payload_range
         self.objectives = tuple(objectives)
         self.constraints = tuple(constraints)
-        self.reference_point = None if reference_point is None else read_only(reference_point)
         self.angle = angle
         for kind, names in (("objectives", self.objective_names), ("constraints", self.constraint_names)):
             if len(set(names)) != len(names):
                 raise InvalidInputError(f"{kind}: names must differ, got {list(names)}")
         if not self.objectives:
             raise InvalidInputError("objectives: expected at least one")
-        if self.reference_point is not None:
-            corner = numbers(self.reference_point, name="reference_point", shape=(len(self.objectives),))
+        self.reference_point: Array | None = None
+        if reference_point is not None:
+            corner = numbers(reference_point, name="reference_point", shape=(len(self.objectives),))
             if not (corner > 0.0).all():
                 raise InvalidInputError(f"reference_point: expected positive numbers, got {corner.tolist()}")
+            self.reference_point = read_only(corner)
         variables = self.variables
         super().__init__(
             n_var=len(variables),
@@ -169,8 +170,11 @@ class TrajectoryProblem(Problem):
 
         Returns:
             F (B, n_obj), dF (B, n_obj, n_var), G (B, n_constr), dG (B, n_constr, n_var).
+
+        Raises:
+            InvalidInputError: another shape, or decision variables that are not finite.
         """
-        given = np.asarray(x, dtype=np.float64)
+        given = numbers(x, name="x", shape=("B", self.n_var))
         steps = (given[:, None, :] + 1j * _COMPLEX_STEP * np.eye(self.n_var)).reshape(-1, self.n_var)
         values = [array.reshape(len(given), self.n_var, -1) for array in self._evaluate_rows(steps)]
         (F, dF), (G, dG) = ((v[:, 0].real, np.swapaxes(v.imag, 1, 2) / _COMPLEX_STEP) for v in values)

@@ -64,6 +64,10 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
     ]
 
 
+#: File stems of all pictures that a run may have.
+FIGURES = ("front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path", "effort")
+
+
 def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
     """Every picture of a run, one at a time: file stem, caption, figure."""
     knee = front.knee()

@@ -81,6 +81,10 @@ class Friction:
         for field in fields(self):
             values = read_only(getattr(self, field.name))
             object.__setattr__(self, field.name, values)
+            if values.shape != self.viscous.shape or values.ndim != 1:
+                raise InvalidInputError(
+                    f"friction.{field.name}: expected shape {self.viscous.shape}, got {values.shape}"
+                )
             if not (np.isfinite(values).all() and (values >= 0.0).all()):
                 raise InvalidInputError(f"friction.{field.name}: expected numbers from 0 on, got {values.tolist()}")
 
