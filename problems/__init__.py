@@ -2,5 +2,6 @@
 
 from problems.hybrid_manipulator import HybridManipulator
 from problems.pointing_mechanism import PointingMechanism
+from problems.time_jerk_reparameterisation import TimeJerkReparameterisation
 
-__all__ = ["HybridManipulator", "PointingMechanism"]
+__all__ = ["HybridManipulator", "PointingMechanism", "TimeJerkReparameterisation"]

@@ -8,7 +8,7 @@ import pytest
 from problems import HybridManipulator, PointingMechanism
 from tests.guo2016 import GUO2016, TABLE_7, bisected_capacity
 from tests.test_hybrid_manipulator import assert_gradients_equal_central_differences
-from trajevo import TrajectoryBatch, load_robot, optimise
+from trajevo import PolynomialBatch, load_robot, optimise
 from trajevo.capacity import Capacity, capacity_front, dlcc, dlcc_iterative, max_payload_problem
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError
@@ -237,7 +237,7 @@ def test_capacity_at_rest_is_the_static_bound():
     q = np.array(GUO2016["via_points"][0])
     coefficients = np.zeros((1, 1, 5, 2))
     coefficients[0, 0, :, 0] = q
-    still = TrajectoryBatch(np.array([[0.0, 1.0]]), coefficients)
+    still = PolynomialBatch(np.array([[0.0, 1.0]]), coefficients)
     found = dlcc(Rollout(Dynamics(ROBOT), still))
     assert found.mass == pytest.approx(12.510810648896424, abs=1e-9)
 

@@ -13,7 +13,7 @@ import pytest
 
 from problems import HybridManipulator
 from tests.guo2016 import GUO2016, TABLE_7, forces_along
-from trajevo import TrajectoryBatch, load_robot
+from trajevo import PolynomialBatch, load_robot
 from trajevo.dynamics import Dynamics, Rollout, lobatto
 from trajevo.errors import InvalidInputError
 from trajevo.payload import Payload
@@ -301,7 +301,7 @@ def test_masses_of_a_rollout_count_one_by_one():
 
 
 def test_a_trajectory_of_another_robot_is_refused():
-    trajectory = TrajectoryBatch(np.array([[0.0, 1.0]]), np.ones((1, 1, 2, 4)))
+    trajectory = PolynomialBatch(np.array([[0.0, 1.0]]), np.ones((1, 1, 2, 4)))
     with pytest.raises(InvalidInputError, match=r"hybrid_manipulator.*5 joints.*2"):
         Rollout(Dynamics(HYBRID), trajectory)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from trajevo import TrajectoryProblem, load_problem
-from trajevo.problem import list_problems
+from trajevo.registry import list_problems
 
 
 @pytest.fixture(params=list_problems())

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from problems import PointingMechanism
-from trajevo import TrajectoryBatch, TrajevoError, optimise
+from trajevo import PolynomialBatch, TrajevoError, optimise
 from trajevo.export import export
 
 
@@ -37,13 +37,13 @@ def test_csv_reads_back_as_the_motion(knee, tmp_path, angle, factor):
     assert about["solution"]["rule"] == "knee"
 
 
-def test_json_holds_the_exact_polynomials(knee, tmp_path):
+def test_json_holds_the_exact_trajectory(knee, tmp_path):
     content = json.loads(export(knee, tmp_path / "knee.json", format="json").read_text())
-    polynomials = content["polynomials"]
-    key = next(name for name in polynomials if name.startswith("coefficients"))
-    rebuilt = TrajectoryBatch(np.array([polynomials["breaks [s]"]]), np.array([polynomials[key]]))
+    trajectory = content["trajectory"]
+    key = next(name for name in trajectory if name.startswith("coefficients"))
+    rebuilt = PolynomialBatch(np.array([trajectory["breaks [s]"]]), np.array([trajectory[key]]))
     np.testing.assert_array_equal(rebuilt.coefficients, knee.trajectory.coefficients)
-    assert polynomials["units"] == ["rad", "rad"]
+    assert trajectory["units"] == ["rad", "rad"]
     np.testing.assert_array_equal(
         content["samples"]["joint_1 velocity [rad/s]"],
         knee.trajectory.evaluate(np.array(content["samples"]["time [s]"]), 1)[0, :, 0],

@@ -2,19 +2,19 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from trajevo import TrajectoryBatch, TrajevoError
+from trajevo import PolynomialBatch, TrajevoError
 
 
 @pytest.fixture
-def batch() -> TrajectoryBatch:
+def batch() -> PolynomialBatch:
     """Three trajectories of two joints, four segments of degree 7, not continuous on purpose."""
     rng = np.random.default_rng(1)
     durations = rng.uniform(0.2, 3.0, (3, 4))
     breaks = np.concatenate([np.zeros((3, 1)), np.cumsum(durations, axis=1)], axis=1)
-    return TrajectoryBatch(breaks, rng.normal(size=(3, 4, 2, 8)))
+    return PolynomialBatch(breaks, rng.normal(size=(3, 4, 2, 8)))
 
 
-def inside(batch: TrajectoryBatch, count: int = 40) -> np.ndarray:
+def inside(batch: PolynomialBatch, count: int = 40) -> np.ndarray:
     """Instants well inside the segments, (B, T)."""
     shares = np.linspace(0.05, 0.95, count)
     durations = np.diff(batch.breaks, axis=1)
@@ -94,7 +94,7 @@ def test_segments_sampled_at_shares_are_the_motion(batch):
 
 def test_arrays_are_copies_and_read_only(batch):
     breaks = np.array([[0.0, 1.0]])
-    own = TrajectoryBatch(breaks, np.zeros((1, 1, 1, 3)))
+    own = PolynomialBatch(breaks, np.zeros((1, 1, 1, 3)))
     breaks[0, 1] = 5.0
     assert own.duration[0] == 1.0
     for array in (batch.breaks, batch.coefficients, batch.duration, batch.peak(1), batch.jump(1), batch.sample(3).q):
@@ -114,7 +114,7 @@ def test_arrays_are_copies_and_read_only(batch):
 )
 def test_bad_batches_are_refused(breaks, coefficients, says):
     with pytest.raises(TrajevoError, match=says):
-        TrajectoryBatch(np.array(breaks), coefficients)
+        PolynomialBatch(np.array(breaks), coefficients)
 
 
 def test_bad_questions_are_refused(batch):
@@ -135,4 +135,4 @@ def test_bad_questions_are_refused(batch):
         with pytest.raises(TrajevoError, match=r"t: expected shape \(T,\) or \(3, T\)"):
             batch.evaluate(t)
     with pytest.raises(TrajevoError, match="expected arrays of numbers"):
-        TrajectoryBatch("a", "b")
+        PolynomialBatch("a", "b")

@@ -1,17 +1,22 @@
 """Multi-objective evolutionary trajectory optimisation and payload capacity for robots."""
 
+from trajevo.curve import GeometricPath
 from trajevo.errors import TrajevoError
 from trajevo.front import Front, Solution
 from trajevo.optimise import optimise
 from trajevo.path import ViaPoints
-from trajevo.problem import TrajectoryProblem, load_problem
+from trajevo.piecewise import PolynomialBatch
+from trajevo.problem import TrajectoryProblem
+from trajevo.registry import load_problem
 from trajevo.robot import JointLimits, Robot, load_robot
 from trajevo.trajectory import Motion, TrajectoryBatch
 
 __all__ = [
     "Front",
+    "GeometricPath",
     "JointLimits",
     "Motion",
+    "PolynomialBatch",
     "Robot",
     "Solution",
     "TrajectoryBatch",

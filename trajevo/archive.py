@@ -45,8 +45,9 @@ class Archive:
             self.F = merged[kept]
             self.G = np.concatenate([self.G, G[feasible]])[kept]
 
-    def hypervolume(self, reference_point: Array) -> float:
-        """Share of the box from 0 to the reference point that the archive dominates."""
-        if not len(self.F):
-            return 0.0
-        return float(moocore.hypervolume(self.F / reference_point, ref=np.ones(len(reference_point))))
+
+def hypervolume(F: Array, reference_point: Array) -> float:
+    """Share of the box from 0 to the reference point that objective values (N, n_obj) dominate."""
+    if not len(F):
+        return 0.0
+    return float(moocore.hypervolume(F / reference_point, ref=np.ones(len(reference_point))))

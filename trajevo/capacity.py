@@ -20,7 +20,8 @@ from trajevo.objectives import Objective, unused_payload
 from trajevo.payload import Payload
 from trajevo.problem import TrajectoryProblem
 from trajevo.selection import Weights
-from trajevo.weighted import FEASIBLE, WeightedOptimum, minimise_weighted
+from trajevo.sqp import FEASIBLE
+from trajevo.weighted import WeightedOptimum, minimise_weighted
 
 #: Instants per segment at which a capacity is computed, unless told otherwise; optimisation uses fewer.
 SAMPLES = 50

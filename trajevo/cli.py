@@ -25,7 +25,7 @@ from trajevo.export import export as write_motion
 from trajevo.front import Front
 from trajevo.optimise import optimise
 from trajevo.payload import LOAD_MODELS
-from trajevo.problem import list_problems, load_problem, problem_class
+from trajevo.registry import list_problems, load_problem, problem_class
 from trajevo.report import FIGURES, choices, objective_headers, run_facts, save_figures
 from trajevo.report import report as write_report
 from trajevo.robot import list_robots, load_robot

@@ -13,7 +13,10 @@ from typing import Any
 import numpy as np
 
 from trajevo.arrays import Array
+from trajevo.composed import ComposedBatch
+from trajevo.course import ORDERS, Course
 from trajevo.dynamics import Rollout
+from trajevo.errors import InvalidInputError
 from trajevo.robot import Robot
 from trajevo.trajectory import DERIVATIVES
 
@@ -68,6 +71,77 @@ def effort_limits(robot: Robot) -> Constraint:
     return Constraint(_names("effort", robot, kept), robot.reference, _effort_excess)
 
 
+def hull_limits(robot: Robot) -> tuple[Constraint, ...]:
+    """Velocity, acceleration and jerk along a path, bounded by (20)-(25) of Paing 2021, over their limits, minus 1."""
+    return tuple(
+        Constraint(
+            _names(DERIVATIVES[order], robot, _kept(robot, order)),
+            robot.reference,
+            partial(_hull_excess, derivative=order),
+        )
+        for order in ORDERS
+    )
+
+
+def smooth_path_limits(robot: Robot, bound: str, like: Course) -> tuple[Constraint, ...]:
+    """The limits along a path in many columns that a gradient solver can differentiate; nothing to show people.
+
+    Args:
+        robot: whose limits.
+        bound: ``"hull"``, every term of (20)-(25), or ``"tight"``, the extremes within every span of u(t).
+        like: a course of the same make as those that will be limited.
+    """
+    constraints = []
+    for order in ORDERS:
+        count = _terms(like, order, bound).shape[2]
+        names = _names(DERIVATIVES[order], robot, _kept(robot, order))
+        columns = tuple(f"{name}, term {k}" for name in names for k in range(count))
+        excess = partial(_smooth_excess, derivative=order, bound=bound)
+        constraints.append(Constraint(columns, robot.reference, excess))
+    return tuple(constraints)
+
+
+def time_limit(longest: float) -> Constraint:
+    """Duration over the longest one [s], minus 1."""
+    return Constraint(("longest time",), "longest time allowed", partial(_time_excess, longest=longest))
+
+
+def _time_excess(rollout: Rollout, *, longest: float) -> Array:
+    excess: Array = rollout.trajectory.duration[:, None] / longest - 1.0
+    return excess
+
+
+def _hull_excess(rollout: Rollout, *, derivative: int) -> Array:
+    limit = _limit(rollout.robot, derivative)
+    kept = np.isfinite(limit)
+    excess: Array = along_path(rollout).hull_peak(derivative)[:, kept] / limit[kept] - 1.0
+    return excess
+
+
+def _smooth_excess(rollout: Rollout, *, derivative: int, bound: str) -> Array:
+    limit = _limit(rollout.robot, derivative)
+    kept, batch = np.isfinite(limit), along_path(rollout)
+    terms = _terms(batch.course, derivative, bound)[:, kept]
+    scale = batch.durations ** float(-derivative)
+    excess: Array = terms * scale[:, None, None] / limit[kept][:, None] - 1.0
+    return excess.reshape(len(excess), -1)
+
+
+def _terms(course: Course, derivative: int, bound: str) -> Array:
+    return course.hull_terms(derivative) if bound == "hull" else course.local_terms(derivative)
+
+
+def along_path(rollout: Rollout) -> ComposedBatch:
+    """The trajectories of a rollout along a path.
+
+    Raises:
+        InvalidInputError: they are of another kind.
+    """
+    if not isinstance(rollout.trajectory, ComposedBatch):
+        raise InvalidInputError("trajectory: expected runs along a path, got " + type(rollout.trajectory).__name__)
+    return rollout.trajectory
+
+
 def _effort_excess(rollout: Rollout) -> Array:
     limit = rollout.robot.limits.effort
     kept = np.isfinite(limit)
@@ -77,7 +151,7 @@ def _effort_excess(rollout: Rollout) -> Array:
 
 
 def _peak_limits(robot: Robot, derivative: int) -> Constraint:
-    kept = np.flatnonzero(np.isfinite(_limit(robot, derivative)))
+    kept = _kept(robot, derivative)
     names = _names(DERIVATIVES[derivative], robot, kept)
     return Constraint(names, robot.reference, partial(_peak_excess, derivative=derivative))
 
@@ -103,6 +177,10 @@ def _peak_excess(rollout: Rollout, *, derivative: int) -> Array:
 
 def _bounded(robot: Robot) -> np.ndarray[Any, np.dtype[np.intp]]:
     return np.flatnonzero(np.isfinite(robot.limits.lower) | np.isfinite(robot.limits.upper))
+
+
+def _kept(robot: Robot, derivative: int) -> np.ndarray[Any, np.dtype[np.intp]]:
+    return np.flatnonzero(np.isfinite(_limit(robot, derivative)))
 
 
 def _limit(robot: Robot, derivative: int) -> Array:

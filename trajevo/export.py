@@ -31,7 +31,7 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float = 0
         solution: what to write.
         file: where to.
         format: ``"csv"`` (comment lines with the settings, then one row per instant) or ``"json"`` (also the exact
-            polynomials).
+            trajectory).
         step: time between samples [s]; the last sample is the end of the motion.
         angle: ``"rad"`` or ``"deg"``.
 
@@ -118,13 +118,10 @@ def _json(solution: Solution, step: float, angle: str) -> str:
         "format": "trajevo motion",
         "version": 1,
         **_about(solution),
-        "polynomials": {
+        "trajectory": {
             "joints": robot.joint_names,
             "units": robot.joint_units,
-            "breaks [s]": trajectory.breaks[0].tolist(),
-            "coefficients (segment, joint, ascending power of the time since the segment began)": (
-                trajectory.coefficients[0].tolist()
-            ),
+            **trajectory.definition(0),
         },
         "samples": {header: column.tolist() for header, column in zip(headers, table.T, strict=True)},
     }

@@ -14,8 +14,9 @@ from trajevo import selection
 from trajevo.arrays import Array, read_only
 from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, UnknownNameError
-from trajevo.problem import TrajectoryProblem, load_problem, problem_class
+from trajevo.problem import TrajectoryProblem
 from trajevo.records import Blocking, FrontFile, History, ProblemRecord, Run
+from trajevo.registry import load_problem, problem_class
 from trajevo.selection import Choice
 from trajevo.trajectory import TrajectoryBatch
 

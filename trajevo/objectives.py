@@ -63,6 +63,39 @@ def integrated_square_jerk(rollout: Rollout) -> Array:
     return total
 
 
+@dataclass(frozen=True)
+class _TrapezoidSquareJerk:
+    intervals: int
+
+    def __call__(self, rollout: Rollout) -> Array:
+        trajectory = rollout.trajectory
+        shares = np.linspace(0.0, 1.0, self.intervals + 1)
+        jerk = trajectory.evaluate(trajectory.duration.real[:, None] * shares, 3)
+        square = np.square(jerk).sum(axis=2)
+        mean: Array = (square.sum(axis=1) - 0.5 * (square[:, 0] + square[:, -1])) / self.intervals
+        return trajectory.duration * mean
+
+
+def trapezoid_square_jerk(intervals: int) -> Callable[[Rollout], Array]:
+    """∫ Σ over joints of jerk² dt by the trapezoidal rule over equal intervals, eq. (29) of Paing 2021, [SI²/s⁵]."""
+    return _TrapezoidSquareJerk(intervals)
+
+
+@dataclass(frozen=True)
+class _TimesDuration:
+    function: Callable[[Rollout], Array]
+    power: int
+
+    def __call__(self, rollout: Rollout) -> Array:
+        total: Array = self.function(rollout) * rollout.trajectory.duration**self.power
+        return total
+
+
+def times_duration(function: Callable[[Rollout], Array], power: int) -> Callable[[Rollout], Array]:
+    """An objective times a power of the duration: constant in time where the objective falls with that power."""
+    return _TimesDuration(function, power)
+
+
 def integrated_square_power(rollout: Rollout) -> Array:
     """∫ Σ over joints of (effort x velocity)² dt by Gauss-Lobatto quadrature, shape (B,) [W²·s]."""
     power = rollout.power

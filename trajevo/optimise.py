@@ -14,13 +14,14 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
-from trajevo.archive import Archive
-from trajevo.arrays import Array
+from trajevo.arrays import Array, numbers, one_blas_thread
 from trajevo.errors import InvalidInputError
 from trajevo.front import Front
 from trajevo.problem import Evolution, TrajectoryProblem
-from trajevo.progress import Generation, reporter
-from trajevo.records import Blocking, History, ProblemRecord, Run, installed_versions
+from trajevo.progress import reporter
+from trajevo.records import ProblemRecord
+from trajevo.sqp import random_starts
+from trajevo.watch import Watch
 from trajevo.weighted import minimise_weighted
 
 __all__ = ["minimise_weighted", "optimise"]
@@ -38,6 +39,7 @@ def optimise(
     mutation_probability: float | None = None,
     mutation_index: float | None = None,
     algorithm: Algorithm | None = None,
+    initial: Front | Array | None = None,
     progress: bool = True,
 ) -> Front:
     """Run a multi-objective evolutionary algorithm and keep every feasible point that nothing dominates.
@@ -61,10 +63,13 @@ def optimise(
         mutation_index: distribution index of the mutation.
         algorithm: any pymoo algorithm instead of NSGA-II; it is copied, and the settings above but generations stay
             None.
+        initial: individuals to begin with, shape (N, n_var), or a front of the same problem whose points are taken; the
+            rest of the first population is random.
         progress: show generation, hypervolume, least violation and time left on standard error.
 
     Returns:
-        The front. If nothing feasible was found it is empty and ``front.blocking`` says which constraint is in the way.
+        The front; of a problem whose solutions are curves (``problem.expansion``) that of the points on their lower
+        envelope. If nothing feasible was found it is empty and ``front.blocking`` says which constraint is in the way.
 
     Raises:
         InvalidInputError: a setting that cannot be used; the message names it.
@@ -83,8 +88,12 @@ def optimise(
     }
     if algorithm is None:
         solver, settings = _nsga2(problem.evolution, own)
+        if initial is not None:
+            began = _first_population(problem, initial, settings["population"], seed)
+            solver.initialization.sampling, settings["initial"] = began
     else:
         given = [name for name, value in own.items() if value is not None]
+        given += [] if initial is None else ["initial"]
         if given:
             raise InvalidInputError(f"{given[0]}: set it on the algorithm that is passed, {type(algorithm).__name__}")
         if not isinstance(algorithm, Algorithm) or algorithm.is_initialized or algorithm.problem is not None:
@@ -113,56 +122,32 @@ def _nsga2(evolution: Evolution, own: dict[str, Any]) -> tuple[Algorithm, dict[s
     return solver, settings
 
 
-class _Watch:
-    """Collects what an algorithm evaluates and keeps the books, generation by generation."""
-
-    def __init__(self, problem: TrajectoryProblem) -> None:
-        self.archive = Archive(problem.n_var, problem.n_obj, problem.n_ieq_constr)
-        self.reference_point = problem.reference_point
-        self.evaluations: list[int] = []
-        self.hypervolume: list[float] = []
-        self.least_violation: list[float | None] = []
-        self.front_size: list[int] = []
-
-    def collect(self, X: Array, out: dict[str, Any]) -> None:
-        """Callback of pymoo's problem: the arrays of every evaluation."""
-        self.archive.add(np.atleast_2d(X), np.atleast_2d(out["F"]), np.atleast_2d(out["G"]))
-        if self.archive.failures and not self.archive.first_failure:
-            self.archive.first_failure = next((str(said) for said in np.atleast_1d(out["failure"]) if said), "")
-
-    def close(self, number: int, evaluations: int) -> Generation:
-        """Book a finished generation."""
-        if self.reference_point is None and len(self.archive.F):
-            self.reference_point = _box_corner(self.archive.F)
-        volume = 0.0 if self.reference_point is None else self.archive.hypervolume(self.reference_point)
-        violation = self.archive.least_violation
-        self.evaluations.append(evaluations)
-        self.hypervolume.append(volume)
-        self.least_violation.append(violation if np.isfinite(violation) else None)
-        self.front_size.append(len(self.archive.F))
-        return Generation(number, volume, violation, len(self.archive.F))
-
-    def history(self) -> History:
-        """The books."""
-        corner = self.reference_point
-        return History(
-            reference_point=None if corner is None else tuple(corner.tolist()),
-            evaluations=tuple(self.evaluations),
-            hypervolume=tuple(self.hypervolume),
-            least_violation=tuple(self.least_violation),
-            front_size=tuple(self.front_size),
-        )
+def _first_population(problem: TrajectoryProblem, initial: Any, size: int, seed: int) -> tuple[Array, int]:
+    """Given individuals, filled up at random, and how many were given."""
+    rows = initial
+    if isinstance(initial, Front):
+        rows, record, expansion = initial.X, initial.record, problem.expansion
+        if expansion is not None and record.variables == ProblemRecord.of(expansion.problem).variables:
+            rows = expansion.fold(rows)
+        elif record.variables != ProblemRecord.of(problem).variables:
+            raise InvalidInputError("initial: expected a front of the same problem, its variables are others")
+    rows = numbers(rows, name="initial", shape=("N", problem.n_var))
+    if len(rows) > size:
+        raise InvalidInputError(f"initial: expected at most the population of {size} individuals, got {len(rows)}")
+    if ((rows < problem.xl) | (rows > problem.xu)).any():
+        raise InvalidInputError("initial: an individual lies outside the bounds of the decision variables")
+    return np.concatenate([rows, random_starts(problem, seed, size - len(rows))]), len(rows)
 
 
 def _run(
     problem: TrajectoryProblem, solver: Algorithm, settings: dict[str, Any], generations: int, seed: int, progress: bool
 ) -> Front:
-    watch, evaluator = _Watch(problem), Evaluator()
+    watch, evaluator = Watch(problem), Evaluator()
     watched = copy.copy(problem)
     watched.callback = watch.collect
     solver.setup(watched, termination=("n_gen", generations), seed=seed, evaluator=evaluator)
     began, interrupted = time.perf_counter(), False
-    with reporter(generations, enabled=progress) as shown:
+    with reporter(generations, enabled=progress) as shown, one_blas_thread():
         try:
             while solver.has_next():
                 solver.next()
@@ -171,45 +156,14 @@ def _run(
             interrupted = True
             if evaluator.n_eval > (watch.evaluations or [0])[-1]:
                 watch.close(len(watch.evaluations) + 1, evaluator.n_eval)
-    archive = watch.archive
-    return Front(
-        X=archive.X,
-        F=archive.F,
-        G=archive.G,
-        record=ProblemRecord.of(problem),
-        run=Run(
-            algorithm=type(solver).__name__,
-            settings=settings,
-            seed=seed,
-            generations=len(watch.evaluations),
-            evaluations=evaluator.n_eval,
-            failures=archive.failures,
-            first_failure=archive.first_failure,
-            interrupted=interrupted,
-            seconds=time.perf_counter() - began,
-            versions=installed_versions(),
-        ),
-        history=watch.history(),
-        blocking=None if len(archive.F) else _blocking(archive, problem.constraint_names),
-        _problem=problem,
+    return watch.front(
+        algorithm=type(solver).__name__,
+        settings=settings,
+        seed=seed,
+        evaluations=evaluator.n_eval,
+        interrupted=interrupted,
+        seconds=time.perf_counter() - began,
     )
-
-
-def _blocking(archive: Archive, names: tuple[str, ...]) -> Blocking:
-    if archive.nearest is None:
-        return Blocking(x=(), violations={})
-    x, g = archive.nearest
-    worst_first = sorted(((float(by), name) for by, name in zip(g, names, strict=True) if by > 0.0), reverse=True)
-    return Blocking(x=tuple(x.tolist()), violations={name: by for by, name in worst_first})
-
-
-def _box_corner(F: Array) -> Array | None:
-    """A reference point for a problem that names none: a tenth beyond the worst of the first feasible points.
-
-    The box begins at 0, so there is none for an objective that is not positive.
-    """
-    worst: Array = F.max(axis=0)
-    return 1.1 * worst if (worst > 0.0).all() else None
 
 
 def _between(name: str, value: object, least: float, most: float) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -97,26 +98,57 @@ def read_columns(file: str | Path, columns: dict[str, str]) -> Array:
         InvalidInputError: the file cannot be read, a column is missing, repeated or has the wrong unit, a row has
             another number of cells, or a cell is no finite number.
     """
-    lines = _csv_lines(Path(file))
-    header = [split_header(cell, where=str(file)) for cell in lines[0][1]]
+    lines, header = _csv_table(Path(file))
     names = [name for name, _ in header]
-    if len(set(names)) != len(names):
-        raise InvalidInputError(f"{file}: column names must differ, got {names}")
     for name, unit in columns.items():
         if name not in names or si_unit(header[names.index(name)][1]) != unit:
             raise InvalidInputError(
                 f"{file}: expected a column '{name} [{unit}]' (or a unit that converts to it), got {lines[0][1]}"
             )
-    table = np.empty((len(lines) - 1, len(columns)))
+    return _csv_numbers(file, lines, header, [names.index(name) for name in columns])
+
+
+def read_points(file: str | Path) -> tuple[Array, tuple[str, ...]]:
+    """Read points from a CSV file whose every column is a coordinate.
+
+    Args:
+        file: first line a header with units such as ``x [mm], y [mm]``; lines that start with ``#`` are comments.
+
+    Returns:
+        Points in SI, shape (n_points, n_columns), and the SI unit of every column.
+
+    Raises:
+        InvalidInputError: as for :func:`read_columns`.
+    """
+    lines, header = _csv_table(Path(file))
+    points = _csv_numbers(file, lines, header, range(len(header)))
+    return points, tuple(si_unit(unit) for _, unit in header)
+
+
+def _csv_table(file: Path) -> tuple[list[tuple[int, list[str]]], list[tuple[str, str]]]:
+    """Lines of a CSV file, and name and unit of every column."""
+    lines = _csv_lines(file)
+    header = [split_header(cell, where=str(file)) for cell in lines[0][1]]
+    names = [name for name, _ in header]
+    if len(set(names)) != len(names):
+        raise InvalidInputError(f"{file}: column names must differ, got {names}")
+    return lines, header
+
+
+def _csv_numbers(
+    file: str | Path, lines: list[tuple[int, list[str]]], header: list[tuple[str, str]], places: Sequence[int]
+) -> Array:
+    """The chosen columns in SI, shape (rows, len(places))."""
+    table = np.empty((len(lines) - 1, len(places)))
     for i, (line, row) in enumerate(lines[1:]):
-        if len(row) != len(names):
+        if len(row) != len(header):
             raise InvalidInputError(
-                f"{file}: line {line}: expected {len(names)} numbers, separated by commas and with decimal points, "
+                f"{file}: line {line}: expected {len(header)} numbers, separated by commas and with decimal points, "
                 f"got {len(row)}: {', '.join(row)}"
             )
-        for k, name in enumerate(columns):
-            place = names.index(name)
-            table[i, k] = _cell(row[place], f"{file}: line {line}, column {name!r}") * to_si(header[place][1])
+        for k, place in enumerate(places):
+            name, unit = header[place]
+            table[i, k] = _cell(row[place], f"{file}: line {line}, column {name!r}") * to_si(unit)
     return table
 
 

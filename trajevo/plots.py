@@ -122,15 +122,15 @@ def profiles(
         Array of four Axes. Dashed lines are a joint's limits; grey is beyond every joint's. Where metres and radians
         meet, every joint is shown as a share of its limits, its range of positions from -1 to 1.
     """
-    rollout = rollout_of(motion)
+    rollout, length = rollout_of(motion), "m"
     if isinstance(motion, Solution):
         problem = motion.front.problem
-        angle = angle or problem.angle
+        angle, length = angle or problem.angle, problem.length
         via_times = problem.via_times(motion.x)[0] if via_times is None else via_times
     panels = _panels(axes, 4, 4, (7.2, 9.0))
     sampled, robot = rollout.trajectory[0].sample(samples), rollout.robot
     for order, (panel, values) in enumerate(zip(panels, (sampled.q, sampled.v, sampled.a, sampled.j), strict=True)):
-        (lower, upper), offset, factor, label = _joint_axis(robot, order, angle or "rad")
+        (lower, upper), offset, factor, label = _joint_axis(robot, order, angle or "rad", length)
         drawn = (values[0] - offset) * factor
         low, high = (lower - offset) * factor, (upper - offset) * factor
         for joint, name in enumerate(robot.joint_names):
@@ -150,7 +150,7 @@ def profiles(
     return panels
 
 
-def _joint_axis(robot: Robot, order: int, angle: str) -> tuple[tuple[Array, Array], Array, Array, str]:
+def _joint_axis(robot: Robot, order: int, angle: str, length: str) -> tuple[tuple[Array, Array], Array, Array, str]:
     """Limits of a derivative, and offset, factor and label that bring all joints onto one axis.
 
     Joints of one unit are shown in it; metres and radians side by side are shown as a share of each joint's limit.
@@ -158,7 +158,7 @@ def _joint_axis(robot: Robot, order: int, angle: str) -> tuple[tuple[Array, Arra
     limits = robot.limits
     peak = (limits.upper, limits.velocity, limits.acceleration, limits.jerk)[order]
     bounds = (limits.lower, peak) if order == 0 else (-peak, peak)
-    units = [display(per_time(unit, order), angle=angle) for unit in robot.joint_units]
+    units = [display(per_time(unit, order), angle=angle, length=length) for unit in robot.joint_units]
     if len(set(units)) == 1:
         unit, factor = units[0]
         return bounds, np.zeros(robot.dof), np.full(robot.dof, factor), f"{DERIVATIVES[order]} [{pretty(unit)}]"
@@ -204,7 +204,10 @@ def _shown(front: Front, angle: str | None) -> tuple[Array, list[str], Array]:
     """Objectives in display units, axis labels, factors from SI."""
     if not len(front):
         raise InvalidInputError(f"the front is empty and cannot be drawn: {front.blocking}")
-    units = [display(objective.unit, angle=angle or front.record.angle) for objective in front.record.objectives]
+    record = front.record
+    units = [
+        display(objective.unit, angle=angle or record.angle, length=record.length) for objective in record.objectives
+    ]
     factors = np.array([factor for _, factor in units])
     labels = [
         f"{objective.name} [{pretty(unit)}]"

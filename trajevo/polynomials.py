@@ -32,11 +32,40 @@ def derivative(coefficients: Array, order: int = 1) -> Array:
 
 def values(coefficients: Array, u: Array) -> Array:
     """Horner's rule; ``u`` broadcasts against ``coefficients[0]``."""
-    result: Array = coefficients[-1] + np.zeros_like(u, dtype=coefficients.dtype)
+    result: Array = coefficients[-1] + np.zeros_like(u, dtype=np.result_type(coefficients, u))
     for row in coefficients[-2::-1]:
         result *= u
         result += row
     return result
+
+
+def shifted(coefficients: Array, by: Array) -> Array:
+    """Coefficients in powers of u - by, the same polynomial; ``by`` broadcasts against ``coefficients[0]``."""
+    result: Array = coefficients + np.zeros_like(by, dtype=np.result_type(coefficients, by))
+    for k in range(len(result) - 1):
+        for i in range(len(result) - 2, k - 1, -1):
+            result[i] += by * result[i + 1]
+    return result
+
+
+def root_of_rising(coefficients: Array) -> Array:
+    """Where polynomials that rise on [0, 1] from below 0 to above are 0; one that does not has its end there.
+
+    Args:
+        coefficients: shape (degree + 1, M); the imaginary part of a root is its derivative, as everywhere here.
+
+    Returns:
+        Shape (M,).
+    """
+    real = np.ascontiguousarray(coefficients.real)
+    left, right = np.zeros(real.shape[1]), np.ones(real.shape[1])
+    roots: Array = _bracketed_newton(real, left, right, 0.5 * right, np.ones(real.shape[1], dtype=bool))
+    if not np.iscomplexobj(coefficients):
+        return roots
+    slope = values(derivative(real), roots)
+    moved = np.divide(-values(coefficients, roots).imag, slope, out=np.zeros_like(slope), where=slope > 0.0)
+    stepped: Array = roots + 1j * moved
+    return stepped
 
 
 def extremes(coefficients: Array, orders: int) -> tuple[Array, Array]:

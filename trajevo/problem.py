@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import copy
-import inspect
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import EntryPoint, entry_points
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,15 +13,13 @@ from pymoo.core.problem import Problem
 from trajevo.arrays import Array, keep_heap, numbers, read_only
 from trajevo.constraints import Constraint
 from trajevo.dynamics import Dynamics, Rollout
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError
 from trajevo.interpolants import Interpolant, Variable
 from trajevo.objectives import Objective
 from trajevo.payload import Payload
 from trajevo.robot import Robot
 from trajevo.selection import Weights
 from trajevo.trajectory import TrajectoryBatch
-
-ENTRY_POINT_GROUP = "trajevo.problems"
 
 #: Far below rounding of any real part: the imaginary part over it is the derivative.
 _COMPLEX_STEP = 1e-20
@@ -50,6 +46,38 @@ class Evolution:
     mutation_index: float = 20.0
 
 
+@dataclass(frozen=True, eq=False)
+class SmoothForm:
+    """A problem again, with objectives and constraints that a gradient solver can differentiate.
+
+    Attributes:
+        problem: the smooth problem, its objectives the same.
+        into: decision vectors of the problem -> of the smooth one, rows to rows.
+        back: decision vectors of the smooth one -> of the problem, where limits hold that the smooth one only nearly
+            keeps.
+    """
+
+    problem: TrajectoryProblem
+    into: Callable[[Array], Array]
+    back: Callable[[Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """What the solutions of a problem stand for when each is a whole curve of solutions of another.
+
+    Attributes:
+        problem: the other problem.
+        points: X (N, n_var) and F (N, n_obj) of the problem -> decision vectors and objectives of the other, along the
+            curves' lower envelope.
+        fold: decision vectors of the other -> of the problem.
+    """
+
+    problem: TrajectoryProblem
+    points: Callable[[Array, Array], tuple[Array, Array]]
+    fold: Callable[[Array], Array]
+
+
 class TrajectoryProblem(Problem):
     """A multi-objective trajectory problem that stock pymoo can minimise.
 
@@ -70,6 +98,9 @@ class TrajectoryProblem(Problem):
         paper_weights: weights and scales of the paper's weighted sum, where it has one.
         reference_point: objective values that bound the hypervolume, shape (n_obj,), or None.
         angle: unit in which people read this problem's angles, ``"rad"`` or ``"deg"``.
+        length: unit in which people read its lengths, ``"m"`` or ``"mm"``.
+        smooth: the form that gradient solvers are given, or None for the problem itself.
+        expansion: the problem that its solutions are curves of, or None.
 
     Raises:
         InvalidInputError: no objectives, names that repeat, or a reference point of another length.
@@ -79,6 +110,8 @@ class TrajectoryProblem(Problem):
     title: ClassVar[str] = "trajectory problem"
     evolution: ClassVar[Evolution] = Evolution()
     paper_weights: ClassVar[Weights | None] = None
+    smooth: SmoothForm | None = None
+    expansion: Expansion | None = None
 
     def __init__(
         self,
@@ -90,6 +123,7 @@ class TrajectoryProblem(Problem):
         payload_range: tuple[float, float] | None = None,
         reference_point: Sequence[float] | None = None,
         angle: str = "rad",
+        length: str = "m",
     ) -> None:
         keep_heap()
         self.dynamics = dynamics
@@ -97,7 +131,7 @@ class TrajectoryProblem(Problem):
         self.payload_range = payload_range
         self.objectives = tuple(objectives)
         self.constraints = tuple(constraints)
-        self.angle = angle
+        self.angle, self.length = angle, length
         for kind, names in (("objectives", self.objective_names), ("constraints", self.constraint_names)):
             if len(set(names)) != len(names):
                 raise InvalidInputError(f"{kind}: names must differ, got {list(names)}")
@@ -221,46 +255,3 @@ class TrajectoryProblem(Problem):
             except Exception as error:  # noqa: BLE001 - as above; the message is kept and reported
                 failures[i] = f"{type(error).__name__}: {error}"
         return F, G, failures
-
-
-def list_problems() -> dict[str, EntryPoint]:
-    """Registered problems by name: trajevo's own and those of other installed packages."""
-    return {point.name: point for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name)}
-
-
-def problem_class(name: str) -> type[TrajectoryProblem]:
-    """Class of a registered problem.
-
-    Raises:
-        UnknownNameError: no such problem.
-        InvalidInputError: what is registered is not a TrajectoryProblem.
-    """
-    registered = list_problems()
-    if name not in registered:
-        raise UnknownNameError("problem", name, registered)
-    try:
-        found = registered[name].load()
-    except (ImportError, AttributeError) as error:
-        raise InvalidInputError(f"problem {name!r}: {registered[name].value} cannot be imported: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, TrajectoryProblem)):
-        raise InvalidInputError(f"problem {name!r}: {registered[name].value} is not a TrajectoryProblem")
-    return found
-
-
-def load_problem(name: str, **arguments: Any) -> TrajectoryProblem:
-    """Make a registered problem.
-
-    Args:
-        name: a key of :func:`list_problems`.
-        **arguments: the problem's own keyword arguments.
-
-    Raises:
-        UnknownNameError: no such problem.
-        InvalidInputError: the problem takes no such argument, or refuses its value.
-    """
-    found = problem_class(name)
-    accepted = list(inspect.signature(found).parameters)
-    for key in arguments:
-        if key not in accepted:
-            raise InvalidInputError(f"problem {name!r} takes no {key!r}; it takes: {', '.join(accepted)}")
-    return found(**arguments)

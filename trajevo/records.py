@@ -53,6 +53,7 @@ class ProblemRecord(_Record):
     robot: str
     robot_reference: str
     angle: str
+    length: str = "m"
     payload: dict[str, Any]
     limits: dict[str, tuple[float | None, ...]]
     variables: tuple[VariableRecord, ...]
@@ -69,6 +70,7 @@ class ProblemRecord(_Record):
             robot=problem.robot.name,
             robot_reference=problem.robot.reference,
             angle=problem.angle,
+            length=problem.length,
             payload=problem.dynamics.payload.settings,
             limits={name: _finite(values) for name, values in vars(problem.robot.limits).items()},
             variables=tuple(

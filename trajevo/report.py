@@ -35,7 +35,10 @@ def choices(front: Front) -> tuple[Solution, ...]:
 
 def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[str, float]]:
     """Per objective the column header with its unit and the factor from SI."""
-    shown = [display(objective.unit, angle=angle or front.record.angle) for objective in front.record.objectives]
+    record = front.record
+    shown = [
+        display(objective.unit, angle=angle or record.angle, length=record.length) for objective in record.objectives
+    ]
     return [
         (f"{objective.name} [{pretty(unit)}]", factor)
         for objective, (unit, factor) in zip(front.record.objectives, shown, strict=True)

@@ -28,6 +28,7 @@ _TO_SI: dict[str, tuple[float, str]] = {
 }
 
 ANGLE_UNITS = ("rad", "deg")
+LENGTH_UNITS = ("m", "mm")
 
 
 def si_unit(unit: str) -> str:
@@ -40,24 +41,50 @@ def to_si(unit: str) -> float:
     return _lookup(unit)[0]
 
 
-def display(unit: str, *, angle: str) -> tuple[str, float]:
+def quantity(text: str, unit: str, *, name: str) -> float:
+    """A number with its unit, ``"150 mm/s"``, in SI.
+
+    Args:
+        text: what was written.
+        unit: the SI unit it must convert to.
+        name: name of the argument, for the message.
+
+    Raises:
+        InvalidInputError: no number, no unit, or one of another kind.
+    """
+    value, _, written = text.strip().partition(" ")
+    try:
+        number, (factor, found) = float(value), _TO_SI[written.strip()]
+    except (ValueError, KeyError):
+        number, factor, found = math.nan, 1.0, ""
+    if math.isnan(number) or found != unit:
+        raise InvalidInputError(f"{name}: expected a number and a unit that converts to {unit}, got {text!r}")
+    return number * factor
+
+
+def display(unit: str, *, angle: str, length: str = "m") -> tuple[str, float]:
     """Unit that people read and the factor from SI to it.
 
     Args:
         unit: an SI unit.
         angle: ``"rad"`` or ``"deg"``; units without an angle stay as they are.
+        length: ``"m"`` or ``"mm"``; the same for lengths.
 
     Returns:
         The unit to print and the factor to multiply SI values by.
 
     Raises:
-        UnknownNameError: the angle unit is neither.
+        UnknownNameError: a unit is neither.
     """
     if angle not in ANGLE_UNITS:
         raise UnknownNameError("angle unit", angle, ANGLE_UNITS)
+    if length not in LENGTH_UNITS:
+        raise UnknownNameError("length unit", length, LENGTH_UNITS)
     if angle == "deg" and unit.startswith("rad"):
         shown = "deg" + unit.removeprefix("rad")
         return shown, 1.0 / to_si(shown)
+    if length == "mm" and re.match(r"m(\^2)?($|/)", unit):
+        return "m" + unit, 1e6 if unit.startswith("m^2") else 1e3
     return unit, 1.0
 
 

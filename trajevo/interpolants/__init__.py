@@ -5,13 +5,16 @@ from trajevo.interpolants.hybrid_quartic import HybridQuartic
 from trajevo.interpolants.interpolant import Interpolant, Variable
 from trajevo.interpolants.profiles import stop_and_go
 from trajevo.interpolants.quintic import QuinticSpline
+from trajevo.interpolants.reparameterised import LinearReparameterisation, Reparameterisation
 from trajevo.interpolants.septic import SepticPolynomial, SepticSpline, State
 
 __all__ = [
     "CubicSpline",
     "HybridQuartic",
     "Interpolant",
+    "LinearReparameterisation",
     "QuinticSpline",
+    "Reparameterisation",
     "SepticPolynomial",
     "SepticSpline",
     "State",

@@ -22,6 +22,7 @@ from trajevo.interpolants.interpolant import (
     duration_variables,
 )
 from trajevo.path import ViaPoints
+from trajevo.piecewise import PolynomialBatch
 from trajevo.trajectory import TrajectoryBatch
 
 
@@ -68,7 +69,7 @@ class CubicSpline(Interpolant):
         velocity = (q[1:] - q[:-1]) / step - step * (2.0 * a[:-1] + a[1:]) / 6.0
         cubic = (a[1:] - a[:-1]) / (6.0 * step)
         coefficients = np.stack([q[:-1], velocity, 0.5 * a[:-1], cubic], axis=-1)
-        return TrajectoryBatch(breaks_of(h), np.moveaxis(coefficients, 0, 1))
+        return PolynomialBatch(breaks_of(h), np.moveaxis(coefficients, 0, 1))
 
     def via_times(self, x: Array) -> Array:
         """Instants of all knots but the two virtual ones, (B, m - 1) -> (B, m₀) [s]."""

@@ -13,6 +13,7 @@ import numpy as np
 from trajevo.arrays import Array, frozen
 from trajevo.interpolants.interpolant import breaks_of
 from trajevo.path import ViaPoints
+from trajevo.piecewise import PolynomialBatch
 from trajevo.trajectory import TrajectoryBatch
 
 
@@ -63,7 +64,7 @@ def odd_spline(points: ViaPoints, durations: Array, r: int) -> TrajectoryBatch:
     states[..., 0] = points.positions
     if segments > 1:
         states[:, 1:-1, :, 1:] = _inner_derivatives(points.positions, durations, r)
-    return TrajectoryBatch(breaks_of(durations), hermite_segments(states[:, :-1], states[:, 1:], durations))
+    return PolynomialBatch(breaks_of(durations), hermite_segments(states[:, :-1], states[:, 1:], durations))
 
 
 def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:

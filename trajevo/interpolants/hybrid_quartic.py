@@ -32,6 +32,7 @@ from trajevo.interpolants.interpolant import (
     duration_variables,
 )
 from trajevo.path import ViaPoints
+from trajevo.piecewise import PolynomialBatch
 from trajevo.trajectory import TrajectoryBatch
 
 #: Uniform quartic B-spline, eq. (17): rows are powers of u, columns the five control points.
@@ -101,7 +102,7 @@ class HybridQuartic(Interpolant):
         last = hermite_segments(leave, self._rest(leave, -1), durations[:, -1:])
         pieces = np.repeat(inner / PIECES, PIECES, axis=1)
         breaks = breaks_of(np.concatenate([durations[:, :1], pieces, durations[:, -1:]], axis=1))
-        return TrajectoryBatch(breaks, np.concatenate([first, spline, last], axis=1))
+        return PolynomialBatch(breaks, np.concatenate([first, spline, last], axis=1))
 
     def via_times(self, x: Array) -> Array:
         """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""

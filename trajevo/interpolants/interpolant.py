@@ -78,14 +78,20 @@ def duration_variables(count: int, bounds: tuple[float, float], symbol: str = "d
     return tuple(Variable(f"{symbol}_{i + 1}", "s", *bounds) for i in range(count))
 
 
+def decision_vectors(x: Any, count: int, what: str = "decision vectors") -> Array:
+    """Rows of numbers as an array (B, count); complex ones stay complex."""
+    try:
+        rows = np.asarray(x, dtype=np.complex128 if np.iscomplexobj(x) else np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInputError(f"x: expected {what} of shape (B, {count}), got {x!r}") from None
+    if rows.ndim != 2 or rows.shape[1] != count:
+        raise InvalidInputError(f"x: expected {what} of shape (B, {count}), got {rows.shape}")
+    return rows
+
+
 def check_durations(x: Any, count: int) -> Array:
     """Segment times as an array (B, n_segments), every one positive and finite [s]; complex ones stay complex."""
-    try:
-        durations = np.asarray(x, dtype=np.complex128 if np.iscomplexobj(x) else np.float64)
-    except (TypeError, ValueError):
-        raise InvalidInputError(f"x: expected segment times of shape (B, {count}), got {x!r}") from None
-    if durations.ndim != 2 or durations.shape[1] != count:
-        raise InvalidInputError(f"x: expected segment times of shape (B, {count}), got {durations.shape}")
+    durations = decision_vectors(x, count, "segment times")
     good = np.isfinite(durations) & (durations.real > 0.0)
     if not good.all():
         row, segment = (int(i) for i in np.argwhere(~good)[0])

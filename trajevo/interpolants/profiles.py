@@ -15,6 +15,7 @@ from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.interpolants.hermite import hermite_segments
 from trajevo.path import ViaPoints
+from trajevo.piecewise import PolynomialBatch
 from trajevo.robot import JointLimits
 from trajevo.trajectory import TrajectoryBatch
 
@@ -61,7 +62,7 @@ def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str) -> Traj
         durations.append(phase_durations[kept])
         coefficients.append(segment)
     breaks = np.concatenate([[0.0], np.cumsum(np.concatenate(durations))])
-    return TrajectoryBatch(breaks[None], np.concatenate(coefficients)[None])
+    return PolynomialBatch(breaks[None], np.concatenate(coefficients)[None])
 
 
 def _trapezoid(velocity: float, acceleration: float, jerk: float) -> _Phases:
@@ -94,7 +95,7 @@ def _septic(velocity: float, acceleration: float, jerk: float) -> _Phases:
     rest = np.zeros((1, 1, 1, 4))
     there = rest.copy()
     there[..., 0] = 1.0
-    unit = TrajectoryBatch(np.array([[0.0, 1.0]]), hermite_segments(rest, there, np.ones((1, 1))))
+    unit = PolynomialBatch(np.array([[0.0, 1.0]]), hermite_segments(rest, there, np.ones((1, 1))))
     peaks = [float(unit.peak(order)[0, 0]) for order in (1, 2, 3)]
     duration = max(
         (peak / limit) ** (1.0 / order)

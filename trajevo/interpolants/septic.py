@@ -20,6 +20,7 @@ from trajevo.interpolants.interpolant import (
     duration_variables,
 )
 from trajevo.path import ViaPoints
+from trajevo.piecewise import PolynomialBatch
 from trajevo.trajectory import TrajectoryBatch
 
 
@@ -88,7 +89,7 @@ class SepticPolynomial(Interpolant):
         durations = check_durations(x, 1)
         shape = (len(durations), 1, *self.start.taylor.shape)
         start, end = np.broadcast_to(self.start.taylor, shape), np.broadcast_to(self.end.taylor, shape)
-        return TrajectoryBatch(breaks_of(durations), hermite_segments(start, end, durations))
+        return PolynomialBatch(breaks_of(durations), hermite_segments(start, end, durations))
 
     def via_times(self, x: Array) -> Array:
         """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""

@@ -1,0 +1,85 @@
+"""The two paths of Paing 2021, with the limits and the longest time they come with.
+
+Files and coordinates are in mm, everything handed out is SI.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.curve import GeometricPath
+
+#: "GEMINI (smoothed)" of the UIUC airfoil collection: 79 points, upper trailing edge to lower, in chords.
+GEMINI_FILE = Path(__file__).with_name("geminism.dat")
+
+#: Chord of the airfoil, section VI.C [m].
+CHORD = 0.1
+
+#: Radius of the two arcs of the S [m]. The paper prints no coordinates: it is chosen so that the best trade-off takes
+#: as long as the paper's, 3.63 s.
+S_RADIUS = 0.0214
+
+#: Directions of the points of the S from the centres of its arcs [deg].
+_UPPER_DEG, _LOWER_DEG = (30.0, 90.0, 150.0, 210.0, 270.0), (30.0, -30.0, -90.0, -150.0)
+
+
+@dataclass(frozen=True)
+class ExamplePath:
+    """A path with what it is run under.
+
+    Attributes:
+        title: one line.
+        make: makes the path.
+        velocity: of each axis [m/s].
+        acceleration: [m/s²].
+        jerk: [m/s³].
+        longest_time: t_max [s].
+    """
+
+    title: str
+    make: Callable[[], GeometricPath]
+    velocity: float
+    acceleration: float
+    jerk: float
+    longest_time: float
+
+
+def gemini_points() -> Array:
+    """Points of the GEMINI airfoil, shape (79, 2) [m]."""
+    return CHORD * np.loadtxt(GEMINI_FILE, skiprows=1)
+
+
+def s_points() -> Array:
+    """Nine points on two arcs that meet in the origin, shape (9, 2) [m]."""
+    arcs = [(S_RADIUS, _UPPER_DEG), (-S_RADIUS, _LOWER_DEG)]
+    return np.concatenate(
+        [
+            S_RADIUS * np.stack([np.cos(np.radians(angles)), np.sin(np.radians(angles))], axis=1) + [0.0, centre]
+            for centre, angles in arcs
+        ]
+    )
+
+
+def gemini() -> GeometricPath:
+    """Order 6, 12 control points near the points, section VI.C.
+
+    Knots ``"shifted"`` are the rule of Piegl and Tiller with its indices counted from 1: of all rules tried it alone
+    gives the printed errors, 123.34 and 8.17 mm².
+    """
+    return GeometricPath.near(gemini_points(), control_points=12, parameters="chord", knots="shifted")
+
+
+def s_shape() -> GeometricPath:
+    """Order 6 through nine points, section VI.B."""
+    return GeometricPath.through(s_points())
+
+
+EXAMPLE_PATHS = {
+    "gemini": ExamplePath("GEMINI airfoil, chord 100 mm", gemini, 0.150, 1.0, 30.0, 8.0),
+    "s": ExamplePath("S of two arcs of 21.4 mm", s_shape, 0.080, 0.5, 20.0, 6.0),
+}

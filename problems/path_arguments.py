@@ -1,0 +1,151 @@
+"""What a user may write for a path, the limits of its axes and the longest time, turned into SI and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from problems.example_paths import EXAMPLE_PATHS, ExamplePath
+from trajevo.arrays import Array, numbers
+from trajevo.curve import GeometricPath
+from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.path import read_points
+from trajevo.robot import Robot
+from trajevo.units import display, per_time, quantity
+
+#: Derivative that each limit is of.
+_DERIVATIVES = {"velocity": 1, "acceleration": 2, "jerk": 3}
+
+
+def path_of(path: Any, control_points: int | None, robot: Robot) -> GeometricPath:
+    """The path that an argument means, its axes those of a robot.
+
+    Raises:
+        UnknownNameError: text that is neither a name nor a file.
+        InvalidInputError: points that cannot be used, another number of axes, or a path out of an axis' range.
+    """
+    if isinstance(path, str) and path in EXAMPLE_PATHS:
+        found, source = EXAMPLE_PATHS[path].make(), f"path {path!r}"
+    elif isinstance(path, GeometricPath):
+        found, source = path, "path"
+    elif isinstance(path, Mapping):
+        found, source = _from_settings(path), "path"
+    elif isinstance(path, str | Path):
+        found, source = _from_file(path, control_points, robot), str(path)
+    else:
+        found, source = _fitted(numbers(path, name="path", shape=("n_points", "n_axes")), control_points), "path"
+    if found.n_axes != robot.dof:
+        raise InvalidInputError(
+            f"{source}: {found.n_axes} axes, but robot {robot.name!r} has {robot.dof}: {', '.join(robot.joint_names)}"
+        )
+    least, greatest = found.extremes(0)
+    for axis, name in enumerate(robot.joint_names):
+        low, high = robot.limits.lower[axis], robot.limits.upper[axis]
+        if least[axis] < low or greatest[axis] > high:
+            unit = robot.joint_units[axis]
+            raise InvalidInputError(
+                f"{source}: runs from {least[axis]:.6g} to {greatest[axis]:.6g} {unit} along {name!r}, "
+                f"outside its range {low:.6g} to {high:.6g} {unit}"
+            )
+    return found
+
+
+def with_limits(
+    robot: Robot, example: ExamplePath | None, given: Mapping[str, Any], *, own: bool, length: str
+) -> Robot:
+    """A robot with the limits that count: given ones, else those of an example path, else its own where it was named.
+
+    Raises:
+        InvalidInputError: no limit at all, or one that is not positive; the message names it and the axis.
+    """
+    found = {}
+    for name, value in given.items():
+        if value is not None:
+            found[name] = _limit(value, name, robot)
+        elif example is not None and not own:
+            found[name] = np.full(robot.dof, getattr(example, name))
+        elif own:
+            found[name] = getattr(robot.limits, name)
+        else:
+            unit = display(per_time(robot.joint_units[0], _DERIVATIVES[name]), angle="deg", length=length)[0]
+            raise InvalidInputError(
+                f"{name}: a path of your own needs a limit for every axis: {name}='100 {unit}', "
+                f"or name a robot whose limits count"
+            )
+    return replace(robot, limits=replace(robot.limits, **found))
+
+
+def longest_of(longest: Any, example: ExamplePath | None) -> float:
+    """The longest time [s].
+
+    Raises:
+        InvalidInputError: none is given, or it is not positive.
+    """
+    if longest is None and example is not None:
+        return example.longest_time
+    if longest is None:
+        raise InvalidInputError("longest_time: a path of your own needs the longest time that is allowed [s]")
+    value = quantity(longest, "s", name="longest_time") if isinstance(longest, str) else longest
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not 0.0 < value < np.inf:
+        raise InvalidInputError(f"longest_time: expected a positive time [s], got {longest!r}")
+    return float(value)
+
+
+def at_rest(path: GeometricPath) -> GeometricPath:
+    """The path laid anew through or near its own positions, its first two derivatives zero at both ends."""
+    u = np.asarray(path.parameters)
+    options: dict[str, Any] = {"order": path.order, "parameters": u, "knots": "quantiles", "at_rest": True}
+    if len(u) > len(path.control_points):
+        return GeometricPath.near(path(u), control_points=len(path.control_points) + 4, **options)
+    return GeometricPath.through(path(u), **options)
+
+
+def _from_settings(settings: Mapping[str, Any]) -> GeometricPath:
+    try:
+        return GeometricPath(**settings)
+    except TypeError:
+        raise InvalidInputError(
+            f"path: expected knots, control_points and parameters, got {', '.join(map(str, settings))}"
+        ) from None
+
+
+def _from_file(file: str | Path, control_points: int | None, robot: Robot) -> GeometricPath:
+    if not Path(file).is_file():
+        raise UnknownNameError("path", file, [*EXAMPLE_PATHS, "a CSV file of points"])
+    points, units = read_points(file)
+    for column, (unit, expected) in enumerate(zip(units, robot.joint_units, strict=False), start=1):
+        if unit != expected:
+            raise InvalidInputError(f"{file}: column {column}: expected a unit that converts to {expected}, got {unit}")
+    try:
+        return _fitted(points, control_points)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{file}: {error}") from error
+
+
+def _fitted(points: Array, control_points: int | None) -> GeometricPath:
+    if control_points is None:
+        return GeometricPath.through(points)
+    return GeometricPath.near(points, control_points=control_points)
+
+
+def _limit(value: Any, name: str, robot: Robot) -> Array:
+    """One limit for all axes or one for each, numbers in SI or texts with their units; ``inf`` must be explicit."""
+    single = isinstance(value, str) or np.ndim(value) == 0
+    entries = [value] * robot.dof if single else list(value)
+    if len(entries) != robot.dof:
+        raise InvalidInputError(f"{name}: expected one limit or {robot.dof}, one for each axis, got {len(entries)}")
+    limits = np.empty(robot.dof)
+    for axis, entry in enumerate(entries):
+        unit = per_time(robot.joint_units[axis], _DERIVATIVES[name])
+        if isinstance(entry, str):
+            entry = float("inf") if entry.strip() == "inf" else quantity(entry, unit, name=name)
+        if isinstance(entry, bool) or not isinstance(entry, int | float | np.number) or not entry > 0.0:
+            raise InvalidInputError(
+                f"{name}: expected a positive limit [{unit}] or inf for axis {robot.joint_names[axis]!r}, got {entry!r}"
+            )
+        limits[axis] = entry
+    return limits

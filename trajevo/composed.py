@@ -1,0 +1,120 @@
+"""Trajectories along a fixed path: s(u(t)), whose shape does not depend on the decision variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, SupportsIndex, final
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen, read_only
+from trajevo.course import ORDERS, Course
+from trajevo.errors import InvalidInputError
+from trajevo.trajectory import TrajectoryBatch, checked_order, chosen_rows
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ComposedBatch(TrajectoryBatch):
+    """B runs along one path, each a way to run in unit time stretched to a duration.
+
+    Peaks are guaranteed: never less than the true ones, and more by at most the course's tolerance.
+
+    Attributes:
+        course: the ways in unit time.
+        durations: shape (B,) [s]; complex steps are kept.
+        breaks: instants where u(t) changes its polynomial or crosses a knot of the path, shape (B, S + 1) [s].
+
+    Raises:
+        InvalidInputError: another number of durations, or one that is not positive.
+    """
+
+    course: Course
+    durations: Array
+    breaks: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        durations = read_only(self.durations)
+        if durations.shape != (len(self.course),):
+            raise InvalidInputError(f"durations: expected shape ({len(self.course)},), got {durations.shape}")
+        if not (np.isfinite(durations).all() and (durations.real > 0.0).all()):
+            raise InvalidInputError(f"durations: expected positive times [s], got {durations.tolist()}")
+        object.__setattr__(self, "durations", durations)
+        object.__setattr__(self, "breaks", frozen(self.course.breaks * durations[:, None]))
+
+    def __len__(self) -> int:
+        return len(self.durations)
+
+    def __getitem__(self, index: SupportsIndex | slice) -> ComposedBatch:
+        rows = chosen_rows(len(self), index)
+        return ComposedBatch(self.course.rows(rows), self.durations[rows])
+
+    @property
+    def n_joints(self) -> int:
+        """Number of axes of the path."""
+        return self.course.path.n_axes
+
+    def evaluate(self, t: Array, derivative: int = 0) -> Array:
+        """Values at instants; derivatives up to the jerk."""
+        order = _up_to_jerk(derivative)
+        unit = np.clip((self._instants(t) / self.durations[:, None]).real, 0.0, 1.0)
+        return frozen(np.moveaxis(self.course.at(unit, order), 0, -1) * self._scale(order)[:, None, None])
+
+    def at_shares(self, u: Array, derivative: int) -> Array:
+        """Values at shares of every segment; derivatives up to the jerk."""
+        order = _up_to_jerk(derivative)
+        values = np.moveaxis(self.course.at_shares(np.asarray(u, dtype=np.float64), order), 0, -1)
+        return frozen(values.reshape(len(self), -1, self.n_joints) * self._scale(order)[:, None, None])
+
+    def extremes(self, derivative: int) -> tuple[Array, Array]:
+        """Guaranteed bounds of the least and the greatest value; exact for the position."""
+        order = _up_to_jerk(derivative)
+        lower, upper = (bound * self._scale(order)[:, None] for bound in self.course.extremes(order))
+        return frozen(lower), frozen(upper)
+
+    def peak(self, derivative: int) -> Array:
+        """Guaranteed bound of the greatest absolute value; exact for the position."""
+        order = _up_to_jerk(derivative)
+        if order == 0:
+            lower, upper = self.extremes(0)
+            return frozen(np.maximum(-lower, upper))
+        return frozen(self.course.peak(order) * self._scale(order)[:, None])
+
+    def hull_peak(self, derivative: int) -> Array:
+        """The paper's bound (20)-(25) of the velocity, acceleration or jerk, shape (B, n_axes) [SI/s^derivative]."""
+        return frozen(self.course.hull_terms(derivative).max(axis=2) * self._scale(derivative)[:, None])
+
+    def integral_of_square(self, derivative: int) -> Array:
+        """By Gauss-Legendre quadrature with as many nodes as make it exact for every segment."""
+        order = _up_to_jerk(derivative)
+        return frozen(self.course.integral_of_square(order) * (self.durations ** (1 - 2 * order))[:, None])
+
+    def jump(self, derivative: int) -> Array:
+        """Value after minus value before each inner break."""
+        ends = self.at_shares(np.array([0.0, 1.0]), derivative).reshape(len(self), -1, 2, self.n_joints)
+        return frozen(ends[:, 1:, 0] - ends[:, :-1, 1])
+
+    def definition(self, index: int) -> dict[str, Any]:
+        """Both B-splines: the path s(u) and the run u(t / duration)."""
+        path, course = self.course.path, self.course
+        return {
+            "kind": "s(u(t / duration)), both clamped B-splines",
+            "duration [s]": float(self.durations[index]),
+            "path": {"order": path.order, "knots": path.knots.tolist(), "control_points": path.control_points.tolist()},
+            "u": {
+                "order": course.order,
+                "knots": course.knots.tolist(),
+                "control_points": course.control_points[index].tolist(),
+            },
+        }
+
+    def _scale(self, derivative: int) -> Array:
+        scale: Array = self.durations ** float(-derivative)
+        return scale
+
+
+def _up_to_jerk(derivative: int) -> int:
+    order = checked_order(derivative)
+    if order > max(ORDERS):
+        raise InvalidInputError(f"derivative: expected 0 to {max(ORDERS)}, got {derivative}")
+    return order

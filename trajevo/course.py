@@ -1,0 +1,277 @@
+"""Ways to run along a fixed path in one unit of time: s(u(t)), 0 <= t <= 1, with B-splines s(u) and u(t).
+
+Numbers in brackets are equations of Paing 2021. Between the instants where a piece of u(t) ends or where u(t) crosses a
+knot of the path, s(u(t)) is a polynomial of degree (order of path - 1) x (order of u - 1); everything is computed
+segment by segment between those instants, for all ways at once. A run that takes T seconds has the d-th derivatives of
+the unit run divided by T^d.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from math import factorial, perm
+from typing import final
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from trajevo import polynomials
+from trajevo.arrays import Array, frozen, read_only
+from trajevo.bounds import gauss, greatest_magnitude, local_greatest
+from trajevo.curve import GeometricPath
+from trajevo.errors import InvalidInputError
+
+#: Velocity, acceleration, jerk.
+ORDERS = (1, 2, 3)
+
+#: Tolerances of bounds that floating point can hold.
+TOLERANCES = (1e-8, 0.1)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Course:
+    """B ways to run along one path in unit time.
+
+    Attributes:
+        path: s(u).
+        control_points: c of (6), which must not decrease from 0 to 1, shape (B, n_control_points); complex steps stay.
+        order: order of u(t); its inner knots are uniform.
+        tolerance: share by which a guaranteed peak may exceed the true one.
+
+    Raises:
+        InvalidInputError: shapes that do not fit, control points that decrease or do not run from 0 to 1, or a
+            tolerance out of range.
+    """
+
+    path: GeometricPath
+    control_points: Array
+    order: int = field(default=6, kw_only=True)
+    tolerance: float = field(default=1e-6, kw_only=True)
+
+    def __post_init__(self) -> None:
+        c = read_only(self.control_points)
+        object.__setattr__(self, "control_points", c)
+        if c.ndim != 2 or c.shape[1] < self.order:
+            raise InvalidInputError(
+                f"control_points: expected shape (B, n) with n of at least the order {self.order}, got {c.shape}"
+            )
+        steps = np.diff(c.real, axis=1)
+        if not ((steps >= 0.0).all() and (c[:, 0] == 0.0).all() and (c[:, -1] == 1.0).all()):
+            raise InvalidInputError("control_points: expected rows that run from 0 to 1 and do not decrease")
+        if not TOLERANCES[0] <= self.tolerance <= TOLERANCES[1]:
+            raise InvalidInputError(
+                f"tolerance: expected a number from {TOLERANCES[0]:g} to {TOLERANCES[1]:g}, got {self.tolerance!r}"
+            )
+
+    def __len__(self) -> int:
+        return len(self.control_points)
+
+    def rows(self, index: slice) -> Course:
+        """The ways of a slice of rows."""
+        return replace(self, control_points=self.control_points[index])
+
+    @property
+    def knots(self) -> Array:
+        """Knots of u(t), eq. (7), shape (n_control_points + order,)."""
+        return _knots(self.order, self.control_points.shape[1])
+
+    @property
+    def n_spans(self) -> int:
+        """Number of polynomial pieces of u(t)."""
+        return int(self.control_points.shape[1]) - self.order + 1
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Instants where segments meet, shape (B, S + 1), from 0 to 1; two may coincide."""
+        return frozen(self._segments[0])
+
+    def instants_of(self, u: Array) -> Array:
+        """Unit times at which the run reaches parameters of the path, shape (U,) -> (B, U)."""
+        at_ends = self._coefficients[0].real
+        span = (at_ends[:, 1:, None] <= u).sum(axis=1)
+        local = np.take_along_axis(self._coefficients, span[None], axis=2)
+        local[0] -= u
+        share = polynomials.root_of_rising(local.reshape(self.order, -1)).reshape(span.shape)
+        return frozen(np.where(u <= 0.0, 0.0, np.where(u >= 1.0, 1.0, (span + share) / self.n_spans)))
+
+    def parameter(self, t: Array, derivative: int = 0) -> Array:
+        """u(t) or one of its derivatives, eq. (8), at unit times of shape (B, T)."""
+        span = np.clip(np.floor(t.real * self.n_spans).astype(np.intp), 0, self.n_spans - 1)
+        local = polynomials.derivative(np.take_along_axis(self._coefficients, span[None], axis=2), derivative)
+        return polynomials.values(local, t * self.n_spans - span) * float(self.n_spans) ** derivative
+
+    def at(self, t: Array, derivative: int) -> Array:
+        """Value of a derivative of s(u(t)), eqs. (15)-(17), at unit times of shape (B, T) -> (n_axes, B, T)."""
+        u = [self.parameter(t, order) for order in range(derivative + 1)]
+        piece = np.searchsorted(self.path.breaks[1:-1], u[0].real, side="right")
+        return _chain(self.path, piece, u[0] - self.path.breaks[piece], u[1:], (derivative,))[0]
+
+    def at_shares(self, shares: Array, derivative: int) -> Array:
+        """The same at shares of every segment, (N,) -> (n_axes, B, S, N)."""
+        return self._chain_at(shares, (derivative,))[0]
+
+    def peak(self, derivative: int) -> Array:
+        """Guaranteed bound of a derivative's magnitude, within the tolerance of the true peak, shape (B, n_axes)."""
+        return frozen(self._peaks[derivative - 1])
+
+    def extremes(self, derivative: int) -> tuple[Array, Array]:
+        """Guaranteed lower and upper bound of a derivative, two arrays of shape (B, n_axes)."""
+        if derivative == 0:
+            least, greatest = self.path.extremes(0)
+            return np.tile(least, (len(self), 1)), np.tile(greatest, (len(self), 1))
+        values, reach = self._at_gauss[derivative - 1], self.peak(derivative)
+        lift = reach.T[:, :, None, None]
+        above, below = (self._bounded(v).T - reach for v in (lift + values, lift - values))
+        return -below, above
+
+    def hull_terms(self, derivative: int) -> Array:
+        """Terms whose greatest is the bound of (20)-(25), with both signs of what may have either, (B, n_axes, K).
+
+        For velocity S₁ V, for acceleration S₂ V² ± S₁ A, for jerk S₃ V³ ± 3 S₂ A V ± S₁ J, where S are the greatest
+        magnitudes of the path's derivatives and V, A, J the coefficients (10), (12), (14) of u(t). For velocity and
+        acceleration the bound is rigorous; for jerk the paper does not prove it.
+        """
+        s1, s2, s3 = (self.path.peak(order)[:, None] for order in ORDERS)
+        v, a, j = (self._derived(order)[:, None, :] for order in ORDERS)
+        if derivative == 1:
+            return s1 * v
+        if derivative == 2:
+            pairs = [(v[..., i : i + a.shape[-1]], a) for i in (0, 1)]
+            return np.concatenate([s2 * v**2 + sign * s1 * a for v, a in pairs for sign in (1, -1)], axis=2)
+        size = j.shape[-1]
+        triples = [(v[..., i : i + size], a[..., k : k + size]) for i, k in ((0, 0), (1, 0), (1, 1), (2, 1))]
+        return np.concatenate(
+            [
+                s3 * v**3 + turn * 3.0 * s2 * a * v + sign * s1 * j
+                for v, a in triples
+                for turn in (1, -1)
+                for sign in (1, -1)
+            ],
+            axis=2,
+        )
+
+    def local_terms(self, derivative: int) -> Array:
+        """Greatest value and greatest negative value in every piece of u(t), smooth in the control points.
+
+        Their greatest is the true peak as far as it is found near the best of many nodes; shape (B, n_axes, K).
+        """
+        found: Array = self._local[derivative - 1]
+        return found
+
+    def integral_of_square(self, derivative: int) -> Array:
+        """∫ (d-th derivative)² dt by Gauss-Legendre quadrature of every segment, exact, shape (B, n_axes)."""
+        _, weights = gauss(self._nodes)
+        if derivative == 0:
+            values, weights = self.at_shares(gauss(self._nodes + 1)[0], 0), gauss(self._nodes + 1)[1]
+        else:
+            values = self._at_gauss[derivative - 1]
+        widths = np.diff(self.breaks, axis=1)
+        return frozen((np.square(values) @ weights * widths).sum(axis=2).T)
+
+    @property
+    def _nodes(self) -> int:
+        """Gauss nodes that interpolate the velocity of a segment, and integrate its square, without error."""
+        return (self.path.order - 1) * (self.order - 1)
+
+    @cached_property
+    def _coefficients(self) -> Array:
+        """Powers of the share of the span, ascending, shape (order, B, n_spans)."""
+        flat = self.control_points @ _pieces(self.order, self.control_points.shape[1])
+        return np.ascontiguousarray(np.moveaxis(flat.reshape(len(self), self.order, -1), 1, 0))
+
+    @cached_property
+    def _segments(self) -> tuple[Array, Array, Array]:
+        """Ends of the segments (B, S + 1), and per segment the piece of u(t) and the piece of the path (B, S)."""
+        ends = np.tile(np.linspace(0.0, 1.0, self.n_spans + 1), (len(self), 1))
+        merged = np.concatenate([ends, self.instants_of(self.path.breaks[1:-1])], axis=1)
+        order = np.argsort(merged.real, axis=1, kind="stable")
+        crossing = order[:, :-1] > self.n_spans
+        span = np.cumsum(~crossing, axis=1) - 1
+        return np.take_along_axis(merged, order, axis=1), span, np.cumsum(crossing, axis=1)
+
+    def _chain_at(self, shares: Array, wanted: tuple[int, ...]) -> list[Array]:
+        """Derivatives of s(u(t)) at shares of every segment, each (n_axes, B, S, N)."""
+        ends, span, piece = self._segments
+        local = np.take_along_axis(self._coefficients, span[None], axis=2)
+        local = polynomials.shifted(local, ends[:, :-1] * self.n_spans - span)
+        local[0] -= self.path.breaks[piece]
+        widths = np.diff(ends, axis=1) * self.n_spans
+        scaled = [widths**k for k in range(self.order)]
+        u = []
+        for order in range(max(wanted) + 1):
+            rates = [perm(k, order) * float(self.n_spans) ** order for k in range(self.order)]
+            stretched = [local[k] * scaled[k - order] * rates[k] for k in range(order, self.order)]
+            u.append(np.stack(stretched, axis=-1) @ _powers(len(stretched), shares))
+        return _chain(self.path, piece[..., None], u[0], u[1:], wanted)
+
+    @cached_property
+    def _at_gauss(self) -> list[Array]:
+        return self._chain_at(gauss(self._nodes)[0], ORDERS)
+
+    @cached_property
+    def _peaks(self) -> Array:
+        return np.swapaxes(self._bounded(np.stack(self._at_gauss)), 1, 2)
+
+    @cached_property
+    def _local(self) -> Array:
+        values, span = np.stack([np.stack(self._at_gauss)] * 2), self._segments[1]
+        values[1] *= -1.0
+        runs = np.arange(values[..., 0, 0].size).reshape(values.shape[:-2])[..., None]
+        groups = (runs * self.n_spans + span).ravel()
+        found = local_greatest(values.reshape(-1, values.shape[-1]), groups)
+        both = found.reshape(*values.shape[:-2], self.n_spans)
+        return np.swapaxes(np.concatenate([both[0], both[1]], axis=-1), 1, 2)
+
+    def _bounded(self, values: Array) -> Array:
+        """Bound of every run's magnitude, (..., S, N) -> (...)."""
+        flat = values.reshape(-1, *values.shape[-2:])
+        return greatest_magnitude(flat, self.tolerance).reshape(values.shape[:-2])
+
+    def _derived(self, derivative: int) -> Array:
+        """Coefficients of a derivative of u(t): (10), (12), (14), shape (B, n_control_points - derivative)."""
+        knots, c = self.knots, self.control_points
+        for taken in range(1, derivative + 1):
+            degree = self.order - taken
+            width = knots[self.order : self.order + c.shape[1] - 1] - knots[taken : taken + c.shape[1] - 1]
+            c = degree * np.diff(c, axis=1) / width
+        return c
+
+
+def _chain(path: GeometricPath, piece: Array, offset: Array, u: list[Array], wanted: tuple[int, ...]) -> list[Array]:
+    """Derivatives of s(u) in time from u - break and the derivatives of u: (15)-(17)."""
+
+    def s(order: int) -> Array:
+        return polynomials.values(path.pieces(order)[..., piece], offset)
+
+    if wanted == (0,):
+        return [s(0)]
+    first = s(1)
+    found = {1: first * u[0]}
+    if max(wanted) > 1:
+        second, squared = s(2), u[0] * u[0]
+        found[2] = second * squared + first * u[1]
+    if max(wanted) > 2:
+        found[3] = s(3) * (squared * u[0]) + second * (3.0 * u[0] * u[1]) + first * u[2]
+    return [found[order] for order in wanted]
+
+
+@cache
+def _knots(order: int, count: int) -> Array:
+    """Clamped uniform knots of (7) in unit time, shape (count + order,)."""
+    return frozen(np.concatenate([np.zeros(order - 1), np.linspace(0.0, 1.0, count - order + 2), np.ones(order - 1)]))
+
+
+@cache
+def _pieces(order: int, count: int) -> Array:
+    """Matrix from control points to powers of the share of every span, (count, order x n_spans)."""
+    knots, spans = _knots(order, count), count - order + 1
+    basis, starts = BSpline(knots, np.eye(count), order - 1), knots[order - 1 : count]
+    powers = [basis(starts, nu=k).T / (factorial(k) * float(spans) ** k) for k in range(order)]
+    return frozen(np.concatenate(powers, axis=1))
+
+
+def _powers(count: int, shares: Array) -> Array:
+    """Powers of shares, (count, N)."""
+    return np.vander(shares, count, increasing=True).T

@@ -1,0 +1,228 @@
+"""The normalised normal constraint method with divide and conquer and SQP, for two objectives.
+
+Numbers in brackets are equations of Paing 2021; the method is Messac's (2003), the division that of Hashem (2017).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen, one_blas_thread
+from trajevo.errors import InvalidInputError
+from trajevo.front import Front
+from trajevo.problem import TrajectoryProblem
+from trajevo.sqp import FEASIBLE, Gradients, Search, differentiated, random_starts
+from trajevo.watch import Watch
+
+#: SLSQP's tolerance on the logarithm of an objective.
+_TOLERANCE = 1e-11
+#: Random starts of each anchor; single points begin at their neighbours.
+_STARTS = 4
+#: By how much limits are kept more than asked for, so that rounding does not break them.
+_MARGIN = 1e-7
+#: Share by which the least of an objective at two ends may differ and still be the same, and by which the other one
+#: must then differ for the least to be taken at more than one point.
+_TIED, _SPREAD = 1e-7, 1e-3
+#: Points of which neighbours this near in ω are not divided any more.
+_NEAREST = 2.0**-20
+
+
+def solve_nnc(
+    problem: TrajectoryProblem, *, tolerance: float = 0.01, seed: int = 0, points: int | None = None
+) -> Front:
+    """The front of two objectives by gradients: least of each, then points between where the trade-off is significant.
+
+    With the objectives normalised between the ends of the front (31), (32), every point minimises the second objective
+    under the normal constraint (34) for a weighting factor ω from 0 to 1. Between two neighbours ω is halved as long as
+    both normalised objectives differ by the tolerance at least.
+
+    Args:
+        problem: any problem with two objectives. Its smooth form is solved where it has one; where its complex-step
+            gradients turn out wrong, finite differences take their place, with a warning.
+        tolerance: least significant trade-off.
+        seed: seed of the random starts.
+        points: solve for as many evenly spread ω instead, ends included.
+
+    Returns:
+        The front, for a problem whose solutions are curves that of the problem they are curves of. The run counts
+        sub-problems that had to be tried again, and those that failed for good; an interrupt from the keyboard ends
+        the run and returns what was found so far.
+
+    Raises:
+        InvalidInputError: not two objectives, or arguments that cannot be used.
+    """
+    if not isinstance(problem, TrajectoryProblem) or problem.n_obj != 2:
+        raise InvalidInputError("problem: the normal constraint method needs a TrajectoryProblem of two objectives")
+    if not (isinstance(tolerance, int | float) and 0.0 < tolerance < 1.0):
+        raise InvalidInputError(f"tolerance: expected a number between 0 and 1, got {tolerance!r}")
+    if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
+        raise InvalidInputError(f"seed: expected a whole number of at least 0, got {seed!r}")
+    if points is not None and (not isinstance(points, int) or isinstance(points, bool) or points < 2):
+        raise InvalidInputError(f"points: expected a whole number of at least 2, got {points!r}")
+    origin = problem if problem.expansion is None else problem.expansion.problem
+    began = time.perf_counter()
+    with one_blas_thread():
+        division, watch = _Division(origin, int(seed)), Watch(origin)
+        interrupted = _collect(division, watch, tolerance, points)
+    settings = {
+        "method": "normalised normal constraint, divide and conquer, SLSQP" if points is None else "evenly spread ω",
+        "tolerance": float(tolerance),
+        "gradients": division.kind,
+        "sub-problems": division.solved,
+        "tried again": division.tried_again,
+        "failed": division.failed,
+    }
+    return watch.front(
+        algorithm="NNC",
+        settings=settings if points is None else settings | {"points": points},
+        seed=int(seed),
+        evaluations=division.evaluations,
+        interrupted=interrupted,
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _collect(division: _Division, watch: Watch, tolerance: float, points: int | None) -> bool:
+    """Book every point as it is found, level by level; whether the keyboard ended it."""
+    closed, interrupted = 0, False
+    try:
+        for level, point in _found(division, tolerance, points):
+            if level > closed + 1:
+                watch.close(closed := closed + 1, division.evaluations)
+            X = division.back(point.x[None])
+            F, G = division.origin.evaluate(X, return_values_of=["F", "G"])
+            watch.collect(X, {"F": F, "G": G})
+    except KeyboardInterrupt:
+        interrupted = True
+    watch.close(closed + 1, division.evaluations)
+    return interrupted
+
+
+def weighting_factors(front: Front) -> Array:
+    """ω of every point of a front of two objectives, on whose normal constraint (34) it lies, shape (N,)."""
+    if front.F.shape[1] != 2 or len(front) < 2:
+        raise InvalidInputError("front: expected at least two points of two objectives")
+    normalised = (front.F - front.F.min(axis=0)) / np.ptp(front.F, axis=0)
+    return frozen(0.5 * (1.0 + normalised[:, 0] - normalised[:, 1]))
+
+
+#: A decision vector where the solver ended, and its objectives.
+_End = tuple[Array, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    omega: float
+    x: Array
+    F: Array
+
+
+@dataclass(eq=False)
+class _Division:
+    """The sub-problems of one front, on the smooth form of its problem."""
+
+    origin: TrajectoryProblem
+    seed: int
+    solved: int = 0
+    tried_again: int = 0
+    failed: int = 0
+    evaluations: int = 0
+    kind: str = field(init=False)
+    _gradients: Gradients = field(init=False)
+
+    def __post_init__(self) -> None:
+        form = self.origin.smooth
+        self.smooth = self.origin if form is None else form.problem
+        self.margin = _MARGIN if form is None else 0.0
+        starts = random_starts(self.origin, self.seed, _STARTS)
+        self.starts = starts if form is None else form.into(starts)
+        self._gradients, self.kind = differentiated(self.smooth, self.starts[:2])
+
+    def back(self, x: Array) -> Array:
+        """Decision vectors of the problem itself."""
+        return x if self.origin.smooth is None else self.origin.smooth.back(x)
+
+    def anchors(self) -> list[_Point]:
+        """The least of each objective (30); at the least of the first, the least of the second."""
+        found = []
+        for objective, omega in ((0, 0.0), (1, 1.0)):
+            ends = [end for start in self.starts if (end := self._end(objective, start, None)) is not None]
+            if not ends:
+                self.failed += 1
+                continue
+            best = self._least(objective, ends)
+            found.append(_Point(omega, *best))
+            self.solved += 1
+        return found
+
+    def _least(self, objective: int, ends: list[_End]) -> _End:
+        """The end with the least of one objective; where several are as low, with the least of the other there."""
+        least = min(float(F[objective]) for _, F in ends)
+        tied = [end for end in ends if end[1][objective] <= least + _TIED * abs(least)]
+        best = min(tied, key=lambda end: float(end[1][1 - objective]))
+        worst = max(float(F[1 - objective]) for _, F in tied)
+        if worst - float(best[1][1 - objective]) <= _SPREAD * abs(worst) or least == 0.0:
+            return best
+        ceiling = np.eye(2)[objective] / abs(least), float(np.sign(least)) + _TIED
+        again = self._end(1 - objective, best[0], ceiling)
+        return again if again is not None and again[1][1 - objective] < best[1][1 - objective] else best
+
+    def between(self, left: _Point, right: _Point, omega: float, low: Array, width: Array) -> _Point | None:
+        """The point of a weighting factor (33), (34): from the neighbours' mean, then from each, then from anywhere."""
+        half_space = np.array([1.0, -1.0]) / width, 2.0 * omega - 1.0 + float((low / width) @ [1.0, -1.0])
+        most, least = (left.F[1] - low[1]) / width[1], (right.F[1] - low[1]) / width[1]
+        self.solved += 1
+        for tries, start in enumerate((0.5 * (left.x + right.x), left.x, right.x, *self.starts)):
+            self.tried_again += tries == 1
+            end = self._end(1, start, half_space)
+            if end is not None and least - FEASIBLE <= (end[1][1] - low[1]) / width[1] <= most + FEASIBLE:
+                return _Point(omega, *end)
+        self.failed += 1
+        return None
+
+    def _end(self, objective: int, start: Array, half_space: tuple[Array, float] | None) -> _End | None:
+        """Where SLSQP ends from a start, with the objectives there; None where that is not feasible."""
+        search = Search(
+            self.smooth,
+            np.eye(2)[objective],
+            gradients=self._gradients,
+            half_space=half_space,
+            margin=self.margin,
+        )
+        x = search.run(start, _TOLERANCE)
+        self.evaluations += search.evaluations
+        F, G = (values[0] for values in self.smooth.evaluate(x[None], return_values_of=["F", "G"]))
+        beyond = -np.inf if half_space is None else float(half_space[0] @ F - half_space[1])
+        return (x, F) if max(G.max(initial=-np.inf), beyond) <= FEASIBLE else None
+
+
+def _found(division: _Division, tolerance: float, points: int | None) -> Iterator[tuple[int, _Point]]:
+    """Every point as soon as it is found, with its level: ends, their middle, the quarters, and so on."""
+    ends = division.anchors()
+    yield from ((1, point) for point in ends)
+    if len(ends) < 2:
+        return
+    low, width = np.minimum(ends[0].F, ends[1].F), np.abs(ends[1].F - ends[0].F)
+    if not (width > 0.0).all():
+        return
+    if points is not None:
+        for omega in np.linspace(0.0, 1.0, points)[1:-1].tolist():
+            point = division.between(ends[0], ends[1], omega, low, width)
+            if point is not None:
+                yield 2, point
+        return
+    gaps, level = [(ends[0], ends[1])], 1
+    while gaps:
+        level, following = level + 1, []
+        for left, right in gaps:
+            if (np.abs(right.F - left.F) < tolerance * width).any() or right.omega - left.omega < _NEAREST:
+                continue
+            middle = division.between(left, right, 0.5 * (left.omega + right.omega), low, width)
+            if middle is not None:
+                following += [(left, middle), (middle, right)]
+                yield level, middle
+        gaps = following

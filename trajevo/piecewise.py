@@ -1,0 +1,159 @@
+"""Trajectories made of polynomial segments, with exact peaks, integrals and jumps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, SupportsIndex, final
+
+import numpy as np
+
+from trajevo import polynomials
+from trajevo.arrays import Array, frozen, read_only
+from trajevo.errors import InvalidInputError
+from trajevo.trajectory import DERIVATIVES, TrajectoryBatch, checked_order, chosen_rows
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PolynomialBatch(TrajectoryBatch):
+    """B trajectories of n joints, each made of S polynomial segments.
+
+    Attributes:
+        breaks: instants at which segments meet, shape (B, S + 1), from 0, increasing [s].
+        coefficients: shape (B, S, n_joints, degree + 1), ascending powers of the time since the segment began
+            [rad/s^k or m/s^k].
+
+    Raises:
+        InvalidInputError: shapes do not fit, entries are not finite, or breaks do not increase from 0.
+    """
+
+    breaks: Array
+    coefficients: Array
+
+    def __post_init__(self) -> None:
+        breaks, coefficients = self._numbers()
+        fits = (
+            breaks.ndim == 2
+            and coefficients.ndim == 4
+            and coefficients.shape[:2] == (breaks.shape[0], breaks.shape[1] - 1)
+            and min(coefficients.shape[1:]) > 0
+        )
+        if not fits:
+            raise InvalidInputError(
+                "PolynomialBatch: expected breaks (B, S + 1) and coefficients (B, S, n_joints, degree + 1), "
+                f"got {breaks.shape} and {coefficients.shape}"
+            )
+        if not (np.isfinite(breaks).all() and np.isfinite(coefficients).all()):
+            raise InvalidInputError("PolynomialBatch: breaks and coefficients must be finite numbers")
+        rising = np.diff(breaks.real, axis=1) > 0.0
+        if not rising.all():
+            row = int(np.argwhere(~rising.all(axis=1))[0, 0])
+            raise InvalidInputError(f"PolynomialBatch: breaks of trajectory {row} must increase, got {breaks[row]}")
+        if breaks.size and (breaks[:, 0] != 0.0).any():
+            raise InvalidInputError("PolynomialBatch: breaks must start at 0 s")
+        object.__setattr__(self, "breaks", breaks)
+        object.__setattr__(self, "coefficients", coefficients)
+
+    def _numbers(self) -> tuple[Array, Array]:
+        try:
+            return read_only(self.breaks), read_only(self.coefficients)
+        except (TypeError, ValueError) as error:
+            raise InvalidInputError(f"PolynomialBatch: expected arrays of numbers: {error}") from None
+
+    def __len__(self) -> int:
+        return len(self.breaks)
+
+    def __getitem__(self, index: SupportsIndex | slice) -> PolynomialBatch:
+        rows = chosen_rows(len(self), index)
+        return PolynomialBatch(self.breaks[rows], self.coefficients[rows])
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints."""
+        return int(self.coefficients.shape[2])
+
+    @property
+    def degree(self) -> int:
+        """Degree of the segments' polynomials."""
+        return int(self.coefficients.shape[3]) - 1
+
+    def evaluate(self, t: Array, derivative: int = 0) -> Array:
+        """Values at instants; any derivative."""
+        instants, order = self._instants(t), checked_order(derivative)
+        segment = (instants[:, :, None] >= self.breaks[:, None, 1:-1]).sum(axis=2)
+        start = np.take_along_axis(self.breaks, segment, axis=1)
+        chosen = np.take_along_axis(self.coefficients, segment[:, :, None, None], axis=1)
+        local = polynomials.derivative(np.moveaxis(chosen, -1, 0), order)
+        return frozen(polynomials.values(local, (instants - start)[:, :, None]))
+
+    def at_shares(self, u: Array, derivative: int) -> Array:
+        """Values at shares of every segment; any derivative."""
+        order = checked_order(derivative)
+        at = _powers(tuple(np.asarray(u, dtype=np.float64).tolist()), order, self.degree) @ self._unit_coefficients
+        if order:
+            at *= (self.segment_durations**-order)[:, :, None, None]
+        return frozen(at.reshape(len(self), -1, self.n_joints))
+
+    def extremes(self, derivative: int) -> tuple[Array, Array]:
+        """Exact: the values at the polynomials' stationary points."""
+        lower, upper = self._extremes
+        order = checked_order(derivative)
+        if order >= len(lower):
+            raise InvalidInputError(f"derivative: expected 0 to {len(lower) - 1}, got {derivative}")
+        return lower[order], upper[order]
+
+    def peak(self, derivative: int) -> Array:
+        """Exact greatest absolute value."""
+        lower, upper = self.extremes(derivative)
+        return frozen(np.maximum(-lower, upper))
+
+    def integral_of_square(self, derivative: int) -> Array:
+        """By Gauss-Legendre quadrature with as many nodes as make it exact for the squared polynomial."""
+        order = checked_order(derivative)
+        nodes, weights = np.polynomial.legendre.leggauss(max(self.degree - order, 0) + 1)
+        powers = _powers(tuple((0.5 * (nodes + 1.0)).tolist()), order, self.degree)
+        flat = np.swapaxes(self._unit_coefficients, 2, 3).reshape(-1, self.degree + 1)
+        per_segment = (np.square(flat @ powers.T) @ (0.5 * weights)).reshape(*self.coefficients.shape[:3])
+        factor = self.segment_durations ** (1 - 2 * order)
+        return frozen((per_segment * factor[:, :, None]).sum(axis=1))
+
+    def jump(self, derivative: int) -> Array:
+        """Value after minus value before each inner break; any derivative."""
+        local = polynomials.derivative(np.moveaxis(self.coefficients, -1, 0), checked_order(derivative))
+        before = polynomials.values(local, self.segment_durations[:, :, None])[:, :-1]
+        return frozen(local[0][:, 1:] - before)
+
+    def definition(self, index: int) -> dict[str, Any]:
+        """The breaks and the coefficients."""
+        return {
+            "kind": "piecewise polynomial",
+            "breaks [s]": self.breaks[index].tolist(),
+            "coefficients (segment, joint, ascending power of the time since the segment began)": (
+                self.coefficients[index].tolist()
+            ),
+        }
+
+    @cached_property
+    def _unit_coefficients(self) -> Array:
+        """Coefficients for segments stretched to the unit interval, shape (B, S, degree + 1, n_joints)."""
+        powers = self.segment_durations[:, :, None] ** np.arange(self.degree + 1)
+        return np.ascontiguousarray(np.swapaxes(self.coefficients, 2, 3)) * powers[..., None]
+
+    @cached_property
+    def _extremes(self) -> tuple[Array, Array]:
+        unit = np.ascontiguousarray(np.moveaxis(self._unit_coefficients, 2, 0)).reshape(self.degree + 1, -1)
+        shape = (len(DERIVATIVES), len(self), self.segment_durations.shape[1], self.n_joints)
+        per_second = self.segment_durations[..., None] ** -np.arange(len(DERIVATIVES), dtype=np.float64).reshape(
+            -1, 1, 1, 1
+        )
+        lower, upper = (bound.reshape(shape) * per_second for bound in polynomials.extremes(unit, len(DERIVATIVES)))
+        return frozen(lower.min(axis=2)), frozen(upper.max(axis=2))
+
+
+@lru_cache(maxsize=64)
+def _powers(shares: tuple[float, ...], order: int, degree: int) -> Array:
+    """Matrix that takes unit coefficients to a derivative's values at shares of a segment, (U, degree + 1)."""
+    basis = np.eye(degree + 1)
+    rows = [polynomials.values(polynomials.derivative(column, order), np.array(shares)) for column in basis]
+    return frozen(np.stack(rows, axis=1))

@@ -1,0 +1,55 @@
+"""Problems by name: trajevo's own and those of other packages, found through their entry points."""
+
+from __future__ import annotations
+
+import inspect
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.problem import TrajectoryProblem
+
+ENTRY_POINT_GROUP = "trajevo.problems"
+
+
+def list_problems() -> dict[str, EntryPoint]:
+    """Registered problems by name: trajevo's own and those of other installed packages."""
+    return {point.name: point for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name)}
+
+
+def problem_class(name: str) -> type[TrajectoryProblem]:
+    """Class of a registered problem.
+
+    Raises:
+        UnknownNameError: no such problem.
+        InvalidInputError: what is registered is not a TrajectoryProblem.
+    """
+    registered = list_problems()
+    if name not in registered:
+        raise UnknownNameError("problem", name, registered)
+    try:
+        found = registered[name].load()
+    except (ImportError, AttributeError) as error:
+        raise InvalidInputError(f"problem {name!r}: {registered[name].value} cannot be imported: {error}") from error
+    if not (isinstance(found, type) and issubclass(found, TrajectoryProblem)):
+        raise InvalidInputError(f"problem {name!r}: {registered[name].value} is not a TrajectoryProblem")
+    return found
+
+
+def load_problem(name: str, **arguments: Any) -> TrajectoryProblem:
+    """Make a registered problem.
+
+    Args:
+        name: a key of :func:`list_problems`.
+        **arguments: the problem's own keyword arguments.
+
+    Raises:
+        UnknownNameError: no such problem.
+        InvalidInputError: the problem takes no such argument, or refuses its value.
+    """
+    found = problem_class(name)
+    accepted = list(inspect.signature(found).parameters)
+    for key in arguments:
+        if key not in accepted:
+            raise InvalidInputError(f"problem {name!r} takes no {key!r}; it takes: {', '.join(accepted)}")
+    return found(**arguments)

@@ -1,0 +1,174 @@
+"""Sequential quadratic programming on a trajectory problem: SLSQP on a scale of its own, with exact gradients."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+from scipy.optimize import minimize
+
+from trajevo.arrays import Array
+from trajevo.problem import TrajectoryProblem
+
+#: Decision vectors (B, n_var) -> F, dF, G, dG as of TrajectoryProblem.evaluate_with_gradients.
+Gradients = Callable[[Array], tuple[Array, Array, Array, Array]]
+
+#: Excess, as a share of a limit, up to which a result of the solver counts as feasible.
+FEASIBLE = 1e-6
+
+#: SLSQP stops early where its model of the curvature goes wrong; a fresh start from there mends it.
+_RESTARTS = 6
+#: Change of the cost or its logarithm between two starts that counts as none.
+_SETTLED = 1e-7
+
+#: Step of finite differences as a share of a variable's range, and by how much exact gradients may differ from them.
+_STEP, _AGREEMENT = 1e-6, 1e-3
+
+
+class Search:
+    """A weighted sum of objectives under the problem's limits, and under a half-space of objectives where one is given.
+
+    Values and gradients of the last point are kept for the solver's next question.
+
+    Args:
+        problem: what to solve.
+        weights: of the objectives, shape (n_obj,).
+        gradients: of the problem; its own if None.
+        half_space: normal (n_obj,) and offset: normal · F may not exceed the offset.
+        margin: by how much every limit is kept more than asked for, as a share of it.
+
+    Attributes:
+        evaluations: points at which values and gradients were asked for.
+    """
+
+    def __init__(
+        self,
+        problem: TrajectoryProblem,
+        weights: Array,
+        *,
+        gradients: Gradients | None = None,
+        half_space: tuple[Array, float] | None = None,
+        margin: float = 0.0,
+    ) -> None:
+        self.problem, self.weights, self.tame = problem, weights, True
+        self.gradients = gradients or problem.evaluate_with_gradients
+        self.half_space, self.margin, self.evaluations = half_space, margin, 0
+        self.logarithmic = problem.xl > 0.0
+        self.bounds = np.stack([self._inside(problem.xl), self._inside(problem.xu)], axis=1)
+        self._at: Array | None = None
+        self._values: tuple[float, Array, Array, Array] = (0.0, np.empty(0), np.empty(0), np.empty(0))
+
+    def run(self, start: Array, tolerance: float) -> Array:
+        """Where SLSQP ends on the logarithm of the cost; on the cost itself where that end is infeasible."""
+        y = self._inside(np.clip(start, self.problem.xl, self.problem.xu))
+        for self.tame in (True, False):
+            self._at = None
+            end, feasible = self._settled(y, tolerance)
+            if feasible:
+                break
+        return np.clip(self._outside(end), self.problem.xl, self.problem.xu)
+
+    def _settled(self, y: Array, tolerance: float) -> tuple[Array, bool]:
+        """SLSQP, started again from its own end until that changes nothing; whether the end is feasible."""
+        last, feasible = np.inf, False
+        for _ in range(_RESTARTS):
+            y = np.clip(self._once(y, tolerance), self.bounds[:, 0], self.bounds[:, 1])
+            value, _, G, _ = self._look(y)
+            feasible = bool(G.max(initial=-np.inf) <= FEASIBLE)
+            if feasible and abs(last - value) <= _SETTLED:
+                break
+            last = value if feasible else np.inf
+        return y, feasible
+
+    def _once(self, y: Array, tolerance: float) -> Array:
+        limits = {"type": "ineq", "fun": lambda y: -self._look(y)[2], "jac": lambda y: -self._look(y)[3]}
+        limited = self.problem.n_ieq_constr or self.half_space is not None
+        found = minimize(
+            lambda y: self._look(y)[:2],
+            y,
+            jac=True,
+            method="SLSQP",
+            bounds=self.bounds,
+            constraints=[limits] if limited else [],
+            options={"maxiter": 500, "ftol": tolerance},
+        )
+        end: Array = found.x if np.isfinite(found.x).all() else y
+        return end
+
+    def _look(self, y: Array) -> tuple[float, Array, Array, Array]:
+        if self._at is None or not np.array_equal(self._at, y):
+            x = self._outside(y)
+            self.evaluations += 1
+            F, dF, G, dG = (values[0] for values in self.gradients(x[None]))
+            G = G + self.margin
+            if self.half_space is not None:
+                normal, offset = self.half_space
+                G, dG = np.append(G, normal @ F - offset), np.vstack([dG, normal @ dF])
+            stretch = np.where(self.logarithmic, x, 1.0)
+            cost, slope = float(F @ self.weights), (self.weights @ dF) * stretch
+            # Costs of poor starts are many orders above the optimum; their logarithm is a far tamer function.
+            value = (np.log(cost), slope / cost) if self.tame and cost > 0.0 else (cost, slope)
+            self._values = float(value[0]), value[1], G, dG * stretch
+            self._at = y.copy()
+        return self._values
+
+    def _inside(self, x: Array) -> Array:
+        return np.where(self.logarithmic, np.log(np.where(self.logarithmic, x, 1.0)), x)
+
+    def _outside(self, y: Array) -> Array:
+        return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, y, 0.0)), y)
+
+
+def random_starts(problem: TrajectoryProblem, seed: int, count: int) -> Array:
+    """Decision vectors uniform between the bounds, shape (count, n_var)."""
+    drawn = np.random.default_rng(seed).uniform(problem.xl, problem.xu, (count, problem.n_var))
+    return np.asarray(drawn, dtype=np.float64)
+
+
+def differentiated(problem: TrajectoryProblem, probes: Array) -> tuple[Gradients, str]:
+    """Gradients of a problem and what they are: exact where the complex step is right, else finite differences.
+
+    The complex step goes wrong without a word where an objective of the user's own drops imaginary parts; so it is
+    compared with finite differences, and a warning names what does not agree.
+
+    Args:
+        problem: the problem.
+        probes: decision vectors to compare at, shape (B, n_var).
+    """
+    rough, probes = _finite_differences(problem), np.clip(probes, problem.xl, problem.xu)
+    F, dF, G, dG = rough(probes)
+    numerical = np.concatenate([dF, dG], axis=1)
+    try:
+        exact = np.concatenate(problem.evaluate_with_gradients(probes)[1::2], axis=1)
+    except Exception as error:  # noqa: BLE001 - whatever an objective of the user's raises on complex numbers
+        blame = f"complex numbers raise {type(error).__name__}: {error}"
+    else:
+        scale = np.abs(numerical).max(axis=2) + _AGREEMENT * np.concatenate([np.abs(F), 1.0 + np.abs(G)], axis=1)
+        off = (np.abs(exact - numerical).max(axis=2) > _AGREEMENT * scale).all(axis=0)
+        if not off.any():
+            return problem.evaluate_with_gradients, "complex step"
+        names = problem.objective_names + problem.constraint_names
+        blame = f"the complex step disagrees for {', '.join(names[i] for i in np.flatnonzero(off)[:3])}"
+    warnings.warn(f"{problem.title}: gradients by finite differences, since {blame}", stacklevel=3)
+    return rough, "finite differences"
+
+
+def _finite_differences(problem: TrajectoryProblem) -> Gradients:
+    """Central differences in one batch; inside the bounds, one-sided where a bound is near."""
+
+    def gradients(x: Array) -> tuple[Array, Array, Array, Array]:
+        steps = _STEP * (problem.xu - problem.xl) * np.eye(problem.n_var)
+        above = np.minimum(x[:, None] + steps, problem.xu)
+        below = np.maximum(x[:, None] - steps, problem.xl)
+        width = np.einsum("bii->bi", above - below)
+        rows = np.concatenate([x[:, None], above, below], axis=1)
+        flat = problem.evaluate(rows.reshape(-1, problem.n_var), return_values_of=["F", "G"])
+        values = [array.reshape(len(x), 1 + 2 * problem.n_var, -1) for array in flat]
+        slopes = [
+            np.swapaxes((v[:, 1 : 1 + problem.n_var] - v[:, 1 + problem.n_var :]) / width[..., None], 1, 2)
+            for v in values
+        ]
+        return values[0][:, 0], slopes[0], values[1][:, 0], slopes[1]
+
+    return gradients

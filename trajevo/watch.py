@@ -1,0 +1,125 @@
+"""The books of a run: every feasible point that nothing dominates, the history, and the front they make."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from trajevo.archive import Archive, hypervolume
+from trajevo.arrays import Array
+from trajevo.front import Front
+from trajevo.problem import TrajectoryProblem
+from trajevo.progress import Generation
+from trajevo.records import Blocking, History, ProblemRecord, Run, installed_versions
+
+
+class Watch:
+    """Collects what an algorithm evaluates and keeps the books, generation by generation.
+
+    Fronts and hypervolumes are those of the problem that the solutions are curves of, where there is one.
+    """
+
+    def __init__(self, problem: TrajectoryProblem) -> None:
+        self.problem = problem
+        self.target = problem if problem.expansion is None else problem.expansion.problem
+        self.archive = Archive(problem.n_var, problem.n_obj, problem.n_ieq_constr)
+        self.reference_point = self.target.reference_point
+        self.evaluations: list[int] = []
+        self.hypervolume: list[float] = []
+        self.least_violation: list[float | None] = []
+        self.front_size: list[int] = []
+
+    def collect(self, X: Array, out: dict[str, Any]) -> None:
+        """Callback of pymoo's problem: the arrays of every evaluation."""
+        self.archive.add(np.atleast_2d(X), np.atleast_2d(out["F"]), np.atleast_2d(out["G"]))
+        if self.archive.failures and not self.archive.first_failure:
+            self.archive.first_failure = next((str(said) for said in np.atleast_1d(out["failure"]) if said), "")
+
+    def close(self, number: int, evaluations: int) -> Generation:
+        """Book a finished generation."""
+        _, F = self._points()
+        if self.reference_point is None and len(F):
+            self.reference_point = _box_corner(F)
+        volume = 0.0 if self.reference_point is None else hypervolume(F, self.reference_point)
+        violation = self.archive.least_violation
+        self.evaluations.append(evaluations)
+        self.hypervolume.append(volume)
+        self.least_violation.append(violation if np.isfinite(violation) else None)
+        self.front_size.append(len(self.archive.F))
+        return Generation(number, volume, violation, len(self.archive.F))
+
+    def history(self) -> History:
+        """The books."""
+        corner = self.reference_point
+        return History(
+            reference_point=None if corner is None else tuple(corner.tolist()),
+            evaluations=tuple(self.evaluations),
+            hypervolume=tuple(self.hypervolume),
+            least_violation=tuple(self.least_violation),
+            front_size=tuple(self.front_size),
+        )
+
+    def front(
+        self,
+        *,
+        algorithm: str,
+        settings: dict[str, Any],
+        seed: int,
+        evaluations: int,
+        interrupted: bool,
+        seconds: float,
+    ) -> Front:
+        """The front, of the problem that the solutions are curves of where there is one."""
+        archive = self.archive if self.problem.expansion is None else self._expanded()
+        return Front(
+            X=archive.X,
+            F=archive.F,
+            G=archive.G,
+            record=ProblemRecord.of(self.target),
+            run=Run(
+                algorithm=algorithm,
+                settings=settings,
+                seed=seed,
+                generations=len(self.evaluations),
+                evaluations=evaluations,
+                failures=self.archive.failures,
+                first_failure=self.archive.first_failure,
+                interrupted=interrupted,
+                seconds=seconds,
+                versions=installed_versions(),
+            ),
+            history=self.history(),
+            blocking=None if len(archive.F) else _blocking(self.archive, self.problem.constraint_names),
+            _problem=self.target,
+        )
+
+    def _expanded(self) -> Archive:
+        """Archive of the points that the solutions stand for, evaluated as those of the other problem."""
+        expanded = Archive(self.target.n_var, self.target.n_obj, self.target.n_ieq_constr)
+        X, _ = self._points()
+        if len(X):
+            expanded.add(X, *self.target.evaluate(X, return_values_of=["F", "G"]))
+        return expanded
+
+    def _points(self) -> tuple[Array, Array]:
+        """Decision vectors and objectives of the target problem so far."""
+        X, F = self.archive.X, self.archive.F
+        return (X, F) if self.problem.expansion is None or not len(X) else self.problem.expansion.points(X, F)
+
+
+def _blocking(archive: Archive, names: tuple[str, ...]) -> Blocking:
+    if archive.nearest is None:
+        return Blocking(x=(), violations={})
+    x, g = archive.nearest
+    worst_first = sorted(((float(by), name) for by, name in zip(g, names, strict=True) if by > 0.0), reverse=True)
+    return Blocking(x=tuple(x.tolist()), violations={name: by for by, name in worst_first})
+
+
+def _box_corner(F: Array) -> Array | None:
+    """A reference point for a problem that names none: a tenth beyond the worst of the first feasible points.
+
+    The box begins at 0, so there is none for an objective that is not positive.
+    """
+    worst: Array = F.max(axis=0)
+    return 1.1 * worst if (worst > 0.0).all() else None
