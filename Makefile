@@ -36,6 +36,7 @@ check: $(READY)  ## lint, types and the layer contract
 bench: $(READY)  ## print the speed ratios
 	$(BIN)/python tests/benchmarks/bench_pointing_mechanism.py
 	$(BIN)/python tests/benchmarks/bench_hybrid_manipulator.py
+	$(BIN)/python tests/benchmarks/bench_time_jerk_reparameterisation.py
 
 notebooks: $(READY)  ## execute every notebook at full size, next to its source, into build/
 	TRAJEVO_FULL=1 $(BIN)/python notebooks/execute.py

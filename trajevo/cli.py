@@ -4,33 +4,35 @@ from __future__ import annotations
 
 import io
 import sys
+import tomllib
 from pathlib import Path
 from typing import Annotated, Any
 
 import matplotlib as mpl
-import numpy as np
 import typer
 from pymoo.algorithms.moo.sms import SMSEMOA
 from pymoo.algorithms.moo.spea2 import SPEA2
 from pymoo.core.algorithm import Algorithm
 from rich.box import SIMPLE
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Column, Table
+from rich.table import Table
 
 from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.export import FORMATS, is_exported
 from trajevo.export import export as write_motion
 from trajevo.front import Front
+from trajevo.nnc import solve_nnc
 from trajevo.optimise import optimise
 from trajevo.payload import LOAD_MODELS
-from trajevo.registry import list_problems, load_problem, problem_class
-from trajevo.report import FIGURES, choices, objective_headers, run_facts, save_figures
+from trajevo.registry import load_problem
+from trajevo.report import FIGURES, save_figures
 from trajevo.report import report as write_report
-from trajevo.robot import list_robots, load_robot
+from trajevo.terminal import print_list, print_run
 
 FRONT_FILE, REPORT_FILE, PLOTS_FOLDER = "front.json", "report.html", "plots"
+
+METHODS = ("evolution", "nnc")
 
 #: Algorithms besides the default that need nothing but a population size.
 ALGORITHMS = {"sms-emoa": SMSEMOA, "spea2": SPEA2}
@@ -50,27 +52,7 @@ _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as
 @app.command("list")
 def list_everything() -> None:
     """List the problems and the robots at hand."""
-    problems = Table(
-        "problem", "title", Column("registered as", overflow="fold"), title="Problems", title_justify="left"
-    )
-    for name, point in list_problems().items():
-        try:
-            title = problem_class(name).title
-        except InvalidInputError as error:
-            title = escape(f"cannot be used: {error}")
-        problems.add_row(name, title, point.value)
-    robots = Table("robot", "dof", "limits", "not limited", title="Robots", title_justify="left")
-    for name in list_robots():
-        robot = load_robot(name)
-        limits = {
-            "position": np.concatenate([robot.limits.lower, robot.limits.upper]),
-            **{kind: getattr(robot.limits, kind) for kind in ("velocity", "acceleration", "jerk", "effort")},
-        }
-        given = [kind for kind, values in limits.items() if np.isfinite(values).all()]
-        missing = [kind for kind in limits if kind not in given]
-        robots.add_row(name, str(robot.dof), ", ".join(given), ", ".join(missing))
-    _out.print(problems)
-    _out.print(robots)
+    print_list(_out)
 
 
 @app.command()
@@ -90,6 +72,20 @@ def solve(
     points: Annotated[
         Path | None, typer.Option(help="CSV file of the points to visit; the problem's own if not given.")
     ] = None,
+    path: Annotated[str | None, typer.Option(help="Path to run along: a name, or a CSV file of points.")] = None,
+    limits: Annotated[str | None, typer.Option(help="How limits along a path are bounded: tight or hull.")] = None,
+    encoding: Annotated[str | None, typer.Option(help="What a path's decision variables are: plain or shape.")] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Another argument of the problem, KEY=VALUE, as velocity='150 mm/s'; repeatable."),
+    ] = None,
+    method: Annotated[
+        str, typer.Option(help="evolution, or nnc: normal constraints and SQP, for two objectives.")
+    ] = "evolution",
+    tolerance: Annotated[float | None, typer.Option(help="Least significant trade-off of nnc, 0.01.")] = None,
+    sqp_seeds: Annotated[
+        int | None, typer.Option(min=2, help="Begin the evolution with as many points found by nnc.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; runs/PROBLEM if not given.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that the folder holds.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
@@ -101,15 +97,33 @@ def solve(
         "payload_model": payload_model,
         "convention": convention,
         "points": points,
+        "path": path,
+        "limits": limits,
+        "encoding": encoding,
     }
-    to_solve = load_problem(problem, **{key: value for key, value in given.items() if value is not None})
+    arguments = _with_settings({key: value for key, value in given.items() if value is not None}, set_ or [])
+    to_solve = load_problem(problem, **arguments)
     folder = out or Path("runs") / problem
+    checked_name("method", method, METHODS)
+    evolution = {
+        "--generations": generations,
+        "--population": population,
+        "--offsprings": offsprings,
+        "--sqp-seeds": sqp_seeds,
+        "--algorithm": None if algorithm == "nsga2" else algorithm,
+    }
+    _refuse_given(method, {"--tolerance": tolerance} if method == "evolution" else evolution)
     settings = _algorithm_settings(algorithm, population, offsprings, to_solve.evolution.population)
     _claim(folder, overwrite)
-    front = optimise(to_solve, seed=seed, generations=generations, progress=not quiet, **settings)
+    if method == "nnc":
+        front = solve_nnc(to_solve, seed=seed, tolerance=0.01 if tolerance is None else tolerance)
+    else:
+        if sqp_seeds is not None:
+            settings["initial"] = solve_nnc(to_solve, seed=seed, points=sqp_seeds)
+        front = optimise(to_solve, seed=seed, generations=generations, progress=not quiet, **settings)
     front.save(folder / FRONT_FILE)
     _clear_stale(folder)
-    _print_run(front, None)
+    print_run(_out, front, None)
     pictures = save_figures(front, folder / PLOTS_FOLDER)
     write_report(front, folder / REPORT_FILE)
     _out.print(
@@ -122,7 +136,7 @@ def solve(
 @app.command()
 def show(run: _RunArgument, angle: _Angle = None) -> None:
     """Show a run in the terminal."""
-    _print_run(Front.load(_front_file(run)), angle)
+    print_run(_out, Front.load(_front_file(run)), angle)
 
 
 @app.command()
@@ -139,8 +153,8 @@ def report(
 def export(
     run: _RunArgument,
     solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
-    format: Annotated[str, typer.Option(help="csv or json.")] = "csv",
-    step: Annotated[float, typer.Option(help="Time between samples [s].")] = 0.01,
+    format: Annotated[str, typer.Option(help=f"{', '.join(FORMATS)}.")] = "csv",
+    step: Annotated[float, typer.Option(help="Time between samples, or of a block [s].")] = 0.01,
     angle: Annotated[str, typer.Option(help="Unit of angles: rad or deg.")] = "rad",
     out: Annotated[Path | None, typer.Option(help="File; SOLUTION.FORMAT beside the front if not given.")] = None,
 ) -> None:
@@ -186,6 +200,29 @@ def main() -> None:
         sys.exit(2)
 
 
+def _with_settings(arguments: dict[str, Any], pairs: list[str]) -> dict[str, Any]:
+    """Arguments with ``KEY=VALUE`` pairs added; a value is read as TOML where it is that, else as text."""
+    for pair in pairs:
+        key, sign, text = pair.partition("=")
+        key = key.strip()
+        if not sign or not key.isidentifier():
+            raise InvalidInputError(f"--set: expected KEY=VALUE, got {pair!r}")
+        if key in arguments:
+            raise InvalidInputError(f"--set: {key!r} is given twice")
+        try:
+            arguments[key] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            arguments[key] = text
+    return arguments
+
+
+def _refuse_given(method: str, options: dict[str, Any]) -> None:
+    """Refuse options that a method does not have."""
+    for name, value in options.items():
+        if value is not None:
+            raise InvalidInputError(f"{name}: the method {method!r} has no such setting")
+
+
 def _algorithm_settings(name: str, population: int | None, offsprings: int | None, usual: int) -> dict[str, Any]:
     """Arguments of :func:`optimise` for an algorithm by name."""
     if name == "nsga2":
@@ -220,24 +257,3 @@ def _clear_stale(folder: Path) -> None:
 
 def _front_file(run: Path) -> Path:
     return run / FRONT_FILE if run.is_dir() else run
-
-
-def _print_run(front: Front, angle: str | None) -> None:
-    facts = Table.grid(padding=(0, 2))
-    for label, text in run_facts(front):
-        facts.add_row(label, escape(text))
-    _out.print(facts)
-    if not len(front):
-        _out.print(f"The front is empty: {front.blocking}.")
-        return
-    headers = objective_headers(front, angle=angle)
-    table = Table(Column("solution", no_wrap=True), box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-    for header, _ in headers:
-        table.add_column(escape(header), min_width=max(map(len, header.split())))
-    table.add_column("closest limit", no_wrap=True)
-    for solution in choices(front):
-        values = [f"{value * factor:.5g}" for value, (_, factor) in zip(solution.F.values(), headers, strict=True)]
-        closest = max(solution.G, key=lambda name: solution.G[name], default="")
-        share = f"{100.0 * (1.0 + solution.G[closest]):.1f} % {closest}" if closest else "none"
-        table.add_row(solution.rule, *values, share)
-    _out.print(table)

@@ -82,7 +82,7 @@ class ComposedBatch(TrajectoryBatch):
 
     def hull_peak(self, derivative: int) -> Array:
         """The paper's bound (20)-(25) of the velocity, acceleration or jerk, shape (B, n_axes) [SI/s^derivative]."""
-        return frozen(self.course.hull_terms(derivative).max(axis=2) * self._scale(derivative)[:, None])
+        return frozen(self.course.hull_peak(derivative) * self._scale(derivative)[:, None])
 
     def integral_of_square(self, derivative: int) -> Array:
         """By Gauss-Legendre quadrature with as many nodes as make it exact for every segment."""

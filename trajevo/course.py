@@ -9,7 +9,7 @@ the unit run divided by T^d.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, reduce
 from math import factorial, perm
 from typing import final
 
@@ -24,6 +24,13 @@ from trajevo.errors import InvalidInputError
 
 #: Velocity, acceleration, jerk.
 ORDERS = (1, 2, 3)
+
+#: Parts of every piece of u(t) in which extremes are sought for gradient solvers: in one that holds two equal ones
+#: the greatest is not smooth. Time-optimal runs along symmetric paths have such pieces.
+_PARTS = 2
+
+#: Ends, parts and pieces of segments.
+_Segments = tuple[Array, Array, Array]
 
 #: Tolerances of bounds that floating point can hold.
 TOLERANCES = (1e-8, 0.1)
@@ -126,34 +133,24 @@ class Course:
         above, below = (self._bounded(v).T - reach for v in (lift + values, lift - values))
         return -below, above
 
-    def hull_terms(self, derivative: int) -> Array:
-        """Terms whose greatest is the bound of (20)-(25), with both signs of what may have either, (B, n_axes, K).
+    def hull_peak(self, derivative: int) -> Array:
+        """The bound (20)-(25) of a derivative's magnitude, shape (B, n_axes).
 
-        For velocity S₁ V, for acceleration S₂ V² ± S₁ A, for jerk S₃ V³ ± 3 S₂ A V ± S₁ J, where S are the greatest
-        magnitudes of the path's derivatives and V, A, J the coefficients (10), (12), (14) of u(t). For velocity and
-        acceleration the bound is rigorous; for jerk the paper does not prove it.
+        For velocity S₁ V, for acceleration S₂ V² + S₁ A, for jerk S₃ V³ + 3 S₂ A V + S₁ J, where S are the greatest
+        magnitudes of the path's derivatives and V, A, J those of the coefficients (10), (12), (14) of u(t) that belong
+        together. For velocity and acceleration the bound is rigorous; for jerk the paper does not prove it.
         """
-        s1, s2, s3 = (self.path.peak(order)[:, None] for order in ORDERS)
-        v, a, j = (self._derived(order)[:, None, :] for order in ORDERS)
-        if derivative == 1:
-            return s1 * v
-        if derivative == 2:
-            pairs = [(v[..., i : i + a.shape[-1]], a) for i in (0, 1)]
-            return np.concatenate([s2 * v**2 + sign * s1 * a for v, a in pairs for sign in (1, -1)], axis=2)
-        size = j.shape[-1]
-        triples = [(v[..., i : i + size], a[..., k : k + size]) for i, k in ((0, 0), (1, 0), (1, 1), (2, 1))]
-        return np.concatenate(
-            [
-                s3 * v**3 + turn * 3.0 * s2 * a * v + sign * s1 * j
-                for v, a in triples
-                for turn in (1, -1)
-                for sign in (1, -1)
-            ],
-            axis=2,
-        )
+        return self._hull_peaks[derivative - 1]
+
+    def hull_terms(self, derivative: int) -> Array:
+        """Terms with that bound as their greatest, A and J with both signs, so that each is smooth; (B, n_axes, K)."""
+        v, a, j = self._derived
+        signs = [((1, 1),), ((1, 1), (-1, 1)), ((1, 1), (1, -1), (-1, 1), (-1, -1))][derivative - 1]
+        terms = [term for turn, sign in signs for term in self._hull(derivative, v, turn * a, sign * j)]
+        return np.swapaxes(np.concatenate(terms, axis=2), 0, 1)
 
     def local_terms(self, derivative: int) -> Array:
-        """Greatest value and greatest negative value in every piece of u(t), smooth in the control points.
+        """Greatest value and greatest negative value in every part of u(t), smooth in the control points.
 
         Their greatest is the true peak as far as it is found near the best of many nodes; shape (B, n_axes, K).
         """
@@ -162,11 +159,9 @@ class Course:
 
     def integral_of_square(self, derivative: int) -> Array:
         """∫ (d-th derivative)² dt by Gauss-Legendre quadrature of every segment, exact, shape (B, n_axes)."""
-        _, weights = gauss(self._nodes)
-        if derivative == 0:
-            values, weights = self.at_shares(gauss(self._nodes + 1)[0], 0), gauss(self._nodes + 1)[1]
-        else:
-            values = self._at_gauss[derivative - 1]
+        sampled = derivative > 0 and "_at_gauss" in self.__dict__  # as good for this, where peaks were asked for
+        nodes, weights = gauss(self._nodes if sampled else self._nodes + 1 - derivative)
+        values = self._at_gauss[derivative - 1] if sampled else self.at_shares(nodes, derivative)
         widths = np.diff(self.breaks, axis=1)
         return frozen((np.square(values) @ weights * widths).sum(axis=2).T)
 
@@ -182,18 +177,27 @@ class Course:
         return np.ascontiguousarray(np.moveaxis(flat.reshape(len(self), self.order, -1), 1, 0))
 
     @cached_property
-    def _segments(self) -> tuple[Array, Array, Array]:
-        """Ends of the segments (B, S + 1), and per segment the piece of u(t) and the piece of the path (B, S)."""
-        ends = np.tile(np.linspace(0.0, 1.0, self.n_spans + 1), (len(self), 1))
+    def _segments(self) -> _Segments:
+        return self._cut(1)
+
+    def _cut(self, parts: int) -> _Segments:
+        """Ends of the segments (B, S + 1), and per segment the part and the piece of the path that it lies in (B, S).
+
+        Parts are equal parts of the pieces of u(t), as many of each.
+        """
+        count = self.n_spans * parts
+        ends = np.tile(np.linspace(0.0, 1.0, count + 1), (len(self), 1))
         merged = np.concatenate([ends, self.instants_of(self.path.breaks[1:-1])], axis=1)
         order = np.argsort(merged.real, axis=1, kind="stable")
-        crossing = order[:, :-1] > self.n_spans
-        span = np.cumsum(~crossing, axis=1) - 1
-        return np.take_along_axis(merged, order, axis=1), span, np.cumsum(crossing, axis=1)
+        crossing = order[:, :-1] > count
+        return np.take_along_axis(merged, order, axis=1), np.cumsum(~crossing, axis=1) - 1, np.cumsum(crossing, axis=1)
 
-    def _chain_at(self, shares: Array, wanted: tuple[int, ...]) -> list[Array]:
+    def _chain_at(
+        self, shares: Array, wanted: tuple[int, ...], segments: _Segments | None = None, parts: int = 1
+    ) -> list[Array]:
         """Derivatives of s(u(t)) at shares of every segment, each (n_axes, B, S, N)."""
-        ends, span, piece = self._segments
+        ends, part, piece = segments or self._segments
+        span = part // parts
         local = np.take_along_axis(self._coefficients, span[None], axis=2)
         local = polynomials.shifted(local, ends[:, :-1] * self.n_spans - span)
         local[0] -= self.path.breaks[piece]
@@ -216,12 +220,13 @@ class Course:
 
     @cached_property
     def _local(self) -> Array:
-        values, span = np.stack([np.stack(self._at_gauss)] * 2), self._segments[1]
+        segments, count = self._cut(_PARTS), self.n_spans * _PARTS
+        values = np.stack([self._chain_at(gauss(self._nodes)[0], ORDERS, segments, _PARTS)] * 2)
         values[1] *= -1.0
         runs = np.arange(values[..., 0, 0].size).reshape(values.shape[:-2])[..., None]
-        groups = (runs * self.n_spans + span).ravel()
+        groups = (runs * count + segments[1]).ravel()
         found = local_greatest(values.reshape(-1, values.shape[-1]), groups)
-        both = found.reshape(*values.shape[:-2], self.n_spans)
+        both = found.reshape(*values.shape[:-2], count)
         return np.swapaxes(np.concatenate([both[0], both[1]], axis=-1), 1, 2)
 
     def _bounded(self, values: Array) -> Array:
@@ -229,14 +234,36 @@ class Course:
         flat = values.reshape(-1, *values.shape[-2:])
         return greatest_magnitude(flat, self.tolerance).reshape(values.shape[:-2])
 
-    def _derived(self, derivative: int) -> Array:
-        """Coefficients of a derivative of u(t): (10), (12), (14), shape (B, n_control_points - derivative)."""
-        knots, c = self.knots, self.control_points
-        for taken in range(1, derivative + 1):
-            degree = self.order - taken
+    @cached_property
+    def _hull_peaks(self) -> list[Array]:
+        v, a, j = self._derived
+        a, j = a * np.sign(a.real), j * np.sign(j.real)
+        terms = [self._hull(order, v, a, j) for order in ORDERS]
+        return [frozen(reduce(np.maximum, some).max(axis=2).T) for some in terms]
+
+    def _hull(self, derivative: int, v: Array, a: Array, j: Array) -> list[Array]:
+        """Terms of (21), (23) or (25) for coefficients (B, ...) of u(t), each (n_axes, B, K)."""
+        s1, s2, s3 = (self.path.peak(order)[:, None, None] for order in ORDERS)
+        if derivative == 1:
+            return [s1 * v]
+        size = (v, a, j)[derivative - 1].shape[1]
+        speed = [v[:, k : k + size] for k in range(derivative)]
+        if derivative == 2:
+            rest = s1 * a
+            return [s2 * some**2 + rest for some in speed]
+        rest = s1 * j
+        pairs = ((0, 0), (1, 0), (1, 1), (2, 1))
+        return [s3 * speed[k] ** 3 + s2 * (3.0 * a[:, i : i + size] * speed[k]) + rest for k, i in pairs]
+
+    @cached_property
+    def _derived(self) -> list[Array]:
+        """Coefficients (10), (12), (14) of the derivatives of u(t), each (B, n_control_points - order)."""
+        knots, c, found = self.knots, self.control_points, []
+        for taken in ORDERS:
             width = knots[self.order : self.order + c.shape[1] - 1] - knots[taken : taken + c.shape[1] - 1]
-            c = degree * np.diff(c, axis=1) / width
-        return c
+            c = (self.order - taken) * np.diff(c, axis=1) / width
+            found.append(c)
+        return found
 
 
 def _chain(path: GeometricPath, piece: Array, offset: Array, u: list[Array], wanted: tuple[int, ...]) -> list[Array]:
@@ -248,13 +275,16 @@ def _chain(path: GeometricPath, piece: Array, offset: Array, u: list[Array], wan
     if wanted == (0,):
         return [s(0)]
     first = s(1)
-    found = {1: first * u[0]}
+    found = []
+    if 1 in wanted:
+        found.append(first * u[0])
     if max(wanted) > 1:
         second, squared = s(2), u[0] * u[0]
-        found[2] = second * squared + first * u[1]
-    if max(wanted) > 2:
-        found[3] = s(3) * (squared * u[0]) + second * (3.0 * u[0] * u[1]) + first * u[2]
-    return [found[order] for order in wanted]
+    if 2 in wanted:
+        found.append(second * squared + first * u[1])
+    if 3 in wanted:
+        found.append(s(3) * (squared * u[0]) + second * (3.0 * u[0] * u[1]) + first * u[2])
+    return found
 
 
 @cache

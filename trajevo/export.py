@@ -13,6 +13,7 @@ import numpy as np
 
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.feed import feed_table, g_code
 from trajevo.front import Solution
 from trajevo.trajectory import DERIVATIVES
 from trajevo.units import display, per_time
@@ -21,7 +22,10 @@ from trajevo.units import display, per_time
 MOST_SAMPLES = 10_000_000
 
 #: Formats that can be written.
-FORMATS = ("csv", "json")
+FORMATS = ("csv", "json", "feed", "gcode")
+
+#: How a file of each format begins.
+_BEGINNINGS = (b"# problem: {", b'{\n "format": "trajevo motion"', b"; trajevo")
 
 
 def export(solution: Solution, file: str | Path, *, format: str, step: float = 0.01, angle: str = "rad") -> Path:
@@ -30,8 +34,9 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float = 0
     Args:
         solution: what to write.
         file: where to.
-        format: ``"csv"`` (comment lines with the settings, then one row per instant) or ``"json"`` (also the exact
-            trajectory).
+        format: ``"csv"`` (comment lines with the settings, then one row per instant), ``"json"`` (also the exact
+            trajectory), ``"feed"`` (CSV of straight blocks with their feeds, mm and mm/min, for linear axes alone) or
+            ``"gcode"`` (the same blocks as G1 lines).
         step: time between samples [s]; the last sample is the end of the motion.
         angle: ``"rad"`` or ``"deg"``.
 
@@ -61,7 +66,7 @@ def is_exported(file: Path) -> bool:
     if not (file.is_file() and file.suffix.removeprefix(".") in FORMATS):
         return False
     with file.open("rb") as stream:
-        return stream.read(64).startswith((b"# problem: {", b'{\n "format": "trajevo motion"'))
+        return stream.read(64).startswith(_BEGINNINGS)
 
 
 def _instants(duration: float, step: float) -> Array:
@@ -100,11 +105,14 @@ def _about(solution: Solution) -> dict[str, Any]:
     }
 
 
+def _comments(solution: Solution) -> str:
+    return "".join(f"# {key}: {json.dumps(value)}\n" for key, value in _about(solution).items())
+
+
 def _csv(solution: Solution, step: float, angle: str) -> str:
     headers, table = _columns(solution, step, angle)
     stream = io.StringIO()
-    for key, value in _about(solution).items():
-        stream.write(f"# {key}: {json.dumps(value)}\n")
+    stream.write(_comments(solution))
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(headers)
     writer.writerows([[repr(value) for value in row] for row in table.tolist()])
@@ -128,4 +136,19 @@ def _json(solution: Solution, step: float, angle: str) -> str:
     return json.dumps(content, indent=1, allow_nan=False)
 
 
-_WRITERS: dict[str, Callable[[Solution, float, str], str]] = {"csv": _csv, "json": _json}
+def _feed(solution: Solution, step: float, angle: str) -> str:
+    del angle
+    return _comments(solution) + feed_table(solution, step)
+
+
+def _gcode(solution: Solution, step: float, angle: str) -> str:
+    del angle
+    return g_code(solution, step)
+
+
+_WRITERS: dict[str, Callable[[Solution, float, str], str]] = {
+    "csv": _csv,
+    "json": _json,
+    "feed": _feed,
+    "gcode": _gcode,
+}

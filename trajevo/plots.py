@@ -29,6 +29,9 @@ Marks = Solution | Mapping[str, Any] | None
 _MARKERS = "*DPXos"
 _SMALL_FRONT = 400
 
+#: Ends of a range of positions further from all curves than this many times their extent are not drawn.
+_FAR_AWAY = 3.0
+
 
 def front(front: Front, *, mark: Marks = None, angle: str | None = None, axes: Any = None) -> Any:
     """Every pair of objectives as a scatter plot.
@@ -133,6 +136,8 @@ def profiles(
         (lower, upper), offset, factor, label = _joint_axis(robot, order, angle or "rad", length)
         drawn = (values[0] - offset) * factor
         low, high = (lower - offset) * factor, (upper - offset) * factor
+        if order == 0:
+            low, high = _without_far_away(drawn, low, high)
         for joint, name in enumerate(robot.joint_names):
             line = panel.plot(sampled.t[0], drawn[:, joint], label=name)[0]
             for bound in (low[joint], high[joint]):
@@ -148,6 +153,15 @@ def profiles(
     panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, frameon=False)
     panels[-1].set_xlabel("time [s]")
     return panels
+
+
+def _without_far_away(drawn: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Ends of ranges of positions, infinite where drawing them would squash all curves."""
+    room = _FAR_AWAY * max(float(np.ptp(drawn)), 1e-9)
+    return (
+        np.where(low < drawn.min() - room, -np.inf, low),
+        np.where(high > drawn.max() + room, np.inf, high),
+    )
 
 
 def _joint_axis(robot: Robot, order: int, angle: str, length: str) -> tuple[tuple[Array, Array], Array, Array, str]:

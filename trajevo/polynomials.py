@@ -32,8 +32,12 @@ def derivative(coefficients: Array, order: int = 1) -> Array:
 
 def values(coefficients: Array, u: Array) -> Array:
     """Horner's rule; ``u`` broadcasts against ``coefficients[0]``."""
-    result: Array = coefficients[-1] + np.zeros_like(u, dtype=np.result_type(coefficients, u))
-    for row in coefficients[-2::-1]:
+    if len(coefficients) == 1:
+        constant: Array = coefficients[0] + np.zeros_like(u)
+        return constant
+    result: Array = coefficients[-1] * u
+    result += coefficients[-2]
+    for row in coefficients[-3::-1]:
         result *= u
         result += row
     return result
@@ -59,7 +63,10 @@ def root_of_rising(coefficients: Array) -> Array:
     """
     real = np.ascontiguousarray(coefficients.real)
     left, right = np.zeros(real.shape[1]), np.ones(real.shape[1])
-    roots: Array = _bracketed_newton(real, left, right, 0.5 * right, np.ones(real.shape[1], dtype=bool))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        chord = -real[0] / real[1:].sum(axis=0)
+    guess = np.where((chord >= 0.0) & (chord <= 1.0), chord, 0.5)
+    roots: Array = _bracketed_newton(real, left, right, guess, np.ones(real.shape[1], dtype=bool))
     if not np.iscomplexobj(coefficients):
         return roots
     slope = values(derivative(real), roots)

@@ -13,7 +13,8 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 
-from trajevo import plots
+from trajevo import path_plots, plots
+from trajevo.composed import ComposedBatch
 from trajevo.errors import InvalidInputError
 from trajevo.front import Front, Solution
 from trajevo.load_plots import effort_utilisation
@@ -58,7 +59,10 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
         ("algorithm", run.algorithm),
         ("settings", _listed(run.settings)),
         ("seed", str(run.seed)),
-        ("generations", f"{run.generations}{' (interrupted)' if run.interrupted else ''}"),
+        (
+            "levels" if run.algorithm == "NNC" else "generations",
+            f"{run.generations}{' (interrupted)' if run.interrupted else ''}",
+        ),
         ("evaluations", f"{run.evaluations} in {run.seconds:.2f} s"),
         ("failed evaluations", failures + (f", first: {run.first_failure}" if run.failures else "")),
         ("front", f"{len(front)} non-dominated feasible solutions"),
@@ -68,7 +72,7 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
 
 
 #: File stems of all pictures that a run may have.
-FIGURES = ("front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path", "effort")
+FIGURES = ("front", "front_3d", "parallel", "hypervolume", "profiles", "path", "parameter", "tool_path", "effort")
 
 
 def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
@@ -81,7 +85,14 @@ def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
     yield "parallel", "Trade-offs: one line per solution", plots.parallel_coordinates(front, mark=knee).figure
     yield "hypervolume", "Hypervolume by generation", plots.hypervolume(front).figure
     yield "profiles", "Joint motion of the knee inside its limits (dashed)", plots.profiles(knee)[0].figure
-    yield "tool_path", "Path of the tool at the knee", plots.tool_path(knee).figure
+    along = isinstance(knee.trajectory, ComposedBatch)
+    if along and knee.trajectory.n_joints == 2:
+        yield "path", "The path, its control polygon, and the speed of the knee", path_plots.path(knee).figure
+    else:
+        yield "tool_path", "Path of the tool at the knee", plots.tool_path(knee).figure
+    if along:
+        named = {solution.rule: solution for solution in choices(front)}
+        yield "parameter", "The path's parameter over time", path_plots.parameter(named).figure
     if np.isfinite(front.problem.robot.limits.effort).any():
         yield "effort", "Effort at the knee as a share of its limits", effort_utilisation(knee).figure
 

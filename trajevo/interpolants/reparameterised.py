@@ -116,10 +116,8 @@ class Reparameterisation(Interpolant):
 
     def least_durations(self, course: Course) -> Array:
         """Least duration under the limits of every way to run, in closed form, shape (B,) [s]."""
-        tight = self.bound == "tight"
-        return _least_durations(
-            [course.peak(order) if tight else course.hull_terms(order).max(axis=2) for order in ORDERS], self.limits
-        )
+        peak = course.peak if self.bound == "tight" else course.hull_peak
+        return _least_durations([peak(order) for order in ORDERS], self.limits)
 
     def with_seconds(self, x: Array) -> Array:
         """Decision vectors of the same interpolant with ``timing="seconds"``, for (B, n_variables) of this."""

@@ -1,0 +1,119 @@
+"""A motion of linear axes as straight blocks with a feed each: what a numerical control reads."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen
+from trajevo.errors import InvalidInputError
+from trajevo.front import Solution
+
+#: Letters that a numerical control knows as linear axes.
+AXIS_LETTERS = "XYZUVW"
+
+#: Digits of coordinates after the point [mm]; a block must be longer than the last one.
+_DIGITS = 6
+
+_MM = 1e3
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Straight blocks along a motion.
+
+    Attributes:
+        letters: names of the axes for the control.
+        time: instants at which blocks end, the start first, shape (K + 1,) [s].
+        position: where they end, the start first, shape (K + 1, n_axes) [mm].
+        feed: of each block, shape (K,) [mm/min].
+        deviation: greatest distance of the motion from its block, at the middle of each block's time [mm].
+    """
+
+    letters: tuple[str, ...]
+    time: Array
+    position: Array
+    feed: Array
+    deviation: float
+
+
+def blocks(solution: Solution, step: float) -> Blocks:
+    """Cut a motion into straight blocks that take equally long; where nearly nothing moves several become one.
+
+    Args:
+        solution: of a robot whose joints are all linear axes.
+        step: time of a block [s].
+
+    Raises:
+        InvalidInputError: a joint turns, or its name is no letter of a linear axis.
+    """
+    robot, trajectory = solution.front.problem.robot, solution.trajectory
+    letters = tuple(name.upper() for name in robot.joint_names)
+    for letter, name, unit in zip(letters, robot.joint_names, robot.joint_units, strict=True):
+        if unit != "m" or letter not in tuple(AXIS_LETTERS):
+            raise InvalidInputError(
+                f"feed: joint {name!r} [{unit}] of robot {robot.name!r} is no linear axis; "
+                f"expected joints in m that are named by a letter of {AXIS_LETTERS}"
+            )
+    duration = float(trajectory.duration[0])
+    time = np.linspace(0.0, duration, max(int(np.ceil(duration / step)), 1) + 1)
+    position = np.round(_MM * trajectory.evaluate(time)[0], _DIGITS)
+    kept = [0]
+    for k in range(1, len(time)):
+        if (position[k] != position[kept[-1]]).any():
+            kept.append(k)
+    if kept[-1] != len(time) - 1:
+        kept[-1] = len(time) - 1
+    time, position = time[kept], position[kept]
+    length = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    middle = _MM * trajectory.evaluate(0.5 * (time[1:] + time[:-1]))[0]
+    return Blocks(
+        letters=letters,
+        time=frozen(time),
+        position=frozen(position),
+        feed=frozen(60.0 * length / np.diff(time)),
+        deviation=float(_distance(middle, position[:-1], position[1:]).max()),
+    )
+
+
+def feed_table(solution: Solution, step: float) -> str:
+    """The blocks as CSV: time, coordinates and feed."""
+    found = blocks(solution, step)
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["time [s]", *(f"{letter} [mm]" for letter in found.letters), "feed [mm/min]"])
+    feeds = np.concatenate([[0.0], found.feed])
+    for time, position, feed in zip(found.time.tolist(), found.position.tolist(), feeds.tolist(), strict=True):
+        writer.writerow([repr(time), *map(repr, position), repr(feed)])
+    return stream.getvalue()
+
+
+def g_code(solution: Solution, step: float) -> str:
+    """The blocks as G-code of ISO 6983: G1 with the feed of each block, mm and mm/min, absolute."""
+    found, duration = blocks(solution, step), float(solution.trajectory.duration[0])
+    lines = [
+        f"; trajevo: {solution.front.record.title}",
+        f"; {solution.rule}, row {solution.index} of the front, {duration:.6f} s in {len(found.feed)} blocks",
+        f"; greatest distance of the motion from a block {found.deviation:.3g} mm",
+        "; starts and ends at rest; feeds are the mean speeds of the blocks",
+        "G21 G90 G94",
+        f"G0 {_words(found.letters, found.position[0])}",
+    ]
+    for position, feed in zip(found.position[1:], found.feed.tolist(), strict=True):
+        lines.append(f"G1 {_words(found.letters, position)} F{np.format_float_positional(feed, 8, fractional=False)}")
+    return "\n".join([*lines, "M2", ""])
+
+
+def _words(letters: tuple[str, ...], position: Array) -> str:
+    return " ".join(f"{letter}{value:.{_DIGITS}f}" for letter, value in zip(letters, position.tolist(), strict=True))
+
+
+def _distance(points: Array, start: Array, end: Array) -> Array:
+    """Distance of points from the segments between starts and ends, each (K, n_axes) -> (K,)."""
+    along = end - start
+    share = np.clip(((points - start) * along).sum(axis=1) / np.square(along).sum(axis=1), 0.0, 1.0)
+    distance: Array = np.linalg.norm(points - start - share[:, None] * along, axis=1)
+    return distance

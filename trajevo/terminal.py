@@ -1,0 +1,62 @@
+"""What the command line prints: problems and robots, a run with its choices."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Column, Table
+
+from trajevo.errors import InvalidInputError
+from trajevo.front import Front
+from trajevo.registry import list_problems, problem_class
+from trajevo.report import choices, objective_headers, run_facts
+from trajevo.robot import list_robots, load_robot
+
+
+def print_list(out: Console) -> None:
+    """Print the problems and the robots at hand."""
+    problems = Table(
+        "problem", "title", Column("registered as", overflow="fold"), title="Problems", title_justify="left"
+    )
+    for name, point in list_problems().items():
+        try:
+            title = problem_class(name).title
+        except InvalidInputError as error:
+            title = escape(f"cannot be used: {error}")
+        problems.add_row(name, title, point.value)
+    robots = Table("robot", "dof", "limits", "not limited", title="Robots", title_justify="left")
+    for name in list_robots():
+        robot = load_robot(name)
+        limits = {
+            "position": np.concatenate([robot.limits.lower, robot.limits.upper]),
+            **{kind: getattr(robot.limits, kind) for kind in ("velocity", "acceleration", "jerk", "effort")},
+        }
+        given = [kind for kind, values in limits.items() if np.isfinite(values).all()]
+        missing = [kind for kind in limits if kind not in given]
+        robots.add_row(name, str(robot.dof), ", ".join(given), ", ".join(missing))
+    out.print(problems)
+    out.print(robots)
+
+
+def print_run(out: Console, front: Front, angle: str | None) -> None:
+    """Print what is known of a run and the solutions to choose from."""
+    facts = Table.grid(padding=(0, 2))
+    for label, text in run_facts(front):
+        facts.add_row(label, escape(text))
+    out.print(facts)
+    if not len(front):
+        out.print(f"The front is empty: {front.blocking}.")
+        return
+    headers = objective_headers(front, angle=angle)
+    table = Table(Column("solution", no_wrap=True), box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+    for header, _ in headers:
+        table.add_column(escape(header), min_width=max(map(len, header.split())))
+    table.add_column("closest limit", no_wrap=True)
+    for solution in choices(front):
+        values = [f"{value * factor:.5g}" for value, (_, factor) in zip(solution.F.values(), headers, strict=True)]
+        closest = max(solution.G, key=lambda name: solution.G[name], default="")
+        share = f"{100.0 * (1.0 + solution.G[closest]):.1f} % {closest}" if closest else "none"
+        table.add_row(solution.rule, *values, share)
+    out.print(table)
