@@ -1,6 +1,10 @@
-"""Small problems that the tests can break."""
+"""Small problems that the tests can break, and the command line as a user meets it."""
 
 from __future__ import annotations
+
+import os
+import subprocess
+import sys
 
 import numpy as np
 
@@ -42,3 +46,9 @@ def nan_when_slow(rollout):
 def impossible(robot, by: float) -> Constraint:
     """A limit that every trajectory exceeds by a given share."""
     return Constraint(("patience",), "test", lambda rollout: np.full((len(rollout.trajectory), 1), by))
+
+
+def trajevo(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
+    """Run the command line in a process of its own."""
+    command = [sys.executable, "-c", "from trajevo.cli import main; main()", *map(str, arguments)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, env=os.environ | {"COLUMNS": "160"})

@@ -6,8 +6,10 @@ import json
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import BSpline
 
 SUN2020 = json.loads((Path(__file__).parent / "data" / "sun2020.json").read_text())
+PAING2021 = json.loads((Path(__file__).parent / "data" / "paing2021.json").read_text())
 TABLE_4_DURATIONS = np.diff(SUN2020["table4_times"])[None]
 
 
@@ -63,3 +65,19 @@ def non_dominated(F: np.ndarray) -> np.ndarray:
     for i in range(len(F)):
         keep[i] = not any((F[k] <= F[i]).all() and (F[k] < F[i]).any() for k in range(len(F)))
     return keep
+
+
+def full_control_points(free) -> np.ndarray:
+    """All 16 control points of a u(t) from the ten free ones of Paing 2021, one row."""
+    return np.concatenate([np.zeros(3), free, np.ones(3)])[None]
+
+
+def slow_composition(path, control_points, order, t):
+    """s(u(t)) in unit time and its first three derivatives, each (T, n_axes): scipy's BSpline and eqs. (15)-(17)."""
+    inner = np.linspace(0.0, 1.0, len(control_points) - order + 2)[1:-1]
+    u = BSpline(np.concatenate([np.zeros(order), inner, np.ones(order)]), control_points, order - 1)
+    s = BSpline(path.knots, path.control_points, path.order - 1)
+    at = np.clip(u(t), 0.0, 1.0)
+    s1, s2, s3 = (s(at, k) for k in (1, 2, 3))
+    v, a, j = (u(t, k)[:, None] for k in (1, 2, 3))
+    return s(at), s1 * v, s2 * v**2 + s1 * a, s3 * v**3 + 3.0 * s2 * v * a + s1 * j

@@ -59,7 +59,7 @@ def test_a_step_longer_than_the_motion_gives_its_ends(knee, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ({"format": "xml"}, "unknown export format 'xml'; known: csv, json"),
+        ({"format": "xml"}, "unknown export format 'xml'; known: csv, feed, gcode, json"),
         ({"step": 0.0}, "step: expected a positive time"),
         ({"step": float("nan")}, "step: expected a positive time"),
         ({"angle": "gon"}, "unknown angle unit 'gon'"),

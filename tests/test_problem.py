@@ -8,7 +8,7 @@ from pymoo.optimize import minimize
 from problems import PointingMechanism
 from tests.helpers import POINTS, failing_when_slow, nan_when_slow, small_problem
 from tests.reference import TABLE_4_DURATIONS
-from trajevo import TrajevoError, load_problem, problem
+from trajevo import TrajevoError, load_problem, registry
 from trajevo.constraints import kinematic_limits, position_limits
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.interpolants import stop_and_go
@@ -96,8 +96,8 @@ def test_registered_problems_are_made_by_name():
 def test_something_registered_that_is_no_problem_is_refused(monkeypatch):
     from importlib.metadata import EntryPoint
 
-    point = EntryPoint("wrong", "math:sqrt", problem.ENTRY_POINT_GROUP)
-    monkeypatch.setattr(problem, "entry_points", lambda group: [point])
+    point = EntryPoint("wrong", "math:sqrt", registry.ENTRY_POINT_GROUP)
+    monkeypatch.setattr(registry, "entry_points", lambda group: [point])
     with pytest.raises(TrajevoError, match="'wrong': math:sqrt is not a TrajectoryProblem"):
         load_problem("wrong")
 

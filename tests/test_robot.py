@@ -40,7 +40,7 @@ def test_a_folder_loads_like_a_name(folder):
 
 
 def test_unknown_robots_list_the_known():
-    with pytest.raises(UnknownNameError, match="unknown robot 'pointing'; known: hybrid_manipulator, pointing_mech"):
+    with pytest.raises(UnknownNameError, match="unknown robot 'pointing'; known: feed_drive, hybrid_manip"):
         load_robot("pointing")
 
 

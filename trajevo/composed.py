@@ -8,8 +8,9 @@ from typing import Any, SupportsIndex, final
 import numpy as np
 
 from trajevo.arrays import Array, frozen, read_only
-from trajevo.course import ORDERS, Course
+from trajevo.course import Course
 from trajevo.errors import InvalidInputError
+from trajevo.hull import ORDERS
 from trajevo.trajectory import TrajectoryBatch, checked_order, chosen_rows
 
 

@@ -14,9 +14,10 @@ import numpy as np
 
 from trajevo.arrays import Array
 from trajevo.composed import ComposedBatch
-from trajevo.course import ORDERS, Course
+from trajevo.course import Course
 from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError
+from trajevo.hull import ORDERS
 from trajevo.robot import Robot
 from trajevo.trajectory import DERIVATIVES
 

@@ -9,21 +9,19 @@ the unit run divided by T^d.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, reduce
+from functools import cache, cached_property
 from math import factorial, perm
 from typing import final
 
 import numpy as np
 from scipy.interpolate import BSpline
 
-from trajevo import polynomials
+from trajevo import hull, polynomials
 from trajevo.arrays import Array, frozen, read_only
 from trajevo.bounds import gauss, greatest_magnitude, local_greatest
 from trajevo.curve import GeometricPath
 from trajevo.errors import InvalidInputError
-
-#: Velocity, acceleration, jerk.
-ORDERS = (1, 2, 3)
+from trajevo.hull import ORDERS
 
 #: Parts of every piece of u(t) in which extremes are sought for gradient solvers: in one that holds two equal ones
 #: the greatest is not smooth. Time-optimal runs along symmetric paths have such pieces.
@@ -134,20 +132,12 @@ class Course:
         return -below, above
 
     def hull_peak(self, derivative: int) -> Array:
-        """The bound (20)-(25) of a derivative's magnitude, shape (B, n_axes).
-
-        For velocity S₁ V, for acceleration S₂ V² + S₁ A, for jerk S₃ V³ + 3 S₂ A V + S₁ J, where S are the greatest
-        magnitudes of the path's derivatives and V, A, J those of the coefficients (10), (12), (14) of u(t) that belong
-        together. For velocity and acceleration the bound is rigorous; for jerk the paper does not prove it.
-        """
+        """The paper's bound (20)-(25) of a derivative's magnitude, shape (B, n_axes), see :mod:`trajevo.hull`."""
         return self._hull_peaks[derivative - 1]
 
     def hull_terms(self, derivative: int) -> Array:
-        """Terms with that bound as their greatest, A and J with both signs, so that each is smooth; (B, n_axes, K)."""
-        v, a, j = self._derived
-        signs = [((1, 1),), ((1, 1), (-1, 1)), ((1, 1), (1, -1), (-1, 1), (-1, -1))][derivative - 1]
-        terms = [term for turn, sign in signs for term in self._hull(derivative, v, turn * a, sign * j)]
-        return np.swapaxes(np.concatenate(terms, axis=2), 0, 1)
+        """Smooth terms with that bound as their greatest, (B, n_axes, K)."""
+        return hull.signed_terms(self.path, self._derived, derivative)
 
     def local_terms(self, derivative: int) -> Array:
         """Greatest value and greatest negative value in every part of u(t), smooth in the control points.
@@ -236,34 +226,11 @@ class Course:
 
     @cached_property
     def _hull_peaks(self) -> list[Array]:
-        v, a, j = self._derived
-        a, j = a * np.sign(a.real), j * np.sign(j.real)
-        terms = [self._hull(order, v, a, j) for order in ORDERS]
-        return [frozen(reduce(np.maximum, some).max(axis=2).T) for some in terms]
-
-    def _hull(self, derivative: int, v: Array, a: Array, j: Array) -> list[Array]:
-        """Terms of (21), (23) or (25) for coefficients (B, ...) of u(t), each (n_axes, B, K)."""
-        s1, s2, s3 = (self.path.peak(order)[:, None, None] for order in ORDERS)
-        if derivative == 1:
-            return [s1 * v]
-        size = (v, a, j)[derivative - 1].shape[1]
-        speed = [v[:, k : k + size] for k in range(derivative)]
-        if derivative == 2:
-            rest = s1 * a
-            return [s2 * some**2 + rest for some in speed]
-        rest = s1 * j
-        pairs = ((0, 0), (1, 0), (1, 1), (2, 1))
-        return [s3 * speed[k] ** 3 + s2 * (3.0 * a[:, i : i + size] * speed[k]) + rest for k, i in pairs]
+        return [frozen(peak) for peak in hull.peaks(self.path, self._derived)]
 
     @cached_property
     def _derived(self) -> list[Array]:
-        """Coefficients (10), (12), (14) of the derivatives of u(t), each (B, n_control_points - order)."""
-        knots, c, found = self.knots, self.control_points, []
-        for taken in ORDERS:
-            width = knots[self.order : self.order + c.shape[1] - 1] - knots[taken : taken + c.shape[1] - 1]
-            c = (self.order - taken) * np.diff(c, axis=1) / width
-            found.append(c)
-        return found
+        return hull.derived_coefficients(self.control_points, self.knots, self.order)
 
 
 def _chain(path: GeometricPath, piece: Array, offset: Array, u: list[Array], wanted: tuple[int, ...]) -> list[Array]:

@@ -64,10 +64,7 @@ class GeometricPath:
                 f"knots: expected {self.order} zeros, increasing inner knots, {self.order} ones, got {knots.tolist()}"
             )
         given = self.breaks if self.parameters is None else self.parameters
-        parameters = numbers(given, name="parameters", shape=("n_points",))
-        if len(parameters) < 2 or parameters[0] != 0.0 or parameters[-1] != 1.0 or (np.diff(parameters) <= 0.0).any():
-            raise InvalidInputError(f"parameters: expected numbers increasing from 0 to 1, got {parameters.tolist()}")
-        object.__setattr__(self, "parameters", read_only(parameters))
+        object.__setattr__(self, "parameters", read_only(_rising(given)))
 
     @classmethod
     def through(
@@ -227,7 +224,9 @@ def _fitted(points: Array, count: int, order: int, parameters: Any, knots: Any, 
         u = np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
         u[-1] = 1.0
     else:
-        u = numbers(parameters, name="parameters", shape=(len(points),))
+        u = _rising(parameters)
+        if len(u) != len(points):
+            raise InvalidInputError(f"parameters: expected {len(points)}, one for each point, got {len(u)}")
     if isinstance(knots, str):
         inner = KNOTS[checked_name("knots", knots, KNOTS)](u, count, order)
     else:
@@ -246,6 +245,13 @@ def _fitted(points: Array, count: int, order: int, parameters: Any, knots: Any, 
             f"use fewer control points or other knots or parameters"
         )
     return GeometricPath(vector, np.concatenate([points[:1]] * ends + [found] + [points[-1:]] * ends), u)
+
+
+def _rising(parameters: Any) -> Array:
+    given = numbers(parameters, name="parameters", shape=("n_points",))
+    if len(given) < 2 or given[0] != 0.0 or given[-1] != 1.0 or (np.diff(given) <= 0.0).any():
+        raise InvalidInputError(f"parameters: expected numbers increasing from 0 to 1, got {given.tolist()}")
+    return given
 
 
 def _averaging(u: Array, count: int, order: int) -> Array:

@@ -13,9 +13,10 @@ import numpy as np
 
 from trajevo.arrays import Array, frozen
 from trajevo.composed import ComposedBatch
-from trajevo.course import ORDERS, Course
+from trajevo.course import Course
 from trajevo.curve import GeometricPath
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.hull import ORDERS
 from trajevo.interpolants.interpolant import Interpolant, Variable, decision_vectors
 from trajevo.path import ViaPoints
 from trajevo.piecewise import PolynomialBatch
@@ -32,7 +33,7 @@ TIMINGS = ("share", "seconds", "least")
 _TAKEN = 5
 
 #: Added to every rise, so that u(t) increases strictly, as the paper asks, even where all of them are 0.
-_LEAST_RISE = 1e-9
+_LEAST_RISE = 1e-12
 
 #: Slope at an end, as a share of the greatest, below which a path is at rest there.
 _AT_REST = 1e-9

@@ -1,0 +1,82 @@
+"""Running along a path from the command line."""
+
+import numpy as np
+import pytest
+
+from problems.example_paths import s_points
+from tests.helpers import trajevo
+from trajevo import Front
+
+SMALL = ["--generations", "8", "--population", "20", "--quiet"]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "s"
+    result = trajevo("solve", "reparam", "--path", "s", "--method", "nnc", "--limits", "hull", "--out", folder)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+    return folder, result.stdout
+
+
+def test_the_papers_method_writes_front_pictures_and_report(run):
+    folder, said = run
+    front = Front.load(folder / "front.json")
+    assert front.run.algorithm == "NNC"
+    assert len(front) == 73
+    names = {file.stem for file in (folder / "plots").iterdir()}
+    assert names == {"front", "parallel", "hypervolume", "profiles", "path", "parameter"}
+    for expected in ("jerk [mm²/s⁵]", "3.6268", "sub-problems = 73", "levels"):
+        assert expected in said
+    report = (folder / "report.html").read_text()
+    assert "control polygon" in report
+    assert "sub-problems = 73" in report
+
+
+def test_g_code_is_written(run):
+    folder, _ = run
+    result = trajevo("export", folder, "--solution", "utopia", "--format", "gcode", "--step", "0.02")
+    assert result.returncode == 0, result.stderr
+    assert (folder / "utopia.gcode").read_text().startswith("; trajevo: Time and jerk along a fixed path")
+
+
+def test_points_limits_and_seeds_are_options(tmp_path):
+    file = tmp_path / "points.csv"
+    file.write_text("x [mm], y [mm]\n" + "\n".join(f"{1e3 * x}, {1e3 * y}" for x, y in s_points()))
+    limits = ["velocity=80 mm/s", 'acceleration=["500 mm/s^2", 0.4]', "jerk=20", "longest_time=6 s"]
+    pairs = [word for pair in limits for word in ("--set", pair)]
+    options = ["--path", file, *pairs, "--encoding", "shape", "--sqp-seeds", "3"]
+    result = trajevo("solve", "reparam", *options, *SMALL, "--out", tmp_path / "run")
+    assert result.returncode == 0, result.stderr
+    front = Front.load(tmp_path / "run" / "front.json")
+    np.testing.assert_allclose(front.record.limits["acceleration"], [0.5, 0.4])
+    assert front.record.settings["longest_time"] == 6.0
+    assert front.run.settings["initial"] == 3
+    assert front.objective_names == ("time", "jerk")
+    assert trajevo("show", tmp_path / "run").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--path", "nose"], "unknown path 'nose'; known: a CSV file of points, gemini, s"),
+        (["--limits", "loose"], "unknown limits 'loose'; known: hull, tight"),
+        (["--method", "magic"], "unknown method 'magic'; known: evolution, nnc"),
+        (["--method", "nnc", "--population", "20"], "--population: the method 'nnc' has no such setting"),
+        (["--method", "nnc", "--algorithm", "spea2"], "--algorithm: the method 'nnc' has no such setting"),
+        (["--tolerance", "0.1"], "--tolerance: the method 'evolution' has no such setting"),
+        (["--method", "nnc", "--tolerance", "2"], "tolerance: expected a number between 0 and 1, got 2.0"),
+        (["--algorithm", "spea2", "--sqp-seeds", "3"], "initial: set it on the algorithm that is passed, SPEA2"),
+        (["--set", "speed"], "--set: expected KEY=VALUE, got 'speed'"),
+        (["--set", "colour=red"], "problem 'reparam' takes no 'colour'"),
+        (["--path", "s", "--set", "path=gemini"], "--set: 'path' is given twice"),
+        (["--set", "velocity=-80 mm/s"], "velocity: expected a positive limit [m/s] or inf for axis 'x', got -0.08"),
+        (["--set", "longest_time=1"], "longest_time: the path needs 1.832"),
+    ],
+)
+def test_bad_options_get_one_sentence(tmp_path, arguments, says):
+    result = trajevo("solve", "reparam", *arguments, cwd=tmp_path)
+    assert result.returncode == 2
+    assert says in " ".join(result.stderr.split())
+    assert "Traceback" not in result.stderr
+    assert not list(tmp_path.rglob("front.json"))

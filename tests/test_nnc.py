@@ -1,0 +1,219 @@
+"""Normal constraints, divide and conquer: on any problem of two objectives, whatever its gradients are."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
+from tests.helpers import impossible, small_problem
+from trajevo import TrajectoryProblem, TrajevoError, load_robot, nnc, optimise
+from trajevo.nnc import solve_nnc, weighting_factors
+from trajevo.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.sqp import Search, differentiated, random_starts
+
+
+@pytest.fixture(scope="module")
+def front():
+    return solve_nnc(small_problem())
+
+
+def test_the_front_is_feasible_and_mutually_non_dominated(front):
+    assert len(front) > 20
+    assert (front.G <= 0.0).all()
+    assert (np.diff(front.F[:, 0]) > 0.0).all()
+    assert (np.diff(front.F[:, 1]) < 0.0).all()
+    np.testing.assert_allclose(front.problem.evaluate(front.X)[0], front.F, rtol=1e-12)
+
+
+def test_evolution_finds_nothing_better(front):
+    evolved = optimise(small_problem(), seed=1, generations=60, population=60, progress=False)
+    for time, jerk in front.F:
+        dominating = (evolved.F[:, 0] < time * (1.0 - 1e-5)) & (evolved.F[:, 1] < jerk * (1.0 - 1e-5))
+        assert not dominating.any()
+
+
+def test_neighbours_differ_significantly_or_their_gap_was_not_divided(front):
+    normalised = (front.F - front.F.min(axis=0)) / np.ptp(front.F, axis=0)
+    gaps = np.abs(np.diff(normalised, axis=0))
+    assert (gaps.min(axis=1) < 0.01 + 1e-9).all()
+    assert (gaps.max(axis=1) < 0.15).all()
+
+
+def test_a_smaller_tolerance_gives_more_points(front):
+    assert (
+        len(solve_nnc(small_problem(), tolerance=0.05)) < len(front) < len(solve_nnc(small_problem(), tolerance=0.004))
+    )
+
+
+def test_weighting_factors_are_halvings(front):
+    omega = weighting_factors(front)
+    assert omega[0] == 0.0
+    assert omega[-1] == 1.0
+    assert (np.diff(omega) > 0.0).all()
+    np.testing.assert_allclose(omega * 2**10, np.round(omega * 2**10), atol=2e-3)
+
+
+def test_a_number_of_points_is_spread_evenly():
+    front = solve_nnc(small_problem(), points=9)
+    np.testing.assert_allclose(weighting_factors(front), np.linspace(0.0, 1.0, 9), atol=1e-5)
+    assert front.run.settings["points"] == 9
+
+
+def test_the_run_is_told(front):
+    run = front.run
+    assert run.algorithm == "NNC"
+    assert run.settings["gradients"] == "complex step"
+    assert run.settings["sub-problems"] == len(front)
+    assert run.settings["failed"] == 0
+    assert run.generations == len(front.history.hypervolume) > 4
+    assert all(np.diff(front.history.hypervolume) >= 0.0)
+
+
+def test_the_seed_decides(front):
+    assert solve_nnc(small_problem()).F.tolist() == front.F.tolist()
+    np.testing.assert_allclose(solve_nnc(small_problem(), seed=5).F[[0, -1]], front.F[[0, -1]], rtol=1e-4)
+
+
+def real_jerk(rollout):
+    """An objective that forgets the imaginary parts: its complex step is wrong without a word."""
+    return summed_rms_jerk(rollout).real * 1.0
+
+
+def refusing_jerk(rollout):
+    """An objective that complex numbers break."""
+    jerk = summed_rms_jerk(rollout)
+    if np.iscomplexobj(jerk):
+        raise TypeError("no complex numbers, please")
+    return jerk
+
+
+@pytest.mark.parametrize(
+    ("function", "says"),
+    [
+        (real_jerk, "the complex step disagrees for jerk"),
+        (refusing_jerk, "complex numbers raise TypeError: no complex"),
+    ],
+)
+def test_wrong_gradients_are_noticed_told_and_replaced(function, says, front):
+    objectives = (Objective("time", "s", "test", total_time), Objective("jerk", "rad/s^3", "test", function))
+    with pytest.warns(UserWarning, match=says):
+        found = solve_nnc(small_problem(objectives=objectives), points=5)
+    assert found.run.settings["gradients"] == "finite differences"
+    expected = solve_nnc(small_problem(), points=5)
+    np.testing.assert_allclose(found.F, expected.F, rtol=1e-4)
+
+
+def test_right_gradients_are_kept_without_a_warning():
+    for problem in (HybridManipulator(), PointingMechanism(), TimeJerkReparameterisation()):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            _, kind = differentiated(problem, random_starts(problem, 0, 2))
+        assert kind == "complex step"
+
+
+def test_finite_differences_stay_inside_the_bounds():
+    problem = small_problem(
+        objectives=(Objective("time", "s", "t", total_time), Objective("jerk", "1", "t", real_jerk))
+    )
+    with pytest.warns(UserWarning, match="finite differences"):
+        gradients, _ = differentiated(problem, random_starts(problem, 0, 2))
+    for corner in (problem.xl, problem.xu):
+        dF = gradients(corner[None])[1][0]
+        np.testing.assert_allclose(dF, small_problem().evaluate_with_gradients(corner[None])[1][0], rtol=1e-3)
+
+
+def test_a_search_that_fails_is_tried_again_from_its_neighbours(monkeypatch, front):
+    run, broken = Search.run, []
+
+    def unlucky(self, start, tolerance):
+        if self.half_space is not None and len(broken) < 3 and self not in broken:
+            broken.append(self)
+            return np.array(self.problem.xu)
+        return run(self, start, tolerance)
+
+    monkeypatch.setattr(Search, "run", unlucky)
+    found = solve_nnc(small_problem())
+    assert found.run.settings["tried again"] >= 1
+    assert found.run.settings["failed"] == 0
+    np.testing.assert_allclose(found.F, front.F, rtol=1e-4)
+
+
+def test_sub_problems_that_fail_for_good_are_counted_and_the_others_kept(monkeypatch):
+    run = Search.run
+
+    def hopeless(self, start, tolerance):
+        return np.array(self.problem.xu) if self.half_space is not None else run(self, start, tolerance)
+
+    monkeypatch.setattr(Search, "run", hopeless)
+    found = solve_nnc(small_problem())
+    assert len(found) == 2
+    assert found.run.settings["failed"] == 1
+
+
+def test_an_interrupt_keeps_what_was_found(monkeypatch):
+    between, calls = nnc._Division.between, []
+
+    def interrupted(self, *arguments):
+        calls.append(1)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return between(self, *arguments)
+
+    monkeypatch.setattr(nnc._Division, "between", interrupted)
+    front = solve_nnc(small_problem())
+    assert front.run.interrupted
+    assert len(front) == 5
+
+
+def test_nothing_feasible_is_an_empty_front_that_says_why():
+    robot = load_robot("pointing_mechanism")
+    front = solve_nnc(small_problem(constraints=(impossible(robot, 0.25),)))
+    assert len(front) == 0
+    assert front.run.settings["failed"] == 2
+    assert front.run.settings["sub-problems"] == 0
+
+
+def test_objectives_that_do_not_conflict_have_a_front_of_one_point():
+    twice = (Objective("time", "s", "t", total_time), Objective("again", "s", "t", total_time))
+    front = solve_nnc(small_problem(objectives=twice))
+    assert len(front) == 1
+
+
+def test_ties_of_the_first_objective_are_broken_by_the_second():
+    """The least duration of the first segment leaves the second one free where there are no limits."""
+    objectives = (
+        Objective("first", "s", "t", lambda rollout: rollout.trajectory.segment_durations[:, 0]),
+        Objective("jerk", "rad/s^3", "t", summed_rms_jerk),
+    )
+    problem = small_problem(objectives=objectives, constraints=())
+    front = solve_nnc(problem, points=3)
+    free = problem.evaluate(np.array([[1.0, second] for second in np.linspace(1.0, 10.0, 2000)]))
+    assert front.F[0, 0] == pytest.approx(1.0, rel=1e-6)
+    assert front.F[0, 1] == pytest.approx(free[:, 1].min(), rel=1e-4)
+
+
+class _NoProblem:
+    n_obj = 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"problem": PointingMechanism()}, "needs a TrajectoryProblem of two objectives"),
+        ({"problem": _NoProblem()}, "needs a TrajectoryProblem of two objectives"),
+        ({"tolerance": 0.0}, "tolerance: expected a number between 0 and 1, got 0.0"),
+        ({"tolerance": "a"}, "tolerance: expected a number between 0 and 1, got 'a'"),
+        ({"seed": -1}, "seed: expected a whole number of at least 0, got -1"),
+        ({"points": 1}, "points: expected a whole number of at least 2, got 1"),
+    ],
+)
+def test_bad_arguments_get_a_sentence(arguments, says):
+    with pytest.raises(TrajevoError, match=says):
+        solve_nnc(**({"problem": small_problem()} | arguments))
+
+
+def test_weighting_factors_need_two_points(front):
+    with pytest.raises(TrajevoError, match="at least two points of two objectives"):
+        weighting_factors(solve_nnc(small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 1.0),))))
+    assert isinstance(front.problem, TrajectoryProblem)
