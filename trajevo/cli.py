@@ -82,7 +82,9 @@ def solve(
     method: Annotated[
         str, typer.Option(help="evolution, or nnc: normal constraints and SQP, for two objectives.")
     ] = "evolution",
-    tolerance: Annotated[float | None, typer.Option(help="Least significant trade-off of nnc, 0.01.")] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(min=1e-6, max=0.99, help="Least significant trade-off of nnc, 0.01.")
+    ] = None,
     sqp_seeds: Annotated[
         int | None, typer.Option(min=2, help="Begin the evolution with as many points found by nnc.")
     ] = None,
@@ -113,6 +115,8 @@ def solve(
         "--algorithm": None if algorithm == "nsga2" else algorithm,
     }
     _refuse_given(method, {"--tolerance": tolerance} if method == "evolution" else evolution)
+    if algorithm != "nsga2":
+        _refuse_given(algorithm, {"--sqp-seeds": sqp_seeds})
     settings = _algorithm_settings(algorithm, population, offsprings, to_solve.evolution.population)
     _claim(folder, overwrite)
     if method == "nnc":
