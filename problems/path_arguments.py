@@ -14,20 +14,51 @@ from trajevo.arrays import Array, numbers
 from trajevo.curve import GeometricPath
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.path import read_points
-from trajevo.robot import Robot
+from trajevo.robot import Robot, load_robot
 from trajevo.units import display, per_time, quantity
 
 #: Derivative that each limit is of.
 _DERIVATIVES = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
 
-def path_of(path: Any, control_points: int | None, robot: Robot) -> GeometricPath:
-    """The path that an argument means, its axes those of a robot.
+def prepared(
+    path: Any, control_points: int | None, robot: str | Path | None, asked: Mapping[str, Any], longest: Any
+) -> tuple[GeometricPath, Robot, float]:
+    """The path, the robot with the limits that count, and the longest time [s].
+
+    Args:
+        path: a name, points, a file of them, a path, or the settings of one.
+        control_points: of a path near points, or None for one through them.
+        robot: name or folder; the biaxial feed drive if None.
+        asked: velocity, acceleration and jerk limits, None where they are not given.
+        longest: longest time, or None.
 
     Raises:
-        UnknownNameError: text that is neither a name nor a file.
-        InvalidInputError: points that cannot be used, another number of axes, or a path out of an axis' range.
+        UnknownNameError: no such path or robot.
+        InvalidInputError: anything that cannot be used; the message names it.
     """
+    example = EXAMPLE_PATHS.get(path) if isinstance(path, str) else None
+    axes = load_robot("feed_drive" if robot is None else robot)
+    found = _path(path, control_points, axes)
+    return found, _limited(axes, example, asked, own=robot is not None), _longest(longest, example)
+
+
+def length_unit(robot: Robot) -> str:
+    """Unit in which people read the lengths of a robot: machine tools are read in mm."""
+    return "mm" if set(robot.joint_units) == {"m"} else "m"
+
+
+def at_rest(path: GeometricPath) -> GeometricPath:
+    """The path laid anew through or near its own positions, its first two derivatives zero at both ends."""
+    u = np.asarray(path.parameters)
+    options: dict[str, Any] = {"order": path.order, "parameters": u, "knots": "quantiles", "at_rest": True}
+    if len(u) > len(path.control_points):
+        return GeometricPath.near(path(u), control_points=len(path.control_points) + 4, **options)
+    return GeometricPath.through(path(u), **options)
+
+
+def _path(path: Any, control_points: int | None, robot: Robot) -> GeometricPath:
+    """The path that an argument means, its axes those of a robot and inside their ranges."""
     if isinstance(path, str) and path in EXAMPLE_PATHS:
         found, source = EXAMPLE_PATHS[path].make(), f"path {path!r}"
     elif isinstance(path, GeometricPath):
@@ -54,14 +85,8 @@ def path_of(path: Any, control_points: int | None, robot: Robot) -> GeometricPat
     return found
 
 
-def with_limits(
-    robot: Robot, example: ExamplePath | None, given: Mapping[str, Any], *, own: bool, length: str
-) -> Robot:
-    """A robot with the limits that count: given ones, else those of an example path, else its own where it was named.
-
-    Raises:
-        InvalidInputError: no limit at all, or one that is not positive; the message names it and the axis.
-    """
+def _limited(robot: Robot, example: ExamplePath | None, given: Mapping[str, Any], *, own: bool) -> Robot:
+    """A robot with the limits that count: given ones, else its own where it was named, else those of an example."""
     found = {}
     for name, value in given.items():
         if value is not None:
@@ -71,7 +96,9 @@ def with_limits(
         elif own:
             found[name] = getattr(robot.limits, name)
         else:
-            unit = display(per_time(robot.joint_units[0], _DERIVATIVES[name]), angle="deg", length=length)[0]
+            unit = display(per_time(robot.joint_units[0], _DERIVATIVES[name]), angle="deg", length=length_unit(robot))[
+                0
+            ]
             raise InvalidInputError(
                 f"{name}: a path of your own needs a limit for every axis: {name}='100 {unit}', "
                 f"or name a robot whose limits count"
@@ -79,12 +106,7 @@ def with_limits(
     return replace(robot, limits=replace(robot.limits, **found))
 
 
-def longest_of(longest: Any, example: ExamplePath | None) -> float:
-    """The longest time [s].
-
-    Raises:
-        InvalidInputError: none is given, or it is not positive.
-    """
+def _longest(longest: Any, example: ExamplePath | None) -> float:
     if longest is None and example is not None:
         return example.longest_time
     if longest is None:
@@ -93,15 +115,6 @@ def longest_of(longest: Any, example: ExamplePath | None) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not 0.0 < value < np.inf:
         raise InvalidInputError(f"longest_time: expected a positive time [s], got {longest!r}")
     return float(value)
-
-
-def at_rest(path: GeometricPath) -> GeometricPath:
-    """The path laid anew through or near its own positions, its first two derivatives zero at both ends."""
-    u = np.asarray(path.parameters)
-    options: dict[str, Any] = {"order": path.order, "parameters": u, "knots": "quantiles", "at_rest": True}
-    if len(u) > len(path.control_points):
-        return GeometricPath.near(path(u), control_points=len(path.control_points) + 4, **options)
-    return GeometricPath.through(path(u), **options)
 
 
 def _from_settings(settings: Mapping[str, Any]) -> GeometricPath:

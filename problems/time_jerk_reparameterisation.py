@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, final
 
 import numpy as np
 
 from problems.example_paths import EXAMPLE_PATHS
-from problems.path_arguments import at_rest, longest_of, path_of, with_limits
+from problems.path_arguments import at_rest, length_unit, prepared
+from problems.path_forms import POWER, envelope, least_time, rises, smooth_form
 from trajevo.arrays import Array
 from trajevo.constraints import (
     Constraint,
@@ -22,18 +24,17 @@ from trajevo.constraints import (
     effort_limits,
     hull_limits,
     jerk_limits,
-    smooth_path_limits,
     time_limit,
     velocity_limits,
 )
+from trajevo.curve import GeometricPath
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.interpolants import LinearReparameterisation, Reparameterisation
 from trajevo.objectives import Objective, integrated_square_jerk, times_duration, total_time, trapezoid_square_jerk
 from trajevo.payload import Payload
-from trajevo.problem import Evolution, Expansion, SmoothForm, TrajectoryProblem
-from trajevo.robot import Robot, load_robot
-from trajevo.sqp import Search
+from trajevo.problem import Evolution, Expansion, TrajectoryProblem
+from trajevo.robot import Robot
 
 #: Partitions N of the trapezoidal rule (29), section VI.B.
 PARTITIONS = 1000
@@ -42,12 +43,6 @@ QUADRATURES: dict[str, Callable[[Rollout], Array]] = {
     "gauss": integrated_square_jerk,
     "trapezoid": trapezoid_square_jerk(PARTITIONS),
 }
-
-#: F₂ falls with this power of t_f while u(t / t_f) stays.
-POWER = 5
-
-#: Points of the front that a set of shapes stands for, besides the least time of each.
-ENVELOPE_POINTS = 200
 
 #: The hypervolume's box ends at the longest time and at this many times the F₂ of evenly rising control points.
 REFERENCE_JERK = 10.0
@@ -84,7 +79,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         control_points: of u(t).
         order: of u(t).
         tolerance: share by which a tight bound may exceed the true peak.
-        effort: limit the joints' torques or forces too, at the samples.
+        effort: limit the joints' torques or forces too, at the samples; not with ``encoding="shape"``.
         payload: carried at the tool, mass [kg], a :class:`~trajevo.payload.Payload`, or its settings.
         samples: instants per segment at which effort is computed.
         threads: threads of Pinocchio.
@@ -121,21 +116,22 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         samples: int = 6,
         threads: int = 1,
     ) -> None:
-        checked_name("encoding", encoding, ("plain", "shape"))
-        checked_name("interpolant", interpolant, ("bspline", "linear"))
-        checked_name("quadrature", quadrature, QUADRATURES)
-        if encoding == "shape" and interpolant == "linear":
-            raise InvalidInputError("encoding: 'shape' needs the interpolant 'bspline'; u = t / t_f has one shape")
-        example = EXAMPLE_PATHS.get(path) if isinstance(path, str) else None
-        axes = load_robot("feed_drive" if robot is None else robot)
-        length = "mm" if set(axes.joint_units) == {"m"} else "m"
-        self.path = path_of(path, path_control_points, axes)
+        _check(encoding, interpolant, quadrature, effort)
         asked = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk}
-        axes = with_limits(axes, example, asked, own=robot is not None, length=length)
-        self.longest_time = longest_of(longest_time, example)
-        carried = Payload.of(payload, model=None)
+        self.path, axes, self.longest_time = prepared(path, path_control_points, robot, asked, longest_time)
+        dynamics = Dynamics(axes, Payload.of(payload, model=None), samples=samples, threads=threads)
+        runs = Reparameterisation(
+            self.path,
+            axes.limits,
+            longest_time=self.longest_time,
+            bound=limits,
+            timing="least" if encoding == "shape" else "share",
+            control_points=control_points,
+            order=order,
+            tolerance=tolerance,
+        )
         self._settings: dict[str, Any] = {
-            "path": path if example else self.path.settings,
+            "path": path if isinstance(path, str) and path in EXAMPLE_PATHS else self.path.settings,
             "robot": None if robot is None else str(robot),
             "limits": limits,
             **{name: _plain(getattr(axes.limits, name)) for name in asked},
@@ -147,69 +143,38 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             "order": order,
             "tolerance": tolerance,
             "effort": bool(effort),
-            "payload": carried.settings,
+            "payload": dynamics.payload.settings,
             "samples": samples,
             "threads": threads,
         }
-        runs = Reparameterisation(
-            self.path,
-            axes.limits,
-            longest_time=self.longest_time,
-            bound=limits,
-            timing="least" if encoding == "shape" else "share",
-            control_points=control_points,
-            order=order,
-            tolerance=tolerance,
-        )
-        dynamics = Dynamics(axes, carried, samples=samples, threads=threads)
-        extra = (effort_limits(axes),) if effort else ()
-        objectives = _objectives(QUADRATURES[quadrature], axes, encoding)
-        straight = interpolant == "linear"
+        linear = interpolant == "linear"
         super().__init__(
             dynamics=dynamics,
-            interpolant=LinearReparameterisation(at_rest(self.path), axes.limits, longest_time=self.longest_time)
-            if straight
-            else runs,
-            objectives=objectives,
-            constraints=(*_limits(axes, "tight" if straight else limits), time_limit(self.longest_time), *extra),
+            interpolant=_linear(self.path, axes, self.longest_time) if linear else runs,
+            objectives=_objectives(quadrature, axes, encoding),
+            constraints=(*_limits(axes, "tight" if linear else limits), *_others(axes, self.longest_time, effort)),
             reference_point=_reference(runs) if encoding == "plain" else None,
-            length=length,
+            length=length_unit(axes),
         )
-        if straight:
+        if linear:
             _refuse_too_short(self.longest_time, float(self.decode(np.zeros((1, 1))).duration[0]))
-            return
-        form = _smooth_form(runs, dynamics, _objectives(QUADRATURES[quadrature], axes, "plain"), extra)
-        _refuse_too_short(self.longest_time, _least_time(runs, form.problem))
-        if encoding == "plain":
+        else:
+            self._add_forms(runs, quadrature, effort)
+
+    def _add_forms(self, runs: Reparameterisation, quadrature: str, effort: bool) -> None:
+        """The smooth form of the plain encoding, the expansion of the other."""
+        form = smooth_form(runs, self.dynamics, _objectives(quadrature, self.robot, "plain"), effort)
+        _refuse_too_short(self.longest_time, least_time(runs, form.problem))
+        if runs.timing == "share":
             self.smooth = form
         else:
             plain = type(self)(**(self._settings | {"encoding": "plain"}))
-            self.expansion = Expansion(plain, self._envelope, _rises)
+            self.expansion = Expansion(plain, partial(envelope, longest_time=self.longest_time), rises)
 
     @property
     def settings(self) -> dict[str, Any]:
         """Keyword arguments that make an equal problem."""
         return dict(self._settings)
-
-    def _envelope(self, X: Array, F: Array) -> tuple[Array, Array]:
-        """Lower envelope of the curves t_f⁵ F₂ = constant, t_f ≥ least time, of shapes that do not dominate each other.
-
-        Args:
-            X: rises (N, n_rises) of non-dominated shapes.
-            F: their least times [s] and t_f⁵ F₂.
-
-        Returns:
-            Decision vectors and objectives of the plain problem.
-        """
-        order = np.argsort(F[:, 0])
-        least, constant = F[order].T
-        between = np.geomspace(least[0], self.longest_time, ENVELOPE_POINTS)
-        times = np.unique(np.concatenate([least[least <= self.longest_time], between[1:]]))
-        shape = np.searchsorted(least, times, side="right") - 1
-        room = self.longest_time - least[shape]
-        slowness = 1.0 - np.divide(self.longest_time - times, room, out=np.ones_like(room), where=room > 0.0)
-        jerk = constant[shape] / times**POWER
-        return np.column_stack([X[order][shape], np.clip(slowness, 0.0, 1.0)]), np.column_stack([times, jerk])
 
 
 def paper_shape(control_points: Array) -> Array:
@@ -220,8 +185,19 @@ def paper_shape(control_points: Array) -> Array:
     return rises
 
 
-def _objectives(jerk: Callable[[Rollout], Array], axes: Robot, encoding: str) -> tuple[Objective, ...]:
+def _check(encoding: str, interpolant: str, quadrature: str, effort: bool) -> None:
+    checked_name("encoding", encoding, ("plain", "shape"))
+    checked_name("interpolant", interpolant, ("bspline", "linear"))
+    checked_name("quadrature", quadrature, QUADRATURES)
+    if encoding == "shape" and interpolant == "linear":
+        raise InvalidInputError("encoding: 'shape' needs the interpolant 'bspline'; u = t / t_f has one shape")
+    if encoding == "shape" and effort:
+        raise InvalidInputError("encoding: 'shape' has no effort limits, since effort does not scale with time alone")
+
+
+def _objectives(quadrature: str, axes: Robot, encoding: str) -> tuple[Objective, ...]:
     unit = axes.joint_units[0] if len(set(axes.joint_units)) == 1 else "SI"
+    jerk = QUADRATURES[quadrature]
     time = Objective("time", "s", "Paing 2021, eq. (27), F1", total_time)
     if encoding == "plain":
         return time, Objective("jerk", f"{unit}^2/s^5", "Paing 2021, eq. (27), F2", jerk)
@@ -230,40 +206,17 @@ def _objectives(jerk: Callable[[Rollout], Array], axes: Robot, encoding: str) ->
 
 
 def _limits(axes: Robot, kind: str) -> tuple[Constraint, ...]:
-    return (
-        hull_limits(axes) if kind == "hull" else (velocity_limits(axes), acceleration_limits(axes), jerk_limits(axes))
-    )
+    if kind == "hull":
+        return hull_limits(axes)
+    return velocity_limits(axes), acceleration_limits(axes), jerk_limits(axes)
 
 
-def _smooth_form(
-    runs: Reparameterisation, dynamics: Dynamics, objectives: tuple[Objective, ...], extra: tuple[Constraint, ...]
-) -> SmoothForm:
-    """The problem with t_f itself as variable and every term of the limits as a constraint of its own, eq. (28)."""
-    plain = replace(runs, timing="share")
-    problem = TrajectoryProblem(
-        dynamics=dynamics,
-        interpolant=replace(runs, timing="seconds"),
-        objectives=objectives,
-        constraints=(*smooth_path_limits(dynamics.robot, runs.bound, runs.even_course), *extra),
-    )
-    return SmoothForm(problem, plain.with_seconds, plain.from_seconds)
+def _others(axes: Robot, longest_time: float, effort: bool) -> tuple[Constraint, ...]:
+    return (time_limit(longest_time), effort_limits(axes)) if effort else (time_limit(longest_time),)
 
 
-def _least_time(runs: Reparameterisation, smooth: TrajectoryProblem) -> float:
-    """A time in which the path can be run [s]: the least one, where evenly rising control points are too slow."""
-    even = float(runs.least_durations(runs.even_course)[0])
-    if even <= runs.longest_time:
-        return even
-    wider = TrajectoryProblem(
-        dynamics=smooth.dynamics,
-        interpolant=replace(runs, timing="seconds", longest_time=2.0 * even),
-        objectives=smooth.objectives,
-        constraints=smooth.constraints,
-    )
-    start = np.append(np.ones(runs.n_rises), even)
-    found = Search(wider, np.array([1.0, 0.0])).run(start, 1e-9)
-    course = replace(runs, timing="seconds")(found[None]).course
-    return float(runs.least_durations(course)[0])
+def _linear(path: GeometricPath, axes: Robot, longest_time: float) -> LinearReparameterisation:
+    return LinearReparameterisation(at_rest(path), axes.limits, longest_time=longest_time)
 
 
 def _refuse_too_short(longest: float, needed: float) -> None:
@@ -277,11 +230,6 @@ def _reference(runs: Reparameterisation) -> tuple[float, float]:
     """Far corner of the hypervolume's box."""
     even = replace(runs, timing="least")(np.ones((1, runs.n_rises)))
     return runs.longest_time, REFERENCE_JERK * float(even.integral_of_square(3).sum())
-
-
-def _rises(X: Array) -> Array:
-    """Decision vectors of the plain encoding -> of the shapes."""
-    return X[:, :-1]
 
 
 def _plain(limit: Array) -> list[float | str]:

@@ -7,8 +7,9 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
-from trajevo import TrajectoryProblem, ViaPoints, load_robot
+from trajevo import TrajectoryProblem, TrajevoError, ViaPoints, load_robot
 from trajevo.constraints import Constraint, kinematic_limits
 from trajevo.dynamics import Dynamics
 from trajevo.interpolants import QuinticSpline
@@ -52,3 +53,10 @@ def trajevo(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
     """Run the command line in a process of its own."""
     command = [sys.executable, "-c", "from trajevo.cli import main; main()", *map(str, arguments)]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, env=os.environ | {"COLUMNS": "160"})
+
+
+def refused(call, says: str) -> None:
+    """Assert that a call is refused with one sentence that matches a pattern."""
+    with pytest.raises(TrajevoError, match=says) as caught:
+        call()
+    assert "\n" not in str(caught.value)

@@ -23,6 +23,8 @@ def test_a_wheel_solves_a_problem_away_from_the_checkout(tmp_path):
         "robots/pointing_mechanism/pointing_mechanism.urdf",
         "robots/pointing_mechanism/robot.toml",
         "robots/pointing_mechanism/SOURCE.md",
+        "robots/feed_drive/robot.toml",
+        "problems/geminism.dat",
     ):
         assert expected in names
     assert not any(name.startswith("tests/") for name in names)

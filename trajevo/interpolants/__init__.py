@@ -5,7 +5,7 @@ from trajevo.interpolants.hybrid_quartic import HybridQuartic
 from trajevo.interpolants.interpolant import Interpolant, Variable
 from trajevo.interpolants.profiles import stop_and_go
 from trajevo.interpolants.quintic import QuinticSpline
-from trajevo.interpolants.reparameterised import LinearReparameterisation, Reparameterisation
+from trajevo.interpolants.reparameterised import LinearReparameterisation, Reparameterisation, slowness
 from trajevo.interpolants.septic import SepticPolynomial, SepticSpline, State
 
 __all__ = [
@@ -19,5 +19,6 @@ __all__ = [
     "SepticSpline",
     "State",
     "Variable",
+    "slowness",
     "stop_and_go",
 ]

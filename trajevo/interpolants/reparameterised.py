@@ -130,10 +130,8 @@ class Reparameterisation(Interpolant):
         rises, seconds = x[:, : self.n_rises], x[:, self.n_rises]
         if self.timing == "least":
             return rises
-        course = self._made(rises)
-        room = self.longest_time - self.least_durations(course)
-        used = 1.0 - np.divide(self.longest_time - seconds, room, out=np.ones_like(room), where=room > 0.0)
-        return np.column_stack([rises, np.clip(used, 0.0, 1.0)])
+        least = self.least_durations(self._made(rises))
+        return np.column_stack([rises, slowness(least, seconds, self.longest_time)])
 
     def _durations(self, course: Course, last: Array) -> Array:
         if self.timing == "seconds":
@@ -225,6 +223,13 @@ def _slowed(least: Array, share: Array, longest: float) -> Array:
     stretched = longest - (1.0 - share) * (longest - least)
     durations: Array = np.where(stretched.real > least.real, stretched, least)
     return durations
+
+
+def slowness(least: Array, seconds: Array, longest: float) -> Array:
+    """Shares of the way from the least durations to the longest one that durations are at, from 0 to 1, shape (B,)."""
+    room = longest - least
+    share = 1.0 - np.divide(longest - seconds, room, out=np.ones_like(room), where=room > 0.0)
+    return np.clip(share, 0.0, 1.0)
 
 
 def _least_durations(peaks: list[Array], limits: JointLimits) -> Array:

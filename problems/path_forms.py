@@ -1,0 +1,80 @@
+"""Other forms of the problem of running along a path: for gradient solvers, and the front that shapes stand for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.constraints import effort_limits, smooth_path_limits
+from trajevo.dynamics import Dynamics
+from trajevo.interpolants import Reparameterisation, slowness
+from trajevo.objectives import Objective
+from trajevo.problem import SmoothForm, TrajectoryProblem
+from trajevo.sqp import Search
+
+#: F₂ falls with this power of t_f while u(t / t_f) stays.
+POWER = 5
+
+#: Points of the front that a set of shapes stands for, besides the least time of each.
+ENVELOPE_POINTS = 200
+
+
+def smooth_form(
+    runs: Reparameterisation, dynamics: Dynamics, objectives: tuple[Objective, ...], effort: bool
+) -> SmoothForm:
+    """The problem with t_f itself as variable and every term of the limits as a constraint of its own, eq. (28)."""
+    plain, axes = replace(runs, timing="share"), dynamics.robot
+    problem = TrajectoryProblem(
+        dynamics=dynamics,
+        interpolant=replace(runs, timing="seconds"),
+        objectives=objectives,
+        constraints=(
+            *smooth_path_limits(axes, runs.bound, runs.even_course),
+            *((effort_limits(axes),) if effort else ()),
+        ),
+    )
+    return SmoothForm(problem, plain.with_seconds, plain.from_seconds)
+
+
+def least_time(runs: Reparameterisation, smooth: TrajectoryProblem) -> float:
+    """A time in which the path can be run [s]: the least one, where evenly rising control points are too slow."""
+    even = float(runs.least_durations(runs.even_course)[0])
+    if even <= runs.longest_time:
+        return even
+    wider = TrajectoryProblem(
+        dynamics=smooth.dynamics,
+        interpolant=replace(runs, timing="seconds", longest_time=2.0 * even),
+        objectives=smooth.objectives,
+        constraints=smooth.constraints,
+    )
+    start = np.append(np.ones(runs.n_rises), even)
+    found = Search(wider, np.array([1.0, 0.0])).run(start, 1e-9)
+    course = replace(runs, timing="seconds")(found[None]).course
+    return float(runs.least_durations(course)[0])
+
+
+def envelope(X: Array, F: Array, *, longest_time: float) -> tuple[Array, Array]:
+    """Lower envelope of the curves t_f⁵ F₂ = constant, t_f ≥ least time, of shapes that do not dominate each other.
+
+    Args:
+        X: rises (N, n_rises) of non-dominated shapes.
+        F: their least times [s] and t_f⁵ F₂.
+        longest_time: where the curves end [s].
+
+    Returns:
+        Decision vectors and objectives of the plain problem.
+    """
+    order = np.argsort(F[:, 0])
+    least, constant = F[order].T
+    between = np.geomspace(least[0], longest_time, ENVELOPE_POINTS)
+    times = np.unique(np.concatenate([least[least <= longest_time], between[1:]]))
+    shape = np.searchsorted(least, times, side="right") - 1
+    share = slowness(least[shape], times, longest_time)
+    return np.column_stack([X[order][shape], share]), np.column_stack([times, constant[shape] / times**POWER])
+
+
+def rises(X: Array) -> Array:
+    """Decision vectors of the plain encoding -> of the shapes."""
+    return X[:, :-1]
