@@ -30,7 +30,7 @@ def test_solve_writes_front_pictures_and_report(run):
     assert len(Front.load(run / "front.json")) > 0
     names = {file.stem for file in (run / "plots").iterdir()}
     assert names == {"front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path"}
-    assert names == set(FIGURES) - {"effort", "path", "parameter"}
+    assert names == set(FIGURES) - {"effort", "path", "parameter", "rivals"}
     for file in (run / "plots").iterdir():
         picture = matplotlib.image.imread(file)[..., :3]
         assert min(picture.shape[:2]) > 300
@@ -209,7 +209,7 @@ def test_odd_names_of_solutions_are_refused(run, solution):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["solve", "nope"], "unknown problem 'nope'; known: hybrid, pointing, reparam"),
+        (["solve", "nope"], "unknown problem 'nope'; known: hybrid, pick-place, pointing, reparam, via-points"),
         (["solve", "pointing", "--interpolant", "cubic"], "unknown interpolant 'cubic'; known: printed, quintic"),
         (["solve", "pointing", "--algorithm", "magic"], "unknown algorithm 'magic'; known: nsga2, sms-emoa, spea2"),
         (["solve", "pointing", "--population", "-5"], "--population"),

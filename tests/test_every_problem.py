@@ -27,7 +27,7 @@ def test_shapes_names_and_units_fit(problem, x):
     assert G.shape == (20, problem.n_ieq_constr) == (20, len(problem.constraint_names))
     assert np.isfinite(F).all()
     assert np.isfinite(G).all()
-    assert len(problem.reference_point) == problem.n_obj
+    assert problem.reference_point is None or len(problem.reference_point) == problem.n_obj
 
 
 def test_a_row_does_not_depend_on_the_others(problem, x):

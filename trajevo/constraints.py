@@ -18,8 +18,9 @@ from trajevo.course import Course
 from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.hull import ORDERS
+from trajevo.path import ViaPoints
 from trajevo.robot import Robot
-from trajevo.trajectory import DERIVATIVES
+from trajevo.trajectory import DERIVATIVES, TrajectoryBatch
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,23 @@ def effort_limits(robot: Robot) -> Constraint:
     """Greatest |effort| of every joint at the samples, divided by its limit, minus 1."""
     kept = np.flatnonzero(np.isfinite(robot.limits.effort))
     return Constraint(_names("effort", robot, kept), robot.reference, _effort_excess)
+
+
+def overshoot_limit(points: ViaPoints, most: float) -> Constraint:
+    """How far any joint leaves the range of the points [rad or m], exact, over what is allowed, minus 1."""
+    return Constraint(("overshoot",), "range of the via points", partial(_overshoot_excess, points=points, most=most))
+
+
+def overshoot(trajectory: TrajectoryBatch, points: ViaPoints) -> Array:
+    """How far every joint leaves the range of the points, exact, shape (B, n_joints) [rad or m]."""
+    least, greatest = trajectory.extremes(0)
+    beyond: Array = np.maximum(points.positions.min(axis=0) - least, greatest - points.positions.max(axis=0))
+    return np.maximum(beyond, 0.0)
+
+
+def _overshoot_excess(rollout: Rollout, *, points: ViaPoints, most: float) -> Array:
+    worst: Array = overshoot(rollout.trajectory, points).max(axis=1, keepdims=True) / most - 1.0
+    return worst
 
 
 def hull_limits(robot: Robot) -> tuple[Constraint, ...]:

@@ -87,7 +87,7 @@ class Dynamics:
         effort = transmission.effort(q, self._rnea(model, *transmission.motion(q, v, a)))
         if friction is None or friction.none:
             return effort
-        effort += friction.viscous * v + friction.coulomb * np.sign(v.real) + friction.armature * a
+        effort += friction.effort(v, a)
         return effort
 
     def _rnea(self, name: str, q: Array, v: Array, a: Array) -> Array:

@@ -103,6 +103,13 @@ def integrated_square_power(rollout: Rollout) -> Array:
     return total
 
 
+def mechanical_energy(rollout: Rollout) -> Array:
+    """∫ Σ over joints of |effort x velocity| dt by Gauss-Lobatto quadrature, shape (B,) [J]: braking costs too."""
+    power = rollout.power
+    total: Array = np.einsum("btn,bt->b", power * np.sign(power.real), rollout.quadrature)
+    return total
+
+
 @dataclass(frozen=True)
 class _UnusedPayload:
     greatest: float

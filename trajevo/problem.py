@@ -96,6 +96,7 @@ class TrajectoryProblem(Problem):
         payload_range: where the payload's mass is a decision variable, the last one, its bounds [kg]; else None.
         evolution: settings that :func:`trajevo.optimise.optimise` uses unless told otherwise.
         paper_weights: weights and scales of the paper's weighted sum, where it has one.
+        compares_rivals: whether reports set other interpolants through the same points beside it.
         reference_point: objective values that bound the hypervolume, shape (n_obj,), or None.
         angle: unit in which people read this problem's angles, ``"rad"`` or ``"deg"``.
         length: unit in which people read its lengths, ``"m"`` or ``"mm"``.
@@ -110,6 +111,7 @@ class TrajectoryProblem(Problem):
     title: ClassVar[str] = "trajectory problem"
     evolution: ClassVar[Evolution] = Evolution()
     paper_weights: ClassVar[Weights | None] = None
+    compares_rivals: ClassVar[bool] = False
     smooth: SmoothForm | None = None
     expansion: Expansion | None = None
 

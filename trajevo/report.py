@@ -19,6 +19,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front import Front, Solution
 from trajevo.load_plots import effort_utilisation
 from trajevo.payload import LOAD_MODELS
+from trajevo.rivals import plot_rivals, rivals_of, rivals_table
 from trajevo.units import display, pretty
 
 #: Figures wider than this scroll sideways on a small screen instead of shrinking [inch].
@@ -72,7 +73,18 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
 
 
 #: File stems of all pictures that a run may have.
-FIGURES = ("front", "front_3d", "parallel", "hypervolume", "profiles", "path", "parameter", "tool_path", "effort")
+FIGURES = (
+    "front",
+    "front_3d",
+    "parallel",
+    "hypervolume",
+    "profiles",
+    "path",
+    "parameter",
+    "tool_path",
+    "effort",
+    "rivals",
+)
 
 
 def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
@@ -95,6 +107,10 @@ def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
         yield "parameter", "The path's parameter over time", path_plots.parameter(named).figure
     if np.isfinite(front.problem.robot.limits.effort).any():
         yield "effort", "Effort at the knee as a share of its limits", effort_utilisation(knee).figure
+
+    if front.problem.compares_rivals:
+        rivals = plot_rivals(rivals_of(front.problem))[0].figure
+        yield "rivals", "Interpolants at their least times under the same limits", rivals
 
 
 def save_figures(front: Front, folder: Path) -> list[Path]:
@@ -124,6 +140,7 @@ def report(front: Front, file: str | Path) -> Path:
             '<div class="pictures">' + "".join(pictures.values()) + "</div>",
             "<h2>Limits at the knee</h2>",
             _limits_table(front.knee()),
+            *_rivals(front),
         ]
     else:
         body = [f'<p class="alert">The front is empty: {escape(str(front.blocking))}.</p>']
@@ -169,6 +186,17 @@ def _choices_table(front: Front) -> str:
 def _limits_table(solution: Solution) -> str:
     rows = [(escape(name), f"{100.0 * (1.0 + value):.2f} %") for name, value in solution.G.items()]
     return _table(("limit", "used"), rows, numbers=1)
+
+
+def _rivals(front: Front) -> list[str]:
+    if not front.problem.compares_rivals:
+        return []
+    headers, rows = rivals_table(rivals_of(front.problem))
+    cells = [[escape(cell) for cell in row] for row in rows]
+    return [
+        "<h2>Interpolants at their least times under the same limits</h2>",
+        _table(headers, cells, numbers=len(headers) - 1),
+    ]
 
 
 def _table(

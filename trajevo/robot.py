@@ -65,19 +65,23 @@ class JointLimits:
 
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """What the actuators add to the rigid-body effort: viscous v + coulomb sign(v) + armature a, each (n_joints,).
+    """What the actuators add to the rigid-body effort: viscous v + dry friction against v + armature a, (n_joints,).
 
     Attributes:
         viscous: [N·m·s/rad or N·s/m].
-        coulomb: [N·m or N].
+        coulomb: dry friction of a joint that moves forward, and of any where it is the same both ways [N·m or N].
         armature: inertia of motor and gear seen at the joint [kg·m² or kg].
+        coulomb_backward: dry friction of a joint that moves backward; as forward if None.
     """
 
     viscous: Array
     coulomb: Array
     armature: Array
+    coulomb_backward: Array | None = None
 
     def __post_init__(self) -> None:
+        if self.coulomb_backward is None:
+            object.__setattr__(self, "coulomb_backward", self.coulomb)
         for field in fields(self):
             values = read_only(getattr(self, field.name))
             object.__setattr__(self, field.name, values)
@@ -91,7 +95,13 @@ class Friction:
     @property
     def none(self) -> bool:
         """Whether it adds nothing."""
-        return not (self.viscous.any() or self.coulomb.any() or self.armature.any())
+        return not any(getattr(self, field.name).any() for field in fields(self))
+
+    def effort(self, v: Array, a: Array) -> Array:
+        """What it adds at velocities and accelerations of shape (..., n_joints); nothing dry where a joint stands."""
+        against = np.where(v.real > 0.0, self.coulomb, -np.asarray(self.coulomb_backward)) * (v.real != 0.0)
+        added: Array = self.viscous * v + against + self.armature * a
+        return added
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,6 +39,12 @@ class _Amount(_Strict):
     unit: str
 
 
+class _BothWays(_Strict):
+    forward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)]
+    backward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)]
+    unit: str
+
+
 class _Vector(_Strict):
     vector: tuple[_Number, _Number, _Number]
     unit: str
@@ -51,7 +57,7 @@ class _Joint(_Strict):
     jerk: _Limit
     effort: _Limit
     viscous_friction: _Amount | None = None
-    coulomb_friction: _Amount | None = None
+    coulomb_friction: _Amount | _BothWays | None = None
     armature: _Amount | None = None
 
 
@@ -151,17 +157,22 @@ class RobotFile:
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
         """Columns of Friction, SI; what is not declared is zero."""
         expected = {
-            "viscous": ("viscous_friction", {"m": "N*s/m", "rad": "N*m*s/rad"}),
-            "coulomb": ("coulomb_friction", {"m": "N", "rad": "N*m"}),
-            "armature": ("armature", {"m": "kg", "rad": "kg*m^2"}),
+            "viscous": ("viscous_friction", "value", {"m": "N*s/m", "rad": "N*m*s/rad"}),
+            "coulomb": ("coulomb_friction", "forward", {"m": "N", "rad": "N*m"}),
+            "coulomb_backward": ("coulomb_friction", "backward", {"m": "N", "rad": "N*m"}),
+            "armature": ("armature", "value", {"m": "kg", "rad": "kg*m^2"}),
         }
         columns = {}
-        for column, (key, unit_of) in expected.items():
+        for column, (key, way, unit_of) in expected.items():
             values = []
             for name, unit in zip(names, units, strict=True):
-                given: _Amount | None = getattr(self.settings.joints[name], key)
+                given: _Amount | _BothWays | None = getattr(self.settings.joints[name], key)
                 where = f"joint {name!r}: {key}"
-                values.append(0.0 if given is None else self._si(given.value, given.unit, unit_of[unit], where))
+                if given is None:
+                    values.append(0.0)
+                    continue
+                value = given.value if isinstance(given, _Amount) else getattr(given, way)
+                values.append(self._si(value, given.unit, unit_of[unit], where))
             columns[column] = np.array(values)
         return columns
 

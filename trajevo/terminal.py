@@ -12,6 +12,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front import Front
 from trajevo.registry import list_problems, problem_class
 from trajevo.report import choices, objective_headers, run_facts
+from trajevo.rivals import RIVALS_NOTE, rivals_of, rivals_table
 from trajevo.robot import list_robots, load_robot
 
 
@@ -60,3 +61,12 @@ def print_run(out: Console, front: Front, angle: str | None) -> None:
         share = f"{100.0 * (1.0 + solution.G[closest]):.1f} % {closest}" if closest else "none"
         table.add_row(solution.rule, *values, share)
     out.print(table)
+    if front.problem.compares_rivals:
+        names, rows = rivals_table(rivals_of(front.problem))
+        rivals = Table(box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0), title="Least times under the same limits")
+        for name in names:
+            rivals.add_column(escape(name), no_wrap=name == names[0], min_width=max(map(len, name.split())))
+        for row in rows:
+            rivals.add_row(*row)
+        out.print(rivals)
+        out.print(RIVALS_NOTE)

@@ -1,5 +1,6 @@
 """Interpolants: decision vectors in, batches of trajectories out; one file per family."""
 
+from trajevo.interpolants.blends import LinearBlends
 from trajevo.interpolants.cubic import CubicSpline
 from trajevo.interpolants.hybrid_quartic import HybridQuartic
 from trajevo.interpolants.interpolant import Interpolant, Variable
@@ -7,16 +8,19 @@ from trajevo.interpolants.profiles import stop_and_go
 from trajevo.interpolants.quintic import QuinticSpline
 from trajevo.interpolants.reparameterised import LinearReparameterisation, Reparameterisation, slowness
 from trajevo.interpolants.septic import SepticPolynomial, SepticSpline, State
+from trajevo.interpolants.single import SinglePolynomial
 
 __all__ = [
     "CubicSpline",
     "HybridQuartic",
     "Interpolant",
+    "LinearBlends",
     "LinearReparameterisation",
     "QuinticSpline",
     "Reparameterisation",
     "SepticPolynomial",
     "SepticSpline",
+    "SinglePolynomial",
     "State",
     "Variable",
     "slowness",

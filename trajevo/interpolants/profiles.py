@@ -1,7 +1,8 @@
-"""Baselines: stop at every point, each chord a straight line in joint space, as fast as the joint limits allow.
+"""Baselines: stop at every point, as fast as the joint limits allow.
 
-All joints start and stop together: one path parameter s runs from 0 to 1 over each chord under the tightest of the
-joints' limits divided by their share of the chord.
+All joints start and stop together. Along a straight chord one parameter s runs from 0 to 1 under the tightest of the
+joints' limits divided by their share of the chord; otherwise every joint has a profile of its own, as fast as its own
+limits allow, and those that would arrive early are slowed down as a whole.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ from collections.abc import Callable
 import numpy as np
 import ruckig
 
+from trajevo import polynomials
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.interpolants.hermite import hermite_segments
 from trajevo.path import ViaPoints
 from trajevo.piecewise import PolynomialBatch
 from trajevo.robot import JointLimits
-from trajevo.trajectory import TrajectoryBatch
 
 #: Durations (P,) [s] and power coefficients (P, degree + 1) of the phases of s(t).
 _Phases = tuple[Array, Array]
@@ -26,7 +27,7 @@ _Phases = tuple[Array, Array]
 _NEGLIGIBLE = 1e-12
 
 
-def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str) -> TrajectoryBatch:
+def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str, straight: bool = True) -> PolynomialBatch:
     """The fastest motion that stops at every point, with a given velocity profile.
 
     Args:
@@ -35,6 +36,8 @@ def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str) -> Traj
         profile: ``"trapezoid"`` (velocity and acceleration limits; its jerk is infinite at the corners and is not
             checked), ``"double_s"`` (velocity, acceleration and jerk limits, by Ruckig) or ``"septic"`` (polynomial
             of degree 7, under all three).
+        straight: move along straight lines in joint space; otherwise each joint on its own, which is faster where
+            different limits bind.
 
     Returns:
         A batch of one trajectory.
@@ -50,19 +53,50 @@ def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str) -> Traj
         )
     durations, coefficients = [], []
     for start, end in zip(points.positions[:-1], points.positions[1:], strict=True):
-        chord = end - start
-        with np.errstate(divide="ignore"):
-            share = [
-                float(np.min(bound / np.abs(chord))) for bound in (limits.velocity, limits.acceleration, limits.jerk)
-            ]
-        phase_durations, s = _PROFILES[profile](*share)
-        kept = phase_durations > _NEGLIGIBLE * phase_durations.sum()
-        segment = chord[:, None] * s[kept][:, None, :]
-        segment[..., 0] += start
-        durations.append(phase_durations[kept])
+        segment_durations, segment = (_line if straight else _apart)(start, end, limits, profile)
+        durations.append(segment_durations)
         coefficients.append(segment)
     breaks = np.concatenate([[0.0], np.cumsum(np.concatenate(durations))])
     return PolynomialBatch(breaks[None], np.concatenate(coefficients)[None])
+
+
+def _line(start: Array, end: Array, limits: JointLimits, profile: str) -> tuple[Array, Array]:
+    """Phases of a straight chord: durations (P,) [s] and coefficients (P, n_joints, degree + 1)."""
+    chord = end - start
+    with np.errstate(divide="ignore"):
+        share = [float(np.min(bound / np.abs(chord))) for bound in (limits.velocity, limits.acceleration, limits.jerk)]
+    durations, s = _lasting(*_PROFILES[profile](*share))
+    segment = chord[:, None] * s[:, None, :]
+    segment[..., 0] += start
+    return durations, segment
+
+
+def _apart(start: Array, end: Array, limits: JointLimits, profile: str) -> tuple[Array, Array]:
+    """The same with every joint on its own, cut wherever a phase of any joint ends."""
+    chord = end - start
+    moving = np.flatnonzero(chord)
+    own = []
+    for joint in moving:
+        bounds = (limits.velocity[joint], limits.acceleration[joint], limits.jerk[joint])
+        own.append(_lasting(*_PROFILES[profile](*(float(bound / abs(chord[joint])) for bound in bounds))))
+    total = max(float(durations.sum()) for durations, _ in own)
+    ends = [np.concatenate([[0.0], np.cumsum(d) / d.sum()]) for d, _ in own]
+    cuts = np.unique(np.round(np.concatenate(ends), 12))
+    degree = max(s.shape[1] for _, s in own)
+    segment = np.zeros((len(cuts) - 1, len(chord), degree))
+    segment[..., 0] = start
+    for joint, (durations, s), at in zip(moving, own, ends, strict=True):
+        phase = np.clip(np.searchsorted(at, 0.5 * (cuts[1:] + cuts[:-1]), side="right") - 1, 0, len(durations) - 1)
+        scale = durations.sum()
+        local = polynomials.shifted(s[phase].T, scale * (cuts[:-1] - at[phase]))
+        segment[:, joint, : len(local)] += chord[joint] * (local.T * (scale / total) ** np.arange(len(local)))
+    return total * np.diff(cuts), segment
+
+
+def _lasting(durations: Array, s: Array) -> _Phases:
+    """The phases that are more than rounding."""
+    kept = durations > _NEGLIGIBLE * durations.sum()
+    return durations[kept], s[kept]
 
 
 def _trapezoid(velocity: float, acceleration: float, jerk: float) -> _Phases:

@@ -1,0 +1,116 @@
+"""Pick and place with the PUMA 560 (Raji et al. 2022), and the optimisation that the paper leaves as future work.
+
+Symbols are the paper's: q joint angles [rad], T times between points [s]. What can be reproduced, and the errata:
+docs/pick_and_place.md.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, final
+
+import numpy as np
+
+from problems.via_points import INTERPOLANTS, constraints_of, objectives_of, via_points
+from trajevo.arrays import Array, numbers
+from trajevo.dynamics import Dynamics
+from trajevo.errors import checked_name
+from trajevo.payload import Payload
+from trajevo.problem import Evolution, TrajectoryProblem
+from trajevo.robot import load_robot
+
+#: Times between the four points of the paper's motion, section 3.2 [s].
+PAPER_TIMES = (2.0, 4.0, 3.0)
+
+#: Least and greatest time between two points [s]; the paper prints none.
+DURATION_BOUNDS = (0.5, 6.0)
+
+#: Where the load's centre of mass is in the flange's frame [m].
+PAYLOAD_COM = (0.0, 0.0, 0.1)
+
+#: Far corner of the hypervolume's box: time [s], Σ RMS jerk [rad/s³], energy [J].
+REFERENCE_POINT = (20.0, 20.0, 800.0)
+
+#: Limits that hold; positions by argument.
+_LIMITS = ("velocity", "acceleration", "jerk", "effort")
+
+
+@final
+class PickAndPlace(TrajectoryProblem):
+    """Time, jerk and energy of the PUMA 560 from take to place, through lift and unload.
+
+    The paper fixes the times and compares velocities by eye; here they are the variables. Energy is ∫ Σ |τ q̇| dt with
+    friction and payload. Limits hold at exact peaks, torque at samples.
+
+    Args:
+        interpolant: ``"septic"``, the paper's single polynomial, or a name of :data:`problems.via_points.INTERPOLANTS`.
+        payload: mass [kg] with its centre 0.1 m in front of the flange, a :class:`~trajevo.payload.Payload`, or its
+            settings.
+        points: joint angles (K, 6) [rad] or a CSV file of them; Table 1 if None.
+        duration_bounds: least and greatest time between two points [s].
+        position_limits: keep the joints' ranges, widened so that they contain Table 1; the septic swings far beyond its
+            points.
+        overshoot: how far a joint may leave the range of the points [rad]; not limited if None.
+        samples: instants per segment at which torque is computed, both ends included.
+        threads: threads of Pinocchio.
+
+    Raises:
+        UnknownNameError: no such interpolant.
+        InvalidInputError: points out of range, or bad bounds, payload or samples.
+    """
+
+    registered_name: ClassVar[str] = "pick-place"
+    title: ClassVar[str] = "PUMA 560 pick and place: time, jerk, energy (Raji 2022)"
+    evolution: ClassVar[Evolution] = Evolution(100, 100, 0.9, 15.0, 1.0 / 3.0, 20.0)
+    compares_rivals: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        *,
+        interpolant: str = "septic",
+        payload: float | Payload | dict[str, Any] = 2.5,
+        points: Any = None,
+        duration_bounds: tuple[float, float] = DURATION_BOUNDS,
+        position_limits: bool = True,
+        overshoot: float | None = None,
+        samples: int = 40,
+        threads: int = 1,
+    ) -> None:
+        known = {"septic": INTERPOLANTS["polynomial"]} | INTERPOLANTS
+        checked_name("interpolant", interpolant, known)
+        robot = load_robot("puma560")
+        via = via_points(points, robot)
+        bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
+        limits = ("position", *_LIMITS) if position_limits else _LIMITS
+        super().__init__(
+            dynamics=Dynamics(robot, _carried(payload), samples=samples, threads=threads),
+            interpolant=known[interpolant](via, duration_bounds=bounds),
+            objectives=objectives_of(("time", "jerk", "energy"), robot, reference="Raji 2022, section 5, future work"),
+            constraints=constraints_of(limits, robot, via, overshoot=overshoot),
+            reference_point=REFERENCE_POINT,
+        )
+        self._settings = {
+            "interpolant": interpolant,
+            "payload": self.dynamics.payload.settings,
+            "points": via.positions.tolist(),
+            "duration_bounds": list(bounds),
+            "position_limits": bool(position_limits),
+            "overshoot": overshoot,
+            "samples": self.dynamics.samples,
+            "threads": self.dynamics.threads,
+        }
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Keyword arguments that make an equal problem."""
+        return dict(self._settings)
+
+
+def paper_solution() -> Array:
+    """Times of the paper's motion, shape (1, 3) [s]."""
+    return np.array([PAPER_TIMES])
+
+
+def _carried(payload: float | Payload | dict[str, Any]) -> Payload:
+    bare = not isinstance(payload, Payload | dict)
+    found = Payload.of(payload, model=None)
+    return Payload(found.mass, PAYLOAD_COM) if bare else found

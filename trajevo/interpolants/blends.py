@@ -1,0 +1,92 @@
+"""Straight lines between the points, with quintic blends that cut the corners: points inside are passed nearby."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError
+from trajevo.interpolants.hermite import hermite_segments
+from trajevo.interpolants.interpolant import (
+    Interpolant,
+    Variable,
+    breaks_of,
+    checked_bounds,
+    checked_points,
+    decision_vectors,
+    duration_variables,
+)
+from trajevo.path import ViaPoints
+from trajevo.piecewise import PolynomialBatch
+
+#: Least and greatest share of the shorter neighbouring line that both its blends take together.
+BLEND_BOUNDS = (0.01, 0.99)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LinearBlends(Interpolant):
+    """Lines of constant velocity, joined by quintic polynomials; the ends are met at rest, inner points are missed.
+
+    Around every point the velocity changes over a time that is centred on it, a share of the shorter line next to it.
+    The motion takes half a blend longer at each end than the lines do.
+
+    Attributes:
+        points: at least 2 via points.
+        duration_bounds: least and greatest time of a line [s].
+    """
+
+    points: ViaPoints
+    duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        checked_points(self.points, 2, "lines with blends")
+        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The times of the lines, and the share that blends take of them."""
+        times = duration_variables(len(self.points) - 1, self.duration_bounds)
+        return (*times, Variable("blend", "1", *BLEND_BOUNDS))
+
+    def __call__(self, x: Array) -> PolynomialBatch:
+        """Motions for decision vectors of shape (B, K)."""
+        lines, half = self._timing(x)
+        positions = self.points.positions
+        slope = np.diff(positions, axis=0) / lines[..., None]
+        still = np.zeros_like(slope[:, :1])
+        before, after = np.concatenate([still, slope], axis=1), np.concatenate([slope, still], axis=1)
+        states = np.zeros((len(lines), len(positions), 2, self.points.n_joints, 3), dtype=lines.dtype)
+        states[:, :, 0, :, 0] = positions - before * half[..., None]
+        states[:, :, 1, :, 0] = positions + after * half[..., None]
+        states[:, :, 0, :, 1], states[:, :, 1, :, 1] = before, after
+        corners = states.reshape(len(lines), -1, self.points.n_joints, 3)
+        durations = np.empty((len(lines), 2 * len(positions) - 1), dtype=lines.dtype)
+        durations[:, ::2] = 2.0 * half
+        durations[:, 1::2] = lines - half[:, :-1] - half[:, 1:]
+        return PolynomialBatch(breaks_of(durations), hermite_segments(corners[:, :-1], corners[:, 1:], durations))
+
+    def via_times(self, x: Array) -> Array:
+        """When the points are met or passed nearby, (B, K) -> (B, K) [s]."""
+        lines, half = self._timing(x)
+        times = half[:, :1] + breaks_of(lines)
+        times[:, 0], times[:, -1] = 0.0, times[:, -1] + half[:, -1]
+        return times
+
+    def _timing(self, x: Array) -> tuple[Array, Array]:
+        """Times of the lines (B, K - 1), and half of every blend's time (B, K) [s]."""
+        rows = decision_vectors(x, len(self.points))
+        lines, share = rows[:, :-1], rows[:, -1:]
+        good = np.isfinite(rows) & (rows.real > 0.0)
+        good[:, -1] &= rows[:, -1].real < 1.0
+        if not good.all():
+            row, column = (int(i) for i in np.argwhere(~good)[0])
+            name = self.variables[column].name
+            raise InvalidInputError(
+                f"x: expected positive times [s] and a blend below 1, got {rows[row, column]} for {name} in row {row}"
+            )
+        shorter = np.minimum(lines[:, :-1], lines[:, 1:])
+        return lines, 0.5 * share * np.concatenate([lines[:, :1], shorter, lines[:, -1:]], axis=1)

@@ -1,0 +1,88 @@
+"""One polynomial through all points: with four of them the septic of Raji 2022, eq. (14)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+
+from trajevo import polynomials
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError
+from trajevo.interpolants.interpolant import (
+    Interpolant,
+    Variable,
+    breaks_of,
+    check_durations,
+    checked_bounds,
+    checked_points,
+    duration_variables,
+)
+from trajevo.path import ViaPoints
+from trajevo.piecewise import PolynomialBatch
+
+#: Degree that rounding and overshoot still leave of use.
+MOST_POINTS = 8
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SinglePolynomial(Interpolant):
+    """The polynomial of degree K + 3 through K points, at rest without acceleration at both ends.
+
+    It is smooth everywhere inside, but its jerk steps at both ends, and it swings far beyond the points between them.
+
+    Attributes:
+        points: 2 to 8 via points; 4 give the septic polynomial.
+        duration_bounds: least and greatest time between two points [s].
+    """
+
+    points: ViaPoints
+    duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        checked_points(self.points, 2, "the single polynomial")
+        if len(self.points) > MOST_POINTS:
+            raise InvalidInputError(
+                f"points: the single polynomial takes at most {MOST_POINTS} points, got {len(self.points)}"
+            )
+        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The times between points."""
+        return duration_variables(len(self.points) - 1, self.duration_bounds)
+
+    def __call__(self, x: Array) -> PolynomialBatch:
+        """Polynomials for times of shape (B, K - 1) [s], cut at the points."""
+        breaks = breaks_of(check_durations(x, len(self.points) - 1))
+        total = breaks[:, -1]
+        unit = breaks / total[:, None]
+        whole = np.moveaxis(self._unit_coefficients(unit), -1, 0)
+        pieces = polynomials.shifted(whole[:, :, None], unit[:, :-1, None])
+        powers = total[:, None, None] ** np.arange(float(len(whole)))[:, None, None, None]
+        return PolynomialBatch(breaks, np.moveaxis(pieces / powers, 0, -1))
+
+    def via_times(self, x: Array) -> Array:
+        """When the points are passed, (B, K - 1) -> (B, K) [s]."""
+        return breaks_of(check_durations(x, len(self.points) - 1))
+
+    def _unit_coefficients(self, unit: Array) -> Array:
+        """Coefficients in powers of t / T, shape (B, n_joints, K + 4).
+
+        The start takes the powers below 3. What is left is solved in t / T, row by row divided by (t / T)³: the printed
+        system, in seconds, has a condition number of 9e6.
+        """
+        positions = self.points.positions
+        count = len(positions) + 1
+        powers = np.arange(3.0, 3.0 + count)
+        matrix = np.empty((len(unit), count, count), dtype=unit.dtype)
+        matrix[:, :-2] = unit[:, 1:, None] ** (powers - 3.0)
+        matrix[:, -2], matrix[:, -1] = powers, powers * (powers - 1.0)
+        chords = np.zeros((len(unit), count, self.points.n_joints), dtype=unit.dtype)
+        chords[:, :-2] = (positions[1:] - positions[0]) / unit[:, 1:, None] ** 3
+        solved = np.linalg.solve(matrix, chords)
+        start = np.zeros((len(unit), 3, self.points.n_joints), dtype=unit.dtype)
+        start[:, 0] = positions[0]
+        return np.swapaxes(np.concatenate([start, solved], axis=1), 1, 2)

@@ -1,0 +1,286 @@
+"""Interpolants side by side under equal limits: the least time of each through the same points, and what it costs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.constraints import (
+    acceleration_limits,
+    effort_limits,
+    jerk_limits,
+    overshoot,
+    position_limits,
+    velocity_limits,
+)
+from trajevo.dynamics import Dynamics, Rollout
+from trajevo.errors import InvalidInputError, NoSolutionError, checked_name
+from trajevo.interpolants import (
+    CubicSpline,
+    Interpolant,
+    LinearBlends,
+    QuinticSpline,
+    SepticSpline,
+    SinglePolynomial,
+    stop_and_go,
+)
+from trajevo.objectives import Objective, mechanical_energy, summed_rms_jerk, total_time
+from trajevo.path import ViaPoints
+from trajevo.problem import TrajectoryProblem
+from trajevo.selection import Weights
+from trajevo.trajectory import DERIVATIVES, TrajectoryBatch
+from trajevo.units import display, per_time, pretty
+from trajevo.weighted import minimise_weighted
+
+#: Interpolants whose times are free: their least time is found by SLSQP.
+FREE: dict[str, tuple[str, Callable[..., Interpolant]]] = {
+    "polynomial": ("one polynomial", SinglePolynomial),
+    "cubic": ("cubic, C2", CubicSpline),
+    "quintic_spline": ("quintic, C4", QuinticSpline),
+    "septic_spline": ("septic, C6", SepticSpline),
+    "linear_blends": ("lines, blends", LinearBlends),
+}
+
+#: Profiles that stop at every point: their least time is known in closed form.
+STOPPING = {
+    "rest_to_rest": ("septic, stops", "septic"),
+    "trapezoid": ("trapezoid, stops", "trapezoid"),
+    "double_s": ("double-S, stops", "double_s"),
+}
+
+RIVALS = (*FREE, *STOPPING)
+
+#: Least and greatest time between two points that the search may choose [s].
+DURATION_BOUNDS = (0.02, 60.0)
+
+#: What the columns of a table of rivals are.
+RIVALS_NOTE = (
+    "Peak jerk and effort: the greatest over its limit; RMS jerk: sum over joints; end jerk: the step at start or end; "
+    "overshoot: beyond the range of the points; SI. An infinite jerk is a step of the acceleration."
+)
+
+#: Jerk below this is rounding [SI].
+_NOTHING = 1e-9
+
+#: Step of an acceleration, as a share of its limit, from which on the jerk counts as infinite.
+_STEP = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """One interpolant at its least time under the limits.
+
+    Attributes:
+        name: a name of ``RIVALS``.
+        title: what it is.
+        rollout: the robot on it, one trajectory.
+        time: least time [s]; inf where none was found.
+        peak_jerk: greatest |jerk| over its limit of any joint; inf where the acceleration steps.
+        rms_jerk: Σ over joints of the RMS jerk [rad/s³ or m/s³]; inf where the acceleration steps.
+        end_jerk: greatest step of the jerk at the start or the end [rad/s³ or m/s³]; inf likewise.
+        overshoot: how far the worst joint leaves the range of the points [rad or m].
+        via_error: greatest distance of a joint from a point when it is passed [rad or m].
+        effort: greatest effort over its limit of any joint.
+        energy: ∫ Σ |effort x velocity| dt [J].
+        within: whether velocity, acceleration, jerk (where it has one) and effort keep their limits.
+    """
+
+    name: str
+    title: str
+    rollout: Rollout
+    time: float
+    peak_jerk: float
+    rms_jerk: float
+    end_jerk: float
+    overshoot: float
+    via_error: float
+    effort: float
+    energy: float
+    within: bool
+
+
+def compare_rivals(
+    dynamics: Dynamics,
+    points: ViaPoints,
+    *,
+    names: Iterable[str] = RIVALS,
+    keep_range: bool = False,
+    starts: int = 3,
+    seed: int = 0,
+) -> tuple[Rival, ...]:
+    """The least time of every interpolant through the points, under the same limits, and what it costs.
+
+    Velocity, acceleration, jerk and effort are limited for interpolants whose times are free, found by SLSQP from
+    random starts. Profiles that stop at every point are as fast as the joint limits that they know allow: a trapezoid
+    has no finite jerk, and no profile looks at effort, so ``effort`` tells what it needs.
+
+    Args:
+        dynamics: robot, payload and samples.
+        points: where to pass.
+        names: names of ``RIVALS``.
+        keep_range: limit positions to the joints' ranges too.
+        starts: random starts of every search.
+        seed: of the starts.
+
+    Raises:
+        UnknownNameError: no such rival.
+        NoSolutionError: no motion within the limits was found for one; the message names it.
+    """
+    found = []
+    for name in names:
+        checked_name("rival", name, RIVALS)
+        if name in STOPPING:
+            title, profile = STOPPING[name]
+            trajectory = stop_and_go(points, dynamics.robot.limits, profile=profile, straight=False)
+            found.append(_measured(name, title, Rollout(dynamics, trajectory), points, trajectory.breaks[0]))
+        else:
+            found.append(_fastest(name, dynamics, points, keep_range, starts, seed))
+    return tuple(found)
+
+
+@lru_cache(maxsize=1)
+def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
+    """All rivals through the points of a problem with its robot and payload, ranges of positions not kept.
+
+    Raises:
+        InvalidInputError: its interpolant has no points.
+    """
+    points = getattr(problem.interpolant, "points", None)
+    if not isinstance(points, ViaPoints):
+        raise InvalidInputError(f"rivals: the interpolant of {problem.title!r} has no via points")
+    return compare_rivals(problem.dynamics, points)
+
+
+def rivals_table(rivals: Iterable[Rival]) -> tuple[list[str], list[list[str]]]:
+    """Headers and rows for people, fastest first."""
+    headers = [
+        "interpolant",
+        "time [s]",
+        "peak jerk",
+        "RMS jerk",
+        "end jerk",
+        "over- shoot",
+        "via error",
+        "effort",
+        "energy [J]",
+    ]
+    rows = []
+    for rival in sorted(rivals, key=lambda rival: rival.time):
+        jerks = (rival.peak_jerk, rival.rms_jerk, rival.end_jerk)
+        rows.append(
+            [
+                rival.title,
+                f"{rival.time:.4f}",
+                *(f"{value if value > _NOTHING else 0.0:.4g}" for value in jerks),
+                f"{rival.overshoot:.3f}",
+                f"{rival.via_error:.3f}",
+                f"{rival.effort:.3f}",
+                f"{rival.energy:.1f}",
+            ]
+        )
+    return headers, rows
+
+
+def plot_rivals(rivals: Iterable[Rival], *, joint: str | None = None, samples: int = 1000, axes: Any = None) -> Any:
+    """Position, velocity, acceleration and jerk of one joint, all rivals in each panel.
+
+    Args:
+        rivals: at least one.
+        joint: name of the joint; the one that overshoots most if None.
+        samples: instants drawn.
+        axes: four Axes.
+
+    Returns:
+        Array of four Axes; dashed lines are the limits.
+    """
+    drawn = list(rivals)
+    if not drawn:
+        raise InvalidInputError("rivals: expected at least one")
+    robot = drawn[0].rollout.robot
+    chosen = robot.joint_names.index(checked_name("joint", joint, robot.joint_names)) if joint else _widest(drawn)
+    if axes is None:
+        axes = plt.subplots(4, 1, figsize=(7.6, 9.6), sharex=True, layout="constrained")[1]
+    panels = np.atleast_1d(np.asarray(axes, dtype=object)).ravel()
+    if len(panels) != len(DERIVATIVES):
+        raise InvalidInputError(f"axes: expected {len(DERIVATIVES)}, got {len(panels)}")
+    for order, (panel, name) in enumerate(zip(panels, DERIVATIVES, strict=True)):
+        for rival in drawn:
+            trajectory = rival.rollout.trajectory[0]
+            t = np.linspace(0.0, float(trajectory.duration[0]), samples)
+            panel.plot(t, trajectory.evaluate(t, order)[0, :, chosen], label=rival.title, linewidth=1.2)
+        limit = getattr(robot.limits, name)[chosen] if order else np.inf
+        for bound in (-limit, limit):
+            if np.isfinite(bound):
+                panel.axhline(bound, color="black", linestyle="--", linewidth=0.8)
+        unit = display(per_time(robot.joint_units[chosen], order), angle="rad")[0]
+        panel.set_ylabel(f"{name} [{pretty(unit)}]")
+        panel.grid(alpha=0.3)
+    panels[0].set_title(robot.joint_names[chosen])
+    panels[0].legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    panels[-1].set_xlabel("time [s]")
+    return panels
+
+
+def _fastest(name: str, dynamics: Dynamics, points: ViaPoints, keep_range: bool, starts: int, seed: int) -> Rival:
+    title, make = FREE[name]
+    robot = dynamics.robot
+    limits = [velocity_limits(robot), acceleration_limits(robot), jerk_limits(robot), effort_limits(robot)]
+    problem = TrajectoryProblem(
+        dynamics=dynamics,
+        interpolant=make(points, duration_bounds=DURATION_BOUNDS),
+        objectives=(Objective("time", "s", "least time", total_time),),
+        constraints=(*limits, position_limits(robot)) if keep_range else limits,
+    )
+    drawn = np.random.default_rng(seed).uniform(
+        np.maximum(problem.xl, 0.1), np.minimum(problem.xu, 5.0), (starts, problem.n_var)
+    )
+    best = minimise_weighted(problem, Weights((1.0,)), seed=seed, initial=np.clip(drawn, problem.xl, problem.xu))
+    if not np.isfinite(best.cost):
+        raise NoSolutionError(f"rivals: found no motion of {title!r} within the limits of {robot.name!r}")
+    return _measured(name, title, best.rollout, points, problem.via_times(best.x[None])[0])
+
+
+def _measured(name: str, title: str, rollout: Rollout, points: ViaPoints, instants: Array) -> Rival:
+    trajectory, limits = rollout.trajectory, rollout.robot.limits
+    ends = np.abs(trajectory.at_shares(np.array([0.0, 1.0]), 2)[0, [0, -1]])
+    steps = np.concatenate([np.abs(trajectory.jump(2)[0]), ends])
+    jerky = bool((steps > _STEP * np.where(np.isfinite(limits.acceleration), limits.acceleration, 1.0)).any())
+    effort = np.abs(rollout.effort[0]).max(axis=0) / limits.effort
+    used = [
+        float((trajectory.peak(order)[0] / limit).max())
+        for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), start=1)
+    ]
+    last = np.abs(trajectory.at_shares(np.array([0.0, 1.0]), 3)[0, [0, -1]])
+    return Rival(
+        name=name,
+        title=title,
+        rollout=rollout,
+        time=float(trajectory.duration[0]),
+        peak_jerk=np.inf if jerky else used[2],
+        rms_jerk=np.inf if jerky else float(summed_rms_jerk(rollout)[0]),
+        end_jerk=np.inf if jerky else float(last.max()),
+        overshoot=float(overshoot(trajectory, points).max()),
+        via_error=_via_error(trajectory, points, instants),
+        effort=float(effort.max()),
+        energy=float(mechanical_energy(rollout)[0]),
+        within=max(*used[:2], 0.0 if jerky else used[2], float(effort.max())) <= 1.0 + 1e-6,
+    )
+
+
+def _via_error(trajectory: TrajectoryBatch, points: ViaPoints, instants: Array) -> float:
+    """Greatest distance of any joint from a point, each at the best of the given instants."""
+    reached = trajectory.evaluate(np.clip(instants, 0.0, float(trajectory.duration[0])))[0]
+    distance = np.abs(reached[:, None] - points.positions).max(axis=2)
+    return float(distance.min(axis=0).max())
+
+
+def _widest(rivals: list[Rival]) -> int:
+    """The joint that leaves the range between its values at the ends of the motion furthest, in any rival."""
+    beyond = [np.ptp(np.stack(rival.rollout.trajectory.extremes(0))[:, 0], axis=0) for rival in rivals]
+    return int(np.max(beyond, axis=0).argmax())
