@@ -10,10 +10,11 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from problems.via_points import INTERPOLANTS, constraints_of, objectives_of, via_points
+from problems.via_points import constraints_of, objectives_of, via_points
 from trajevo.arrays import Array, numbers
 from trajevo.dynamics import Dynamics
 from trajevo.errors import checked_name
+from trajevo.interpolants import THROUGH_POINTS
 from trajevo.payload import Payload
 from trajevo.problem import Evolution, TrajectoryProblem
 from trajevo.robot import load_robot
@@ -42,7 +43,7 @@ class PickAndPlace(TrajectoryProblem):
     friction and payload. Limits hold at exact peaks, torque at samples.
 
     Args:
-        interpolant: ``"septic"``, the paper's single polynomial, or a name of :data:`problems.via_points.INTERPOLANTS`.
+        interpolant: ``"septic"``, the single polynomial, or one of :data:`trajevo.interpolants.THROUGH_POINTS`.
         payload: mass [kg] with its centre 0.1 m in front of the flange, a :class:`~trajevo.payload.Payload`, or its
             settings.
         points: joint angles (K, 6) [rad] or a CSV file of them; Table 1 if None.
@@ -75,7 +76,7 @@ class PickAndPlace(TrajectoryProblem):
         samples: int = 40,
         threads: int = 1,
     ) -> None:
-        known = {"septic": INTERPOLANTS["polynomial"]} | INTERPOLANTS
+        known = {"septic": THROUGH_POINTS["polynomial"]} | THROUGH_POINTS
         checked_name("interpolant", interpolant, known)
         robot = load_robot("puma560")
         via = via_points(points, robot)

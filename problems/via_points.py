@@ -21,15 +21,7 @@ from trajevo.constraints import (
 )
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.interpolants import (
-    CubicSpline,
-    HybridQuartic,
-    Interpolant,
-    LinearBlends,
-    QuinticSpline,
-    SepticSpline,
-    SinglePolynomial,
-)
+from trajevo.interpolants import THROUGH_POINTS
 from trajevo.objectives import (
     Objective,
     integrated_square_acceleration,
@@ -43,15 +35,6 @@ from trajevo.path import ViaPoints, read_columns
 from trajevo.payload import Payload
 from trajevo.problem import TrajectoryProblem
 from trajevo.robot import Robot, load_robot
-
-INTERPOLANTS: dict[str, Callable[..., Interpolant]] = {
-    "cubic": CubicSpline,
-    "hybrid": HybridQuartic,
-    "linear_blends": LinearBlends,
-    "polynomial": SinglePolynomial,
-    "quintic_spline": QuinticSpline,
-    "septic_spline": SepticSpline,
-}
 
 #: Name -> unit, with ``q`` for that of the joints, and function.
 _OBJECTIVES: dict[str, tuple[str, Callable[[Rollout], Any]]] = {
@@ -139,14 +122,14 @@ class ViaPointProblem(TrajectoryProblem):
         samples: int = 6,
         threads: int = 1,
     ) -> None:
-        checked_name("interpolant", interpolant, INTERPOLANTS)
+        checked_name("interpolant", interpolant, THROUGH_POINTS)
         named = load_robot(robot)
         via = via_points(points, named)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
         super().__init__(
             dynamics=dynamics,
-            interpolant=INTERPOLANTS[interpolant](via, duration_bounds=bounds),
+            interpolant=THROUGH_POINTS[interpolant](via, duration_bounds=bounds),
             objectives=objectives_of(objectives, named, reference="by name"),
             constraints=constraints_of(constraints, named, via, overshoot=overshoot),
             reference_point=reference_point,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -21,15 +21,7 @@ from trajevo.constraints import (
 )
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, checked_name
-from trajevo.interpolants import (
-    CubicSpline,
-    Interpolant,
-    LinearBlends,
-    QuinticSpline,
-    SepticSpline,
-    SinglePolynomial,
-    stop_and_go,
-)
+from trajevo.interpolants import THROUGH_POINTS, stop_and_go
 from trajevo.objectives import Objective, mechanical_energy, summed_rms_jerk, total_time
 from trajevo.path import ViaPoints
 from trajevo.problem import TrajectoryProblem
@@ -38,13 +30,13 @@ from trajevo.trajectory import DERIVATIVES, TrajectoryBatch
 from trajevo.units import display, per_time, pretty
 from trajevo.weighted import minimise_weighted
 
-#: Interpolants whose times are free: their least time is found by SLSQP.
-FREE: dict[str, tuple[str, Callable[..., Interpolant]]] = {
-    "polynomial": ("one polynomial", SinglePolynomial),
-    "cubic": ("cubic, C2", CubicSpline),
-    "quintic_spline": ("quintic, C4", QuinticSpline),
-    "septic_spline": ("septic, C6", SepticSpline),
-    "linear_blends": ("lines, blends", LinearBlends),
+#: Interpolants whose times are free, of ``THROUGH_POINTS``: their least time is found by SLSQP.
+FREE = {
+    "polynomial": "one polynomial",
+    "cubic": "cubic, C2",
+    "quintic_spline": "quintic, C4",
+    "septic_spline": "septic, C6",
+    "linear_blends": "lines, blends",
 }
 
 #: Profiles that stop at every point: their least time is known in closed form.
@@ -228,12 +220,11 @@ def plot_rivals(rivals: Iterable[Rival], *, joint: str | None = None, samples: i
 
 
 def _fastest(name: str, dynamics: Dynamics, points: ViaPoints, keep_range: bool, starts: int, seed: int) -> Rival:
-    title, make = FREE[name]
-    robot = dynamics.robot
+    title, robot = FREE[name], dynamics.robot
     limits = [velocity_limits(robot), acceleration_limits(robot), jerk_limits(robot), effort_limits(robot)]
     problem = TrajectoryProblem(
         dynamics=dynamics,
-        interpolant=make(points, duration_bounds=DURATION_BOUNDS),
+        interpolant=THROUGH_POINTS[name](points, duration_bounds=DURATION_BOUNDS),
         objectives=(Objective("time", "s", "least time", total_time),),
         constraints=(*limits, position_limits(robot)) if keep_range else limits,
     )
