@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 SUN2020 = json.loads((Path(__file__).parent / "data" / "sun2020.json").read_text())
+RAJI2022 = json.loads((Path(__file__).parent / "data" / "raji2022.json").read_text())
 TABLE_4_DURATIONS = np.diff(SUN2020["table4_times"])[None]
 
 
