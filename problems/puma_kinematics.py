@@ -72,8 +72,8 @@ def inverse_kinematics(position: Any, rotation: Any, branch: Any = TABLE_1_BRANC
         rotation: tool rotations, shape (K, 3, 3) or (3, 3) for one that all share.
         branch: three words. Shoulder: ``"right"`` or ``"left"``, the side on which the upper arm passes the axis of
             joint 1, looking from that axis to the wrist. Elbow: ``"up"`` or ``"down"``, above or below the line from
-            shoulder to wrist. Wrist: ``"flip"`` for 0 < q₅ < π, ``"noflip"`` for -π < q₅ < 0. Toolboxes use the same
-            words for other branches.
+            shoulder to wrist. Wrist: ``"flip"`` for 0 < q₅ < π, ``"noflip"`` for -π < q₅ < 0. The Python Robotics
+            Toolbox means the same by these words, the paper with the MATLAB one does not.
 
     Returns:
         Joint angles, shape (K, 6) [rad], each in the whole turn about :data:`TURN_MIDDLE`. Where sin q₅ = 0 only

@@ -13,7 +13,7 @@ import pytest
 
 from problems import HybridManipulator
 from tests.guo2016 import GUO2016, TABLE_7, forces_along
-from trajevo import PolynomialBatch, load_robot
+from trajevo import PolynomialBatch, TrajevoError, load_robot
 from trajevo.dynamics import Dynamics, Rollout, lobatto
 from trajevo.errors import InvalidInputError
 from trajevo.payload import Payload
@@ -310,3 +310,16 @@ def test_table_7_uses_96_percent_of_screw_3():
     rollout = HybridManipulator(convention="printed").rollout(TABLE_7)
     assert np.abs(rollout.effort[0, :, 2]).max() == pytest.approx(480.08, abs=0.01)
     assert np.abs(rollout.effort[0, :, 4]).max() / 17.0 == pytest.approx(0.65, abs=0.01)
+
+
+def test_dry_friction_may_differ_by_direction():
+    forward, backward = np.array([1.0, 2.0]), np.array([3.0, 0.5])
+    friction = Friction(np.zeros(2), forward, np.zeros(2), coulomb_backward=backward)
+    v = np.array([[0.1, -0.1], [-0.2, 0.2], [0.0, 0.0]])
+    expected = np.array([[1.0, -0.5], [-3.0, 2.0], [0.0, 0.0]])
+    np.testing.assert_array_equal(friction.effort(v, np.zeros_like(v)), expected)
+    assert not Friction(np.zeros(2), np.zeros(2), np.zeros(2), coulomb_backward=backward).none
+    same = Friction(np.zeros(2), forward, np.zeros(2))
+    np.testing.assert_array_equal(same.effort(v, np.zeros_like(v)), forward * np.sign(v))
+    with pytest.raises(TrajevoError, match="friction.coulomb_backward: expected numbers from 0 on"):
+        Friction(np.zeros(2), forward, np.zeros(2), coulomb_backward=-backward)

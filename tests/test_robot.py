@@ -80,6 +80,16 @@ def test_what_is_neither_name_nor_path_is_refused(name):
         ("vector = [-9.80665,", "vector = [-inf,", "gravity.vector: expected finite numbers, got .-inf, 0.0, 0.0"),
         ("vector = [-9.80665,", 'vector = ["-9.8",', "gravity.vector.0: .*got '-9.8'"),
         ("vector = [-9.80665,", "vector = [false,", "gravity.vector.0: .*got False"),
+        (
+            'effort = { limit = inf, unit = "N*m" }',
+            'effort = { limit = inf, unit = "N*m" }\ncoulomb_friction = { forward = 1.0, unit = "N*m" }',
+            "joints.joint_1.coulomb_friction: .*expected either value, or forward and backward",
+        ),
+        (
+            'effort = { limit = inf, unit = "N*m" }',
+            'effort = { limit = inf, unit = "N*m" }\ncoulomb_friction = { value = -1.0, unit = "N*m" }',
+            "joints.joint_1.coulomb_friction.value: .*greater than or equal to 0",
+        ),
         ('jerk = { limit = 80.0, unit = "deg/s^3" }\n', "", "joints.joint_1.jerk: Field required$"),
         ("jerk = {", "jrek = {", "joints.joint_1"),
         ("[joints.joint_1]", "[joints.joint_9]", r"limits given for joints \['joint_2', 'joint_9'\]"),
@@ -97,6 +107,14 @@ def test_a_broken_robot_toml_is_refused_with_file_and_place(folder, old, new, sa
     assert "\n" not in str(caught.value)
     assert str(folder) in str(caught.value)
     assert ".toml" in str(caught.value) or ".urdf" in str(caught.value)
+
+
+def test_dry_friction_is_one_value_or_one_for_each_direction(folder):
+    line = 'effort = { limit = inf, unit = "N*m" }'
+    edit(folder / "robot.toml", line, line + '\ncoulomb_friction = { forward = 1.0, backward = 2.0, unit = "N*m" }')
+    friction = load_robot(folder).friction
+    np.testing.assert_array_equal(friction.coulomb[0], 1.0)
+    np.testing.assert_array_equal(friction.coulomb_backward[0], 2.0)
 
 
 def test_integers_will_do_for_numbers(folder):

@@ -39,10 +39,20 @@ class _Amount(_Strict):
     unit: str
 
 
-class _BothWays(_Strict):
-    forward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)]
-    backward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)]
+class _DryFriction(_Strict):
+    """One value for both directions of motion, or one for each."""
+
+    value: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] | None = None
+    forward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] | None = None
+    backward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] | None = None
     unit: str
+
+    @pydantic.model_validator(mode="after")
+    def _one_or_both(self) -> _DryFriction:
+        given = [name for name in ("value", "forward", "backward") if getattr(self, name) is not None]
+        if given not in (["value"], ["forward", "backward"]):
+            raise ValueError("expected either value, or forward and backward")
+        return self
 
 
 class _Vector(_Strict):
@@ -57,7 +67,7 @@ class _Joint(_Strict):
     jerk: _Limit
     effort: _Limit
     viscous_friction: _Amount | None = None
-    coulomb_friction: _Amount | _BothWays | None = None
+    coulomb_friction: _DryFriction | None = None
     armature: _Amount | None = None
 
 
@@ -166,13 +176,12 @@ class RobotFile:
         for column, (key, way, unit_of) in expected.items():
             values = []
             for name, unit in zip(names, units, strict=True):
-                given: _Amount | _BothWays | None = getattr(self.settings.joints[name], key)
-                where = f"joint {name!r}: {key}"
+                given: _Amount | _DryFriction | None = getattr(self.settings.joints[name], key)
                 if given is None:
                     values.append(0.0)
                     continue
-                value = given.value if isinstance(given, _Amount) else getattr(given, way)
-                values.append(self._si(value, given.unit, unit_of[unit], where))
+                value = getattr(given, way) if given.value is None else given.value
+                values.append(self._si(value, given.unit, unit_of[unit], f"joint {name!r}: {key}"))
             columns[column] = np.array(values)
         return columns
 
