@@ -8,6 +8,7 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
+from problems.path_arguments import length_unit
 from problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.arrays import numbers
 from trajevo.constraints import (
@@ -133,6 +134,7 @@ class ViaPointProblem(TrajectoryProblem):
             objectives=objectives_of(objectives, named, reference="by name"),
             constraints=constraints_of(constraints, named, via, overshoot=overshoot),
             reference_point=reference_point,
+            length=length_unit(named),
         )
         self._settings = {
             "robot": str(robot),

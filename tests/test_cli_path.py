@@ -1,4 +1,4 @@
-"""Running along a path from the command line."""
+"""Paths, pick and place, and points of the user's own from the command line."""
 
 import numpy as np
 import pytest
@@ -80,3 +80,31 @@ def test_bad_options_get_one_sentence(tmp_path, arguments, says):
     assert says in " ".join(result.stderr.replace("│", " ").split())
     assert "Traceback" not in result.stderr
     assert not list(tmp_path.iterdir()), "a refused command left something behind"
+
+
+def test_pick_and_place_shows_the_septic_beside_its_rivals(tmp_path):
+    folder = tmp_path / "pick"
+    result = trajevo("solve", "pick-place", "--payload", "2.5", *SMALL, "--out", folder)
+    assert result.returncode == 0, result.stderr
+    for expected in ("Least times under the same limits", "one polynomial", "4.4737", "double-S, stops", "4.7509"):
+        assert expected in result.stdout
+    assert (folder / "plots" / "rivals.png").is_file()
+    assert "Interpolants at their least times under the same limits" in (folder / "report.html").read_text()
+    carried = trajevo("capacity", folder)
+    assert carried.returncode == 0, carried.stderr
+    assert "limited by joint_" in carried.stdout
+
+
+def test_any_robot_through_points_of_a_file(tmp_path):
+    file = tmp_path / "points.csv"
+    file.write_text("x [mm], y [mm]\n0, 0\n50, 20\n80, 60\n20, 90\n")
+    pairs = ["robot=feed_drive", "duration_bounds=[0.2, 5]", "interpolant=cubic", 'objectives=["time", "square_jerk"]']
+    settings = [word for pair in pairs for word in ("--set", pair)]
+    options = ["--points", file, *settings, "--method", "nnc", "--tolerance", "0.1"]
+    result = trajevo("solve", "via-points", *options, "--out", tmp_path / "run")
+    assert result.returncode == 0, result.stderr
+    front = Front.load(tmp_path / "run" / "front.json")
+    assert front.record.robot == "feed_drive"
+    assert len(front) >= 3
+    assert "square_jerk [mm²/s⁵]" in result.stdout
+    assert trajevo("export", tmp_path / "run", "--format", "gcode").returncode == 0
