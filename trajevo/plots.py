@@ -193,6 +193,13 @@ def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None)
         times = motion.front.problem.via_times(motion.x)[0]
         via, _ = rollout.robot.tool_poses(rollout.trajectory[0].evaluate(times)[0])
         ax.plot(*via[1:-1].T, "o", color="tab:orange", linestyle="none", label="via points")
+    equal_axes(ax, positions)
+    ax.legend()
+    return ax
+
+
+def equal_axes(ax: Any, positions: Array) -> None:
+    """Axes in space with labels and one scale, around positions of shape (K, 3) [m]."""
     ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     centre, reach = 0.5 * (positions.max(axis=0) + positions.min(axis=0)), 0.55 * np.ptp(positions, axis=0).max()
     ax.set(**{f"{name}lim": (c - reach, c + reach) for name, c in zip("xyz", centre, strict=True)})
@@ -201,8 +208,6 @@ def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None)
         axis.labelpad = 8
     ax.set_box_aspect((1, 1, 1), zoom=0.85)
     ax.view_init(elev=20, azim=30)
-    ax.legend()
-    return ax
 
 
 def hypervolume(front: Front, *, ax: Axes | None = None) -> Axes:

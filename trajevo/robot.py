@@ -148,16 +148,37 @@ class Robot:
         Returns:
             Positions (T, 3) [m] and rotation matrices (T, 3, 3) in the base frame.
         """
+        positions, rotations = self.joint_poses(q)
+        return positions[:, -1], rotations[:, -1]
+
+    def joint_poses(self, q: Array) -> tuple[Array, Array]:
+        """Forward kinematics of the whole chain by Pinocchio: every joint of the model, then the tool.
+
+        Args:
+            q: joint positions, shape (T, n_joints) [rad or m].
+
+        Returns:
+            Origins (T, n_joints + 1, 3) [m] and rotation matrices (T, n_joints + 1, 3, 3) in the base frame, from the
+            base to the tool. A joint's frame moves with it.
+        """
         data = self.model.createData()
-        frame = self.model.getFrameId(self.tool)
+        tool = self.model.getFrameId(self.tool)
         actuated = numbers(q, name="q", shape=("T", self.dof))
-        positions, rotations = np.empty((len(actuated), 3)), np.empty((len(actuated), 3, 3))
+        places = (len(actuated), self.model.njoints)  # Pinocchio counts the base, which here makes room for the tool
+        positions, rotations = np.empty((*places, 3)), np.empty((*places, 3, 3))
         still = np.zeros_like(actuated)
         for i, configuration in enumerate(self.transmission.motion(actuated, still, still)[0]):
             pin.forwardKinematics(self.model, data, configuration)
-            placement = pin.updateFramePlacement(self.model, data, frame)
-            positions[i], rotations[i] = placement.translation, placement.rotation
+            for k, placement in enumerate((*data.oMi[1:], pin.updateFramePlacement(self.model, data, tool))):
+                positions[i, k], rotations[i, k] = placement.translation, placement.rotation
         return positions, rotations
+
+    @property
+    def joint_axes(self) -> tuple[Array, Array]:
+        """Unit axis of every joint of the model in its own frame, (n_joints, 3), and whether it turns, (n_joints,)."""
+        subspaces = np.array([np.ravel(joint.createData().S) for joint in self.model.joints[1:]])
+        turns: Array = np.any(subspaces[:, 3:], axis=1, keepdims=True)
+        return np.where(turns, subspaces[:, 3:], subspaces[:, :3]), turns[:, 0]
 
 
 def list_robots() -> list[str]:

@@ -1,0 +1,207 @@
+"""An arm along a motion: stick figures in one picture, and an animation in real time as one HTML file.
+
+The animation is drawn by meshcat's viewer, out of primitive shapes: the robots have no meshes.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+
+from trajevo.arrays import Array
+from trajevo.dynamics import Rollout, rollout_of
+from trajevo.errors import InvalidInputError
+from trajevo.front import Solution
+from trajevo.plots import equal_axes
+from trajevo.robot import Robot
+from trajevo.viewer import Page
+
+#: Most frames that are written: every one takes about 0.25 kB per joint and the tool.
+MOST_FRAMES = 10_000
+
+#: Size of the whole motion in the viewer, whose camera and lights are made for arms of a metre.
+_SHOWN = 2.5
+
+#: Where the camera stands, y up and the motion around the origin.
+_CAMERA = (1.0, 0.7, 1.8)
+
+#: Sizes as shares of the extent of the whole motion.
+_LINK, _JOINT, _TRIAD = 0.012, 0.03, 0.08
+
+_GREY, _BLUE, _ORANGE, _DARK = 0x9AA3AD, 0x1F77B4, 0xFF7F0E, 0x333333
+
+
+def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None) -> Any:
+    """The chain from the base over the joints' origins to the tool at some instants, and the tool's path, in space [m].
+
+    Args:
+        motion: a solution of a front, or a rollout (of its batch, the first trajectory is drawn).
+        count: instants drawn, evenly from first to last; their time is their colour.
+        ax: axes in space.
+
+    Returns:
+        The axes.
+
+    Raises:
+        InvalidInputError: not a motion, a count that is not a positive whole number, or axes in the plane.
+    """
+    rollout = rollout_of(motion)
+    if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
+        raise InvalidInputError(f"count: expected a positive whole number, got {count!r}")
+    if ax is not None and not hasattr(ax, "get_zlim"):
+        raise InvalidInputError("ax: expected axes in space, made with projection='3d'")
+    ax = ax or plt.figure(figsize=(7.6, 6.0), layout="constrained").add_subplot(projection="3d")
+    trajectory, robot = rollout.trajectory[0], rollout.robot
+    path, _ = robot.tool_poses(trajectory.sample(400).q[0])
+    times = np.linspace(0.0, float(trajectory.duration[0]), count)
+    chains = _chains(robot, trajectory.evaluate(times)[0])
+    colours = ScalarMappable(Normalize(0.0, float(trajectory.duration[0])), "viridis")
+    for chain, time in zip(chains, times, strict=True):
+        ax.plot(*chain.T, "o-", color=colours.to_rgba(time), linewidth=2.5, markersize=4.5)
+    ax.plot(*path.T, color="black", linewidth=0.8)
+    equal_axes(ax, np.concatenate([path, chains.reshape(-1, 3)]))
+    _stand_upright(ax, robot)
+    ax.figure.colorbar(colours, ax=ax, label="time [s]", shrink=0.7, pad=0.1)
+    return ax
+
+
+def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0) -> Path:
+    """Write the arm's motion in real time as one HTML file that needs no network.
+
+    Cylinders are revolute joints along their axis, boxes are sliding ones, the tool has a triad, its path is a line. Up
+    is against gravity. The motion repeats; the panel plays, pauses and shows any instant.
+
+    Args:
+        motion: a solution of a front, or a rollout (of its batch, the first trajectory is shown).
+        file: where to.
+        rate: frames per second of the motion [1/s]; between them the viewer interpolates, and the end is one more.
+
+    Returns:
+        The file.
+
+    Raises:
+        InvalidInputError: not a motion, a rate that is not positive or gives over ``MOST_FRAMES``, a file that cannot
+            be written, or meshcat is not installed.
+    """
+    rollout = rollout_of(motion)
+    if not isinstance(file, str | Path):
+        raise InvalidInputError(f"file: expected a path, got {file!r}")
+    times = _instants(float(rollout.trajectory.duration[0]), rate)
+    page = Page(f"{rollout.robot.name}, {times[-1]:.3f} s")
+    _draw(page.visualizer(), rollout, times, rate)
+    try:
+        Path(file).write_text(page.get_scene(), encoding="utf-8")
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+    return Path(file)
+
+
+def _instants(duration: float, rate: Any) -> Array:
+    """Instants of the frames, the end of the motion as the last, shape (T,) [s]."""
+    if not isinstance(rate, int | float) or isinstance(rate, bool) or not (np.isfinite(rate) and rate > 0.0):
+        raise InvalidInputError(f"rate: expected a positive number of frames per second, got {rate!r}")
+    if duration * rate > MOST_FRAMES:
+        raise InvalidInputError(
+            f"rate: {rate:g} per second give over {MOST_FRAMES} frames of a motion of {duration:.4g} s"
+        )
+    inner = np.arange(np.ceil(duration * rate * (1.0 - 1e-9))) / rate
+    return np.append(inner, duration)
+
+
+def _chains(robot: Robot, q: Array) -> Array:
+    """Base, origins of the joints and tool at each configuration, shape (T, n_joints + 2, 3) [m]."""
+    origins, _ = robot.joint_poses(q)
+    return np.concatenate([np.zeros_like(origins[:, :1]), origins], axis=1)
+
+
+def _stand_upright(ax: Any, robot: Robot) -> None:
+    """Show the arm as it stands: the axis nearest to gravity vertical, the view turned over where it points down."""
+    gravity = np.asarray(robot.model.gravity.linear)
+    vertical = int(np.abs(gravity).argmax()) if gravity.any() else 2
+    if gravity[vertical] > 0.0:  # turned and not an inverted axis, which would show a mirrored arm
+        ax.view_init(elev=-20, azim=-60, roll=180, vertical_axis="xyz"[vertical])
+    else:
+        ax.view_init(elev=20, azim=-60, vertical_axis="xyz"[vertical])
+
+
+def _draw(view: Any, rollout: Rollout, times: Array, rate: float) -> None:
+    """Set up the scene and its animation: shapes once, then their poses at every instant."""
+    from meshcat.animation import Animation
+
+    robot, trajectory = rollout.robot, rollout.trajectory[0]
+    q = trajectory.evaluate(times)[0]
+    positions, rotations = robot.joint_poses(q)
+    chains = _chains(robot, q)
+    extent = max(float(np.linalg.norm(np.ptp(chains.reshape(-1, 3), axis=0))), 1e-9)
+    _set_stage(view, robot, chains, extent)
+    path, _ = robot.tool_poses(trajectory.sample(400).q[0])
+    _add_shapes(view, robot, path, extent)
+    motion = Animation(default_framerate=rate)
+    spans = np.diff(chains, axis=1)
+    # A link of length zero has no orientation that the viewer could compute.
+    lengths = np.maximum(np.linalg.norm(spans, axis=2), 1e-6 * extent)
+    turned, middles = _from_y_axis(spans), chains[:, :-1] + 0.5 * spans
+    for i, time in enumerate(times):
+        frame = motion.at_frame(view["arm"], float(time * rate))
+        for k in range(positions.shape[1]):
+            frame[f"frame_{k}"].set_transform(_matrix(rotations[i, k], positions[i, k]))
+            link = frame[f"link_{k}"]
+            link.set_transform(_matrix(turned[i, k], middles[i, k]))
+            link.set_property("scale", "vector3", [1.0, float(lengths[i, k]), 1.0])
+    view.set_animation(motion, repetitions=float("inf"))
+
+
+def _set_stage(view: Any, robot: Robot, chains: Array, extent: float) -> None:
+    """A white room with the motion in its middle, at the viewer's scale and with gravity pointing down."""
+    for name in ("/Background", "/Grid", "/Axes"):
+        view[name].set_property("visible", False)
+    view["/Cameras/default/rotated/<object>"].set_property("position", list(_CAMERA))
+    gravity = np.asarray(robot.model.gravity.linear)
+    upright = np.eye(3)
+    if gravity.any():
+        to_y = _from_y_axis(-gravity).T
+        upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]) @ to_y
+    scaled = _SHOWN / extent * upright
+    corners = chains.reshape(-1, 3)
+    middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    view["arm"].set_transform(_matrix(scaled, -scaled @ middle))
+
+
+def _add_shapes(view: Any, robot: Robot, path: Array, extent: float) -> None:
+    """What the arm consists of: a link to every frame, a shape at every joint, triads at base and tool, the path."""
+    from meshcat import geometry
+
+    axes, turns = robot.joint_axes
+    arm, size = view["arm"], _JOINT * extent
+    for k in range(len(axes) + 1):
+        # A cylinder of meshcat lies along y and is as long as its pose says.
+        arm[f"link_{k}"].set_object(geometry.Cylinder(1.0, _LINK * extent), geometry.MeshLambertMaterial(color=_GREY))
+    for k, (axis, turning) in enumerate(zip(axes, turns, strict=True)):
+        shape = geometry.Cylinder(2.0 * size, 0.7 * size) if turning else geometry.Box([size, 2.0 * size, size])
+        colour = _BLUE if turning else _ORANGE
+        arm[f"frame_{k}/shape"].set_object(shape, geometry.MeshLambertMaterial(color=colour))
+        arm[f"frame_{k}/shape"].set_transform(_matrix(_from_y_axis(axis), np.zeros(3)))
+    arm[f"frame_{len(axes)}/triad"].set_object(geometry.triad(_TRIAD * extent))
+    arm["base"].set_object(geometry.triad(_TRIAD * extent))
+    arm["path"].set_object(geometry.Line(geometry.PointsGeometry(path.T), geometry.LineBasicMaterial(color=_DARK)))
+
+
+def _matrix(rotation: Array, position: Array) -> Array:
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation, position
+    return matrix
+
+
+def _from_y_axis(directions: Array) -> Array:
+    """Rotations that turn the y axis into directions, shapes (..., 3) -> (..., 3, 3); of none, the identity's."""
+    length = np.linalg.norm(directions, axis=-1, keepdims=True)
+    y = np.where(length > 0.0, directions / np.where(length > 0.0, length, 1.0), [0.0, 1.0, 0.0])
+    helper = np.eye(3)[np.abs(y).argmin(axis=-1)]
+    z = np.cross(helper, y)
+    z /= np.linalg.norm(z, axis=-1, keepdims=True)
+    return np.stack([np.cross(y, z), y, z], axis=-1)
