@@ -19,6 +19,8 @@
 
 # %%
 import os
+import tempfile
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -27,7 +29,7 @@ from problems import PickAndPlace, ViaPointProblem
 from problems.pick_and_place import paper_solution
 from problems.puma_kinematics import forward_kinematics
 from trajevo import load_plots, optimise, plots
-from trajevo.animation import stick_figure
+from trajevo.animation import animate, stick_figure
 from trajevo.capacity import dlcc
 from trajevo.constraints import overshoot
 from trajevo.rivals import RIVALS_NOTE, plot_rivals, rivals_of, rivals_table
@@ -81,6 +83,14 @@ plots.front(front, mark={"knee": knee, "printed times": problem.evaluate(paper_s
 for label, motion in {"printed": printed, "knee": knee, "fastest": front.least("time")}.items():
     print(f"{label}: {dlcc(motion)}")
 load_plots.effort_utilisation(front.least("time"));
+
+# %% [markdown]
+# ## The arm in real time
+# One HTML file with meshcat's viewer inside, to be opened in any browser without network.
+
+# %%
+page = animate(knee, Path(tempfile.mkdtemp()) / "knee.html")
+print(f"{page.name}: {page.stat().st_size / 1e6:.2f} MB")
 
 # %% [markdown]
 # ## Less swing

@@ -94,6 +94,7 @@ def test_a_joint_moves_its_frame_about_or_along_its_axis(motion):
         "feed_drive": ["x", "y"],
         "hybrid_manipulator": ["slide", "screw_3"],
         "pointing_mechanism": [],
+        "puma560": [],
     }[robot.name]
     step = np.zeros_like(q)
     step[0, -1] = 1e-6

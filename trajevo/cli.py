@@ -1,4 +1,4 @@
-"""The command ``trajevo``: list, solve, show, report, export, capacity."""
+"""The command ``trajevo``: list, solve, show, report, export, animate, capacity."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
+from trajevo.animation import animate
 from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.export import FORMATS, is_exported
@@ -168,6 +169,19 @@ def export(
     checked_name("export format", format, FORMATS)
     target = out or file.with_name(f"{solution}.{format}")
     _out.print(f"written: {write_motion(chosen, target, format=format, step=step, angle=angle)}")
+
+
+@app.command("animate")
+def animate_motion(
+    run: _RunArgument,
+    solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
+    rate: Annotated[float, typer.Option(help="Frames per second.")] = 25.0,
+    out: Annotated[Path | None, typer.Option(help="HTML file; SOLUTION.html beside the front if not given.")] = None,
+) -> None:
+    """Write the robot along one solution in real time, one HTML file that needs no network."""
+    file = _front_file(run)
+    chosen = Front.load(file).pick(solution)
+    _out.print(f"written: {animate(chosen, out or file.with_name(f'{solution}.html'), rate=rate)}")
 
 
 @app.command()
