@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from problems import PickAndPlace, ViaPointProblem
+from problems import HybridManipulator, PickAndPlace, PointingMechanism, ViaPointProblem
 from problems.pick_and_place import paper_solution
 from problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics
 from tests.helpers import refused
@@ -202,6 +202,33 @@ def test_pick_and_place_is_an_instance_of_the_general_problem():
     (F, G), (same_F, all_G) = (problem.evaluate(paper_solution()) for problem in (general, special))
     np.testing.assert_array_equal(F, same_F)
     np.testing.assert_array_equal(G, all_G[:, shared])
+
+
+def test_the_other_papers_point_to_point_cases_are_instances_too():
+    pointing = PointingMechanism(interpolant="quintic")
+    general = ViaPointProblem(
+        robot="pointing_mechanism",
+        points=pointing.interpolant.points.positions,
+        duration_bounds=(1.0, 10.0),
+        objectives=("time", "acceleration", "jerk"),
+    )
+    x = np.random.default_rng(0).uniform(1.0, 10.0, (5, 4))
+    for mine, theirs in zip(general.evaluate(x), pointing.evaluate(x), strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+    hybrid = HybridManipulator()
+    general = ViaPointProblem(
+        robot="hybrid_manipulator",
+        points=hybrid.interpolant.points.positions,
+        duration_bounds=(0.005, 1.5),
+        interpolant="cubic",
+        objectives=("time", "square_jerk"),
+        constraints=("position", "velocity", "acceleration", "jerk", "effort"),
+        payload=10.0,
+    )
+    x = np.random.default_rng(0).uniform(0.2, 1.5, (5, 12))
+    (F, G), (all_F, all_G) = general.evaluate(x), hybrid.evaluate(x)
+    np.testing.assert_array_equal(F, all_F[:, [0, 2]])
+    np.testing.assert_array_equal(G, all_G[:, :-1])
 
 
 @pytest.mark.parametrize("robot", ["pointing_mechanism", "feed_drive"])
