@@ -161,6 +161,7 @@ def test_the_shape_encoding_ends_in_a_front_of_time_and_jerk():
     front = optimise(problem, seed=1, generations=15, population=40, progress=False)
     assert front.objective_names == ("time", "jerk")
     assert front.record.settings["encoding"] == "plain"
+    assert front.run.settings["encoding"] == "shape"
     assert front.F[-1, 0] == pytest.approx(6.0, rel=1e-12)
     np.testing.assert_allclose(front.problem.evaluate(front.X)[0], front.F, rtol=1e-12)
     time, jerk = front.F.T

@@ -79,7 +79,7 @@ class Watch:
             record=ProblemRecord.of(self.target),
             run=Run(
                 algorithm=algorithm,
-                settings=settings,
+                settings=settings | self._solved_as(),
                 seed=seed,
                 generations=len(self.evaluations),
                 evaluations=evaluations,
@@ -93,6 +93,11 @@ class Watch:
             blocking=None if len(archive.F) else _blocking(self.archive, self.problem.constraint_names),
             _problem=self.target,
         )
+
+    def _solved_as(self) -> dict[str, Any]:
+        """Settings in which the problem that was solved differs from the one whose front this is."""
+        own, shown = self.problem.settings, self.target.settings
+        return {key: value for key, value in own.items() if shown.get(key) != value}
 
     def _expanded(self) -> Archive:
         """Archive of the points that the solutions stand for, evaluated as those of the other problem."""
