@@ -72,7 +72,7 @@ class Rival:
         name: a name of ``RIVALS``.
         title: what it is.
         rollout: the robot on it, one trajectory.
-        time: least time [s]; inf where none was found.
+        time: least time [s].
         peak_jerk: greatest |jerk| over its limit of any joint; inf where the acceleration steps.
         rms_jerk: Σ over joints of the RMS jerk [rad/s³ or m/s³]; inf where the acceleration steps.
         end_jerk: greatest step of the jerk at the start or the end [rad/s³ or m/s³]; inf likewise.
