@@ -65,6 +65,14 @@ def test_every_free_rival_keeps_the_limits_and_touches_one(rivals):
         assert max(used) == pytest.approx(1.0, abs=1e-3)
 
 
+def test_effort_limits_slow_down_what_carries_too_much(rivals):
+    heavy = PickAndPlace(payload=13.0)
+    (slower,) = compare_rivals(heavy.dynamics, heavy.interpolant.points, names=["quintic_spline"])
+    assert slower.within
+    assert slower.effort == pytest.approx(1.0, abs=1e-5)
+    assert slower.time > rivals["quintic_spline"].time * 1.01
+
+
 def test_what_is_measured_is_what_the_motion_does(rivals):
     for rival in rivals.values():
         trajectory = rival.rollout.trajectory
