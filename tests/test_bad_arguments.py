@@ -8,7 +8,7 @@ from problems.hybrid_manipulator import paper_solution
 from tests.helpers import refused
 from trajevo import Front, ViaPoints, load_robot, optimise, plots, selection
 from trajevo.capacity import capacity_front, dlcc, dlcc_iterative
-from trajevo.interpolants import HybridQuartic, QuinticSpline, SepticSpline, stop_and_go
+from trajevo.interpolants import THROUGH_POINTS, HybridQuartic, QuinticSpline, SepticSpline, stop_and_go
 from trajevo.robot import Friction
 
 POINTS = ViaPoints(np.arange(8.0).reshape(4, 2) ** 2)
@@ -62,7 +62,8 @@ def test_wrong_types_get_a_sentence(case):
 
 
 def test_an_empty_population_is_an_empty_batch():
-    for interpolant in (HybridQuartic, QuinticSpline, SepticSpline):
-        batch = interpolant(POINTS, duration_bounds=(1, 2))(np.ones((0, 3)))
+    for interpolant in THROUGH_POINTS.values():
+        made = interpolant(POINTS, duration_bounds=(1, 2))
+        batch = made(np.ones((0, len(made.variables))))
         assert len(batch) == 0
         assert batch.peak(1).shape == (0, 2)

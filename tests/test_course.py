@@ -135,6 +135,13 @@ def test_integrals_do_not_depend_on_what_was_asked_before(path):
     np.testing.assert_allclose(after.integral_of_square(3), alone.integral_of_square(3), rtol=1e-12)
 
 
+def test_no_rows_are_an_empty_course(path):
+    course = Course(path, random_rows(2)[:0])
+    for order in (1, 2, 3):
+        assert course.peak(order).shape == course.hull_peak(order).shape == (0, path.n_axes)
+    assert ComposedBatch(course, np.empty(0)).integral_of_square(3).shape == (0, path.n_axes)
+
+
 def test_rows_do_not_depend_on_each_other(path, course):
     alone = Course(path, course.control_points[7:8])
     for order in (1, 2, 3):

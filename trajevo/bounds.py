@@ -44,6 +44,8 @@ def greatest_magnitude(values: Array, tolerance: float) -> Array:
         Shape (groups,).
     """
     size = values.shape[2]
+    if not len(values):
+        return np.zeros(0)
     flat = values.reshape(-1, size)
     best, owner, place = _searched(np.ascontiguousarray(flat.real), len(values), tolerance)
     rows = flat[owner]

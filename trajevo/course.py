@@ -164,7 +164,7 @@ class Course:
     def _coefficients(self) -> Array:
         """Powers of the share of the span, ascending, shape (order, B, n_spans)."""
         flat = self.control_points @ _pieces(self.order, self.control_points.shape[1])
-        return np.ascontiguousarray(np.moveaxis(flat.reshape(len(self), self.order, -1), 1, 0))
+        return np.ascontiguousarray(np.moveaxis(flat.reshape(len(self), self.order, self.n_spans), 1, 0))
 
     @cached_property
     def _segments(self) -> _Segments:
@@ -221,7 +221,7 @@ class Course:
 
     def _bounded(self, values: Array) -> Array:
         """Bound of every run's magnitude, (..., S, N) -> (...)."""
-        flat = values.reshape(-1, *values.shape[-2:])
+        flat = values.reshape(int(np.prod(values.shape[:-2])), *values.shape[-2:])
         return greatest_magnitude(flat, self.tolerance).reshape(values.shape[:-2])
 
     @cached_property

@@ -63,7 +63,7 @@ class LinearBlends(Interpolant):
         states[:, :, 0, :, 0] = positions - before * half[..., None]
         states[:, :, 1, :, 0] = positions + after * half[..., None]
         states[:, :, 0, :, 1], states[:, :, 1, :, 1] = before, after
-        corners = states.reshape(len(lines), -1, self.points.n_joints, 3)
+        corners = states.reshape(len(lines), 2 * len(positions), self.points.n_joints, 3)
         durations = np.empty((len(lines), 2 * len(positions) - 1), dtype=lines.dtype)
         durations[:, ::2] = 2.0 * half
         durations[:, 1::2] = lines - half[:, :-1] - half[:, 1:]
