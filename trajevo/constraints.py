@@ -48,17 +48,17 @@ def position_limits(robot: Robot) -> Constraint:
 
 
 def velocity_limits(robot: Robot) -> Constraint:
-    """Exact peak of |v| of every joint, divided by its limit, minus 1."""
+    """Peak of |v| of every joint, exact or bounded from above, divided by its limit, minus 1."""
     return _peak_limits(robot, 1)
 
 
 def acceleration_limits(robot: Robot) -> Constraint:
-    """Exact peak of |a| of every joint, divided by its limit, minus 1."""
+    """Peak of |a| of every joint, exact or bounded from above, divided by its limit, minus 1."""
     return _peak_limits(robot, 2)
 
 
 def jerk_limits(robot: Robot) -> Constraint:
-    """Exact peak of |j| of every joint, divided by its limit, minus 1."""
+    """Peak of |j| of every joint, exact or bounded from above, divided by its limit, minus 1."""
     return _peak_limits(robot, 3)
 
 

@@ -126,10 +126,8 @@ class Reparameterisation(Interpolant):
         return np.column_stack([np.atleast_2d(x)[:, : self.n_rises], self._durations(course, last)])
 
     def from_seconds(self, x: Array) -> Array:
-        """The inverse of :meth:`with_seconds`; a time below the least becomes the least."""
+        """The inverse of :meth:`with_seconds` for ``timing="share"``; a time below the least becomes the least."""
         rises, seconds = x[:, : self.n_rises], x[:, self.n_rises]
-        if self.timing == "least":
-            return rises
         least = self.least_durations(self._made(rises))
         return np.column_stack([rises, slowness(least, seconds, self.longest_time)])
 
