@@ -96,9 +96,8 @@ def _limited(robot: Robot, example: ExamplePath | None, given: Mapping[str, Any]
         elif own:
             found[name] = getattr(robot.limits, name)
         else:
-            unit = display(per_time(robot.joint_units[0], _DERIVATIVES[name]), angle="deg", length=length_unit(robot))[
-                0
-            ]
+            si = per_time(robot.joint_units[0], _DERIVATIVES[name])
+            unit, _ = display(si, angle="deg", length=length_unit(robot))
             raise InvalidInputError(
                 f"{name}: a path of your own needs a limit for every axis: {name}='100 {unit}', "
                 f"or name a robot whose limits count"

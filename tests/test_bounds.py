@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from trajevo.bounds import gauss, greatest_magnitude, local_greatest
+from trajevo import TrajevoError
+from trajevo.bounds import gauss, greatest_magnitude, least_tolerance, local_greatest
 
 FINE = np.linspace(0.0, 1.0, 5001)
 
@@ -40,6 +41,15 @@ def test_peaks_between_the_nodes_and_at_the_ends_are_found():
         bound = greatest_magnitude(at(coefficients, nodes)[None], 1e-6)
         assert bound[0] >= sampled
         assert bound[0] <= sampled * (1.0 + 1e-3)
+
+
+def test_a_tolerance_below_rounding_is_refused():
+    _, values = polynomials(2, 15)
+    with pytest.raises(TrajevoError, match="tolerance: 0 cannot be proven for polynomials of degree 14"):
+        greatest_magnitude(values[None], 0.0)
+    for size in (15, 25, 35, 50):
+        _, values = polynomials(20, size)
+        greatest_magnitude(values.reshape(4, 5, size), least_tolerance(size))
 
 
 def test_a_group_of_zeros_is_bounded_by_zero():

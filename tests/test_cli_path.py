@@ -82,6 +82,14 @@ def test_bad_options_get_one_sentence(tmp_path, arguments, says):
     assert not list(tmp_path.iterdir()), "a refused command left something behind"
 
 
+@pytest.mark.parametrize("options", [["--method", "nnc"], ["--sqp-seeds", "3"]])
+def test_normal_constraints_of_three_objectives_are_refused_before_anything_is_written(tmp_path, options):
+    result = trajevo("solve", "pointing", *options, cwd=tmp_path)
+    assert result.returncode == 2
+    assert "the normal constraint method needs a TrajectoryProblem of two objectives" in result.stderr
+    assert not list(tmp_path.iterdir())
+
+
 def test_pick_and_place_shows_the_septic_beside_its_rivals(tmp_path):
     folder = tmp_path / "pick"
     result = trajevo("solve", "pick-place", "--payload", "2.5", *SMALL, "--out", folder)
@@ -90,6 +98,7 @@ def test_pick_and_place_shows_the_septic_beside_its_rivals(tmp_path):
         assert expected in result.stdout
     assert (folder / "plots" / "rivals.png").is_file()
     assert "Interpolants at their least times under the same limits" in (folder / "report.html").read_text()
+    assert "An infinite jerk is a step of the acceleration" in (folder / "report.html").read_text()
     shown = trajevo("animate", folder, "--solution", "least_time", "--rate", "10")
     assert shown.returncode == 0, shown.stderr
     assert "<title>puma560" in (folder / "least_time.html").read_text()

@@ -218,6 +218,15 @@ BAD = {
     "short": (lambda: Course(gemini(), ROW[:, :4]), r"control_points: expected shape \(B, n\) with n of at least"),
     "NaN": (lambda: Course(gemini(), ROW * np.nan), "control_points: expected rows that run from 0 to 1"),
     "tolerance": (lambda: Course(gemini(), ROW, tolerance=1e-12), "tolerance: expected a number from 1e-08 to 0.1"),
+    "steep path": (
+        lambda: Course(GeometricPath.through(np.random.default_rng(1).normal(size=(13, 2)), order=13), ROW),
+        "tolerance: expected a number from .* to 0.1 for a path of order 13, got 1e-06",
+    ),
+    "peak of the position": (lambda: Course(gemini(), ROW).peak(0), "derivative: expected 1 to 3, got 0"),
+    "hull of the position": (
+        lambda: ComposedBatch(Course(gemini(), ROW), np.ones(1)).hull_peak(0),
+        "derivative: expected 1 to 3, got 0",
+    ),
     "durations": (lambda: ComposedBatch(Course(gemini(), ROW), np.ones(2)), r"durations: expected shape \(1,\)"),
     "no time": (lambda: ComposedBatch(Course(gemini(), ROW), np.zeros(1)), "durations: expected positive times"),
     "fourth": (

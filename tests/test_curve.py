@@ -180,6 +180,7 @@ BAD = {
     "order of knots": (lambda: GeometricPath(np.r_[0, 0, 1, 1], P), "give order -5; expected an order from 2"),
     "outside": (lambda: s_shape()(1.5), "u: expected numbers from 0 to 1, got 1.5"),
     "derivative": (lambda: s_shape()(0.5, 4), "derivative: expected 0 to 3, got 4"),
+    "derivative of peak": (lambda: s_shape().peak(4), "derivative: expected 0 to 3, got 4"),
     "other points": (lambda: s_shape().squared_error(P[:3]), r"points: expected shape \(9, 2\)"),
 }
 

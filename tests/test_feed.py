@@ -93,6 +93,24 @@ def test_json_holds_both_splines(knee, tmp_path):
     np.testing.assert_allclose(rebuilt, knee.trajectory.evaluate(t)[0], atol=1e-12)
 
 
+def test_a_step_as_long_as_the_motion_is_refused(knee, tmp_path):
+    with pytest.raises(TrajevoError, match="step: expected less than the duration of the motion, .* s, got 100 s"):
+        export(knee, tmp_path / "x", format="gcode", step=100.0)
+
+
+def test_a_closed_path_has_blocks_at_any_step(tmp_path):
+    angle = np.linspace(0.0, 2.0 * np.pi, 13)
+    circle = 0.03 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    circle[-1] = circle[0]
+    limits = {"velocity": 0.1, "acceleration": 1.0, "jerk": 30.0, "longest_time": 9.0}
+    problem = TimeJerkReparameterisation(path=circle, **limits)
+    knee = optimise(problem, seed=1, generations=2, population=20, progress=False).knee()
+    for share in (0.99, 0.5, 0.1):
+        found = blocks(knee, share * float(knee.trajectory.duration[0]))
+        np.testing.assert_array_equal(found.position[0], found.position[-1])
+        assert len(found.feed) >= 2
+
+
 def test_joints_that_turn_have_no_feed(tmp_path):
     points = np.array([[0.0, 0.1], [0.1, 0.3], [0.3, 0.2], [0.4, -0.2], [0.2, -0.3], [0.0, -0.1]])
     problem = TimeJerkReparameterisation(

@@ -17,11 +17,14 @@ from typing import Any
 import numpy as np
 
 from trajevo.arrays import Array, frozen
+from trajevo.errors import InvalidInputError
 
 #: Pieces that a piece is cut into; a whole polynomial is first cut into halves.
 _PIECES = 4
-#: A cut brings the coefficients 16 times nearer: no tolerance that floating point can hold needs as many.
+#: A cut brings the coefficients 16 times nearer: no tolerance above :func:`least_tolerance` needs as many.
 _MOST_CUTS = 24
+#: How far a tolerance must lie above what rounding may add, so that cutting ends.
+_ABOVE_ROUNDING = 4.0
 #: Longest step of Newton's method, as a share of the interval.
 _LONGEST_STEP = 0.05
 
@@ -33,17 +36,28 @@ def gauss(count: int) -> tuple[Array, Array]:
     return frozen(0.5 * (nodes + 1.0)), frozen(0.5 * weights)
 
 
+def least_tolerance(size: int) -> float:
+    """Least tolerance that a bound of polynomials of degree below ``size`` can be proven to in floating point."""
+    return max(1e-8, _ABOVE_ROUNDING * _first_cut(size)[1])
+
+
 def greatest_magnitude(values: Array, tolerance: float) -> Array:
     """What no magnitude of a group of polynomials exceeds on [0, 1], rounding allowed for.
 
     Args:
         values: of polynomials of degree below N at the nodes of ``gauss(N)``, shape (groups, M, N).
-        tolerance: share by which the bound exceeds the greatest magnitude that is found.
+        tolerance: share by which the bound exceeds the greatest magnitude that is found, ``least_tolerance(N)`` or
+            more.
 
     Returns:
         Shape (groups,).
+
+    Raises:
+        InvalidInputError: the tolerance cannot be proven.
     """
     size = values.shape[2]
+    if tolerance < least_tolerance(size):
+        raise _unprovable(tolerance, size)
     if not len(values):
         return np.zeros(0)
     flat = values.reshape(-1, size)
@@ -93,11 +107,15 @@ def _searched(real: Array, count: int, tolerance: float) -> tuple[Array, Array, 
         reach = np.maximum(pieces.max(axis=1), -pieces.min(axis=1))
         left = reach + slack[of] > best[of] * (1.0 + tolerance)
         if not left.any():
-            break
+            return best, owner, place
         pieces, width = (pieces[left] @ _cut_again(size)).reshape(-1, size), width / _PIECES
         source = np.repeat(source[left], _PIECES)
         start = np.repeat(start[left], _PIECES) + np.tile(width * np.arange(_PIECES), int(left.sum()))
-    return best, owner, place
+    raise _unprovable(tolerance, size)
+
+
+def _unprovable(tolerance: float, size: int) -> InvalidInputError:
+    return InvalidInputError(f"tolerance: {tolerance:g} cannot be proven for polynomials of degree {size - 1}")
 
 
 def _greatest_items(groups: Array, magnitude: Array) -> tuple[Array, Array]:

@@ -23,7 +23,7 @@ from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.export import FORMATS, is_exported
 from trajevo.export import export as write_motion
 from trajevo.front import Front
-from trajevo.nnc import solve_nnc
+from trajevo.nnc import needs_two_objectives, solve_nnc
 from trajevo.optimise import optimise
 from trajevo.payload import LOAD_MODELS
 from trajevo.registry import load_problem
@@ -118,6 +118,8 @@ def solve(
     _refuse_given(method, {"--tolerance": tolerance} if method == "evolution" else evolution)
     if algorithm != "nsga2":
         _refuse_given(algorithm, {"--sqp-seeds": sqp_seeds})
+    if method == "nnc" or sqp_seeds is not None:
+        needs_two_objectives(to_solve)
     settings = _algorithm_settings(algorithm, population, offsprings, to_solve.evolution.population)
     _claim(folder, overwrite)
     if method == "nnc":

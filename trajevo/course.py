@@ -18,7 +18,7 @@ from scipy.interpolate import BSpline
 
 from trajevo import hull, polynomials
 from trajevo.arrays import Array, frozen, read_only
-from trajevo.bounds import gauss, greatest_magnitude, local_greatest
+from trajevo.bounds import gauss, greatest_magnitude, least_tolerance, local_greatest
 from trajevo.curve import GeometricPath
 from trajevo.errors import InvalidInputError
 from trajevo.hull import ORDERS
@@ -30,8 +30,8 @@ _PARTS = 2
 #: Ends, parts and pieces of segments.
 _Segments = tuple[Array, Array, Array]
 
-#: Tolerances of bounds that floating point can hold.
-TOLERANCES = (1e-8, 0.1)
+#: Greatest tolerance of a bound that is of any use.
+MOST_TOLERANCE = 0.1
 
 
 @final
@@ -65,9 +65,11 @@ class Course:
         steps = np.diff(c.real, axis=1)
         if not ((steps >= 0.0).all() and (c[:, 0] == 0.0).all() and (c[:, -1] == 1.0).all()):
             raise InvalidInputError("control_points: expected rows that run from 0 to 1 and do not decrease")
-        if not TOLERANCES[0] <= self.tolerance <= TOLERANCES[1]:
+        least = least_tolerance(self._nodes)
+        if not least <= self.tolerance <= MOST_TOLERANCE:
             raise InvalidInputError(
-                f"tolerance: expected a number from {TOLERANCES[0]:g} to {TOLERANCES[1]:g}, got {self.tolerance!r}"
+                f"tolerance: expected a number from {least:.3g} to {MOST_TOLERANCE:g} for a path of order "
+                f"{self.path.order}, got {self.tolerance!r}"
             )
 
     def __len__(self) -> int:
@@ -119,7 +121,7 @@ class Course:
 
     def peak(self, derivative: int) -> Array:
         """Guaranteed bound of a derivative's magnitude, within the tolerance of the true peak, shape (B, n_axes)."""
-        return frozen(self._peaks[derivative - 1])
+        return frozen(self._peaks[_place(derivative)])
 
     def extremes(self, derivative: int) -> tuple[Array, Array]:
         """Guaranteed lower and upper bound of a derivative, two arrays of shape (B, n_axes)."""
@@ -133,18 +135,18 @@ class Course:
 
     def hull_peak(self, derivative: int) -> Array:
         """The paper's bound (20)-(25) of a derivative's magnitude, shape (B, n_axes), see :mod:`trajevo.hull`."""
-        return self._hull_peaks[derivative - 1]
+        return self._hull_peaks[_place(derivative)]
 
     def hull_terms(self, derivative: int) -> Array:
         """Smooth terms with that bound as their greatest, (B, n_axes, K)."""
-        return hull.signed_terms(self.path, self._derived, derivative)
+        return hull.signed_terms(self.path, self._derived, ORDERS[_place(derivative)])
 
     def local_terms(self, derivative: int) -> Array:
         """Greatest value and greatest negative value in every part of u(t), smooth in the control points.
 
         Their greatest is the true peak as far as it is found near the best of many nodes; shape (B, n_axes, K).
         """
-        found: Array = self._local[derivative - 1]
+        found: Array = self._local[_place(derivative)]
         return found
 
     def integral_of_square(self, derivative: int) -> Array:
@@ -231,6 +233,13 @@ class Course:
     @cached_property
     def _derived(self) -> list[Array]:
         return hull.derived_coefficients(self.control_points, self.knots, self.order)
+
+
+def _place(derivative: int) -> int:
+    """Where velocity, acceleration and jerk stand among the derivatives that are limited."""
+    if derivative not in ORDERS:
+        raise InvalidInputError(f"derivative: expected 1 to {max(ORDERS)}, got {derivative!r}")
+    return derivative - 1
 
 
 def _chain(path: GeometricPath, piece: Array, offset: Array, u: list[Array], wanted: tuple[int, ...]) -> list[Array]:

@@ -152,7 +152,7 @@ class GeometricPath:
 
     def pieces(self, derivative: int) -> Array:
         """Powers of u - break of a derivative, ascending, shape (order - derivative or 1, n_axes, n_pieces)."""
-        return self._pieces[derivative]
+        return self._pieces[_checked(derivative)]
 
     def __call__(self, u: Any, derivative: int = 0) -> Array:
         """The position or a derivative in u, (...,) -> (..., n_axes) [m or rad].
@@ -163,8 +163,6 @@ class GeometricPath:
         at = np.asarray(u, dtype=np.float64)
         if not ((at >= 0.0) & (at <= 1.0)).all():
             raise InvalidInputError(f"u: expected numbers from 0 to 1, got {at.min():g} to {at.max():g}")
-        if derivative not in range(MOST_DERIVATIVES + 1):
-            raise InvalidInputError(f"derivative: expected 0 to {MOST_DERIVATIVES}, got {derivative!r}")
         piece = np.searchsorted(self.breaks[1:-1], at, side="right")
         local = self.pieces(derivative)[..., piece]
         return frozen(np.moveaxis(polynomials.values(local, at - self.breaks[piece]), 0, -1))
@@ -172,7 +170,7 @@ class GeometricPath:
     def extremes(self, derivative: int) -> tuple[Array, Array]:
         """Exact least and greatest value of a derivative on [0, 1], two arrays of shape (n_axes,)."""
         lower, upper = self._extremes
-        return lower[derivative], upper[derivative]
+        return lower[_checked(derivative)], upper[derivative]
 
     def peak(self, derivative: int) -> Array:
         """Exact max |d-th derivative| on [0, 1] of every axis, shape (n_axes,), as (21), (23), (25) of Paing need."""
@@ -245,6 +243,12 @@ def _fitted(points: Array, count: int, order: int, parameters: Any, knots: Any, 
             f"use fewer control points or other knots or parameters"
         )
     return GeometricPath(vector, np.concatenate([points[:1]] * ends + [found] + [points[-1:]] * ends), u)
+
+
+def _checked(derivative: int) -> int:
+    if derivative not in range(MOST_DERIVATIVES + 1):
+        raise InvalidInputError(f"derivative: expected 0 to {MOST_DERIVATIVES}, got {derivative!r}")
+    return derivative
 
 
 def _rising(parameters: Any) -> Array:

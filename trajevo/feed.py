@@ -48,7 +48,7 @@ def blocks(solution: Solution, step: float) -> Blocks:
         step: time of a block [s].
 
     Raises:
-        InvalidInputError: a joint turns, or its name is no letter of a linear axis.
+        InvalidInputError: a joint turns, its name is no letter of a linear axis, or the step is longer than the motion.
     """
     robot, trajectory = solution.front.problem.robot, solution.trajectory
     letters = tuple(name.upper() for name in robot.joint_names)
@@ -59,7 +59,11 @@ def blocks(solution: Solution, step: float) -> Blocks:
                 f"expected joints in m that are named by a letter of {AXIS_LETTERS}"
             )
     duration = float(trajectory.duration[0])
-    time = np.linspace(0.0, duration, max(int(np.ceil(duration / step)), 1) + 1)
+    if step >= duration:
+        raise InvalidInputError(
+            f"step: expected less than the duration of the motion, {duration:.4g} s, got {step:g} s"
+        )
+    time = np.linspace(0.0, duration, int(np.ceil(duration / step)) + 1)
     position = np.round(_MM * trajectory.evaluate(time)[0], _DIGITS)
     kept = [0]
     for k in range(1, len(time)):

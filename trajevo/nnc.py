@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -55,8 +56,7 @@ def solve_nnc(
     Raises:
         InvalidInputError: not two objectives, or arguments that cannot be used.
     """
-    if not isinstance(problem, TrajectoryProblem) or problem.n_obj != 2:
-        raise InvalidInputError("problem: the normal constraint method needs a TrajectoryProblem of two objectives")
+    needs_two_objectives(problem)
     if not (isinstance(tolerance, int | float) and 0.0 < tolerance < 1.0):
         raise InvalidInputError(f"tolerance: expected a number between 0 and 1, got {tolerance!r}")
     if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
@@ -84,6 +84,16 @@ def solve_nnc(
         interrupted=interrupted,
         seconds=time.perf_counter() - began,
     )
+
+
+def needs_two_objectives(problem: Any) -> None:
+    """Refuse what the method cannot solve.
+
+    Raises:
+        InvalidInputError: no problem, or another number of objectives.
+    """
+    if not isinstance(problem, TrajectoryProblem) or problem.n_obj != 2:
+        raise InvalidInputError("problem: the normal constraint method needs a TrajectoryProblem of two objectives")
 
 
 def _collect(division: _Division, watch: Watch, tolerance: float, points: int | None) -> bool:

@@ -19,7 +19,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front import Front, Solution
 from trajevo.load_plots import effort_utilisation
 from trajevo.payload import LOAD_MODELS
-from trajevo.rivals import plot_rivals, rivals_of, rivals_table
+from trajevo.rivals import RIVALS_NOTE, plot_rivals, rivals_of, rivals_table
 from trajevo.units import display, pretty
 
 #: Figures wider than this scroll sideways on a small screen instead of shrinking [inch].
@@ -107,7 +107,6 @@ def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
         yield "parameter", "The path's parameter over time", path_plots.parameter(named).figure
     if np.isfinite(front.problem.robot.limits.effort).any():
         yield "effort", "Effort at the knee as a share of its limits", effort_utilisation(knee).figure
-
     if front.problem.compares_rivals:
         rivals = plot_rivals(rivals_of(front.problem))[0].figure
         yield "rivals", "Interpolants at their least times under the same limits", rivals
@@ -196,6 +195,7 @@ def _rivals(front: Front) -> list[str]:
     return [
         "<h2>Interpolants at their least times under the same limits</h2>",
         _table(headers, cells, numbers=len(headers) - 1),
+        f"<p>{escape(RIVALS_NOTE)}</p>",
     ]
 
 
