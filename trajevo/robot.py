@@ -6,102 +6,28 @@ A robot is a folder ``<name>/`` with ``<name>.urdf``, ``robot.toml`` (limits wit
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import Array, numbers, read_only
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.arrays import Array, numbers
+from trajevo.errors import UnknownNameError
+from trajevo.joints import Friction, JointLimits
 from trajevo.robot_check import checked_urdf
 from trajevo.robot_file import RobotFile
-from trajevo.transmission import Transmission
+from trajevo.robot_limits import declared_limits
+from trajevo.robot_model import build_model, default_tool
+from trajevo.robot_source import ROBOTS_FOLDER, RobotSource, list_robots, robot_source
+from trajevo.transmission import Direct, Transmission
 
-ROBOTS_FOLDER = Path(__file__).resolve().parents[1] / "robots"
+__all__ = ["ROBOTS_FOLDER", "Friction", "JointLimits", "Robot", "list_robots", "load_robot"]
 
-
-@dataclass(frozen=True, eq=False)
-class JointLimits:
-    """Limits of each joint, arrays of shape (n_joints,), SI: rad or m, s, N·m or N.
-
-    Every limit is a number or an explicit ``inf``; none has a default.
-
-    Attributes:
-        lower: least position [rad or m].
-        upper: greatest position [rad or m].
-        velocity: greatest speed [rad/s or m/s].
-        acceleration: greatest acceleration [rad/s² or m/s²].
-        jerk: greatest jerk [rad/s³ or m/s³].
-        effort: greatest torque or force [N·m or N].
-
-    Raises:
-        InvalidInputError: shapes differ, a limit is NaN or not positive, or lower is not below upper.
-    """
-
-    lower: Array
-    upper: Array
-    velocity: Array
-    acceleration: Array
-    jerk: Array
-    effort: Array
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            values = read_only(getattr(self, field.name))
-            object.__setattr__(self, field.name, values)
-            if values.shape != self.lower.shape or values.ndim != 1:
-                raise InvalidInputError(f"limits.{field.name}: expected shape {self.lower.shape}, got {values.shape}")
-            if np.isnan(values).any():
-                raise InvalidInputError(f"limits.{field.name}: expected numbers or inf, got NaN")
-            if field.name not in ("lower", "upper") and not (values > 0.0).all():
-                raise InvalidInputError(f"limits.{field.name}: expected positive numbers or inf, got {values.tolist()}")
-        if not (self.lower < self.upper).all():
-            raise InvalidInputError(
-                f"limits: lower must be below upper, got {self.lower.tolist()} and {self.upper.tolist()}"
-            )
-
-
-@dataclass(frozen=True, eq=False)
-class Friction:
-    """What the actuators add to the rigid-body effort: viscous v + dry friction against v + armature a, (n_joints,).
-
-    Attributes:
-        viscous: [N·m·s/rad or N·s/m].
-        coulomb: dry friction of a joint that moves forward, and of any where it is the same both ways [N·m or N].
-        armature: inertia of motor and gear seen at the joint [kg·m² or kg].
-        coulomb_backward: dry friction of a joint that moves backward; as forward if None.
-    """
-
-    viscous: Array
-    coulomb: Array
-    armature: Array
-    coulomb_backward: Array | None = None
-
-    def __post_init__(self) -> None:
-        if self.coulomb_backward is None:
-            object.__setattr__(self, "coulomb_backward", self.coulomb)
-        for field in fields(self):
-            values = read_only(getattr(self, field.name))
-            object.__setattr__(self, field.name, values)
-            if values.shape != self.viscous.shape or values.ndim != 1:
-                raise InvalidInputError(
-                    f"friction.{field.name}: expected shape {self.viscous.shape}, got {values.shape}"
-                )
-            if not (np.isfinite(values).all() and (values >= 0.0).all()):
-                raise InvalidInputError(f"friction.{field.name}: expected numbers from 0 on, got {values.tolist()}")
-
-    @property
-    def none(self) -> bool:
-        """Whether it adds nothing."""
-        return not any(getattr(self, field.name).any() for field in fields(self))
-
-    def effort(self, v: Array, a: Array) -> Array:
-        """What it adds at velocities and accelerations of shape (..., n_joints); nothing dry where a joint stands."""
-        against = np.where(v.real > 0.0, self.coulomb, -np.asarray(self.coulomb_backward)) * (v.real != 0.0)
-        added: Array = self.viscous * v + against + self.armature * a
-        return added
+#: Gravity of a robot without ``robot.toml``, z up in its base frame [m/s²].
+STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +47,9 @@ class Robot:
         tool: name of the frame at the end effector.
         source: folder the robot was loaded from.
         reference: where its numbers come from, one line.
+        urdf: the URDF file.
+        packages: folders in which ``package://`` paths of the URDF are looked up.
+        locked: positions of the joints of the URDF that are held still [rad or m].
     """
 
     name: str
@@ -133,6 +62,14 @@ class Robot:
     tool: str
     source: Path
     reference: str
+    urdf: Path
+    packages: tuple[Path, ...] = ()
+    locked: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def mass(self) -> float:
+        """Mass of everything that moves [kg]."""
+        return float(sum(inertia.mass for inertia in list(self.model.inertias)[1:]))
 
     @property
     def dof(self) -> int:
@@ -181,76 +118,74 @@ class Robot:
         return np.where(turns, subspaces[:, 3:], subspaces[:, :3]), turns[:, 0]
 
 
-def list_robots() -> list[str]:
-    """Names of the robots that come with trajevo."""
-    return sorted(folder.name for folder in ROBOTS_FOLDER.iterdir() if (folder / "robot.toml").is_file())
-
-
-def load_robot(name: str | Path) -> Robot:
-    """Load a robot by name or from a folder of the same make-up.
+def load_robot(
+    name: str | Path,
+    *,
+    lock: Mapping[str, float] | None = None,
+    tool: str | None = None,
+    limits: Mapping[str, Any] | None = None,
+    gravity: Any = None,
+) -> Robot:
+    """Load a robot by name, from a folder, or from a URDF.
 
     Args:
-        name: a name of :func:`list_robots`, or the path of a folder with ``robot.toml`` and the URDF it names. A name
-            that trajevo knows wins over a folder of that name.
+        name: a name of :func:`list_robots`, one of example-robot-data's, the path of a folder with ``robot.toml`` and
+            the URDF it names, or the path of a URDF. A name that trajevo knows wins over a folder of that name.
+        lock: joints that are held still, name -> position [rad or m]; a continuous or mimicking joint can be planned
+            for in no other way.
+        tool: frame at the end effector; that of ``robot.toml``, or the only tip of the URDF, if None.
+        limits: limits that add to those of the files or replace them: ``position``, ``velocity``, ``acceleration``,
+            ``jerk`` and ``effort`` -> one number for all joints, one per joint in order, or a mapping from joints to
+            numbers, SI or text with a unit such as ``"180 deg/s"``; for positions pairs. ``inf`` is no limit.
+        gravity: in the base frame, shape (3,) [m/s²]; that of ``robot.toml``, or 9.80665 against z, if None.
 
     Returns:
-        The robot, limits in SI. Limits of position, velocity and effort are those of ``robot.toml``; the URDF's are
-        not used.
+        The robot, limits in SI. With ``robot.toml`` its limits count and not the URDF's; without it position, velocity
+        and effort come from the URDF, acceleration and jerk from ``limits``.
 
     Raises:
-        UnknownNameError: neither a known robot nor a folder with ``robot.toml``, or the tool is no frame of the URDF;
-            the message lists those that are.
+        UnknownNameError: neither a known robot nor a folder with ``robot.toml`` nor a URDF, or the tool is no frame of
+            the URDF; the message lists those that are.
         InvalidInputError: not a name or a path, or a file that cannot be used: ``robot.toml`` as
             :class:`~trajevo.robot_file.RobotFile` says, the URDF as :func:`~trajevo.robot_check.checked_urdf` says or
-            because Pinocchio cannot read it or a joint is not revolute or prismatic. The message names the file and,
-            where the fault lies in one, the joint or link and the value.
+            because Pinocchio cannot read it or a joint is not revolute or prismatic, or a limit is given nowhere. The
+            message names the file and, where the fault lies in one, the joint or link and the value.
     """
-    if not isinstance(name, str | Path):
-        raise InvalidInputError(f"robot: expected a name or the path of a folder, got {name!r}")
-    folder = ROBOTS_FOLDER / str(name)
-    if str(name) not in list_robots():
-        folder = Path(name)
-        if not (folder / "robot.toml").is_file():
-            raise UnknownNameError("robot", name, list_robots())
-    file = RobotFile(folder / "robot.toml")
-    urdf = folder / file.settings.urdf
-    model = _load_model(urdf)
-    model.gravity.linear = file.gravity()
-    model_names = tuple(model.names[1:])
-    model_units = tuple(
-        _joint_unit(joint, name, urdf) for joint, name in zip(model.joints[1:], model_names, strict=True)
-    )
-    transmission, names, units = file.transmission(model_names, model_units)
-    if not model.existFrame(file.settings.tool):
-        frames = [frame.name for frame in model.frames]
-        raise UnknownNameError(f"tool frame in {file.path}", file.settings.tool, frames)
+    source = robot_source(name)
+    file = RobotFile(source.settings) if source.settings is not None else None
+    urdf = source.urdf if file is None else file.path.parent / file.settings.urdf
+    locked = dict(lock or {})
+    model, units = build_model(checked_urdf(urdf, locked), urdf, locked)
+    if gravity is not None:
+        model.gravity.linear = numbers(gravity, name="gravity", shape=(3,))
+    else:
+        model.gravity.linear = np.array(STANDARD_GRAVITY) if file is None else file.gravity()
+    names = tuple(model.names[1:])
+    transmission: Transmission = Direct()
+    if file is not None:
+        transmission, names, units = file.transmission(names, units)
+    declared = None if file is None else file.limits(names, units)
+    still = {name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}
     return Robot(
-        name=file.settings.name,
+        name=source.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
-        limits=JointLimits(**file.limits(names, units)),
-        friction=Friction(**file.friction(names, units)),
+        limits=JointLimits(**declared_limits(model, names, units, declared, limits or {}, urdf)),
+        friction=Friction(**(still if file is None else file.friction(names, units))),
         joint_names=names,
         joint_units=units,
-        tool=file.settings.tool,
-        source=folder,
-        reference=file.settings.reference,
+        tool=_tool(model, tool, source, file),
+        source=source.folder,
+        reference=str(urdf.name) if file is None else file.settings.reference,
+        urdf=urdf,
+        packages=source.packages,
+        locked=locked,
     )
 
 
-def _load_model(file: Path) -> Any:
-    text = checked_urdf(file)
-    try:
-        return pin.buildModelFromXML(text)
-    except (ValueError, RuntimeError) as error:
-        raise InvalidInputError(f"{file}: Pinocchio cannot read it: {error}") from error
-
-
-def _joint_unit(joint: Any, name: str, file: Path) -> str:
-    """Unit of a joint's coordinate; joints with none or several coordinates cannot be planned for."""
-    kind = joint.shortname()
-    if joint.nq != 1 or joint.nv != 1:
-        raise InvalidInputError(
-            f"{file}: joint {name!r} is a {kind} with {joint.nq} coordinates; expected revolute or prismatic"
-        )
-    return "m" if "JointModelP" in kind else "rad"
+def _tool(model: Any, tool: str | None, source: RobotSource, file: RobotFile | None) -> str:
+    where = source.urdf if file is None else file.path
+    chosen = tool or (default_tool(model, source.urdf) if file is None else file.settings.tool)
+    if not model.existFrame(chosen):
+        raise UnknownNameError(f"tool frame in {where}", chosen, [frame.name for frame in model.frames])
+    return chosen

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -20,13 +21,15 @@ _ROUNDING = 1e-6
 _TENSOR = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
 
 
-def checked_urdf(file: Path) -> str:
+def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
     """Read a URDF and refuse what no machine can be: masses and inertias that no body has, joints without an axis.
 
-    A link with no ``<inertial>``, or with mass and inertia zero, is a massless carrier and allowed.
+    A link with no ``<inertial>``, or with mass and inertia zero, is a massless carrier, one with mass and no inertia a
+    point mass; both are allowed.
 
     Args:
         file: the URDF.
+        locked: joints that will be held still; they may mimic others.
 
     Returns:
         The file as XML text: exactly what was checked, for Pinocchio.
@@ -48,7 +51,7 @@ def checked_urdf(file: Path) -> str:
             _check_inertial(inertial, f"{file}: link {link.get('name')!r}")
     joints = robot.findall("joint")
     for joint in joints:
-        _check_joint(joint, f"{file}: joint {joint.get('name')!r}")
+        _check_joint(joint, f"{file}: joint {joint.get('name')!r}", joint.get("name") in locked)
     if all(joint.get("type") == "fixed" for joint in joints):
         raise InvalidInputError(f"{file}: expected at least one movable joint, got {len(joints)} fixed ones")
     return ElementTree.tostring(robot, encoding="unicode")
@@ -61,9 +64,9 @@ def _check_inertial(inertial: ElementTree.Element, where: str) -> None:
     _check_origin(inertial, f"{where}: inertial")
     element = _child(inertial, "inertia", where)
     tensor = np.array([[_number(element, key, f"{where}: inertia") for key in row] for row in _TENSOR])
-    if mass > 0.0:
+    if mass > 0.0 and tensor.any():
         _check_tensor(tensor, f"{where}: inertia")
-    elif tensor.any():
+    elif not mass > 0.0 and tensor.any():
         raise InvalidInputError(f"{where}: inertia: expected zeros for a link of mass 0, got {tensor.tolist()} [kg·m²]")
 
 
@@ -81,11 +84,15 @@ def _check_tensor(tensor: Array, where: str) -> None:
         )
 
 
-def _check_joint(joint: ElementTree.Element, where: str) -> None:
+def _check_joint(joint: ElementTree.Element, where: str, locked: bool) -> None:
     _check_origin(joint, where)
     mimic = joint.find("mimic")
-    if mimic is not None:
-        raise InvalidInputError(f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}")
+    if mimic is not None and not locked:
+        raise InvalidInputError(
+            f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}; lock it"
+        )
+            f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}; lock it"
+        )
     axis = joint.find("axis")
     # Without <axis> the URDF format means the x axis.
     if axis is None or joint.get("type") == "fixed":

@@ -1,0 +1,92 @@
+"""What limits the joints of a robot, and what their actuators add to the effort of the rigid bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from trajevo.arrays import Array, read_only
+from trajevo.errors import InvalidInputError
+
+
+@dataclass(frozen=True, eq=False)
+class JointLimits:
+    """Limits of each joint, arrays of shape (n_joints,), SI: rad or m, s, N·m or N.
+
+    Every limit is a number or an explicit ``inf``; none has a default.
+
+    Attributes:
+        lower: least position [rad or m].
+        upper: greatest position [rad or m].
+        velocity: greatest speed [rad/s or m/s].
+        acceleration: greatest acceleration [rad/s² or m/s²].
+        jerk: greatest jerk [rad/s³ or m/s³].
+        effort: greatest torque or force [N·m or N].
+
+    Raises:
+        InvalidInputError: shapes differ, a limit is NaN or not positive, or lower is not below upper.
+    """
+
+    lower: Array
+    upper: Array
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+    effort: Array
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            values = read_only(getattr(self, field.name))
+            object.__setattr__(self, field.name, values)
+            if values.shape != self.lower.shape or values.ndim != 1:
+                raise InvalidInputError(f"limits.{field.name}: expected shape {self.lower.shape}, got {values.shape}")
+            if np.isnan(values).any():
+                raise InvalidInputError(f"limits.{field.name}: expected numbers or inf, got NaN")
+            if field.name not in ("lower", "upper") and not (values > 0.0).all():
+                raise InvalidInputError(f"limits.{field.name}: expected positive numbers or inf, got {values.tolist()}")
+        if not (self.lower < self.upper).all():
+            raise InvalidInputError(
+                f"limits: lower must be below upper, got {self.lower.tolist()} and {self.upper.tolist()}"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Friction:
+    """What the actuators add to the rigid-body effort: viscous v + dry friction against v + armature a, (n_joints,).
+
+    Attributes:
+        viscous: [N·m·s/rad or N·s/m].
+        coulomb: dry friction of a joint that moves forward, and of any where it is the same both ways [N·m or N].
+        armature: inertia of motor and gear seen at the joint [kg·m² or kg].
+        coulomb_backward: dry friction of a joint that moves backward; as forward if None.
+    """
+
+    viscous: Array
+    coulomb: Array
+    armature: Array
+    coulomb_backward: Array | None = None
+
+    def __post_init__(self) -> None:
+        if self.coulomb_backward is None:
+            object.__setattr__(self, "coulomb_backward", self.coulomb)
+        for field in fields(self):
+            values = read_only(getattr(self, field.name))
+            object.__setattr__(self, field.name, values)
+            if values.shape != self.viscous.shape or values.ndim != 1:
+                raise InvalidInputError(
+                    f"friction.{field.name}: expected shape {self.viscous.shape}, got {values.shape}"
+                )
+            if not (np.isfinite(values).all() and (values >= 0.0).all()):
+                raise InvalidInputError(f"friction.{field.name}: expected numbers from 0 on, got {values.tolist()}")
+
+    @property
+    def none(self) -> bool:
+        """Whether it adds nothing."""
+        return not any(getattr(self, field.name).any() for field in fields(self))
+
+    def effort(self, v: Array, a: Array) -> Array:
+        """What it adds at velocities and accelerations of shape (..., n_joints); nothing dry where a joint stands."""
+        against = np.where(v.real > 0.0, self.coulomb, -np.asarray(self.coulomb_backward)) * (v.real != 0.0)
+        added: Array = self.viscous * v + against + self.armature * a
+        return added

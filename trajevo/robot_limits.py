@@ -1,0 +1,99 @@
+"""Limits of a robot's joints from its files and from the caller, nothing filled in silently."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
+from trajevo.units import per_time, quantity
+
+QUANTITIES = ("position", "velocity", "acceleration", "jerk", "effort")
+
+
+def declared_limits(
+    model: Any,
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+    declared: Mapping[str, Array] | None,
+    given: Mapping[str, Any],
+    urdf: Path,
+) -> dict[str, Array]:
+    """Columns of JointLimits, SI: those of ``robot.toml``, or else of the URDF, with those of the caller put over."""
+    columns = dict(declared) if declared is not None else _of_urdf(model)
+    for key, value in given.items():
+        checked_name("limit", key, QUANTITIES)
+        if key == "position":
+            pairs = _per_joint(key, value, names, units, size=2)
+            columns["lower"], columns["upper"] = (
+                _merged(columns.get("lower"), pairs[:, 0]),
+                _merged(columns.get("upper"), pairs[:, 1]),
+            )
+        else:
+            columns[key] = _merged(columns.get(key), _per_joint(key, value, names, units)[:, 0])
+    for key in ("acceleration", "jerk"):
+        missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
+        if missing:
+            raise InvalidInputError(
+                f"{urdf}: no {key} limit for {', '.join(missing)}, which a URDF cannot hold: give it in robot.toml "
+                f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "
+                f'an argument (limits={{"{key}": 10.0}}); inf is no limit'
+            )
+    return columns
+
+
+def _of_urdf(model: Any) -> dict[str, Array]:
+    return {
+        "lower": np.array(model.lowerPositionLimit),
+        "upper": np.array(model.upperPositionLimit),
+        "velocity": np.array(model.upperVelocityLimit),
+        "effort": np.array(model.upperEffortLimit),
+    }
+
+
+def _merged(before: Array | None, after: Array) -> Array:
+    return after if before is None else np.where(np.isnan(after), before, after)
+
+
+def _per_joint(key: str, value: Any, names: tuple[str, ...], units: tuple[str, ...], *, size: int = 1) -> Array:
+    """Shape (n_joints, size), NaN where nothing was given."""
+    table = np.full((len(names), size), np.nan)
+    if isinstance(value, Mapping):
+        for joint in value:
+            if joint not in names:
+                raise UnknownNameError(f"joint in limits.{key}", joint, names)
+        chosen = value
+    else:
+        rows = list(value) if isinstance(value, list | tuple | np.ndarray) else [value]
+        if size == 2 and len(rows) == 2 and not isinstance(rows[0], list | tuple | np.ndarray):
+            rows = [rows]
+        if len(rows) == 1:
+            rows = rows * len(names)
+        if len(rows) != len(names):
+            raise InvalidInputError(f"limits.{key}: expected 1 or {len(names)} values, got {len(rows)}")
+        chosen = dict(zip(names, rows, strict=True))
+    for joint, entry in chosen.items():
+        k = names.index(joint)
+        parts = list(entry) if isinstance(entry, list | tuple | np.ndarray) else [entry]
+        if len(parts) != size:
+            raise InvalidInputError(f"limits.{key}.{joint}: expected {size} numbers, got {entry!r}")
+        table[k] = [_number(f"limits.{key}.{joint}", part, _unit(key, units[k])) for part in parts]
+    return table
+
+
+def _unit(key: str, unit: str) -> str:
+    if key == "effort":
+        return "N" if unit == "m" else "N*m"
+    return per_time(unit, ("position", "velocity", "acceleration", "jerk").index(key))
+
+
+def _number(name: str, value: Any, unit: str) -> float:
+    if isinstance(value, str):
+        return quantity(value, unit, name=name)
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or np.isnan(value):
+        raise InvalidInputError(f"{name}: expected a number [{unit}] or inf, got {value!r}")
+    return float(value)

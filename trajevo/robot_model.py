@@ -1,0 +1,60 @@
+"""Pinocchio models of robots: one coordinate per joint that is planned for, the others locked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from trajevo.errors import InvalidInputError, UnknownNameError
+
+
+def build_model(text: str, file: Path, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
+    """The model of a checked URDF with joints locked, and the unit of every joint that is left."""
+    try:
+        model = pin.buildModelFromXML(text)
+    except (ValueError, RuntimeError) as error:
+        raise InvalidInputError(f"{file}: Pinocchio cannot read it: {error}") from error
+    model = _locked(model, file, lock)
+    units = tuple(_joint_unit(joint, name, file) for joint, name in zip(model.joints[1:], model.names[1:], strict=True))
+    return model, units
+
+
+def default_tool(model: Any, file: Path) -> str:
+    """The only tip of a URDF: a body that nothing hangs on."""
+    bodies = [k for k, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY]
+    parents = {model.frames[k].parentFrame for k in range(model.nframes)}
+    inner = {model.frames[k].parentFrame for k in parents}  # a body carries joints, and joints carry bodies
+    tips = [model.frames[k].name for k in bodies if k not in parents and k not in inner]
+    if len(tips) != 1:
+        raise InvalidInputError(f"{file}: tool: expected a frame, as the URDF has several tips; got none; tips: {tips}")
+    return str(tips[0])
+
+
+def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
+    if not lock:
+        return model
+    held = pin.neutral(model)
+    numbers = []
+    for name, position in lock.items():
+        if name not in list(model.names)[1:]:
+            raise UnknownNameError(f"joint to lock in {file}", name, list(model.names)[1:])
+        joint = model.joints[model.getJointId(name)]
+        numbers.append(model.getJointId(name))
+        turned = [np.cos(position), np.sin(position)] if joint.nq == 2 and joint.nv == 1 else [position]
+        held[joint.idx_q : joint.idx_q + joint.nq] = turned
+    return pin.buildReducedModel(model, numbers, held)
+
+
+def _joint_unit(joint: Any, name: str, file: Path) -> str:
+    """Unit of a joint's coordinate; joints with none or several coordinates cannot be planned for."""
+    kind = joint.shortname()
+    if joint.nq != 1 or joint.nv != 1:
+        raise InvalidInputError(
+            f"{file}: joint {name!r} is a {kind} with {joint.nq} coordinates; expected revolute or prismatic, "
+            f"or lock it: lock={{{name!r}: position}}"
+        )
+    return "m" if "JointModelP" in kind else "rad"
