@@ -91,8 +91,6 @@ def _check_joint(joint: ElementTree.Element, where: str, locked: bool) -> None:
         raise InvalidInputError(
             f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}; lock it"
         )
-            f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}; lock it"
-        )
     axis = joint.find("axis")
     # Without <axis> the URDF format means the x axis.
     if axis is None or joint.get("type") == "fixed":
