@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from trajevo.errors import InvalidInputError, UnknownNameError
 
@@ -60,7 +61,7 @@ def _folder(folder: Path) -> RobotSource:
     return RobotSource(folder.name, folder, folder / "robot.toml", folder, (folder, folder.parent))
 
 
-def _example(name: str, loader: type) -> RobotSource:
+def _example(name: str, loader: Any) -> RobotSource:
     from example_robot_data.robots_loader import getModelPath
 
     if loader.free_flyer:
@@ -70,7 +71,7 @@ def _example(name: str, loader: type) -> RobotSource:
     return RobotSource(name, urdf.parent, None, urdf, (share, share.parent, share.parent.parent))
 
 
-def _example_loaders() -> dict[str, type]:
+def _example_loaders() -> dict[str, Any]:
     from example_robot_data.robots_loader import ROBOTS
 
     return dict(ROBOTS)
