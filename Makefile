@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long check bench notebooks clean
+.PHONY: help demo demo-tasks test test-long check bench notebooks clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -20,6 +20,14 @@ $(READY): pyproject.toml constraints.txt
 demo: $(READY)  ## solve the pointing mechanism of Sun 2020: front, plots and report in runs/pointing
 	$(BIN)/trajevo solve pointing --seed 1 --generations 200 --population 150 --out runs/pointing --overwrite
 	$(BIN)/trajevo show runs/pointing
+
+TASKS := ur5_pick_and_place panda_six_points xarm7_obstacle hybrid_manipulator
+
+demo-tasks: $(READY)  ## solve and verify the worked tasks, in runs/
+	set -e; for task in $(TASKS); do \
+		$(BIN)/trajevo solve problems/tasks/$$task.toml --out runs/$$task --overwrite; \
+		$(BIN)/trajevo verify runs/$$task --solution knee; \
+	done
 
 test: $(READY)  ## run the tests
 	$(BIN)/python -m pytest -q -n 2 -m 'not long'

@@ -6,13 +6,14 @@ What can and cannot be reproduced: docs/hybrid_manipulator.md.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar, final
 
 import numpy as np
 
 from problems.hybrid_kinematics import inverse_kinematics, path_normals, via_positions
 from trajevo.arrays import Array, numbers, read_only
-from trajevo.constraints import Constraint, effort_limits, kinematic_limits
+from trajevo.constraints import Constraint, effort_limits, kinematic_limits, mean_velocity_limits
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.interpolants import CubicSpline
@@ -26,7 +27,7 @@ from trajevo.objectives import (
 from trajevo.path import ViaPoints
 from trajevo.payload import Payload
 from trajevo.problem import Evolution, TrajectoryProblem
-from trajevo.robot import load_robot
+from trajevo.robot import Robot, load_robot
 from trajevo.selection import Weights
 
 #: Weights w and scales ξ of eq. (112), section 3.1.
@@ -114,7 +115,7 @@ class HybridManipulator(TrajectoryProblem):
             dynamics=Dynamics(robot, carried, samples=samples, threads=threads),
             interpolant=CubicSpline(ViaPoints.for_robot(robot, joints), duration_bounds=self.duration_bounds),
             objectives=chosen if objectives == "all" else (_cost(chosen),),
-            constraints=(*kinematic_limits(robot), effort_limits(robot), _interval_bound()),
+            constraints=(*kinematic_limits(robot), effort_limits(robot), _interval_bound(robot)),
             reference_point=REFERENCE_POINT if objectives == "all" else None,
         )
 
@@ -217,14 +218,6 @@ def _printed_acceleration(rollout: Rollout) -> Array:
     return _trapezoid(rollout, *((a**2).sum(axis=2) for a in _at_knots(rollout, rollout.a)))
 
 
-def _interval_bound() -> Constraint:
-    return Constraint(("interval above eq. (152)",), "Guo 2016, eq. (152)", _interval_excess)
-
-
-def _interval_excess(rollout: Rollout) -> Array:
-    """Greatest mean velocity of any interval and joint over its limit, minus 1, shape (B, 1): eq. (152)."""
-    first, last = _at_knots(rollout, rollout.q)
-    mean = (last - first) / rollout.trajectory.segment_durations[:, :, None]
-    share = _magnitude(mean) / rollout.robot.limits.velocity
-    worst: Array = share.reshape(len(share), -1).max(axis=1, keepdims=True) - 1.0
-    return worst
+def _interval_bound(robot: Robot) -> Constraint:
+    """Eq. (152): no interval may be so short that a joint's mean velocity exceeds its limit."""
+    return replace(mean_velocity_limits(robot), names=("interval above eq. (152)",))

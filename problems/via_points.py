@@ -1,108 +1,92 @@
-"""Any robot through points in joint space: interpolant, objectives and limits by name."""
+"""Any robot through any points: interpolant, objectives, limits and obstacles by name or as data."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, final
-
-import numpy as np
 
 from problems.path_arguments import length_unit
 from problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.arrays import numbers
-from trajevo.constraints import (
-    Constraint,
-    acceleration_limits,
-    effort_limits,
-    jerk_limits,
-    overshoot_limit,
-    position_limits,
-    velocity_limits,
-)
-from trajevo.dynamics import Dynamics, Rollout
+from trajevo.catalogue import limits_of, objectives_of
+from trajevo.clearance import clearance_limit
+from trajevo.constraints import Constraint, effort_limits, overshoot_limit, time_limit
+from trajevo.dynamics import Dynamics
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.interpolants import THROUGH_POINTS
-from trajevo.objectives import (
-    Objective,
-    integrated_square_acceleration,
-    integrated_square_jerk,
-    mechanical_energy,
-    summed_rms_acceleration,
-    summed_rms_jerk,
-    total_time,
-)
-from trajevo.path import ViaPoints, read_columns
+from trajevo.interpolants import THROUGH_POINTS, Interpolant
+from trajevo.moving import MovingPoints, boxes_of
+from trajevo.path import ViaPoints
 from trajevo.payload import Payload
 from trajevo.problem import TrajectoryProblem
-from trajevo.robot import Robot, load_robot
-
-#: Name -> unit, with ``q`` for that of the joints, and function.
-_OBJECTIVES: dict[str, tuple[str, Callable[[Rollout], Any]]] = {
-    "time": ("s", total_time),
-    "acceleration": ("q/s^2", summed_rms_acceleration),
-    "jerk": ("q/s^3", summed_rms_jerk),
-    "square_acceleration": ("q^2/s^3", integrated_square_acceleration),
-    "square_jerk": ("q^2/s^5", integrated_square_jerk),
-    "energy": ("J", mechanical_energy),
-}
-
-_CONSTRAINTS: dict[str, Callable[[Robot], Constraint]] = {
-    "position": position_limits,
-    "velocity": velocity_limits,
-    "acceleration": acceleration_limits,
-    "jerk": jerk_limits,
-    "effort": effort_limits,
-}
-
-
-def objectives_of(names: Sequence[str], robot: Robot, *, reference: str) -> tuple[Objective, ...]:
-    """Objectives by name.
-
-    They are time, acceleration and jerk (Σ RMS), square_acceleration and square_jerk (∫ Σ), energy (∫ Σ |power|).
-    """
-    joint = robot.joint_units[0] if len(set(robot.joint_units)) == 1 else "SI"
-    found = []
-    for name in names:
-        unit, function = _OBJECTIVES[checked_name("objective", name, _OBJECTIVES)]
-        found.append(Objective(name, unit.replace("q", joint), reference, function))
-    return tuple(found)
+from trajevo.robot import Robot, robot_of
+from trajevo.scene import Scene
+from trajevo.tool import keep_out_height, tool_speed_limit
+from trajevo.visits import joint_points
 
 
 def constraints_of(
-    names: Sequence[str], robot: Robot, points: ViaPoints, *, overshoot: float | None
+    names: Sequence[str],
+    robot: Robot,
+    points: ViaPoints,
+    *,
+    overshoot: float | None = None,
+    effort_margin: float = 0.0,
+    tool_speed: float | None = None,
+    tool_height: float | None = None,
+    longest_time: float | None = None,
+    scene: Scene | None = None,
 ) -> tuple[Constraint, ...]:
-    """Limits by name (position, velocity, acceleration, jerk, effort), and how far joints may leave the points."""
-    found = [_CONSTRAINTS[checked_name("constraint", name, _CONSTRAINTS)](robot) for name in names]
-    if overshoot is None:
-        return tuple(found)
-    if isinstance(overshoot, bool) or not isinstance(overshoot, int | float) or not 0.0 < overshoot < np.inf:
-        raise InvalidInputError(f"overshoot: expected a positive number [rad or m], got {overshoot!r}")
-    return (*found, overshoot_limit(points, float(overshoot)))
+    """Limits by name, see :func:`trajevo.catalogue.limits_of`, and what else is limited where it is given."""
+    found = list(limits_of(names, robot))
+    if effort_margin != 0.0:
+        if "effort" not in names:
+            raise InvalidInputError("effort_margin: expected 'effort' among the constraints, which it tightens")
+        found[list(names).index("effort")] = effort_limits(robot, margin=effort_margin)
+    if overshoot is not None:
+        found.append(overshoot_limit(points, _positive("overshoot", overshoot, "rad or m")))
+    if tool_speed is not None:
+        found.append(tool_speed_limit(robot, _positive("tool_speed", tool_speed, "m/s")))
+    if tool_height is not None:
+        found.append(keep_out_height(robot, tool_height))
+    if longest_time is not None:
+        found.append(time_limit(_positive("longest_time", longest_time, "s")))
+    if scene is not None:
+        found.append(clearance_limit(robot, scene))
+    return tuple(found)
 
 
 @final
 class ViaPointProblem(TrajectoryProblem):
-    """Times between via points of any robot as variables, objectives and limits by name.
+    """Any robot through points: times, and where wanted the points' places, as variables.
 
     Args:
-        robot: name or folder of a robot.
-        points: shape (K, n_joints) [rad or m], or a CSV file with a column for each joint, with its unit; Table 1 of
-            Raji 2022 if None, for its robot alone.
+        robot: name, folder or URDF of a robot, a :class:`~trajevo.robot.Robot`, or the arguments of
+            :func:`~trajevo.robot.load_robot` as a mapping.
+        points: what is visited, in order: an array (K, n_joints) [rad or m], a list of joint positions and of tool
+            poses (:class:`~trajevo.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a CSV
+            file with a column for each joint, with its unit; Table 1 of Raji 2022 if None, for its robot alone.
         duration_bounds: least and greatest time between two points [s].
         interpolant: ``"quintic_spline"``, ``"septic_spline"``, ``"cubic"``, ``"polynomial"`` (a single one),
             ``"linear_blends"`` (points inside are passed nearby) or ``"hybrid"`` (Sun 2020).
-        objectives: names, see :func:`objectives_of`.
-        constraints: names, see :func:`constraints_of`.
-        overshoot: how far a joint may leave the range of the points [rad or m]; not limited if None.
+        moving: points that may move inside boxes, see :func:`~trajevo.moving.boxes_of`.
+        objectives: names, see :func:`~trajevo.catalogue.objectives_of`.
+        constraints: names, see :func:`~trajevo.catalogue.limits_of`.
+        overshoot: how far a joint may leave the range of the points [rad or m]; not limited if None, as what follows.
+        effort_margin: share of the effort limits that is kept free.
+        tool_speed: greatest speed of the tool [m/s].
+        tool_height: least z of the tool in the base frame [m].
+        longest_time: greatest duration [s].
+        scene: obstacles and clearances, a :class:`~trajevo.scene.Scene` or its settings.
         payload: mass [kg], a :class:`~trajevo.payload.Payload`, or its settings.
         reference_point: far corner of the hypervolume's box, SI; taken from the first feasible points if None.
-        samples: instants per segment at which effort is computed, both ends included.
+        samples: instants per segment at which effort and tool are looked at, both ends included.
         threads: threads of Pinocchio.
 
     Raises:
         UnknownNameError: no such robot, interpolant, objective or constraint.
-        InvalidInputError: points that the robot cannot reach or the interpolant not use, or bad bounds.
+        UnreachableError: a pose that the tool cannot take.
+        InvalidInputError: points that the robot cannot reach or the interpolant not use, or bad bounds, boxes, scene.
     """
 
     registered_name: ClassVar[str] = "via-points"
@@ -111,39 +95,58 @@ class ViaPointProblem(TrajectoryProblem):
     def __init__(
         self,
         *,
-        robot: str | Path = "puma560",
+        robot: str | Path | Robot | Mapping[str, Any] = "puma560",
         points: Any = None,
         duration_bounds: tuple[float, float] = (0.5, 6.0),
         interpolant: str = "quintic_spline",
+        moving: Sequence[Any] = (),
         objectives: Sequence[str] = ("time", "jerk"),
         constraints: Sequence[str] = ("position", "velocity", "acceleration", "jerk"),
         overshoot: float | None = None,
+        effort_margin: float = 0.0,
+        tool_speed: float | None = None,
+        tool_height: float | None = None,
+        longest_time: float | None = None,
+        scene: Scene | Mapping[str, Any] | None = None,
         payload: float | Payload | dict[str, Any] = 0.0,
         reference_point: Sequence[float] | None = None,
         samples: int = 6,
         threads: int = 1,
     ) -> None:
         checked_name("interpolant", interpolant, THROUGH_POINTS)
-        named = load_robot(robot)
+        named = robot_of(robot)
         via = via_points(points, named)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
+        obstacles = scene if scene is None or isinstance(scene, Scene) else Scene.of(scene)
+        decoder, boxes = _interpolant(interpolant, via, named, bounds, moving)
+        extra = {
+            "overshoot": overshoot,
+            "effort_margin": effort_margin,
+            "tool_speed": tool_speed,
+            "tool_height": tool_height,
+            "longest_time": longest_time,
+        }
+        held = constraints_of(constraints, named, via, scene=obstacles, **extra)
+        reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) and decoder.reach_constraint else ()
         super().__init__(
             dynamics=dynamics,
-            interpolant=THROUGH_POINTS[interpolant](via, duration_bounds=bounds),
+            interpolant=decoder,
             objectives=objectives_of(objectives, named, reference="by name"),
-            constraints=constraints_of(constraints, named, via, overshoot=overshoot),
+            constraints=(*held, *reach),
             reference_point=reference_point,
             length=length_unit(named),
         )
         self._settings = {
-            "robot": str(robot),
+            "robot": named.settings,
             "points": via.positions.tolist(),
             "duration_bounds": list(bounds),
             "interpolant": interpolant,
+            "moving": boxes,
             "objectives": list(objectives),
             "constraints": list(constraints),
-            "overshoot": overshoot,
+            **extra,
+            "scene": None if obstacles is None else obstacles.settings,
             "payload": dynamics.payload.settings,
             "reference_point": None if reference_point is None else list(reference_point),
             "samples": dynamics.samples,
@@ -157,11 +160,22 @@ class ViaPointProblem(TrajectoryProblem):
 
 
 def via_points(points: Any, robot: Robot) -> ViaPoints:
-    """Points from an array, or from a CSV file with a column for each joint; for the PUMA 560 those of Raji 2022."""
-    if points is None and robot.name == "puma560":
-        points = TABLE_1_JOINTS
-    if points is None:
-        raise InvalidInputError(f"points: robot {robot.name!r} needs points to pass, shape (n_points, {robot.dof})")
-    if isinstance(points, str | Path):
-        points = read_columns(points, dict(zip(robot.joint_names, robot.joint_units, strict=True)))
-    return ViaPoints.for_robot(robot, points)
+    """What is visited as via points, see :func:`trajevo.visits.joint_points`; for the PUMA 560 those of Raji 2022."""
+    return joint_points(TABLE_1_JOINTS if points is None and robot.name == "puma560" else points, robot)
+
+
+def _interpolant(
+    kind: str, via: ViaPoints, robot: Robot, bounds: tuple[float, ...], moving: Sequence[Any]
+) -> tuple[Interpolant, list[dict[str, Any]]]:
+    """The interpolant, and the boxes as plain data."""
+    if not moving:
+        return THROUGH_POINTS[kind](via, duration_bounds=bounds), []
+    boxes = boxes_of(moving, robot)
+    decoder = MovingPoints(kind, via, boxes, robot=robot, duration_bounds=bounds)
+    return decoder, [box.settings for box in boxes]
+
+
+def _positive(name: str, value: Any, unit: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < float("inf"):
+        raise InvalidInputError(f"{name}: expected a positive number [{unit}], got {value!r}")
+    return float(value)

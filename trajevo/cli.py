@@ -1,42 +1,28 @@
-"""The command ``trajevo``: list, solve, show, report, export, animate, capacity."""
+"""The command ``trajevo``: init, list, solve, show, report, export, animate, capacity."""
 
 from __future__ import annotations
 
 import io
 import sys
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any
 
 import matplotlib as mpl
 import typer
-from pymoo.algorithms.moo.sms import SMSEMOA
-from pymoo.algorithms.moo.spea2 import SPEA2
-from pymoo.core.algorithm import Algorithm
 from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
 from trajevo.animation import animate
 from trajevo.capacity import dlcc, dlcc_iterative
-from trajevo.errors import InvalidInputError, TrajevoError, checked_name
-from trajevo.export import FORMATS, is_exported
+from trajevo.cli_solve import FRONT_FILE, REPORT_FILE, solve
+from trajevo.errors import TrajevoError, checked_name
+from trajevo.example_task import write_example
+from trajevo.export import FORMATS
 from trajevo.export import export as write_motion
 from trajevo.front import Front
-from trajevo.nnc import needs_two_objectives, solve_nnc
-from trajevo.optimise import optimise
-from trajevo.payload import LOAD_MODELS
-from trajevo.registry import load_problem
-from trajevo.report import FIGURES, save_figures
 from trajevo.report import report as write_report
 from trajevo.terminal import print_list, print_run
-
-FRONT_FILE, REPORT_FILE, PLOTS_FOLDER = "front.json", "report.html", "plots"
-
-METHODS = ("evolution", "nnc")
-
-#: Algorithms besides the default that need nothing but a population size.
-ALGORITHMS = {"sms-emoa": SMSEMOA, "spea2": SPEA2}
 
 app = typer.Typer(
     help="Multi-objective trajectory optimisation and payload capacity for robots.",
@@ -45,6 +31,8 @@ app = typer.Typer(
     add_completion=False,
 )
 _out = Console(soft_wrap=True, highlight=False)
+
+app.command()(solve)
 
 _RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]
 _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as the problem has it if not given.")]
@@ -57,87 +45,11 @@ def list_everything() -> None:
 
 
 @app.command()
-def solve(
-    problem: Annotated[str, typer.Argument(help="Name of a problem, see `trajevo list`.")],
-    seed: Annotated[int, typer.Option(min=0, help="Seed of all randomness.")] = 1,
-    generations: Annotated[int | None, typer.Option(min=1, help="Generations; the paper's if not given.")] = None,
-    population: Annotated[int | None, typer.Option(min=4, help="Individuals; the paper's if not given.")] = None,
-    offsprings: Annotated[
-        int | None, typer.Option(min=1, help="New individuals per generation; as many as the population.")
-    ] = None,
-    algorithm: Annotated[str, typer.Option(help=f"nsga2, {', '.join(ALGORITHMS)}.")] = "nsga2",
-    interpolant: Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")] = None,
-    payload: Annotated[float | None, typer.Option(help="Payload [kg].")] = None,
-    payload_model: Annotated[str | None, typer.Option(help=f"How it acts: {', '.join(LOAD_MODELS)}.")] = None,
-    convention: Annotated[str | None, typer.Option(help="Which of several definitions of the objectives.")] = None,
-    points: Annotated[
-        Path | None, typer.Option(help="CSV file of the points to visit; the problem's own if not given.")
-    ] = None,
-    path: Annotated[str | None, typer.Option(help="Path to run along: a name, or a CSV file of points.")] = None,
-    limits: Annotated[str | None, typer.Option(help="How limits along a path are bounded: tight or hull.")] = None,
-    encoding: Annotated[str | None, typer.Option(help="What a path's decision variables are: plain or shape.")] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="Another argument of the problem, KEY=VALUE, as velocity='150 mm/s'; repeatable."),
-    ] = None,
-    method: Annotated[
-        str, typer.Option(help="evolution, or nnc: normal constraints and SQP, for two objectives.")
-    ] = "evolution",
-    tolerance: Annotated[
-        float | None, typer.Option(min=1e-6, max=0.99, help="Least significant trade-off of nnc, 0.01.")
-    ] = None,
-    sqp_seeds: Annotated[
-        int | None, typer.Option(min=2, help="Begin the evolution with as many points found by nnc.")
-    ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for the results; runs/PROBLEM if not given.")] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that the folder holds.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+def init(
+    file: Annotated[Path, typer.Argument(help="File to write.")] = Path("task.toml"),
 ) -> None:
-    """Solve a problem and write its front, pictures and report."""
-    given: dict[str, Any] = {
-        "interpolant": interpolant,
-        "payload": payload,
-        "payload_model": payload_model,
-        "convention": convention,
-        "points": points,
-        "path": path,
-        "limits": limits,
-        "encoding": encoding,
-    }
-    arguments = _with_settings({key: value for key, value in given.items() if value is not None}, set_ or [])
-    to_solve = load_problem(problem, **arguments)
-    folder = out or Path("runs") / problem
-    checked_name("method", method, METHODS)
-    evolution = {
-        "--generations": generations,
-        "--population": population,
-        "--offsprings": offsprings,
-        "--sqp-seeds": sqp_seeds,
-        "--algorithm": None if algorithm == "nsga2" else algorithm,
-    }
-    _refuse_given(method, {"--tolerance": tolerance} if method == "evolution" else evolution)
-    if algorithm != "nsga2":
-        _refuse_given(algorithm, {"--sqp-seeds": sqp_seeds})
-    if method == "nnc" or sqp_seeds is not None:
-        needs_two_objectives(to_solve)
-    settings = _algorithm_settings(algorithm, population, offsprings, to_solve.evolution.population)
-    _claim(folder, overwrite)
-    if method == "nnc":
-        front = solve_nnc(to_solve, seed=seed, tolerance=0.01 if tolerance is None else tolerance)
-    else:
-        if sqp_seeds is not None:
-            settings["initial"] = solve_nnc(to_solve, seed=seed, points=sqp_seeds)
-        front = optimise(to_solve, seed=seed, generations=generations, progress=not quiet, **settings)
-    front.save(folder / FRONT_FILE)
-    _clear_stale(folder)
-    print_run(_out, front, None)
-    pictures = save_figures(front, folder / PLOTS_FOLDER)
-    write_report(front, folder / REPORT_FILE)
-    _out.print(
-        f"written: {folder / FRONT_FILE}, {folder / REPORT_FILE}, {len(pictures)} pictures in {folder / PLOTS_FOLDER}"
-    )
-    if front.run.interrupted:
-        raise typer.Exit(130)
+    """Write a commented example of a task, to be changed and solved."""
+    _out.print(f"written: {write_example(file)}; next: trajevo solve {file}")
 
 
 @app.command()
@@ -218,61 +130,6 @@ def main() -> None:
     except TrajevoError as error:
         Console(stderr=True, soft_wrap=True, highlight=False).print(f"error: {error}", markup=False)
         sys.exit(2)
-
-
-def _with_settings(arguments: dict[str, Any], pairs: list[str]) -> dict[str, Any]:
-    """Arguments with ``KEY=VALUE`` pairs added; a value is read as TOML where it is that, else as text."""
-    for pair in pairs:
-        key, sign, text = pair.partition("=")
-        key = key.strip()
-        if not sign or not key.isidentifier():
-            raise InvalidInputError(f"--set: expected KEY=VALUE, got {pair!r}")
-        if key in arguments:
-            raise InvalidInputError(f"--set: {key!r} is given twice")
-        try:
-            arguments[key] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            arguments[key] = text
-    return arguments
-
-
-def _refuse_given(method: str, options: dict[str, Any]) -> None:
-    """Refuse options that a method does not have."""
-    for name, value in options.items():
-        if value is not None:
-            raise InvalidInputError(f"{name}: the method {method!r} has no such setting")
-
-
-def _algorithm_settings(name: str, population: int | None, offsprings: int | None, usual: int) -> dict[str, Any]:
-    """Arguments of :func:`optimise` for an algorithm by name."""
-    if name == "nsga2":
-        return {"population": population, "offsprings": offsprings}
-    checked_name("algorithm", name, ["nsga2", *ALGORITHMS])
-    size = population or usual
-    solver: Algorithm = ALGORITHMS[name](pop_size=size, n_offsprings=offsprings or size)
-    return {"algorithm": solver}
-
-
-def _claim(folder: Path, overwrite: bool) -> None:
-    """Make sure that results can be written, before hours are spent on them."""
-    if (folder / FRONT_FILE).exists() and not overwrite:
-        raise InvalidInputError(f"{folder} already holds a run; choose another --out or add --overwrite")
-    try:
-        (folder / PLOTS_FOLDER).mkdir(parents=True, exist_ok=True)
-        for place in (folder, folder / PLOTS_FOLDER):
-            probe = place / ".writable"
-            probe.touch()
-            probe.unlink()
-    except OSError as error:
-        raise InvalidInputError(f"{folder}: the output folder cannot be written: {error.strerror}") from error
-
-
-def _clear_stale(folder: Path) -> None:
-    """Remove what an earlier run left beside the new front: report, pictures, exported solutions; no other file."""
-    pictures = (folder / PLOTS_FOLDER / f"{stem}.png" for stem in FIGURES)
-    exported = (file for file in folder.glob("*.*") if is_exported(file))
-    for file in (folder / REPORT_FILE, *pictures, *exported):
-        file.unlink(missing_ok=True)
 
 
 def _front_file(run: Path) -> Path:

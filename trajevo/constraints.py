@@ -67,10 +67,34 @@ def kinematic_limits(robot: Robot) -> tuple[Constraint, ...]:
     return position_limits(robot), velocity_limits(robot), acceleration_limits(robot), jerk_limits(robot)
 
 
-def effort_limits(robot: Robot) -> Constraint:
-    """Greatest |effort| of every joint at the samples, divided by its limit, minus 1."""
+def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
+    """Greatest |effort| of every joint at the samples, divided by what is left of its limit, minus 1.
+
+    Args:
+        robot: whose limits.
+        margin: share of the limit that is kept free, from 0 to below 1.
+
+    Raises:
+        InvalidInputError: another margin.
+    """
+    if isinstance(margin, bool) or not isinstance(margin, int | float) or not 0.0 <= margin < 1.0:
+        raise InvalidInputError(f"effort_margin: expected a share from 0 to below 1, got {margin!r}")
     kept = np.flatnonzero(np.isfinite(robot.limits.effort))
-    return Constraint(_names("effort", robot, kept), robot.reference, _effort_excess)
+    excess = partial(_effort_excess, share=1.0 - margin)
+    return Constraint(_names("effort", robot, kept), robot.reference, excess)
+
+
+def mean_velocity_limits(robot: Robot) -> Constraint:
+    """Greatest mean velocity of any segment and joint over its limit, minus 1; implied by the velocity limits."""
+    return Constraint(("mean velocity",), robot.reference, _mean_velocity_excess)
+
+
+def _mean_velocity_excess(rollout: Rollout) -> Array:
+    ends = rollout.trajectory.at_shares(np.array([0.0, 1.0]), 0)
+    mean = (ends[:, 1::2] - ends[:, ::2]) / rollout.trajectory.segment_durations[:, :, None]
+    share = mean * np.sign(mean.real) / rollout.robot.limits.velocity
+    worst: Array = share.reshape(len(share), -1).max(axis=1, keepdims=True) - 1.0
+    return worst
 
 
 def overshoot_limit(points: ViaPoints, most: float) -> Constraint:
@@ -161,8 +185,8 @@ def along_path(rollout: Rollout) -> ComposedBatch:
     return rollout.trajectory
 
 
-def _effort_excess(rollout: Rollout) -> Array:
-    limit = rollout.robot.limits.effort
+def _effort_excess(rollout: Rollout, *, share: float) -> Array:
+    limit = rollout.robot.limits.effort * share
     kept = np.isfinite(limit)
     peak = np.maximum(rollout.effort.max(axis=1), -rollout.effort.min(axis=1))
     excess: Array = peak[:, kept] / limit[kept] - 1.0

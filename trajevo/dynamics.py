@@ -227,6 +227,15 @@ def lobatto(count: int) -> tuple[Array, Array]:
     return frozen(0.5 * (nodes + 1.0)), frozen(0.5 * weights)
 
 
+@cache
+def lobatto_derivative(count: int) -> Array:
+    """Matrix (count, count) from values at Gauss-Lobatto nodes to the derivative of their polynomial there."""
+    nodes = lobatto(count)[0]
+    powers = nodes[:, None] ** np.arange(count)
+    slopes = np.arange(1, count) * nodes[:, None] ** np.arange(count - 1)
+    return frozen(np.linalg.solve(powers.T, np.pad(slopes, ((0, 0), (1, 0))).T).T)
+
+
 def _complex_step(model: Any, q: Array, v: Array, a: Array) -> Array:
     """Torque of complex motions, exact to first order in the imaginary parts: Pinocchio's own derivatives.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajevo.arrays import Array
-from trajevo.dynamics import Rollout
+from trajevo.dynamics import Rollout, lobatto_derivative
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,45 @@ def mechanical_energy(rollout: Rollout) -> Array:
     """∫ Σ over joints of |effort x velocity| dt by Gauss-Lobatto quadrature, shape (B,) [J]: braking costs too."""
     power = rollout.power
     total: Array = np.einsum("btn,bt->b", power * np.sign(power.real), rollout.quadrature)
+    return total
+
+
+def integrated_square_effort(rollout: Rollout) -> Array:
+    """∫ Σ over joints of effort² dt by Gauss-Lobatto quadrature, shape (B,) [(N·m)²·s or N²·s]: what heats motors."""
+    total: Array = np.einsum("btn,btn,bt->b", rollout.effort, rollout.effort, rollout.quadrature)
+    return total
+
+
+def integrated_square_effort_rate(rollout: Rollout) -> Array:
+    """∫ Σ over joints of (d effort / dt)² dt, shape (B,) [(N·m)²/s or N²/s].
+
+    Effort is taken as the polynomial through its samples within every segment; steps between segments do not count.
+    """
+    per_segment = rollout.effort.reshape(len(rollout.trajectory), -1, rollout.dynamics.samples, rollout.robot.dof)
+    slopes = np.einsum("uw,bswn->bsun", lobatto_derivative(rollout.dynamics.samples), per_segment)
+    rate = (slopes / rollout.trajectory.segment_durations[:, :, None, None]).reshape(rollout.effort.shape)
+    total: Array = np.einsum("btn,btn,bt->b", rate, rate, rollout.quadrature)
+    return total
+
+
+def effort_ratio(rollout: Rollout) -> Array:
+    """Greatest |effort| over its limit of any joint at any sample, shape (B,) [1]."""
+    limit = rollout.robot.limits.effort
+    kept = np.isfinite(limit)
+    share = rollout.effort[:, :, kept] / limit[kept]
+    greatest: Array = (share * np.sign(share.real)).reshape(len(share), -1).max(axis=1)
+    return greatest
+
+
+#: Pieces of a segment over which a joint's way is summed up; only a piece in which it turns back counts too little.
+_TRAVEL_PIECES = 32
+
+
+def joint_travel(rollout: Rollout) -> Array:
+    """Σ over joints of ∫ |v| dt, from the positions at 33 instants of every segment, shape (B,) [rad or m]."""
+    q = rollout.trajectory.at_shares(np.linspace(0.0, 1.0, _TRAVEL_PIECES + 1), 0)
+    step = np.diff(q, axis=1)
+    total: Array = (step * np.sign(step.real)).sum(axis=(1, 2))
     return total
 
 

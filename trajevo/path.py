@@ -108,6 +108,15 @@ def read_columns(file: str | Path, columns: dict[str, str]) -> Array:
     return _csv_numbers(file, lines, header, [names.index(name) for name in columns])
 
 
+def read_header(file: str | Path) -> list[str]:
+    """Names of the columns of a CSV file, without their units.
+
+    Raises:
+        InvalidInputError: as for :func:`read_columns`.
+    """
+    return [name for name, _ in _csv_table(Path(file))[1]]
+
+
 def read_points(file: str | Path) -> tuple[Array, tuple[str, ...]]:
     """Read points from a CSV file whose every column is a coordinate.
 

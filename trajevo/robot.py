@@ -50,6 +50,7 @@ class Robot:
         urdf: the URDF file.
         packages: folders in which ``package://`` paths of the URDF are looked up.
         locked: positions of the joints of the URDF that are held still [rad or m].
+        settings: what :func:`load_robot` was called with, plain data: the name alone or all arguments by name.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Robot:
     urdf: Path
     packages: tuple[Path, ...] = ()
     locked: Mapping[str, float] = field(default_factory=dict)
+    settings: Any = None
 
     @property
     def mass(self) -> float:
@@ -180,7 +182,48 @@ def load_robot(
         urdf=urdf,
         packages=source.packages,
         locked=locked,
+        settings=_settings(name, lock=lock, tool=tool, limits=limits, gravity=gravity),
     )
+
+
+def robot_of(given: Any) -> Robot:
+    """A robot from what a caller may pass: itself, a name or path, or the arguments of :func:`load_robot` by name.
+
+    Raises:
+        InvalidInputError: a mapping with other keys, or as :func:`load_robot` says.
+    """
+    if isinstance(given, Robot):
+        if given.settings is None:
+            raise InvalidInputError(f"robot: {given.name!r} was not loaded by load_robot, so no file could name it")
+        return given
+    if not isinstance(given, Mapping):
+        return load_robot(given)
+    accepted = ("name", "lock", "tool", "limits", "gravity")
+    unknown = sorted(set(given) - set(accepted))
+    if unknown or "name" not in given:
+        raise InvalidInputError(f"robot: expected name and, if wanted, {', '.join(accepted[1:])}, got {sorted(given)}")
+    return load_robot(**given)
+
+
+def _settings(name: str | Path, **given: Any) -> Any:
+    """Plain data that loads the robot again from any folder; paths are made absolute."""
+    path = Path(name)
+    by_name = str(name) in list_robots() or not (path.suffix == ".urdf" or (path / "robot.toml").is_file())
+    asked = str(name) if by_name else str(path.resolve())
+    chosen = {key: _plain(value) for key, value in given.items() if value is not None}
+    return {"name": asked, **chosen} if chosen else asked
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, Path):
+        return str(value.resolve())
+    return value.tolist() if isinstance(value, np.ndarray | np.number) else _listed(value)
+
+
+def _listed(value: Any) -> Any:
+    return [_plain(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
 def _tool(model: Any, tool: str | None, source: RobotSource, file: RobotFile | None) -> str:

@@ -1,0 +1,206 @@
+"""Tasks: the same as the class, mistakes with their line, and the way from an empty folder to a file."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from problems import HybridManipulator, ViaPointProblem
+from tests.helpers import refused, trajevo
+from trajevo import Front, Payload, ViaPoints, load_robot, optimise
+from trajevo.task import load_task
+from trajevo.units import to_si
+
+TASKS = Path(__file__).parents[1] / "problems" / "tasks"
+
+SMALL = """\
+format = 1
+angle = "deg"
+points = [
+  [0.0, -90.0, 90.0, -90.0, -90.0, 0.0],
+  [45.0, -70.0, 80.0, -100.0, -90.0, 0.0],
+  [90.0, -90.0, 90.0, -90.0, -90.0, 0.0],
+]
+duration_bounds = [0.3, 4.0]
+objectives = ["time", "energy"]
+
+[robot]
+name = "ur5"
+tool = "tool0"
+
+[limits]
+acceleration = "600 deg/s^2"
+jerk = 100.0
+
+[payload]
+mass = 3.0
+com = [0.0, 0.0, 0.05]
+
+[algorithm]
+population = 12
+generations = 4
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(text):
+        file = tmp_path / "task.toml"
+        file.write_text(text)
+        return file
+
+    return written
+
+
+def test_class_objects_and_task_give_the_same_front_to_the_bit(write):
+    degrees = np.array([[0, -90, 90, -90, -90, 0], [45, -70, 80, -100, -90, 0], [90, -90, 90, -90, -90, 0]], float)
+    points = degrees * to_si("deg")
+    limits = {"acceleration": "600 deg/s^2", "jerk": 100.0}
+    by_data = ViaPointProblem(
+        robot={"name": "ur5", "tool": "tool0", "limits": limits},
+        points=points,
+        duration_bounds=(0.3, 4.0),
+        objectives=("time", "energy"),
+        constraints=("position", "velocity", "acceleration", "jerk", "effort"),
+        payload={"mass": 3.0, "com": [0.0, 0.0, 0.05]},
+    )
+    by_objects = ViaPointProblem(
+        robot=load_robot("ur5", tool="tool0", limits={"acceleration": 600.0 * to_si("deg"), "jerk": 100.0}),
+        points=ViaPoints(points),
+        duration_bounds=(0.3, 4.0),
+        objectives=("time", "energy"),
+        constraints=("position", "velocity", "acceleration", "jerk", "effort"),
+        payload=Payload(3.0, com=(0.0, 0.0, 0.05)),
+    )
+    task = load_task(write(SMALL))
+    fronts = [optimise(p, seed=1, generations=4, population=12, progress=False) for p in (by_data, by_objects)]
+    fronts.append(task.solve(progress=False))
+    for name in "XFG":
+        for front in fronts[1:]:
+            np.testing.assert_array_equal(getattr(front, name), getattr(fronts[0], name))
+    assert len(fronts[0])
+
+
+def test_the_hybrid_manipulator_s_task_equals_its_class():
+    task = load_task(TASKS / "hybrid_manipulator.toml")
+    by_task = task.solve(generations=5, population=40, progress=False)
+    by_class = optimise(HybridManipulator(), seed=1, generations=5, population=40, progress=False)
+    for name in "XFG":
+        np.testing.assert_array_equal(getattr(by_task, name), getattr(by_class, name))
+
+
+def test_a_front_of_a_task_is_read_back_anywhere(write, tmp_path):
+    front = load_task(write(SMALL)).solve(progress=False)
+    front.save(tmp_path / "front.json")
+    again = Front.load(tmp_path / "front.json")
+    assert again == front
+    np.testing.assert_array_equal(again.problem.evaluate(front.X)[0], front.F)
+
+
+def test_paths_count_from_the_folder_of_the_task(write, tmp_path, monkeypatch):
+    shutil.copytree(load_robot("puma560").source, tmp_path / "mine")
+    (tmp_path / "via.csv").write_text(
+        ", ".join(f"joint_{k} [deg]" for k in range(1, 7)) + "\n0, 0, 0, 0, 0, 0\n10, 20, -30, 10, 20, 5\n"
+    )
+    file = write('robot = "mine"\npoints = "via.csv"\nduration_bounds = [0.5, 3.0]\n')
+    monkeypatch.chdir("/")
+    task = load_task(file)
+    assert task.problem.robot.source == tmp_path / "mine"
+    assert task.problem.settings["robot"] == str(tmp_path / "mine")
+    np.testing.assert_allclose(task.problem.interpolant.points.positions[1, 1], np.radians(20.0))
+
+
+def test_points_may_be_poses_in_a_csv_file(write, tmp_path):
+    (tmp_path / "via.csv").write_text(
+        "x [mm], y [mm], z [mm], roll [deg], pitch [deg], yaw [deg]\n450, -250, 200, 180, 0, 0\n450, 250, 200, 180, 0, 0\n"
+    )
+    text = SMALL[: SMALL.index("points")] + 'points = "via.csv"\n' + SMALL[SMALL.index("duration") :]
+    problem = load_task(write(text)).problem
+    positions, rotations = problem.robot.tool_poses(problem.interpolant.points.positions)
+    np.testing.assert_allclose(positions, [[0.45, -0.25, 0.2], [0.45, 0.25, 0.2]], atol=1e-5)
+    np.testing.assert_allclose(rotations[0], np.diag([1.0, -1.0, -1.0]), atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("mass = 3.0", 'mass = "3"', "task.toml: line 19: payload.mass: .*valid number, got '3'"),
+        ("mass = 3.0", "mass = -3.0", "line 1[89]: payload.*: expected a number from 0 on"),
+        ("mass = 3.0", "", "line 18: payload.mass: Field required"),
+        ("com =", "cog =", "line 20: payload.cog: Extra inputs"),
+        ("duration_bounds = [0.3, 4.0]", "", "task.toml: duration_bounds: Field required"),
+        ("[0.3, 4.0]", "[4.0, 0.3]", "line 8: duration_bounds: expected 0 < lower < upper .*got 4.0 and 0.3"),
+        ("[0.3, 4.0]", "[0.3]", "line 8: duration_bounds"),
+        ('"energy"]', '"speed"]', "unknown objective 'speed'; known: "),
+        ('name = "ur5"', 'name = "ur6"', "line 11: robot: unknown robot 'ur6'; known: .*ur5"),
+        ('tool = "tool0"', 'tool = "tool9"', "line 11: robot: unknown tool frame"),
+        ('jerk = 100.0', "", "line 11: robot: .*no jerk limit for shoulder_pan_joint.*task.toml"),
+        ('jerk = 100.0', 'jerk = "100 m/s^3"', "limits.jerk.*expected a number and a unit that converts to rad/s\\^3"),
+        ('jerk = 100.0', "jerk = { elbow = 1.0 }", "unknown joint in limits.jerk 'elbow'; known: elbow_joint"),
+        ("population = 12", "population = 2", "line 23: algorithm.population: .*got 2"),
+        ("population = 12", 'name = "ga"', "unknown algorithm 'ga'; known: nsga2, sms-emoa, spea2"),
+        ("format = 1", "format = 2", "line 1: format: "),
+        ("format = 1", "sead = 3", "line 1: sead: Extra inputs"),
+        ('angle = "deg"', 'angle = "grad"', "line 2: angle: .*got 'grad'"),
+        ("[45.0, -70.0, 80.0, -100.0, -90.0, 0.0],", "[45.0, -70.0, 80.0],", "line 3: points"),
+        ("[45.0, -70.0,", "[45.0, -700.0,", "line 3: points: point 1 puts 'shoulder_lift_joint' at"),
+        ("[45.0, -70.0,", "[45.0, nan,", "line 3: points: .*finite"),
+        (
+            "[45.0, -70.0, 80.0, -100.0, -90.0, 0.0]",
+            "{ position = [5.0, 0.0, 0.5] }",
+            "line 3: points: .*point 1.*",
+        ),
+        (
+            "[45.0, -70.0, 80.0, -100.0, -90.0, 0.0]",
+            "{ rpy = [5.0, 0.0, 0.5] }",
+            "line 3: points.1: expected either joints, or position",
+        ),
+        ("[payload]", "[scene]\nclearance = -1.0\n[payload]", "line 18: scene"),
+        ("[payload]", "[[moving]]\npoint = 1\n[payload]", "line 18: moving.0: expected either joints or tool"),
+        ("[payload]", "[[moving]]\npoint = 7\njoints = 5.0\n[payload]", "moving"),
+        ("[payload]", "[payload", "cannot be read as TOML"),
+    ],
+)
+def test_mistakes_are_told_with_their_line(write, old, new, says):
+    assert old in SMALL
+    file = write(SMALL.replace(old, new, 1))
+    refused(lambda: load_task(file).solve(progress=False), says)
+
+
+def test_the_way_from_an_empty_folder_to_a_file(tmp_path):
+    for command in (
+        ("init",),
+        ("solve", "task.toml", "--generations", "12", "--population", "24", "--quiet"),
+        ("report", "runs/task"),
+        ("export", "runs/task", "--format", "csv"),
+    ):
+        done = trajevo(*command, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert "written" in done.stdout
+    assert len(Front.load(tmp_path / "runs/task/front.json"))
+    assert (tmp_path / "runs/task/knee.csv").is_file()
+    again = trajevo("init", cwd=tmp_path)
+    assert again.returncode == 2
+    assert "task.toml: exists already" in again.stderr
+
+
+def test_solve_refuses_what_the_task_decides(write, tmp_path):
+    file = write(SMALL)
+    for option, value in (("--payload", "2"), ("--method", "nnc"), ("--set", "samples=3"), ("--algorithm", "spea2")):
+        done = trajevo("solve", file, option, value, cwd=tmp_path)
+        assert done.returncode == 2
+        assert f"{option}: the method 'task' has no such setting" in done.stderr
+
+
+@pytest.mark.parametrize("file", sorted(TASKS.glob("*.toml")), ids=lambda file: file.stem)
+def test_worked_tasks_are_solved_and_verified(file):
+    from trajevo.verify import verify
+
+    front = load_task(file).solve(generations=25, population=40, progress=False)
+    assert len(front), front.blocking
+    assert json.dumps(front.problem.settings)
+    for row in np.linspace(0, len(front) - 1, 5).astype(int):
+        found = verify(front.pick(int(row)), density=20)
+        assert found.worst.utilisation <= 1.001, found.worst
