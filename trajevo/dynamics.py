@@ -17,7 +17,7 @@ from trajevo.trajectory import TrajectoryBatch
 
 NO_PAYLOAD = Payload(0.0)
 
-#: Share of its greatest speed below which a joint stands.
+#: Share of its greatest speed, and of that at which its position would come about, below which a joint stands.
 _ROUNDING = 1e-9
 
 
@@ -206,10 +206,12 @@ class Rollout:
     def effort_in(self, q: Array, v: Array, a: Array) -> Array:
         """Effort with the payload in other states than the samples', shapes (B, T, n_joints) [N·m or N].
 
-        A joint that is slower than rounding makes it counts as standing: dry friction would jump at its end by chance.
+        A joint that only rounding moves counts as standing: at the end of a motion and in one that it does not take
+        part in, dry friction would point either way by chance.
         """
-        slowest = _ROUNDING * self.trajectory.peak(1)[:, None, :]
-        v = np.where(np.abs(v) <= slowest, 0.0, v)
+        duration = self.trajectory.duration[:, None]
+        slowest = _ROUNDING * (self.trajectory.peak(1) + self.trajectory.peak(0) / duration)
+        v = np.where(np.abs(v) <= slowest[:, None, :], 0.0, v)
         if self.masses is None:
             return frozen(self.dynamics.effort(q, v, a))
         each = self.dynamics.effort_per_kilogram(q, v, a)
