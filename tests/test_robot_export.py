@@ -14,7 +14,7 @@ from tests.helpers import refused, trajevo
 from trajevo import optimise
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.export import FORMATS, export, extension, is_exported, motion_schema
-from trajevo.robot_export import states, urscript
+from trajevo.robot_export import replay_table, states, urscript
 
 #: A joint of the PUMA 560 that the points leave where it is.
 STANDING = 3
@@ -186,6 +186,12 @@ def test_a_replay_is_the_motion_at_a_fixed_rate_and_then_rest(knee, tmp_path, sh
     np.testing.assert_allclose(force[inner], expected, rtol=1e-12, atol=1e-12)
 
 
+def test_rounding_adds_no_row_to_a_replay(knee):
+    for count in range(1, 50):
+        rows = replay_table(knee, duration(knee) / count).splitlines()
+        assert len([row for row in rows if not row.startswith("#")]) == 1 + count + 1
+
+
 def test_velocities_of_a_replay_are_slopes_of_its_positions(hybrid, tmp_path):
     table = replay(export(hybrid, tmp_path / "k.mujoco.csv", format="mujoco"))
     for name in list(hybrid.front.problem.robot.model.names)[1:]:
@@ -228,8 +234,13 @@ def test_a_program_streams_the_motion(knee, tmp_path, step):
     assert 0.1 - 1e-9 <= held < 0.1 + step
 
 
-def test_a_program_has_no_exponents(knee, tmp_path):
+def test_a_program_has_no_exponents_and_no_negative_zeros(tmp_path):
+    points = np.array(
+        [[1e-5, -1e-14, -0.5, 0.0, 0.0, -2e-7], [0.5, 0.2, -0.1, 0.3, 0.4, 0.1], [0.9, 0.1, -0.2, 0.4, 0.5, 0.1]]
+    )
+    knee = optimise(ViaPointProblem(robot="puma560", points=points), **SMALL).knee()
     text = export(knee, tmp_path / "knee.script", format="urscript").read_text()
+    assert "movej([0.00001, 0.0, -0.5, 0.0, 0.0, -0.0000002], a=1.4, v=1.05)" in text
     body = [line for line in text.splitlines() if "servoj" in line]
     assert not any(re.search(r"\de[-+]?\d|-0\.0[,\]]", line) for line in body)
 

@@ -162,8 +162,8 @@ def urscript(solution: Solution, step: float) -> str:
     cycle = f"t={_decimal(step)}, lookahead_time={_LOOKAHEAD}, gain={_GAIN}"
     return "\n".join(
         [
-            f"# trajevo: {solution.front.record.title}",
-            f"# {solution.rule}, row {solution.index} of the front, robot {robot.name}, seed {solution.front.run.seed}",
+            f"# trajevo: {' '.join(solution.front.record.title.split())}",  # a line break would end the comment
+            f"# {solution.rule}, row {solution.index} of the front, {robot.name!r}, seed {solution.front.run.seed}",
             f"# {duration:.9f} s; the last position is held {_LOOKAHEAD} s longer, as servoj looks ahead; rad",
             "def trajevo_motion():",
             f"  movej({_angles(q[0])}, a={_decimal(acceleration)}, v={_decimal(speed)})",
