@@ -90,8 +90,9 @@ def test_an_interrupted_run_is_kept_and_exits_with_130(tmp_path):
 def test_overwriting_leaves_nothing_of_the_old_run(run, tmp_path):
     folder = tmp_path / "run"
     assert trajevo("solve", "pointing", *SMALL, "--out", folder, "--quiet").returncode == 0
-    assert trajevo("export", folder).returncode == 0
-    mine = {"notes.txt", "2024.csv", "settings.json", "photo.png"}
+    for format in ("csv", "ros2", "mujoco"):
+        assert trajevo("export", folder, "--format", format).returncode == 0
+    mine = {"notes.txt", "2024.csv", "settings.json", "photo.png", "moves.yaml", "pick.script"}
     for name in mine:
         (folder / name).write_text("mine")
     (folder / "plots" / "mine.png").write_text("mine")

@@ -19,6 +19,7 @@ def test_a_wheel_solves_a_problem_away_from_the_checkout(tmp_path):
     for expected in (
         "trajevo/py.typed",
         "trajevo/report.html",
+        "trajevo/motion.schema.json",
         "problems/py.typed",
         "robots/pointing_mechanism/pointing_mechanism.urdf",
         "robots/pointing_mechanism/robot.toml",

@@ -18,7 +18,7 @@ from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.cli_solve import FRONT_FILE, REPORT_FILE, solve
 from trajevo.errors import TrajevoError, checked_name
 from trajevo.example_task import write_example
-from trajevo.export import FORMATS
+from trajevo.export import FORMATS, extension
 from trajevo.export import export as write_motion
 from trajevo.front import Front
 from trajevo.report import report as write_report
@@ -73,15 +73,16 @@ def export(
     run: _RunArgument,
     solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
     format: Annotated[str, typer.Option(help=f"{', '.join(FORMATS)}.")] = "csv",
-    step: Annotated[float, typer.Option(help="Time between samples, or of a block [s].")] = 0.01,
+    step: Annotated[
+        float | None, typer.Option(help="Time between samples, or of a block [s]; 0.01, or as the format is used.")
+    ] = None,
     angle: Annotated[str, typer.Option(help="Unit of angles: rad or deg.")] = "rad",
-    out: Annotated[Path | None, typer.Option(help="File; SOLUTION.FORMAT beside the front if not given.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File; SOLUTION.EXTENSION beside the front if not given.")] = None,
 ) -> None:
     """Write the motion of one solution for a controller or a spreadsheet."""
     file = _front_file(run)
     chosen = Front.load(file).pick(solution)
-    checked_name("export format", format, FORMATS)
-    target = out or file.with_name(f"{solution}.{format}")
+    target = out or file.with_name(f"{solution}.{extension(format)}")
     _out.print(f"written: {write_motion(chosen, target, format=format, step=step, angle=angle)}")
 
 

@@ -17,6 +17,9 @@ from trajevo.trajectory import TrajectoryBatch
 
 NO_PAYLOAD = Payload(0.0)
 
+#: Share of its greatest speed, and of that at which its position would come about, below which a joint stands.
+_ROUNDING = 1e-9
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -199,6 +202,20 @@ class Rollout:
         if self.masses is not None:
             return frozen(self.unloaded_effort + self.masses[:, None, None] * self.effort_per_kilogram)
         return frozen(self.dynamics.effort(self.q, self.v, self.a))
+
+    def effort_in(self, q: Array, v: Array, a: Array) -> Array:
+        """Effort with the payload in other states than the samples', shapes (B, T, n_joints) [N·m or N].
+
+        A joint that only rounding moves counts as standing: at the end of a motion and in one that it does not take
+        part in, dry friction would point either way by chance.
+        """
+        duration = self.trajectory.duration[:, None]
+        slowest = _ROUNDING * (self.trajectory.peak(1) + self.trajectory.peak(0) / duration)
+        v = np.where(np.abs(v) <= slowest[:, None, :], 0.0, v)
+        if self.masses is None:
+            return frozen(self.dynamics.effort(q, v, a))
+        each = self.dynamics.effort_per_kilogram(q, v, a)
+        return frozen(self.dynamics.unloaded_effort(q, v, a) + self.masses[:, None, None] * each)
 
     @property
     def power(self) -> Array:

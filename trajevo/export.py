@@ -6,6 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Callable
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -15,29 +16,44 @@ from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.feed import feed_table, g_code
 from trajevo.front import Solution
+from trajevo.robot_export import joint_trajectory, replay_table, urscript
 from trajevo.trajectory import DERIVATIVES
-from trajevo.units import display, per_time
+from trajevo.units import ANGLE_UNITS, display, per_time
 
 #: Longest table that is written.
 MOST_SAMPLES = 10_000_000
 
 #: Formats that can be written.
-FORMATS = ("csv", "json", "feed", "gcode")
+FORMATS = ("csv", "json", "feed", "gcode", "ros2", "mujoco", "urscript")
+
+#: How the file of a format ends, where not with its name; a replay is a table too, and must not take the motion's name.
+_EXTENSIONS = {"ros2": "yaml", "mujoco": "mujoco.csv", "urscript": "script"}
+
+#: Usual time between samples [s]: MuJoCo's own step, the cycle that every controller with ``servoj`` can run.
+_STEPS = {"mujoco": 0.002, "urscript": 0.008}
+
+#: Formats that are SI by definition.
+_SI = ("ros2", "mujoco", "urscript")
 
 #: How a file of each format begins.
-_BEGINNINGS = (b"# problem: {", b'{\n "format": "trajevo motion"', b"; trajevo")
+_BEGINNINGS = (b"# problem: {", b'{\n "format": "trajevo motion"', b"; trajevo", b"# trajevo: ")
 
 
-def export(solution: Solution, file: str | Path, *, format: str, step: float = 0.01, angle: str = "rad") -> Path:
+def export(solution: Solution, file: str | Path, *, format: str, step: float | None = None, angle: str = "rad") -> Path:
     """Write the sampled motion of a solution, with units, settings and reference inside.
 
     Args:
         solution: what to write.
         file: where to.
         format: ``"csv"`` (comment lines with the settings, then one row per instant), ``"json"`` (also the exact
-            trajectory), ``"feed"`` (CSV of straight blocks with their feeds, mm and mm/min, for linear axes alone) or
-            ``"gcode"`` (the same blocks as G1 lines).
-        step: time between samples [s]; the last sample is the end of the motion.
+            trajectory, as :func:`motion_schema` says), ``"feed"`` (CSV of straight blocks with their feeds, mm and
+            mm/min, for linear axes alone), ``"gcode"`` (the same blocks as G1 lines), ``"ros2"`` (a
+            ``trajectory_msgs/JointTrajectory`` as YAML), ``"mujoco"`` (CSV at a fixed rate for a replay) or
+            ``"urscript"`` (a program that streams six joints to a controller of Universal Robots).
+        step: time between samples [s]; 0.01, for ``"mujoco"`` 0.002 and for ``"urscript"`` 0.008 if None. In
+            ``"csv"`` and ``"json"`` the last interval takes 0.5 to 1.5 steps and ends with the motion; in ``"ros2"``
+            all are equal and none is shorter; in ``"mujoco"`` and ``"urscript"`` every one is a step and the last
+            position is held to the end of the last.
         angle: ``"rad"`` or ``"deg"``.
 
     Returns:
@@ -45,15 +61,21 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float = 0
 
     Raises:
         UnknownNameError: no such format or angle unit.
-        InvalidInputError: a step that is not positive, or a file that cannot be written.
+        InvalidInputError: a step that is not positive, degrees where the format is SI, a robot that the format cannot
+            hold, or a file that cannot be written.
     """
     checked_name("export format", format, FORMATS)
-    if not (isinstance(step, int | float) and np.isfinite(step) and step > 0.0):
+    checked_name("angle unit", angle, ANGLE_UNITS)
+    if angle != "rad" and format in _SI:
+        raise InvalidInputError(f"angle: the format {format!r} is in rad, got {angle!r}")
+    if step is None:
+        step = _STEPS.get(format, 0.01)
+    if isinstance(step, bool) or not (isinstance(step, int | float) and np.isfinite(step) and step > 0.0):
         raise InvalidInputError(f"step: expected a positive time [s], got {step!r}")
-    duration = solution.F.get("time", float(solution.trajectory.duration[0]))
+    duration = float(solution.trajectory.duration[0])
     if duration / step > MOST_SAMPLES:
         raise InvalidInputError(f"step: {step:g} s gives over {MOST_SAMPLES} samples of a motion of {duration:.4g} s")
-    content = _WRITERS[format](solution, step, angle)
+    content = _WRITERS[format](solution, float(step), angle)
     try:
         Path(file).write_text(content, encoding="utf-8")
     except OSError as error:
@@ -61,30 +83,53 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float = 0
     return Path(file)
 
 
+def extension(format: str) -> str:
+    """How the name of a file of a format ends, after the point: ``"yaml"`` for ``"ros2"``.
+
+    Raises:
+        UnknownNameError: no such format.
+    """
+    return _EXTENSIONS.get(checked_name("export format", format, FORMATS), format)
+
+
 def is_exported(file: Path) -> bool:
-    """Whether a file is one that :func:`export` wrote, by its first bytes."""
-    if not (file.is_file() and file.suffix.removeprefix(".") in FORMATS):
+    """Whether a file is one that :func:`export` wrote, by its name and its first bytes."""
+    if not (file.is_file() and file.name.endswith(tuple(f".{extension(format)}" for format in FORMATS))):
         return False
     with file.open("rb") as stream:
         return stream.read(64).startswith(_BEGINNINGS)
 
 
+def motion_schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) of the format ``"json"``."""
+    text = (resources.files("trajevo") / "motion.schema.json").read_text(encoding="utf-8")
+    schema: dict[str, Any] = json.loads(text)
+    return schema
+
+
 def _instants(duration: float, step: float) -> Array:
     inner = np.arange(0.0, duration, step)
-    return np.append(inner[inner < duration - 1e-9 * duration], duration)
+    inner = inner[: 1 + int(np.searchsorted(inner[1:], duration - 0.5 * step, side="right"))]
+    return np.append(inner, duration)
 
 
 def _columns(solution: Solution, step: float, angle: str) -> tuple[list[str], Array]:
-    """Headers with units and the table, time first: shape (T, 1 + 4 n_joints)."""
+    """Headers with units and the table, time first: shape (T, 1 + 5 n_joints), without masses (T, 1 + 4 n_joints)."""
     rollout = solution.rollout
+    robot = rollout.robot
     t = _instants(float(rollout.trajectory.duration[0]), step)
+    derivatives = [rollout.trajectory.evaluate(t, order) for order in range(len(DERIVATIVES))]
     headers, columns = ["time [s]"], [t]
     for order, quantity in enumerate(DERIVATIVES):
-        values = rollout.trajectory.evaluate(t, order)[0]
-        for joint, (name, unit) in enumerate(zip(rollout.robot.joint_names, rollout.robot.joint_units, strict=True)):
+        for joint, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
             shown, factor = display(per_time(unit, order), angle=angle)
             headers.append(f"{name} {quantity} [{shown}]")
-            columns.append(values[:, joint] * factor)
+            columns.append(derivatives[order][0, :, joint] * factor)
+    if robot.mass > 0.0:
+        effort = rollout.effort_in(*derivatives[:3])
+        for joint, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
+            headers.append(f"{name} effort [{'N*m' if unit == 'rad' else 'N'}]")
+            columns.append(effort[0, :, joint])
     return headers, np.stack(columns, axis=1)
 
 
@@ -146,9 +191,27 @@ def _gcode(solution: Solution, step: float, angle: str) -> str:
     return g_code(solution, step)
 
 
+def _ros2(solution: Solution, step: float, angle: str) -> str:
+    del angle
+    return _comments(solution) + joint_trajectory(solution, step)
+
+
+def _mujoco(solution: Solution, step: float, angle: str) -> str:
+    del angle
+    return _comments(solution) + replay_table(solution, step)
+
+
+def _urscript(solution: Solution, step: float, angle: str) -> str:
+    del angle
+    return urscript(solution, step)
+
+
 _WRITERS: dict[str, Callable[[Solution, float, str], str]] = {
     "csv": _csv,
     "json": _json,
     "feed": _feed,
     "gcode": _gcode,
+    "ros2": _ros2,
+    "mujoco": _mujoco,
+    "urscript": _urscript,
 }

@@ -1,0 +1,196 @@
+"""Motions for robots and their simulators: ROS 2 trajectories, MuJoCo replays and URScript programs.
+
+All of them are SI. Each says in comments what its rows are.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen
+from trajevo.dynamics import Rollout
+from trajevo.errors import InvalidInputError
+from trajevo.front import Solution
+from trajevo.transmission import Direct
+
+#: Least and greatest cycle of ``servoj`` [s]: an e-Series runs at 500 Hz; slower than 10 Hz nothing is smooth.
+SERVOJ_STEPS = (0.002, 0.1)
+
+#: The controller's own defaults: how far ``servoj`` looks ahead [s] and its gain.
+_LOOKAHEAD, _GAIN = 0.1, 300
+
+#: The controller's own defaults of ``movej``, which a slower robot lowers [rad/s²], [rad/s].
+_MOVEJ_ACCELERATION, _MOVEJ_SPEED = 1.4, 1.05
+
+#: Digits of URScript's angles after the point [rad].
+_DIGITS = 12
+
+_NANOSECONDS = 1_000_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """Where a motion is at some instants.
+
+    Attributes:
+        t: instants, shape (T,) [s].
+        q: positions of the joints, shape (T, n_joints) [rad or m].
+        v: velocities [rad/s or m/s].
+        a: accelerations [rad/s² or m/s²].
+        effort: of the actuators, payload included [N·m or N]; None where the robot has no masses.
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    effort: Array | None
+
+
+def states(rollout: Rollout, t: Array) -> States:
+    """States of a single motion at instants, shape (T,) [s]; past its end the robot holds its last position.
+
+    Raises:
+        InvalidInputError: an instant before 0.
+    """
+    duration = float(rollout.trajectory.duration[0])
+    moving = (t <= duration * (1.0 + 1e-9))[:, None]  # k step may round to just past it
+    q, v, a = (rollout.trajectory.evaluate(np.minimum(t, duration), order)[0] for order in range(3))
+    v, a = np.where(moving, v, 0.0), np.where(moving, a, 0.0)
+    effort = rollout.effort_in(q[None], v[None], a[None])[0] if rollout.robot.mass > 0.0 else None
+    return States(frozen(t), q, frozen(v), frozen(a), effort)
+
+
+def joint_trajectory(solution: Solution, step: float) -> str:
+    """A ROS 2 ``trajectory_msgs/JointTrajectory`` as YAML, by points that are equally far apart to the nanosecond.
+
+    Args:
+        solution: what to write; the joints are the planned ones.
+        step: least time between points [s], read to the nanosecond; the last point is the end of the motion.
+    """
+    rollout = solution.rollout
+    duration = float(rollout.trajectory.duration[0])
+    total, least = round(duration * _NANOSECONDS), max(round(step * _NANOSECONDS), 1)
+    count = max(total // least, 1)
+    stamps = [k * total // count for k in range(count + 1)]
+    t = np.minimum(np.array(stamps) / _NANOSECONDS, duration)
+    t[-1] = duration  # to the bit, not to the nanosecond
+    found = states(rollout, t)
+    lines = [
+        f"# points: {count + 1}, equally far apart and never nearer than {step:g} s; SI",
+        "# effort: of the actuators, to be fed forward; a controller that takes no effort refuses points that have"
+        " it: delete the lines that begin with it",
+        "header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}",
+        f"joint_names: {json.dumps(rollout.robot.joint_names)}",
+        "points:",
+    ]
+    efforts = np.empty((len(t), 0)) if found.effort is None else found.effort
+    for stamp, *values in zip(
+        stamps, found.q.tolist(), found.v.tolist(), found.a.tolist(), efforts.tolist(), strict=True
+    ):
+        for mark, key, row in zip("-   ", ("positions", "velocities", "accelerations", "effort"), values, strict=True):
+            lines.append(f"{mark} {key}: [{', '.join(map(_yaml_float, row))}]")
+        seconds, nanoseconds = divmod(stamp, _NANOSECONDS)
+        lines.append(f"  time_from_start: {{sec: {seconds}, nanosec: {nanoseconds}}}")
+    return "\n".join([*lines, ""])
+
+
+def replay_table(solution: Solution, step: float) -> str:
+    """A table at a fixed rate for a replay in MuJoCo: time, then qpos, qvel, qacc and actuator forces.
+
+    The first three are of the model's joints, those of the URDF that are not locked; forces are of the actuators. Where
+    a transmission lies between them the actuators have names of their own.
+
+    Args:
+        solution: what to write.
+        step: time between rows [s]; row k is at k step. Rows past the end of the motion hold its last position at rest.
+    """
+    rollout = solution.rollout
+    robot = rollout.robot
+    t = _fixed_rate(float(rollout.trajectory.duration[0]), step)
+    found = states(rollout, t)
+    model = robot.transmission.motion(found.q, found.v, found.a)
+    names = list(robot.model.names)[1:]
+    headers = ["time", *(f"{name}_{kind}" for kind in ("qpos", "qvel", "qacc") for name in names)]
+    columns = [t[:, None], *model]
+    if found.effort is not None:
+        headers += [f"{name}_force" for name in robot.joint_names]
+        columns.append(found.effort)
+    stream = io.StringIO()
+    stream.write(
+        f"# rows: one every {step!r} s; a row past the end of the motion holds its last position at rest; SI\n"
+        f"# locked: {json.dumps(dict(robot.locked))}\n"
+    )
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(headers)
+    writer.writerows([[repr(value) for value in row] for row in np.concatenate(columns, axis=1).tolist()])
+    return stream.getvalue()
+
+
+def urscript(solution: Solution, step: float) -> str:
+    """A program for a controller of Universal Robots: ``movej`` to the start, then ``servoj`` at a fixed rate.
+
+    ``servoj`` smooths over the time it looks ahead, so the last position is commanded that much longer before the stop.
+
+    Args:
+        solution: of a robot with six joints that turn.
+        step: cycle of ``servoj`` [s], from 0.002 to 0.1.
+
+    Raises:
+        InvalidInputError: another robot, or another step.
+    """
+    robot, trajectory = solution.front.problem.robot, solution.trajectory
+    if robot.joint_units != ("rad",) * 6 or not isinstance(robot.transmission, Direct):
+        raise InvalidInputError(
+            f"urscript: expected a robot with six joints that turn, got {robot.name!r} with joints in "
+            f"{', '.join(robot.joint_units)}"
+        )
+    least, most = SERVOJ_STEPS
+    if not least <= step <= most:
+        raise InvalidInputError(f"step: expected {least:g} to {most:g} s, which servoj can run, got {step:g} s")
+    duration = float(trajectory.duration[0])
+    t = _fixed_rate(duration + _LOOKAHEAD, step)
+    q = np.round(trajectory.evaluate(np.minimum(t, duration))[0], _DIGITS) + 0.0  # no -0.0
+    acceleration = min(_MOVEJ_ACCELERATION, float(robot.limits.acceleration.min()))
+    speed = min(_MOVEJ_SPEED, float(robot.limits.velocity.min()))
+    cycle = f"t={_decimal(step)}, lookahead_time={_LOOKAHEAD}, gain={_GAIN}"
+    return "\n".join(
+        [
+            f"# trajevo: {' '.join(solution.front.record.title.split())}",  # a line break would end the comment
+            f"# {solution.rule}, row {solution.index} of the front, {robot.name!r}, seed {solution.front.run.seed}",
+            f"# {duration:.9f} s; the last position is held {_LOOKAHEAD} s longer, as servoj looks ahead; rad",
+            "def trajevo_motion():",
+            f"  movej({_angles(q[0])}, a={_decimal(acceleration)}, v={_decimal(speed)})",
+            *(f"  servoj({_angles(row)}, {cycle})" for row in q[1:]),
+            f"  stopj({_decimal(acceleration)})",
+            "end",
+            "",
+        ]
+    )
+
+
+def _fixed_rate(duration: float, step: float) -> Array:
+    """Instants k step from 0 to the first that is not before the end, rounding apart."""
+    count = max(math.ceil(duration / step - 1e-9), 1)
+    return frozen(np.arange(count + 1) * step)
+
+
+def _yaml_float(value: float) -> str:
+    """The shortest text that reads back to the bit; YAML 1.1 takes ``1e-05`` for a word, ``1.0e-05`` for a number."""
+    text = repr(value)
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
+def _decimal(value: float) -> str:
+    """A number without an exponent."""
+    return np.format_float_positional(value, trim="0")
+
+
+def _angles(row: Array) -> str:
+    return f"[{', '.join(map(_decimal, row.tolist()))}]"
