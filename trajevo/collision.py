@@ -23,8 +23,11 @@ from trajevo.scene import Box, Cylinder, Obstacle, Scene, Sphere
 #: Configurations drawn to find the pairs that always touch, and the share in which they do (as MoveIt's assistant).
 _DRAWN, _ALWAYS = 200, 0.95
 
-#: Bound of the error of a distance [m]: coal iterates until 1e-6 m, and errors of two solutions add.
-DISTANCE_ERROR = 5e-6
+#: What coal iterates to [m]; no slower than its usual 1e-6.
+_TOLERANCE = 1e-10
+
+#: Bound of the error of a distance [m], far above what coal iterates to.
+DISTANCE_ERROR = 1e-6
 
 
 @final
@@ -45,11 +48,9 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class _Made:
-    """Geometry with its buffers, the pairs in its order, and those that always touch."""
+    """Geometry, the pairs in its order, and those that always touch."""
 
     geometry: Any
-    data: Any
-    places: Any
     pairs: tuple[Pair, ...]
     skipped: tuple[Pair, ...]
 
@@ -100,12 +101,13 @@ class Collision:
         Returns:
             Shape (N, n_pairs) [m].
         """
-        made, configurations = self._made(), self._configurations(q)
-        distances = np.empty((len(configurations), len(made.pairs)))
+        configurations = self._configurations(q)
+        geometry, places, data = self._buffers()
+        distances = np.empty((len(configurations), len(self.pairs)))
         # One call in C++ per state: neither Pinocchio nor coal returns distances of a batch.
         for row, configuration in zip(distances, configurations, strict=True):
-            pin.computeDistances(self.robot.model, made.places, made.geometry, made.data, configuration)
-            row[:] = [result.min_distance for result in made.data.distanceResults]
+            pin.computeDistances(self.robot.model, places, geometry, data, configuration)
+            row[:] = [result.min_distance for result in data.distanceResults]
         return frozen(distances)
 
     def distances_of(self, q: Array, state: Array, pair: Array) -> Array:
@@ -119,15 +121,14 @@ class Collision:
         Returns:
             Shape (K,) [m].
         """
-        made, configurations = self._made(), self._configurations(q)
+        configurations = self._configurations(q)
+        geometry, places, data = self._buffers()
         distances, last = np.empty(len(state)), -1
         for k, (row, number) in enumerate(zip(state.tolist(), pair.tolist(), strict=True)):  # as above
             if row != last:
-                pin.updateGeometryPlacements(
-                    self.robot.model, made.places, made.geometry, made.data, configurations[row]
-                )
+                pin.updateGeometryPlacements(self.robot.model, places, geometry, data, configurations[row])
                 last = row
-            distances[k] = pin.computeDistance(made.geometry, made.data, number).min_distance
+            distances[k] = pin.computeDistance(geometry, data, number).min_distance
         return frozen(distances)
 
     def reach(self, lower: Array, upper: Array) -> Array:
@@ -179,6 +180,11 @@ class Collision:
         still = np.zeros_like(actuated)
         return self.robot.transmission.motion(actuated, still, still)[0]
 
+    def _buffers(self) -> tuple[Any, Any, Any]:
+        # Fresh ones for every call: coal starts from where it ended, so the last digits depend on what came before.
+        geometry = self._made().geometry
+        return geometry, self.robot.model.createData(), _distance_data(geometry)
+
     def _made(self) -> _Made:
         if "made" not in self._cache:
             self._cache["made"] = self._make()
@@ -202,11 +208,11 @@ class Collision:
         kept = [*outside, *(pair for pair in inside if pair not in touching)]
         if not kept:
             raise InvalidInputError(f"robot {robot.name!r}: expected links that can touch something, got none")
-        data = _watch(geometry, kept)
+        _watch(geometry, kept)
         names = [entry.name for entry in own] + [obstacle.name for obstacle in self.scene.obstacles]
         pairs = [Pair(names[i], names[j], j < len(own)) for i, j in kept]
         skipped = [Pair(names[i], names[j], True) for i, j in touching]
-        return _Made(geometry, data, robot.model.createData(), tuple(pairs), tuple(skipped))
+        return _Made(geometry, tuple(pairs), tuple(skipped))
 
     def _touching(self, geometry: Any, inside: list[tuple[int, int]]) -> list[tuple[int, int]]:
         if not inside:
@@ -216,7 +222,8 @@ class Collision:
         lower, upper = np.maximum(limits.lower, -most), np.minimum(limits.upper, most)
         lower, upper = np.where(lower < upper, lower, limits.lower), np.where(lower < upper, upper, limits.upper)
         drawn = np.random.default_rng(0).uniform(lower, upper, (_DRAWN, self.robot.dof))
-        data, places, contacts = _watch(geometry, inside), self.robot.model.createData(), np.zeros(len(inside))
+        _watch(geometry, inside)
+        data, places, contacts = _distance_data(geometry), self.robot.model.createData(), np.zeros(len(inside))
         for configuration in self._configurations(drawn):
             pin.computeDistances(self.robot.model, places, geometry, data, configuration)
             contacts += [result.min_distance <= 0.0 for result in data.distanceResults]
@@ -271,15 +278,19 @@ def _apart(model: Any, own: list[Any]) -> list[tuple[int, int]]:
     ]
 
 
-def _watch(geometry: Any, pairs: list[tuple[int, int]]) -> Any:
-    """Make these the pairs of a geometry, and buffers for them."""
+def _watch(geometry: Any, pairs: list[tuple[int, int]]) -> None:
+    """Make these the pairs of a geometry."""
     geometry.removeAllCollisionPairs()
     for first, second in pairs:
         geometry.addCollisionPair(pin.CollisionPair(first, second))
+
+
+def _distance_data(geometry: Any) -> Any:
+    """Buffers for the distances of a geometry's pairs."""
     data = geometry.createData()
     for request in data.distanceRequests:
-        request.gjk_initial_guess = coal.GJKInitialGuess.DefaultGuess  # a result must not depend on earlier calls
-        request.gjk_max_iterations = 1000
+        request.gjk_tolerance = request.epa_tolerance = _TOLERANCE
+        request.gjk_max_iterations = request.epa_max_iterations = 1000
     return data
 
 
