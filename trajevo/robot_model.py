@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, UnknownNameError
 
 
@@ -34,9 +35,8 @@ def default_tool(model: Any, file: Path) -> str:
     return str(tips[0])
 
 
-def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
-    if not lock:
-        return model
+def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[int], Array]:
+    """Numbers of the joints to lock in the whole model, and a configuration of it that holds their positions."""
     held = pin.neutral(model)
     numbers = []
     for name, position in lock.items():
@@ -46,7 +46,11 @@ def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
         numbers.append(model.getJointId(name))
         turned = [np.cos(position), np.sin(position)] if joint.nq == 2 and joint.nv == 1 else [position]
         held[joint.idx_q : joint.idx_q + joint.nq] = turned
-    return pin.buildReducedModel(model, numbers, held)
+    return numbers, held
+
+
+def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
+    return pin.buildReducedModel(model, *held_still(model, file, lock)) if lock else model
 
 
 def _joint_unit(joint: Any, name: str, file: Path) -> str:

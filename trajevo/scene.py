@@ -1,0 +1,241 @@
+"""Obstacles around a robot and how far it has to stay away from them and from itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.arrays import Array, numbers
+from trajevo.errors import InvalidInputError, checked_name
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Obstacle:
+    """A solid that stands still in the base frame of the robot.
+
+    Attributes:
+        position: of its centre [m].
+        rpy: roll, pitch and yaw about the fixed axes x, y and z, as in a URDF [rad].
+        name: what messages and pictures call it; a scene names those that have none.
+
+    Raises:
+        InvalidInputError: a number that is missing, not finite or, for a size, not positive.
+    """
+
+    position: Triple
+    rpy: Triple = (0.0, 0.0, 0.0)
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str):
+            raise InvalidInputError(f"obstacle: expected text as name, got {self.name!r}")
+        for key in ("position", "rpy"):
+            object.__setattr__(self, key, self._triple(key))
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation matrix from its axes to those of the base, (3, 3)."""
+        (sr, sp, sy), (cr, cp, cy) = np.sin(self.rpy), np.cos(self.rpy)
+        return np.array(
+            [
+                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                [-sp, cp * sr, cp * cr],
+            ]
+        )
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Plain data that makes an equal obstacle."""
+        values = {key.name: getattr(self, key.name) for key in fields(self)}
+        plain = {key: list(value) if isinstance(value, tuple) else value for key, value in values.items()}
+        shape = next(shape for shape, kind in SHAPES.items() if type(self) is kind)
+        return {"name": plain.pop("name"), "shape": shape} | plain
+
+    def _triple(self, key: str, *, positive: bool = False) -> Triple:
+        x, y, z = numbers(getattr(self, key), name=self._where(key), shape=(3,)).tolist()
+        if positive and not min(x, y, z) > 0.0:
+            raise InvalidInputError(f"{self._where(key)}: expected positive lengths [m], got {[x, y, z]}")
+        return x, y, z
+
+    def _check_lengths(self, *keys: str) -> None:
+        for key in keys:
+            object.__setattr__(self, key, _length(getattr(self, key), self._where(key), least="above 0"))
+
+    def _where(self, key: str) -> str:
+        return f"obstacle {self.name!r}: {key}" if self.name else f"obstacle: {key}"
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Box(Obstacle):
+    """A box.
+
+    Attributes:
+        size: its edges along its own x, y and z [m].
+    """
+
+    size: Triple
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "size", self._triple("size", positive=True))
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Sphere(Obstacle):
+    """A ball.
+
+    Attributes:
+        radius: [m].
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_lengths("radius")
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Cylinder(Obstacle):
+    """A cylinder along its own z axis.
+
+    Attributes:
+        radius: [m].
+        length: [m].
+    """
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_lengths("radius", "length")
+
+
+#: Name of a shape in plain data -> class.
+SHAPES: dict[str, type[Obstacle]] = {"box": Box, "sphere": Sphere, "cylinder": Cylinder}
+
+
+@final
+@dataclass(frozen=True)
+class Scene:
+    """What a robot must not touch.
+
+    Attributes:
+        obstacles: in the base frame of the robot; those without a name are numbered.
+        clearance: least distance from the robot to any of them, from 0 on [m].
+        self_clearance: least distance between links of the robot, from 0 on [m]; not watched if None.
+
+    Raises:
+        InvalidInputError: no obstacle and no ``self_clearance``, two obstacles of one name, or a distance that is
+            negative or not finite.
+    """
+
+    obstacles: tuple[Obstacle, ...] = ()
+    clearance: float = 0.0
+    self_clearance: float | None = None
+
+    def __post_init__(self) -> None:
+        given = self.obstacles if isinstance(self.obstacles, list | tuple) else None
+        if given is None or not all(isinstance(entry, Obstacle) for entry in given):
+            raise InvalidInputError(f"scene: obstacles: expected boxes, spheres and cylinders, got {self.obstacles!r}")
+        named = tuple(entry if entry.name else replace(entry, name=f"obstacle {k}") for k, entry in enumerate(given, 1))
+        names = [entry.name for entry in named]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise InvalidInputError(f"scene: obstacles: expected names that differ, got {twice[0]!r} twice")
+        object.__setattr__(self, "obstacles", named)
+        object.__setattr__(self, "clearance", _length(self.clearance, "scene: clearance", least="from 0 on"))
+        if self.self_clearance is not None:
+            checked = _length(self.self_clearance, "scene: self_clearance", least="from 0 on")
+            object.__setattr__(self, "self_clearance", checked)
+        if not named and self.self_clearance is None:
+            raise InvalidInputError("scene: expected obstacles or a self_clearance, got neither")
+
+    @classmethod
+    def of(cls, given: Scene | Mapping[str, Any]) -> Scene:
+        """A scene from plain data, or itself.
+
+        Args:
+            given: ``obstacles``, a list of mappings with ``shape`` (a key of :data:`SHAPES`), ``position``, ``rpy`` or
+                ``rotation`` (3 x 3), ``name`` and the sizes of the shape; ``clearance`` and ``self_clearance``.
+
+        Raises:
+            UnknownNameError: no such shape.
+            InvalidInputError: a key that is unknown or missing, or a value that cannot be used; the message names
+                obstacle and key.
+        """
+        if isinstance(given, Scene):
+            return given
+        if not isinstance(given, Mapping):
+            raise InvalidInputError(f"scene: expected a mapping with obstacles and clearance, got {given!r}")
+        _check_keys(given, {key.name for key in fields(cls)}, set(), "scene")
+        listed = given.get("obstacles", ())
+        if not isinstance(listed, list | tuple):
+            raise InvalidInputError(f"scene: obstacles: expected a list of obstacles, got {listed!r}")
+        return cls(**{**given, "obstacles": tuple(_obstacle(entry, k) for k, entry in enumerate(listed, 1))})
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Plain data that makes an equal scene."""
+        return {
+            "clearance": self.clearance,
+            "self_clearance": self.self_clearance,
+            "obstacles": [obstacle.settings for obstacle in self.obstacles],
+        }
+
+
+def _obstacle(given: Any, place: int) -> Obstacle:
+    if isinstance(given, Obstacle):
+        return given
+    if not isinstance(given, Mapping):
+        raise InvalidInputError(f"obstacle {place}: expected a mapping with shape and position, got {given!r}")
+    where = f"obstacle {given.get('name') or place!r}"
+    if "shape" not in given:
+        raise InvalidInputError(f"{where}: shape: expected one of {', '.join(sorted(SHAPES))}, got none")
+    kind = SHAPES[checked_name(f"shape of {where}", given["shape"], SHAPES)]
+    known = {key.name for key in fields(kind)}
+    sizes = known - {key.name for key in fields(Obstacle)}
+    _check_keys(given, known | {"shape", "rotation"}, sizes | {"position"}, where)
+    if "rotation" in given and "rpy" in given:
+        raise InvalidInputError(f"{where}: rotation: expected either rpy or rotation, got both")
+    values = {key: value for key, value in given.items() if key not in ("shape", "rotation")}
+    if "rotation" in given:
+        values["rpy"] = _rpy(given["rotation"], f"{where}: rotation")
+    return kind(**({"name": str(place)} | values))
+
+
+def _check_keys(given: Mapping[str, Any], known: set[str], needed: set[str], where: str) -> None:
+    unknown = sorted(str(key) for key in set(given) - known)
+    if unknown:
+        raise InvalidInputError(f"{where}: {unknown[0]}: unknown key; known: {', '.join(sorted(known))}")
+    missing = sorted(needed - set(given))
+    if missing:
+        raise InvalidInputError(f"{where}: {missing[0]}: expected a value [m], got none")
+
+
+def _rpy(rotation: Any, where: str) -> Triple:
+    matrix = numbers(rotation, name=where, shape=(3, 3))
+    if not (np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-6) and np.linalg.det(matrix) > 0.0):
+        raise InvalidInputError(f"{where}: expected a rotation matrix, got {matrix.tolist()}")
+    pitch = math.atan2(-matrix[2, 0], math.hypot(matrix[0, 0], matrix[1, 0]))
+    if math.hypot(matrix[0, 0], matrix[1, 0]) < 1e-9:  # x points up or down: only roll and yaw together are defined
+        return math.atan2(-matrix[1, 2], matrix[1, 1]), pitch, 0.0
+    return math.atan2(matrix[2, 1], matrix[2, 2]), pitch, math.atan2(matrix[1, 0], matrix[0, 0])
+
+
+def _length(value: Any, where: str, *, least: str) -> float:
+    real = isinstance(value, int | float | np.number) and not isinstance(value, bool | np.complexfloating)
+    if not (real and math.isfinite(value) and (value > 0.0 or (value == 0.0 and least == "from 0 on"))):
+        raise InvalidInputError(f"{where}: expected a number {least} [m], got {value!r}")
+    return float(value)
