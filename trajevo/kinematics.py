@@ -1,0 +1,174 @@
+"""Where the tool is and how it moves, for whole populations at once.
+
+Pinocchio answers for one real configuration per call; here one call takes arrays of any leading shape, complex ones too
+(derivatives by complex step), as only analytic operations are used. The formulas are the product of joint placements
+and the geometric Jacobian (Siciliano, Robotics, 2009, sections 2.8 and 3.1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array, read_only
+from trajevo.errors import InvalidInputError
+from trajevo.robot import Robot
+from trajevo.transmission import Transmission
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ToolKinematics:
+    """Kinematics of the tool frame along the joints that carry it; made by :meth:`of`.
+
+    Attributes:
+        transmission: actuator coordinates -> model coordinates.
+        dof: number of joints of the robot.
+        chain: place of each of the C carrying joints among the model's coordinates, from the base on.
+        rotations: of each joint's frame in that of the joint before, at position 0, shape (C, 3, 3).
+        translations: shape (C, 3) [m].
+        axes: unit axes in the joints' own frames, shape (C, 3).
+        turns: whether a joint turns, otherwise it slides, shape (C,).
+        tool_rotation: of the tool in the last joint's frame, shape (3, 3).
+        tool_translation: shape (3,) [m].
+    """
+
+    transmission: Transmission
+    dof: int
+    chain: tuple[int, ...]
+    rotations: Array
+    translations: Array
+    axes: Array
+    turns: tuple[bool, ...]
+    tool_rotation: Array
+    tool_translation: Array
+
+    @classmethod
+    def of(cls, robot: Robot) -> ToolKinematics:
+        """The kinematics of a robot's tool, read once from its model, which is not kept."""
+        model = robot.model
+        frame = model.frames[model.getFrameId(robot.tool)]
+        numbers, joint = [], int(frame.parentJoint)
+        while joint:
+            numbers.append(joint)
+            joint = int(model.parents[joint])
+        numbers.reverse()
+        axes, turns = robot.joint_axes
+        places = [model.jointPlacements[k] for k in numbers]
+        carrying = [k - 1 for k in numbers]
+        return cls(
+            transmission=robot.transmission,
+            dof=robot.dof,
+            chain=tuple(int(model.joints[k].idx_q) for k in numbers),
+            rotations=read_only(np.array([place.rotation for place in places]).reshape(-1, 3, 3)),
+            translations=read_only(np.array([place.translation for place in places]).reshape(-1, 3)),
+            axes=read_only(axes[carrying]),
+            turns=tuple(bool(turn) for turn in turns[carrying]),
+            tool_rotation=read_only(frame.placement.rotation),
+            tool_translation=read_only(frame.placement.translation),
+        )
+
+    def pose(self, q: Array) -> tuple[Array, Array]:
+        """Pose of the tool in the base frame.
+
+        Args:
+            q: joint positions, shape (..., n_joints) [rad or m]; complex ones stay complex.
+
+        Returns:
+            Positions (..., 3) [m] and rotation matrices (..., 3, 3).
+
+        Raises:
+            InvalidInputError: another number of joints.
+        """
+        return self._walk(self._checked(q, "q"))[:2]
+
+    def jacobian(self, q: Array) -> Array:
+        """Twist of the tool per joint velocity, in the base frame at the tool's origin, linear rows first.
+
+        Args:
+            q: joint positions, shape (..., n_joints) [rad or m]; complex ones stay complex.
+
+        Returns:
+            Shape (..., 6, n_joints) [m or rad per rad or m].
+
+        Raises:
+            InvalidInputError: another number of joints.
+        """
+        positions = self._checked(q, "q")
+        geometric = self._geometric(positions)
+        shape = (*positions.shape, self.dof)
+        at = np.broadcast_to(positions[..., None, :], shape)
+        unit = np.broadcast_to(np.eye(self.dof, dtype=positions.dtype), shape)
+        moved = self.transmission.motion(at, unit, np.zeros_like(unit))[1][..., list(self.chain)]
+        product: Array = geometric @ np.swapaxes(moved, -1, -2)
+        return product
+
+    def twist(self, q: Array, v: Array) -> Array:
+        """Linear and angular velocity of the tool in the base frame.
+
+        Args:
+            q: joint positions, shape (..., n_joints) [rad or m].
+            v: joint velocities, the same shape [rad/s or m/s].
+
+        Returns:
+            Shape (..., 6), linear first [m/s and rad/s].
+
+        Raises:
+            InvalidInputError: another number of joints.
+        """
+        positions, velocities = self._checked(q, "q"), self._checked(v, "v")
+        kind = np.result_type(positions, velocities)  # a transmission copies v, which must have room for complex parts
+        positions, velocities = positions.astype(kind), velocities.astype(kind)
+        moved = self.transmission.motion(positions, velocities, np.zeros_like(velocities))[1][..., list(self.chain)]
+        twist: Array = (self._geometric(positions) @ moved[..., None])[..., 0]
+        return twist
+
+    def _checked(self, q: Array, name: str) -> Array:
+        array = np.asarray(q, dtype=np.complex128 if np.iscomplexobj(q) else np.float64)
+        if array.ndim == 0 or array.shape[-1] != self.dof:
+            raise InvalidInputError(f"{name}: expected shape (..., {self.dof}), got {array.shape}")
+        return array
+
+    def _geometric(self, q: Array) -> Array:
+        """The Jacobian of the carrying joints of the model, shape (..., 6, C)."""
+        position, _, origins, axes = self._walk(q)
+        columns = np.zeros((*q.shape[:-1], 6, len(self.chain)), dtype=q.dtype)
+        for k, turns in enumerate(self.turns):
+            if turns:
+                columns[..., :3, k] = np.cross(axes[k], position - origins[k])
+                columns[..., 3:, k] = axes[k]
+            else:
+                columns[..., :3, k] = axes[k]
+        return columns
+
+    def _walk(self, q: Array) -> tuple[Array, Array, list[Array], list[Array]]:
+        """Pose of the tool, and origin and axis of every carrying joint in the base frame.
+
+        The loop runs over joints, each placed by the one before, and never over configurations.
+        """
+        still = np.zeros_like(q)
+        model = self.transmission.motion(q, still, still)[0]
+        position = np.zeros((*q.shape[:-1], 3), dtype=q.dtype)
+        rotation = np.broadcast_to(np.eye(3, dtype=q.dtype), (*q.shape[:-1], 3, 3))
+        origins, axes = [], []
+        for k, place in enumerate(self.chain):
+            position = position + rotation @ self.translations[k]
+            rotation = rotation @ self.rotations[k]
+            axis, angle = rotation @ self.axes[k], model[..., place, None]
+            origins.append(position)
+            axes.append(axis)
+            if self.turns[k]:
+                rotation = rotation @ _turned(self.axes[k], angle[..., None])
+            else:
+                position = position + axis * angle
+        return position + rotation @ self.tool_translation, rotation @ self.tool_rotation, origins, axes
+
+
+def _turned(axis: Array, angle: Array) -> Array:
+    """Rodrigues' rotation about a unit axis, angles (..., 1, 1) -> (..., 3, 3)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turned: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    return turned
