@@ -94,7 +94,7 @@ class ProvenClearance:
         return excess[:, list(self.kinds)]
 
     def least(self, trajectory: TrajectoryBatch) -> Array:
-        """Least distance to obstacles and to itself, proven where it is not below the clearance, (B, 2) [m]."""
+        """Distance to obstacles and to itself, proven if not below the clearance, (B, 2) [m], inf if unwatched."""
         search = _Search(self.collision, trajectory, self._wanted(), self.tolerance)
         work = search.start()
         while len(work.row):
