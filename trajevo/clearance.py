@@ -94,7 +94,7 @@ class ProvenClearance:
         return excess[:, list(self.kinds)]
 
     def least(self, trajectory: TrajectoryBatch) -> Array:
-        """Least distance to obstacles and to itself, proven where it is not below the clearance, (B, 2) [m]."""
+        """Distance to obstacles and to itself, proven if not below the clearance, (B, 2) [m], inf if unwatched."""
         search = _Search(self.collision, trajectory, self._wanted(), self.tolerance)
         work = search.start()
         while len(work.row):
@@ -108,7 +108,7 @@ class ProvenClearance:
 
 @dataclass(frozen=True, eq=False)
 class _Intervals:
-    """K intervals of time of one pair each, sorted by trajectory and time.
+    """K intervals of time of one pair each.
 
     Attributes:
         row: trajectory, (K,).
@@ -180,39 +180,27 @@ class _Search:
         """Look at the middle of every interval and keep the halves that are still open."""
         self.halvings += 1
         middle = work.t.mean(axis=0)
-        instants, state = np.unique(np.stack([work.row, middle], axis=1), axis=0, return_inverse=True)
+        d, v = self._look(work, middle)
+        self._sample(work.row, work.pair, d)
+        known = self._bound(work)
+        inner = {"t": middle, "v": v, "d": d}
+        left = {name: np.stack([getattr(work, name)[0], value]) for name, value in inner.items()}
+        right = {name: np.stack([value, getattr(work, name)[1]]) for name, value in inner.items()}
+        halves = {name: np.concatenate([left[name], right[name]], axis=1) for name in inner}
+        row, pair, known = (np.tile(values, 2) for values in (work.row, work.pair, known))
+        return self._open(_Intervals(row=row, pair=pair, known=known, **halves))
+
+    def _look(self, work: _Intervals, t: Array) -> tuple[Array, Array]:
+        """Distances (K,) and joint velocities (K, n_joints) at one instant of every interval."""
+        instants, state = np.unique(np.stack([work.row, t], axis=1), axis=0, return_inverse=True)
         row = instants[:, 0].astype(np.intp)
         column = np.arange(len(row)) - np.searchsorted(row, row)  # place among the instants of its trajectory
         padded = np.zeros((len(self.trajectory), column.max() + 1))
         padded[row, column] = instants[:, 1]
-        q, v = (self.trajectory.evaluate(padded, order)[row, column] for order in (0, 1))
-        order = np.argsort(state, kind="stable")
-        d = np.empty(len(middle))
+        q, v = (self.trajectory.evaluate(padded, derivative)[row, column] for derivative in (0, 1))
+        order, d = np.argsort(state, kind="stable"), np.empty(len(t))
         d[order] = self.collision.distances_of(q, state[order], work.pair[order]) - DISTANCE_ERROR
-        self._sample(work.row, work.pair, d)
-        known, v_middle = self._bound(work), v[state]
-        halves = (
-            _Intervals(
-                work.row,
-                work.pair,
-                np.stack([work.t[0], middle]),
-                np.stack([work.v[0], v_middle]),
-                np.stack([work.d[0], d]),
-                known,
-            ),
-            _Intervals(
-                work.row,
-                work.pair,
-                np.stack([middle, work.t[1]]),
-                np.stack([v_middle, work.v[1]]),
-                np.stack([d, work.d[1]]),
-                known,
-            ),
-        )
-        names = ("row", "pair", "t", "v", "d", "known")
-        axes = (0, 0, 1, 1, 1, 0)
-        joined = (np.concatenate([getattr(h, k) for h in halves], axis=a) for k, a in zip(names, axes, strict=True))
-        return self._open(_Intervals(*joined))
+        return d, v[state]
 
     def _open(self, work: _Intervals) -> _Intervals:
         """Settle the intervals that are proven, or as good as can be, and return the others."""

@@ -1,7 +1,7 @@
 """Distances between the links of a robot and obstacles, and between its links, by Pinocchio and coal.
 
-Meshes are replaced by their convex hulls. A hull contains its mesh, so every distance is at most the mesh's: a clearance
-that holds for the hulls holds for the robot. What the robot carries is not part of it.
+Meshes are replaced by their convex hulls. A hull contains its mesh, so every distance is at most the mesh's: clearance
+of the hulls is clearance of the robot. What the robot carries is not part of it.
 """
 
 from __future__ import annotations
@@ -9,25 +9,26 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, final
 
-import coal
 import numpy as np
 import pinocchio as pin
 
 from trajevo.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.robot import Robot
-from trajevo.robot_check import checked_urdf
-from trajevo.robot_model import held_still
-from trajevo.scene import Box, Cylinder, Obstacle, Scene, Sphere
+from trajevo.scene import Scene
+from trajevo.solids import bounding_ball, robot_geometry, solid_of
 
 #: Configurations drawn to find the pairs that always touch, and the share in which they do (as MoveIt's assistant).
 _DRAWN, _ALWAYS = 200, 0.95
 
-#: What coal iterates to [m]; no slower than its usual 1e-6.
+#: What coal iterates distances to [m]; no slower than its usual 1e-6, which stays for depths: closer it gives up.
 _TOLERANCE = 1e-10
 
-#: Bound of the error of a distance [m], far above what coal iterates to.
-DISTANCE_ERROR = 1e-6
+#: Depth [m] of overlaps whose depth coal does not find: it then says 1.8e308, far above the greatest in earnest.
+_UNKNOWN_DEPTH, _DEEPEST = 1e-3, 1e3
+
+#: Bound of the error of a distance [m].
+DISTANCE_ERROR = 2e-6
 
 
 @final
@@ -108,7 +109,7 @@ class Collision:
         for row, configuration in zip(distances, configurations, strict=True):
             pin.computeDistances(self.robot.model, places, geometry, data, configuration)
             row[:] = [result.min_distance for result in data.distanceResults]
-        return frozen(distances)
+        return _plausible(distances)
 
     def distances_of(self, q: Array, state: Array, pair: Array) -> Array:
         """Signed distances of some pairs in some states, cheaper than all where few are asked for.
@@ -129,7 +130,7 @@ class Collision:
                 pin.updateGeometryPlacements(self.robot.model, places, geometry, data, configurations[row])
                 last = row
             distances[k] = pin.computeDistance(geometry, data, number).min_distance
-        return frozen(distances)
+        return _plausible(distances)
 
     def reach(self, lower: Array, upper: Array) -> Array:
         """How fast the distance of a pair can change at most per speed of a joint, in whatever configuration.
@@ -156,7 +157,7 @@ class Collision:
     def _geometry_reach(self, entry: Any, lower: Array, upper: Array) -> Array:
         model = self.robot.model
         axes, turns = self.robot.joint_axes
-        centre, radius = _ball(entry)
+        centre, radius = bounding_ball(entry)
         centres, radii = np.tile(centre, (len(lower), 1)), np.full(len(lower), radius)
         found, joint = np.zeros(lower.shape), entry.parentJoint
         while joint > 0:
@@ -191,12 +192,12 @@ class Collision:
         return self._cache["made"]
 
     def _make(self) -> _Made:
-        robot, geometry = self.robot, _robot_geometry(self.robot)
+        robot, geometry = self.robot, robot_geometry(self.robot)
         count = len(geometry.geometryObjects)
         for obstacle in self.scene.obstacles:
             placement = pin.SE3(obstacle.rotation, np.array(obstacle.position))
             # Obstacles may be called like links, and Pinocchio wants names that differ.
-            entry = pin.GeometryObject(f"obstacle {obstacle.name}", 0, placement, _solid(obstacle))
+            entry = pin.GeometryObject(f"obstacle {obstacle.name}", 0, placement, solid_of(obstacle))
             geometry.addGeometryObject(entry)
         own = list(geometry.geometryObjects)[:count]  # not before: adding moves the others in memory
         if not any(entry.parentJoint > 0 for entry in own):
@@ -230,43 +231,6 @@ class Collision:
         return [pair for pair, count in zip(inside, contacts, strict=True) if count >= _ALWAYS * _DRAWN]
 
 
-def _robot_geometry(robot: Robot) -> Any:
-    """Collision geometry on the joints of the robot's model, meshes as convex hulls."""
-    text = checked_urdf(robot.urdf, robot.locked)
-    whole = pin.buildModelFromXML(text)
-    folders = [str(folder) for folder in robot.packages]
-    try:
-        geometry = pin.buildGeomFromUrdfString(whole, text, pin.GeometryType.COLLISION, package_dirs=folders)
-    except (ValueError, RuntimeError) as error:
-        said = " ".join(str(error).split())
-        raise InvalidInputError(f"{robot.urdf}: Pinocchio cannot read its collision geometry: {said}") from error
-    for entry in geometry.geometryObjects:
-        if isinstance(entry.geometry, coal.BVHModelBase):
-            entry.geometry = _hull(entry.geometry, f"{robot.urdf}: mesh of {entry.name!r}")
-    _, reduced = pin.buildReducedModel(whole, [geometry], *held_still(whole, robot.urdf, robot.locked))
-    return reduced[0]
-
-
-def _hull(mesh: Any, where: str) -> Any:
-    try:
-        mesh.buildConvexHull(True, "Qt")  # not buildConvexRepresentation, which takes a mesh for convex as it is
-    except RuntimeError as error:
-        said = " ".join(str(error).split())
-        raise InvalidInputError(f"{where}: expected a solid, its convex hull cannot be built: {said}") from error
-    return mesh.convex
-
-
-def _ball(entry: Any) -> tuple[Array, float]:
-    """A ball around a geometry, in the frame of its joint."""
-    solid = entry.geometry
-    solid.computeLocalAABB()
-    centre, radius = np.array(solid.aabb_center), float(solid.aabb_radius)
-    if isinstance(solid, coal.Convex):
-        radius = float(np.linalg.norm(np.asarray(solid.points()) - centre, axis=1).max())
-    moved: Array = entry.placement.act(centre)
-    return moved, radius
-
-
 def _apart(model: Any, own: list[Any]) -> list[tuple[int, int]]:
     """Pairs of geometries whose joints are neither the same nor parent and child, the moving one first."""
     joints, parents = [entry.parentJoint for entry in own], list(model.parents)
@@ -289,17 +253,9 @@ def _distance_data(geometry: Any) -> Any:
     """Buffers for the distances of a geometry's pairs."""
     data = geometry.createData()
     for request in data.distanceRequests:
-        request.gjk_tolerance = request.epa_tolerance = _TOLERANCE
-        request.gjk_max_iterations = request.epa_max_iterations = 1000
+        request.gjk_tolerance, request.gjk_max_iterations = _TOLERANCE, 1000
     return data
 
 
-def _solid(obstacle: Obstacle) -> Any:
-    match obstacle:
-        case Box():
-            return coal.Box(*obstacle.size)
-        case Sphere():
-            return coal.Sphere(obstacle.radius)
-        case Cylinder():
-            return coal.Cylinder(obstacle.radius, obstacle.length)
-    raise InvalidInputError(f"obstacle {obstacle.name!r}: expected a box, a sphere or a cylinder, got {obstacle!r}")
+def _plausible(distances: Array) -> Array:
+    return frozen(np.where(distances < -_DEEPEST, -_UNKNOWN_DEPTH, distances))
