@@ -6,16 +6,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, final
 
+import numpy as np
+
 from problems.path_arguments import length_unit
 from problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.arrays import numbers
+from trajevo.boxes import CartesianBox, JointBox
 from trajevo.catalogue import limits_of, objectives_of
 from trajevo.clearance import clearance_limit
 from trajevo.constraints import Constraint, effort_limits, overshoot_limit, time_limit
 from trajevo.dynamics import Dynamics
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.interpolants import THROUGH_POINTS, Interpolant
-from trajevo.moving import MovingPoints, boxes_of
+from trajevo.moving import MovingPoints
 from trajevo.path import ViaPoints
 from trajevo.payload import Payload
 from trajevo.problem import TrajectoryProblem
@@ -69,7 +72,8 @@ class ViaPointProblem(TrajectoryProblem):
         duration_bounds: least and greatest time between two points [s].
         interpolant: ``"quintic_spline"``, ``"septic_spline"``, ``"cubic"``, ``"polynomial"`` (a single one),
             ``"linear_blends"`` (points inside are passed nearby) or ``"hybrid"`` (Sun 2020).
-        moving: points that may move inside boxes, see :func:`~trajevo.moving.boxes_of`.
+        moving: points that may move: :class:`~trajevo.boxes.JointBox`, :class:`~trajevo.boxes.CartesianBox`, or mappings of
+            ``point``, its number, and the half widths ``joints`` (n_joints) [rad or m] or ``tool`` (3) [m].
         objectives: names, see :func:`~trajevo.catalogue.objectives_of`.
         constraints: names, see :func:`~trajevo.catalogue.limits_of`.
         overshoot: how far a joint may leave the range of the points [rad or m]; not limited if None, as what follows.
@@ -128,7 +132,7 @@ class ViaPointProblem(TrajectoryProblem):
             "longest_time": longest_time,
         }
         held = constraints_of(constraints, named, via, scene=obstacles, **extra)
-        reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) and decoder.reach_constraint else ()
+        reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
         super().__init__(
             dynamics=dynamics,
             interpolant=decoder,
@@ -170,9 +174,26 @@ def _interpolant(
     """The interpolant, and the boxes as plain data."""
     if not moving:
         return THROUGH_POINTS[kind](via, duration_bounds=bounds), []
-    boxes = boxes_of(moving, robot)
-    decoder = MovingPoints(kind, via, boxes, robot=robot, duration_bounds=bounds)
-    return decoder, [box.settings for box in boxes]
+    if isinstance(moving, Mapping | str) or not isinstance(moving, Sequence):
+        raise InvalidInputError(f"moving: expected a list of boxes, got {moving!r}")
+    boxes = tuple(_box(k, given) for k, given in enumerate(moving))
+    decoder = MovingPoints(kind, via, boxes, robot=robot, duration_bounds=(bounds[0], bounds[1]))
+    return decoder, [_box_settings(box) for box in boxes]
+
+
+def _box(place: int, given: Any) -> JointBox | CartesianBox:
+    if isinstance(given, JointBox | CartesianBox):
+        return given
+    if not isinstance(given, Mapping) or set(given) not in ({"point", "joints"}, {"point", "tool"}):
+        raise InvalidInputError(f"moving.{place}: expected point, and joints or tool, got {given!r}")
+    if "tool" in given:
+        return CartesianBox(given["point"], given["tool"])
+    return JointBox(given["point"], given["joints"])
+
+
+def _box_settings(box: JointBox | CartesianBox) -> dict[str, Any]:
+    kind = "joints" if isinstance(box, JointBox) else "tool"
+    return {"point": box.point, kind: np.asarray(box.half_width).tolist()}
 
 
 def _positive(name: str, value: Any, unit: str) -> float:

@@ -93,6 +93,7 @@ def inverse_kinematics(
     seed: int = 0,
     starts: int = 20,
     tolerance: float = 1e-6,
+    first: int = 0,
 ) -> Array:
     """Joint positions that put the tool into poses, each the nearest found to the one before.
 
@@ -108,6 +109,7 @@ def inverse_kinematics(
         seed: of the random starts.
         starts: number of random starts per pose.
         tolerance: greatest error of position [m] and of orientation [rad].
+        first: number of the first pose in messages.
 
     Returns:
         Shape (K, n_joints) [rad or m], inside the position limits.
@@ -126,7 +128,7 @@ def inverse_kinematics(
     search = _Search(robot, np.random.default_rng(seed), starts, float(tolerance))
     before = search.middle if start is None else numbers(start, name="start", shape=(robot.dof,))
     found = []
-    for i, given in enumerate(poses):
+    for i, given in enumerate(poses, start=first):
         before = search.nearest(Pose.of(given), before, f"point {i}")
         found.append(before)
     return frozen(np.stack(found))

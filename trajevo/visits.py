@@ -57,9 +57,8 @@ def _solved(points: Any, robot: Robot) -> Array:
     rows: list[Array] = []
     for k, point in enumerate(points):
         if isinstance(point, Pose | Mapping):
-            pose = point if isinstance(point, Pose) else Pose.of(point, name=f"points: point {k}")
             start = rows[-1] if rows else None
-            rows.append(inverse_kinematics(robot, [pose], start=start, names=[f"point {k}"])[0])
+            rows.append(inverse_kinematics(robot, [point], start=start, first=k)[0])
         else:
             rows.append(numbers(point, name=f"points: point {k}", shape=(robot.dof,)))
     return np.array(rows)
