@@ -82,14 +82,14 @@ def followed(kinematics: ToolKinematics, start: Array, position: Array, rotation
     q = start + np.zeros((len(position), 1), dtype=position.dtype)
     rows = 3 if rotation is None else 6
     for _ in range(_STEPS):
-        at, turned = kinematics.pose(q)
+        at, turned, jacobian = kinematics.pose_and_jacobian(q)
         error = position - at
         if rotation is not None:
             axis = 0.5 * np.cross(turned, rotation, axis=-2).sum(axis=-1)  # sin(θ) times the axis of what is left
             error = np.concatenate([error, axis], axis=-1)
-        jacobian = kinematics.jacobian(q)[:, :rows]
-        transposed = np.swapaxes(jacobian, 1, 2)
-        step = (transposed @ np.linalg.solve(jacobian @ transposed + _DAMPING * np.eye(rows), error[..., None]))[..., 0]
+        slopes = jacobian[:, :rows]
+        transposed = np.swapaxes(slopes, 1, 2)
+        step = (transposed @ np.linalg.solve(slopes @ transposed + _DAMPING * np.eye(rows), error[..., None]))[..., 0]
         q = q + step / np.sqrt(1.0 + (step * step).sum(axis=1, keepdims=True) / _LONGEST**2)
     return q
 
