@@ -223,11 +223,10 @@ class _Search:
         return np.concatenate([position - pose.position, (rotation - pose.rotation).T.ravel() / np.sqrt(2.0)])
 
     def _error_jacobian(self, q: Array, pose: Pose) -> Array:
-        jacobian = self.kinematics.jacobian(q)
+        _, rotation, jacobian = self.kinematics.pose_and_jacobian(q)
         if pose.rotation is None:
             return jacobian[:3]
-        columns = self.kinematics.pose(q)[1].T
-        turning = np.cross(jacobian[3:].T[:, None], columns).reshape(self.robot.dof, 9)
+        turning = np.cross(jacobian[3:].T[:, None], rotation.T).reshape(self.robot.dof, 9)
         return np.concatenate([jacobian[:3], turning.T / np.sqrt(2.0)])
 
     def _missed(self, pose: Pose, q: Array) -> tuple[Array, Array]:

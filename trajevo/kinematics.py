@@ -96,14 +96,18 @@ class ToolKinematics:
         Raises:
             InvalidInputError: another number of joints.
         """
+        return self.pose_and_jacobian(q)[2]
+
+    def pose_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
+        """What :meth:`pose` and :meth:`jacobian` say, in one walk along the chain."""
         positions = self._checked(q, "q")
-        geometric = self._geometric(positions)
+        position, rotation, origins, axes = self._walk(positions)
+        geometric = self._geometric(position, origins, axes)
         shape = (*positions.shape, self.dof)
         at = np.broadcast_to(positions[..., None, :], shape)
         unit = np.broadcast_to(np.eye(self.dof, dtype=positions.dtype), shape)
         moved = self.transmission.motion(at, unit, np.zeros_like(unit))[1][..., list(self.chain)]
-        product: Array = geometric @ np.swapaxes(moved, -1, -2)
-        return product
+        return position, rotation, geometric @ np.swapaxes(moved, -1, -2)
 
     def twist(self, q: Array, v: Array) -> Array:
         """Linear and angular velocity of the tool in the base frame.
@@ -122,7 +126,8 @@ class ToolKinematics:
         kind = np.result_type(positions, velocities)  # a transmission copies v, which must have room for complex parts
         positions, velocities = positions.astype(kind), velocities.astype(kind)
         moved = self.transmission.motion(positions, velocities, np.zeros_like(velocities))[1][..., list(self.chain)]
-        twist: Array = (self._geometric(positions) @ moved[..., None])[..., 0]
+        position, _, origins, axes = self._walk(positions)
+        twist: Array = (self._geometric(position, origins, axes) @ moved[..., None])[..., 0]
         return twist
 
     def _checked(self, q: Array, name: str) -> Array:
@@ -131,10 +136,9 @@ class ToolKinematics:
             raise InvalidInputError(f"{name}: expected shape (..., {self.dof}), got {array.shape}")
         return array
 
-    def _geometric(self, q: Array) -> Array:
+    def _geometric(self, position: Array, origins: list[Array], axes: list[Array]) -> Array:
         """The Jacobian of the carrying joints of the model, shape (..., 6, C)."""
-        position, _, origins, axes = self._walk(q)
-        columns = np.zeros((*q.shape[:-1], 6, len(self.chain)), dtype=q.dtype)
+        columns = np.zeros((*position.shape[:-1], 6, len(self.chain)), dtype=position.dtype)
         for k, turns in enumerate(self.turns):
             if turns:
                 columns[..., :3, k] = np.cross(axes[k], position - origins[k])

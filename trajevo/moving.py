@@ -1,0 +1,228 @@
+"""Via points that may move: their offsets are decision variables beside the times.
+
+A motion whose coefficients are linear in its points, the times held, is the motion through the nominal points plus the
+offsets times motions through indicator points, 1 at one point and 0 at the others. One call of the interpolant gives
+them all: each indicator is one more column of the points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.boxes import CartesianBox, JointBox, followed, missed
+from trajevo.constraints import Constraint
+from trajevo.dynamics import Rollout
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.interpolants import THROUGH_POINTS, Interpolant, LinearBlends, Variable
+from trajevo.interpolants.interpolant import decision_vectors
+from trajevo.kinematics import ToolKinematics
+from trajevo.path import ViaPoints
+from trajevo.piecewise import PolynomialBatch
+from trajevo.robot import Robot
+from trajevo.trajectory import TrajectoryBatch
+
+#: Greatest error of a moved pose [m or rad].
+REACHED = 1e-6
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class MovingPoints(Interpolant):
+    """An interpolant some of whose via points may move inside boxes, in joint space or at the tool.
+
+    Attributes:
+        kind: interpolant, a key of :data:`~trajevo.interpolants.THROUGH_POINTS`.
+        points: where the points are when nothing moves.
+        boxes: at most one per point.
+        robot: whose joint limits clip the boxes in joint space and whose tool moves in the others.
+        duration_bounds: least and greatest time of a segment [s].
+        ends: whether the first and the last point may move too.
+
+    Raises:
+        UnknownNameError: no such interpolant.
+        InvalidInputError: points that the robot cannot reach or the interpolant not use, an interpolant whose motions
+            are not linear in the points, no boxes, two for one point, or one for a point that is not there or an end.
+    """
+
+    kind: str
+    points: ViaPoints
+    boxes: tuple[JointBox | CartesianBox, ...]
+    robot: Robot = field(kw_only=True)
+    duration_bounds: tuple[float, float] = field(kw_only=True)
+    ends: bool = field(default=False, kw_only=True)
+    _inner: Interpolant = field(init=False, repr=False)
+    _kinematics: ToolKinematics = field(init=False, repr=False)
+    _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
+    _starts: tuple[int, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        checked_name("interpolant", self.kind, THROUGH_POINTS)
+        if not isinstance(self.points, ViaPoints):
+            raise InvalidInputError(f"points: expected ViaPoints, got {type(self.points).__name__}")
+        ViaPoints.for_robot(self.robot, self.points.positions)
+        object.__setattr__(self, "boxes", tuple(self.boxes))
+        self._check_boxes()
+        object.__setattr__(self, "_kinematics", ToolKinematics.of(self.robot))
+        object.__setattr__(self, "_offsets", tuple(self._offsets_of(box) for box in self.boxes))
+        indicators = np.eye(len(self.points))[:, [box.point for box in self.boxes]]
+        object.__setattr__(self, "_inner", self._made(np.hstack([self.points.positions, indicators])))
+        object.__setattr__(self, "_starts", self._segments())
+        self._check_linear()
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """Those of the interpolant, then the offsets, box by box."""
+        return self._inner.variables + tuple(variable for offsets in self._offsets for variable in offsets)
+
+    def __call__(self, x: Array) -> PolynomialBatch:
+        """Motions through the moved points for decision vectors of shape (B, n_variables)."""
+        timing, deltas = self._decoded(x)
+        whole = _polynomials(self._inner(timing), self.kind)
+        n = self.points.n_joints
+        base, basis = whole.coefficients[:, :, :n], whole.coefficients[:, :, n:]
+        return PolynomialBatch(whole.breaks, base + np.einsum("bmj,bsmd->bsjd", deltas, basis))
+
+    def via_times(self, x: Array) -> Array:
+        """When the points are passed, (B, n_variables) -> (B, K) [s]."""
+        return self._inner.via_times(self._timing(x))
+
+    def positions_of(self, x: Array) -> Array:
+        """Where the points are, (B, n_variables) -> (B, K, n_joints) [rad or m]."""
+        deltas = self._decoded(x)[1]
+        positions = self.points.positions + np.zeros((len(deltas), 1, 1), dtype=deltas.dtype)
+        positions[:, [box.point for box in self.boxes]] += deltas
+        return positions
+
+    @property
+    def reach_constraint(self) -> Constraint:
+        """At every point with a Cartesian box, how far the tool is outside it or turned, over 1e-6 m or rad, minus 1.
+
+        It has no column where there is no such box. What it looks at are the points of the motion itself.
+        """
+        names = tuple(f"reach of point {box.point}" for box in self._cartesian())
+        return Constraint(names, "boxes of the tool", self._reach_excess)
+
+    def points_of(self, trajectory: TrajectoryBatch) -> Array:
+        """Where the points of a motion of this interpolant are, shape (B, K, n_joints) [rad or m].
+
+        Lines with blends cut the corners; there the points are those at which the lines would meet.
+        """
+        motion = _polynomials(trajectory, self.kind)
+        corners = isinstance(self._inner, LinearBlends)
+        starts = list(self._starts) if corners else list(self._starts[:-1])
+        points = motion.coefficients[..., 0][:, starts]
+        if corners:  # a blend begins half its time before the corner, at the velocity of the line before it
+            velocity = motion.coefficients[..., 1][:, starts]
+            return np.asarray(points + 0.5 * velocity * motion.segment_durations[:, starts, None])
+        last = motion.segment_durations[:, -1, None, None] ** np.arange(motion.degree + 1)
+        return np.concatenate([points, (motion.coefficients[:, -1] * last).sum(axis=-1)[:, None]], axis=1)
+
+    def _reach_excess(self, rollout: Rollout) -> Array:
+        boxes, points = self._cartesian(), self.points_of(rollout.trajectory)
+        excess = np.empty((len(points), len(boxes)), dtype=points.dtype)
+        for k, box in enumerate(boxes):
+            nominal = self.points.positions[box.point]
+            excess[:, k] = missed(self._kinematics, points[:, box.point], nominal, box) / REACHED - 1.0
+        return excess
+
+    def _cartesian(self) -> list[CartesianBox]:
+        return [box for box in self.boxes if isinstance(box, CartesianBox)]
+
+    def _timing(self, x: Array) -> Array:
+        rows = decision_vectors(x, len(self.variables))
+        return rows[:, : len(self._inner.variables)]
+
+    def _decoded(self, x: Array) -> tuple[Array, Array]:
+        """The interpolant's own variables, and the offset of every moving point, (B, M, n_joints) [rad or m]."""
+        rows, timing = decision_vectors(x, len(self.variables)), self._timing(x)
+        if not np.isfinite(rows).all():
+            row, column = (int(i) for i in np.argwhere(~np.isfinite(rows))[0])
+            raise InvalidInputError(f"x: expected finite numbers, got {rows[row, column]} in row {row}, {column=}")
+        deltas = np.zeros((len(rows), len(self.boxes), self.points.n_joints), dtype=rows.dtype)
+        first = timing.shape[1]
+        for m, box in enumerate(self.boxes):
+            moves = np.zeros((len(rows), len(box.half_width)), dtype=rows.dtype)
+            free = np.flatnonzero(box.half_width)
+            moves[:, free] = rows[:, first : first + len(free)]
+            first += len(free)
+            deltas[:, m] = moves if isinstance(box, JointBox) else self._joint_moves(box, moves)
+        return timing, deltas
+
+    def _joint_moves(self, box: CartesianBox, moves: Array) -> Array:
+        nominal = self.points.positions[box.point]
+        position, rotation = self._kinematics.pose(nominal)
+        kept = rotation if box.keep_orientation else None
+        moved: Array = followed(self._kinematics, nominal, position + moves, kept) - nominal
+        return moved
+
+    def _offsets_of(self, box: JointBox | CartesianBox) -> tuple[Variable, ...]:
+        free = [int(k) for k in np.flatnonzero(box.half_width)]
+        if isinstance(box, CartesianBox):
+            widths = box.half_width.tolist()
+            return tuple(Variable(f"d{'xyz'[k]} of point {box.point}", "m", -widths[k], widths[k]) for k in free)
+        position, limits = self.points.positions[box.point], self.robot.limits
+        lower = np.maximum(-box.half_width, limits.lower - position).tolist()
+        upper = np.minimum(box.half_width, limits.upper - position).tolist()
+        names, units = self.robot.joint_names, self.robot.joint_units
+        return tuple(Variable(f"q_{box.point} of {names[k]}", units[k], lower[k], upper[k]) for k in free)
+
+    def _made(self, positions: Array) -> Interpolant:
+        return THROUGH_POINTS[self.kind](ViaPoints(positions), duration_bounds=self.duration_bounds)
+
+    def _check_boxes(self) -> None:
+        if not self.boxes:
+            raise InvalidInputError("boxes: expected at least 1 box, as otherwise no point moves; got none")
+        last, taken = len(self.points) - 1, set()
+        for box in self.boxes:
+            if not isinstance(box, JointBox | CartesianBox):
+                raise InvalidInputError(f"boxes: expected JointBox or CartesianBox, got {type(box).__name__}")
+            least, most = (0, last) if self.ends else (1, last - 1)
+            if not least <= box.point <= most:
+                advice = "" if self.ends else "; the ends move only with ends=True"
+                raise InvalidInputError(f"boxes: expected a point from {least} to {most}, got {box.point}{advice}")
+            if box.point in taken:
+                raise InvalidInputError(f"boxes: expected one box per point, got two for point {box.point}")
+            taken.add(box.point)
+            if isinstance(box, JointBox) and len(box.half_width) != self.robot.dof:
+                raise InvalidInputError(
+                    f"half_width at point {box.point}: robot {self.robot.name!r} has {self.robot.dof} joints, "
+                    f"got {len(box.half_width)} numbers"
+                )
+
+    def _example(self) -> Array:
+        """Unequal values of the interpolant's own variables, shape (1, n)."""
+        own = self._inner.variables
+        shares = np.linspace(0.4, 0.6, len(own))
+        return np.array([[v.lower + share * (v.upper - v.lower) for v, share in zip(own, shares, strict=True)]])
+
+    def _segments(self) -> tuple[int, ...]:
+        """Break at which each point is passed; for lines with blends the segment that is its blend."""
+        if isinstance(self._inner, LinearBlends):
+            return tuple(range(0, 2 * len(self.points), 2))
+        x = self._example()
+        times, breaks = self._inner.via_times(x)[0], self._inner(x).breaks[0]
+        return tuple(int(k) for k in np.abs(times[:, None] - breaks).argmin(axis=1))
+
+    def _check_linear(self) -> None:
+        """Refuse an interpolant whose motion through moved points is not the sum it is taken for."""
+        moves = np.random.default_rng(0).uniform(0.01, 0.1, (1, len(self.boxes), self.points.n_joints))
+        positions = self.points.positions.copy()
+        positions[[box.point for box in self.boxes]] += moves[0]
+        x, n = self._example(), self.points.n_joints
+        moved, whole = (_polynomials(made(x), self.kind) for made in (self._made(positions), self._inner))
+        total = whole.coefficients[:, :, :n] + np.einsum("bmj,bsmd->bsjd", moves, whole.coefficients[:, :, n:])
+        scale = 1e-9 * np.abs(total).max()
+        if moved.coefficients.shape != total.shape or np.abs(moved.coefficients - total).max() > scale:
+            raise InvalidInputError(f"interpolant: expected one that is linear in its points, got {self.kind!r}")
+
+
+def _polynomials(trajectory: TrajectoryBatch, kind: str) -> PolynomialBatch:
+    if not isinstance(trajectory, PolynomialBatch):
+        raise InvalidInputError(
+            f"interpolant: expected one of piecewise polynomials, got {kind!r}, {type(trajectory).__name__}"
+        )
+    return trajectory
