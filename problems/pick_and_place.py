@@ -10,8 +10,9 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from problems.via_points import constraints_of, objectives_of, via_points
+from problems.via_points import constraints_of, via_points
 from trajevo.arrays import Array, numbers
+from trajevo.catalogue import objectives_of
 from trajevo.dynamics import Dynamics
 from trajevo.errors import checked_name
 from trajevo.interpolants import THROUGH_POINTS

@@ -72,8 +72,8 @@ class ViaPointProblem(TrajectoryProblem):
         duration_bounds: least and greatest time between two points [s].
         interpolant: ``"quintic_spline"``, ``"septic_spline"``, ``"cubic"``, ``"polynomial"`` (a single one),
             ``"linear_blends"`` (points inside are passed nearby) or ``"hybrid"`` (Sun 2020).
-        moving: points that may move: :class:`~trajevo.boxes.JointBox`, :class:`~trajevo.boxes.CartesianBox`, or mappings of
-            ``point``, its number, and the half widths ``joints`` (n_joints) [rad or m] or ``tool`` (3) [m].
+        moving: points that may move: :class:`~trajevo.boxes.JointBox`, :class:`~trajevo.boxes.CartesianBox`, or
+            mappings of ``point``, its number, and the half widths ``joints`` (n_joints) [rad or m] or ``tool`` (3) [m].
         objectives: names, see :func:`~trajevo.catalogue.objectives_of`.
         constraints: names, see :func:`~trajevo.catalogue.limits_of`.
         overshoot: how far a joint may leave the range of the points [rad or m]; not limited if None, as what follows.
@@ -124,7 +124,7 @@ class ViaPointProblem(TrajectoryProblem):
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
         obstacles = scene if scene is None or isinstance(scene, Scene) else Scene.of(scene)
         decoder, boxes = _interpolant(interpolant, via, named, bounds, moving)
-        extra = {
+        extra: dict[str, Any] = {
             "overshoot": overshoot,
             "effort_margin": effort_margin,
             "tool_speed": tool_speed,

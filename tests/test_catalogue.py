@@ -58,7 +58,9 @@ def test_joint_travel_is_the_integral_of_speed(problem, x, dense):
 def test_square_effort_rate_is_the_integral_of_the_effort_s_slope_without_friction():
     """On the UR5, whose efforts are smooth: no dry friction."""
     robot = load_robot("ur5", tool="tool0", limits={"acceleration": 10.0, "jerk": 100.0})
-    points = np.array([[0.0, -1.5, 1.5, -1.5, -1.5, 0.0], [0.5, -1.0, 1.2, -1.7, -1.2, 0.3], [1.0, -1.4, 1.4, -1.4, -1.5, 0]])
+    points = np.array(
+        [[0.0, -1.5, 1.5, -1.5, -1.5, 0.0], [0.5, -1.0, 1.2, -1.7, -1.2, 0.3], [1.0, -1.4, 1.4, -1.4, -1.5, 0]]
+    )
     problem = ViaPointProblem(robot=robot, points=points, objectives=("square_effort_rate",), samples=14)
     x = np.array([[1.2, 1.7]])
     trajectory = problem.decode(x)
@@ -108,7 +110,7 @@ def test_names_that_are_unknown_or_no_list_are_refused():
 def test_effort_ratio_needs_effort_limits():
     refused(
         lambda: ViaPointProblem(
-            robot="pointing_mechanism", points=[[0, 0], [0.1, 0.1]], objectives=("effort_ratio",)
+            robot="pointing_mechanism", points=[[0, 0], [0.1, 0.1], [0, 0.2]], objectives=("effort_ratio",)
         ),
         "effort_ratio needs effort limits, robot 'pointing_mechanism' has none",
     )

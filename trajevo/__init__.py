@@ -5,10 +5,13 @@ from trajevo.errors import TrajevoError
 from trajevo.front import Front, Solution
 from trajevo.optimise import optimise
 from trajevo.path import ViaPoints
+from trajevo.payload import Payload
 from trajevo.piecewise import PolynomialBatch
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
 from trajevo.robot import JointLimits, Robot, load_robot
+from trajevo.scene import Scene
+from trajevo.task import load_task
 from trajevo.trajectory import Motion, TrajectoryBatch
 
 __all__ = [
@@ -16,8 +19,10 @@ __all__ = [
     "GeometricPath",
     "JointLimits",
     "Motion",
+    "Payload",
     "PolynomialBatch",
     "Robot",
+    "Scene",
     "Solution",
     "TrajectoryBatch",
     "TrajectoryProblem",
@@ -25,5 +30,6 @@ __all__ = [
     "ViaPoints",
     "load_problem",
     "load_robot",
+    "load_task",
     "optimise",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import matplotlib as mpl
 import typer
@@ -16,7 +16,7 @@ from rich.table import Table
 from trajevo.animation import animate
 from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.cli_solve import FRONT_FILE, REPORT_FILE, solve
-from trajevo.errors import TrajevoError, checked_name
+from trajevo.errors import TrajevoError
 from trajevo.example_task import write_example
 from trajevo.export import FORMATS, extension
 from trajevo.export import export as write_motion

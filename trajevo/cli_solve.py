@@ -62,7 +62,9 @@ def solve(
     sqp_seeds: Annotated[
         int | None, typer.Option(min=2, help="Begin the evolution with as many points found by nnc.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for the results; runs/PROBLEM or runs/TASK if not given.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the results; runs/PROBLEM or runs/TASK if not given.")
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that the folder holds.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
@@ -172,5 +174,3 @@ def _clear_stale(folder: Path) -> None:
     exported = (file for file in folder.glob("*.*") if is_exported(file))
     for file in (folder / REPORT_FILE, *pictures, *exported):
         file.unlink(missing_ok=True)
-
-

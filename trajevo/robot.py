@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.arrays import Array, numbers
-from trajevo.errors import UnknownNameError
+from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.joints import Friction, JointLimits
 from trajevo.robot_check import checked_urdf
 from trajevo.robot_file import RobotFile

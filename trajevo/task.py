@@ -18,9 +18,12 @@ from trajevo.front import Front
 from trajevo.optimise import optimise
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
-from trajevo.robot import Robot, load_robot, robot_of
+from trajevo.robot import Robot, robot_of
 from trajevo.toml_lines import Place, key_lines, line_of
 from trajevo.visits import joint_points
+
+#: Types of errors that say no more than that a value is of another kind, as every other member of a union says too.
+_OTHER_KIND = ("float_type", "list_type", "dict_type", "string_type", "model_type", "tuple_type")
 
 #: The registered problem that a task is solved as.
 TASK_PROBLEM = "via-points"
@@ -207,7 +210,7 @@ class _Places:
         place = tuple(p for p in error["loc"] if isinstance(p, int) or (p.isidentifier() and not p.startswith("_")))
         place = tuple(p for p in place if p not in ("float", "str", "list", "dict", "constrained"))
         got = "" if error["type"] in ("missing", "value_error") else f", got {error['input']!r}"
-        return self.prefix(place) + error["msg"].removeprefix("Value error, ") + got
+        return self.prefix(place) + str(error["msg"]).removeprefix("Value error, ") + got
 
     @contextmanager
     def at(self, *place: str) -> Iterator[None]:
@@ -226,7 +229,7 @@ class _Places:
 
 def _deepest(error: pydantic.ValidationError) -> Any:
     """The most telling of the errors: in a union that of the member that got furthest."""
-    return max(error.errors(), key=lambda found: (len(found["loc"]), found["type"] != "missing"))
+    return max(error.errors(), key=lambda found: (found["type"] not in _OTHER_KIND, len(found["loc"])))
 
 
 def _problem(settings: TaskSettings, where: _Places) -> TrajectoryProblem:
@@ -246,9 +249,7 @@ def _problem(settings: TaskSettings, where: _Places) -> TrajectoryProblem:
         "constraints": settings.constraints.limits,
         **settings.constraints.model_dump(exclude={"limits"}),
         "scene": settings.scene,
-        "payload": settings.payload
-        if isinstance(settings.payload, float | int)
-        else settings.payload.model_dump(),
+        "payload": settings.payload if isinstance(settings.payload, float | int) else settings.payload.model_dump(),
         "reference_point": settings.reference_point,
         "samples": settings.samples,
     }
@@ -259,7 +260,9 @@ def _problem(settings: TaskSettings, where: _Places) -> TrajectoryProblem:
 
 
 def _robot(settings: TaskSettings, folder: Path, to_rad: float) -> Robot:
-    given = {"name": settings.robot} if isinstance(settings.robot, str) else settings.robot.model_dump(exclude_none=True)
+    given: dict[str, Any] = (
+        {"name": settings.robot} if isinstance(settings.robot, str) else settings.robot.model_dump(exclude_none=True)
+    )
     limits = settings.limits.model_dump(exclude_none=True)
     if limits:
         given["limits"] = limits
