@@ -15,6 +15,7 @@ from trajevo.dynamics import Dynamics, Rollout
 from trajevo.interpolants import THROUGH_POINTS, Interpolant
 from trajevo.moving import MovingPoints
 from trajevo.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.sqp import differentiated
 from trajevo.trajectory import TrajectoryBatch
 
 BOUNDS = (0.5, 4.0)
@@ -179,6 +180,31 @@ def test_a_problem_takes_it_and_can_be_copied():
     for ours, theirs in zip(problem.evaluate(x, return_values_of=["F", "G"]), there, strict=True):
         np.testing.assert_array_equal(ours, theirs)
     np.testing.assert_array_equal(copy.deepcopy(interpolant)(x).coefficients, interpolant(x).coefficients)
+
+
+def test_gradients_of_a_problem_are_finite_differences():
+    interpolant, h = moving(), 1e-6
+    problem = TrajectoryProblem(
+        dynamics=Dynamics(UR5),
+        interpolant=interpolant,
+        objectives=(Objective("jerk", "rad/s^3", "test", summed_rms_jerk),),
+        constraints=(position_limits(UR5), interpolant.reach_constraint),
+    )
+    x = vectors(interpolant, 2)
+    assert differentiated(problem, x)[1] == "complex step"
+    _, dF, _, dG = problem.evaluate_with_gradients(x)
+    for column in range(x.shape[1]):
+        moves = h * np.eye(x.shape[1])[column]
+        ahead, behind = (problem.evaluate(x + sign * moves, return_values_of=["F", "G"]) for sign in (1.0, -1.0))
+        np.testing.assert_allclose(dF[..., column], (ahead[0] - behind[0]) / (2.0 * h), rtol=1e-5, atol=1e-6)
+        np.testing.assert_allclose(dG[..., column], (ahead[1] - behind[1]) / (2.0 * h), rtol=1e-5, atol=1e-7)
+
+
+def test_an_empty_population_is_an_empty_batch(kind):
+    interpolant = moving(kind)
+    none = np.empty((0, len(interpolant.variables)))
+    assert len(interpolant(none)) == 0
+    assert interpolant.positions_of(none).shape == (0, 5, 6)
 
 
 class _Bent(Interpolant):

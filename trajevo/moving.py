@@ -28,6 +28,9 @@ from trajevo.trajectory import TrajectoryBatch
 #: Greatest error of a moved pose [m or rad].
 REACHED = 1e-6
 
+#: Error that is rounding [m or rad]; a distance so near 0 has no derivative worth the name.
+_ROUNDING = 1e-9
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -126,7 +129,8 @@ class MovingPoints(Interpolant):
         excess = np.empty((len(points), len(boxes)), dtype=points.dtype)
         for k, box in enumerate(boxes):
             nominal = self.points.positions[box.point]
-            excess[:, k] = missed(self._kinematics, points[:, box.point], nominal, box) / REACHED - 1.0
+            error = missed(self._kinematics, points[:, box.point], nominal, box)
+            excess[:, k] = np.maximum(error - _ROUNDING, 0.0) / REACHED - 1.0
         return excess
 
     def _cartesian(self) -> list[CartesianBox]:
