@@ -222,9 +222,10 @@ class _Places:
 
     def guess(self, error: TrajevoError) -> str:
         """Errors of the problem begin with the argument's name: the key's, here or in a table."""
-        name = str(error).split(":")[0].split(".")[0]
+        said = str(error).split(":")[0].split(".")[0]
+        name = {"boxes": "moving"}.get(said, said)
         place = next((place for place in self.lines if place[-1] == name), ())
-        return self.prefix(place) + (str(error).removeprefix(f"{name}: ") if place else str(error))
+        return self.prefix(place) + (str(error).removeprefix(f"{said}: ") if place else str(error))
 
 
 def _deepest(error: pydantic.ValidationError) -> Any:
