@@ -31,6 +31,9 @@ MOST_DENSE = 200
 #: Step of the finite differences, as a share of a segment: truncation and rounding are both far below the tolerance.
 _STEP = 1e-3
 
+#: What may be rounding, as a share of the greatest position over the shortest segment's power.
+_ROUNDING = 1e-7
+
 #: Five-point central difference: shift in steps -> weight.
 _STENCIL = {-2: 1.0 / 12.0, -1: -8.0 / 12.0, 1: 8.0 / 12.0, 2: -1.0 / 12.0}
 
@@ -225,23 +228,26 @@ def _problem_rows(solution: Solution, dense: Rollout) -> Iterator[Utilisation]:
 
 
 def _derivative_mismatch(trajectory: TrajectoryBatch, motion: Motion, shares: Array) -> float:
-    """As :attr:`Verification.derivative_mismatch`; a joint that does not move to rounding has none."""
+    """As :attr:`Verification.derivative_mismatch`."""
     inner = np.clip(shares, 2.0 * _STEP, 1.0 - 2.0 * _STEP)
     durations = np.repeat(trajectory.segment_durations[0], len(shares))[:, None]
-    worst = 0.0
+    # A joint that stands has derivatives that are nothing but rounding.
+    rounding = (
+        _ROUNDING
+        * (np.abs(motion.q).max(axis=0) + np.finfo(np.float64).tiny)
+        / durations.min() ** np.arange(len(DERIVATIVES)).reshape(-1, 1)
+    )
+    peaks = np.abs([motion.q, motion.v, motion.a, motion.j]).max(axis=1) + rounding
+    apart = np.zeros_like(peaks)
     for order in range(1, len(DERIVATIVES)):
-        given = trajectory.at_shares(inner, order)[0]
         moved = [weight * trajectory.at_shares(inner + k * _STEP, order - 1)[0] for k, weight in _STENCIL.items()]
         differences = np.sum(moved, axis=0) / (_STEP * durations)
-        below = np.abs((motion.q, motion.v, motion.a)[order - 1]).max(axis=0)
-        # What rounding of the values can make of their differences is no mismatch.
-        scale = np.abs(given).max(axis=0) + 1e-9 * below / (_STEP * durations.min()) + np.finfo(np.float64).tiny
-        worst = max(worst, float((np.abs(given - differences) / scale).max()))
-    for values in (motion.q, motion.v):
+        apart[order] = np.abs(trajectory.at_shares(inner, order)[0] - differences).max(axis=0)
+    for order, values in enumerate((motion.q, motion.v)):
         segments = values.reshape(-1, len(shares), trajectory.n_joints)
         gaps = np.abs(segments[1:, 0] - segments[:-1, -1]).max(axis=0, initial=0.0)
-        worst = max(worst, float((gaps / (np.abs(values).max(axis=0) + 1e-12)).max()))
-    return worst
+        apart[order] = np.maximum(apart[order], gaps)
+    return float((apart / peaks).max())
 
 
 def _record_mismatch(solution: Solution, rollout: Rollout) -> float:
