@@ -1,4 +1,4 @@
-"""The command ``trajevo``: init, list, solve, show, report, export, animate, capacity."""
+"""The command ``trajevo``: init, list, solve, show, report, export, animate, capacity, verify."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from trajevo.export import FORMATS, extension
 from trajevo.export import export as write_motion
 from trajevo.front import Front
 from trajevo.report import report as write_report
-from trajevo.terminal import print_list, print_run
+from trajevo.terminal import print_list, print_run, print_verifications
+from trajevo.verify import verify, verify_all
 
 app = typer.Typer(
     help="Multi-objective trajectory optimisation and payload capacity for robots.",
@@ -118,6 +119,21 @@ def capacity(
     for name, alone, margin in zip(chosen.front.problem.robot.joint_names, found.per_joint, found.margin, strict=True):
         table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
     _out.print(table)
+
+
+@app.command("verify")
+def verify_motions(
+    run: _RunArgument,
+    solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
+    density: Annotated[int, typer.Option(help="Samples over those of the problem.")] = 20,
+    every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
+) -> None:
+    """Check a motion between its samples against every limit; exit code 1 if one is exceeded."""
+    front = Front.load(_front_file(run))
+    found = verify_all(front, density=density) if every else (verify(front.pick(solution), density=density),)
+    print_verifications(_out, found)
+    if not all(verification.passed for verification in found):
+        raise typer.Exit(1)
 
 
 def main() -> None:

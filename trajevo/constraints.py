@@ -149,6 +149,12 @@ def time_limit(longest: float) -> Constraint:
     return Constraint(("longest time",), "longest time allowed", partial(_time_excess, longest=longest))
 
 
+def is_robot_limit(constraint: Constraint) -> bool:
+    """Whether a constraint holds a joint to a limit of its robot, rather than to something of the problem's own."""
+    function = constraint.function.func if isinstance(constraint.function, partial) else constraint.function
+    return function in (_position_excess, _peak_excess, _effort_excess, _hull_excess, _smooth_excess)
+
+
 def _time_excess(rollout: Rollout, *, longest: float) -> Array:
     excess: Array = rollout.trajectory.duration[:, None] / longest - 1.0
     return excess

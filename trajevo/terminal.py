@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
 import numpy as np
 from rich.box import SIMPLE
 from rich.console import Console
@@ -14,6 +16,7 @@ from trajevo.registry import list_problems, problem_class
 from trajevo.report import choices, objective_headers, run_facts
 from trajevo.rivals import RIVALS_NOTE, rivals_of, rivals_table
 from trajevo.robot import list_robots, load_robot
+from trajevo.verify import Utilisation, Verification
 
 
 def print_list(out: Console) -> None:
@@ -70,3 +73,36 @@ def print_run(out: Console, front: Front, angle: str | None) -> None:
             rivals.add_row(*row)
         out.print(rivals)
         out.print(RIVALS_NOTE)
+
+
+def print_verifications(out: Console, found: Sequence[Verification]) -> None:
+    """Print the worst row of every limit and what else is exceeded, over all the motions, and the verdict."""
+    several = len(found) > 1
+    table = Table("limit", "joint", "used", "at", *(["solution"] if several else []), box=SIMPLE)
+    for verification, row in _shown(found):
+        style = None if row in verification.exceeded else "green"
+        cells = [row.limit, row.joint or "", f"{100.0 * row.share:.2f} %"]
+        cells += ["" if row.instant is None else f"{row.instant:.4f} s", *([verification.solution] if several else [])]
+        table.add_row(*map(escape, cells), style=style or "bold red")
+    out.print(table)
+    difference = max(one.effort_difference for one in found)
+    out.print(f"effort here and by Pinocchio: at most {difference:.3g} (N·m or N) apart")
+    failed = [one for one in found if not one.passed]
+    for one in failed:
+        out.print(escape(one.verdict))
+    if several:
+        out.print(f"{len(found) - len(failed)} of {len(found)} solutions keep every limit.")
+    elif not failed:
+        out.print(escape(found[0].verdict))
+
+
+def _shown(found: Sequence[Verification]) -> Iterable[tuple[Verification, Utilisation]]:
+    """The worst row of every limit over all motions; of a single motion every row that exceeds its limit as well."""
+    if len(found) == 1:
+        return [(found[0], row) for row in found[0].rows if row in (*found[0].by_limit, *found[0].exceeded)]
+    worst: dict[str, tuple[Verification, Utilisation]] = {}
+    for one in found:
+        for row in one.by_limit:
+            if row.limit not in worst or not row.share <= worst[row.limit][1].share:
+                worst[row.limit] = one, row
+    return worst.values()

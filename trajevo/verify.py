@@ -1,0 +1,258 @@
+"""Check before you trust: a motion sampled densely, its effort by a second recursion, against every limit.
+
+What is checked is the motion that comes out, not how it came about: limits of the robot count whether or not the
+problem asked for them, and the objectives on record must be those of the decision variables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.constraints import is_robot_limit
+from trajevo.dynamics import Rollout
+from trajevo.errors import InvalidInputError, NoSolutionError
+from trajevo.front import Front, Solution
+from trajevo.newton_euler import NewtonEuler
+from trajevo.robot import Robot
+from trajevo.trajectory import DERIVATIVES, Motion, TrajectoryBatch
+
+#: Share of a limit by which a motion may exceed it, and share by which numbers that should agree may differ.
+TOLERANCE = 0.001
+
+#: More samples than these take long and show nothing new.
+MOST_DENSE = 200
+
+#: Step of the finite differences, as a share of a segment: truncation and rounding are both far below the tolerance.
+_STEP = 1e-3
+
+#: What may be rounding, as a share of the greatest position over the shortest segment's power.
+_ROUNDING = 1e-7
+
+#: Five-point central difference: shift in steps -> weight.
+_STENCIL = {-2: 1.0 / 12.0, -1: -8.0 / 12.0, 1: 8.0 / 12.0, 2: -1.0 / 12.0}
+
+
+@final
+@dataclass(frozen=True)
+class Utilisation:
+    """How much of a limit a motion uses at most.
+
+    Attributes:
+        limit: ``"position"``, ``"velocity"``, ``"acceleration"``, ``"jerk"``, ``"effort"``, or a constraint's name.
+        joint: the joint, or None for a constraint of the problem's own.
+        share: 1 where the limit is reached; of the half range from its middle for positions.
+        instant: when [s], or None for a constraint of the problem's own.
+    """
+
+    limit: str
+    joint: str | None
+    share: float
+    instant: float | None
+
+    def __str__(self) -> str:
+        name = self.limit if self.joint is None else f"{self.limit} of {self.joint}"
+        when = "" if self.instant is None else f" at {self.instant:.3f} s"
+        return f"{name}: {100.0 * self.share:.2f} % of the limit{when}"
+
+
+@final
+@dataclass(frozen=True)
+class Verification:
+    """What a dense look at one motion found.
+
+    Attributes:
+        solution: rule and row of the solution.
+        instants: how many were looked at.
+        rows: greatest utilisation of every finite limit of every joint, then of the problem's other constraints.
+        derivative_mismatch: greatest difference of velocity, acceleration and jerk from finite differences of position,
+            velocity and acceleration, and of position and velocity across breaks, as a share of the peak.
+        effort_difference: greatest difference between our effort and Pinocchio's [N·m or N].
+        effort_mismatch: the same as a share of the joint's greatest effort.
+        record_mismatch: greatest difference of the objectives on record from those of the decision variables, as a
+            share of the greatest value on the front.
+    """
+
+    solution: str
+    instants: int
+    rows: tuple[Utilisation, ...]
+    derivative_mismatch: float
+    effort_difference: float
+    effort_mismatch: float
+    record_mismatch: float
+
+    @property
+    def exceeded(self) -> tuple[Utilisation, ...]:
+        """Limits exceeded by more than 0.1 %, NaN counted."""
+        return tuple(row for row in self.rows if not row.share <= 1.0 + TOLERANCE)
+
+    @property
+    def worst(self) -> Utilisation | None:
+        """The limit that is used most, or None where nothing is limited."""
+        return max(self.rows, key=lambda row: np.inf if np.isnan(row.share) else row.share, default=None)
+
+    @cached_property
+    def by_limit(self) -> tuple[Utilisation, ...]:
+        """The worst row of every limit."""
+        worst: dict[str, Utilisation] = {}
+        for row in self.rows:
+            if row.limit not in worst or not row.share <= worst[row.limit].share:
+                worst[row.limit] = row
+        return tuple(worst.values())
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What does not agree though it should, a clause each."""
+        checks = (
+            (self.derivative_mismatch, "position, velocity, acceleration and jerk are not derivatives of each other"),
+            (self.effort_mismatch, "the effort is not what Pinocchio says"),
+            (self.record_mismatch, "the objectives on record are not those of the decision variables"),
+        )
+        return tuple(f"{what} ({100.0 * value:.3g} % apart)" for value, what in checks if not value <= TOLERANCE)
+
+    @property
+    def passed(self) -> bool:
+        """Whether no limit is exceeded by more than 0.1 % and everything agrees that should."""
+        return not self.exceeded and not self.doubts
+
+    @property
+    def verdict(self) -> str:
+        """One sentence."""
+        if self.exceeded:
+            more = f" and {len(self.exceeded) - 1} more" if len(self.exceeded) > 1 else ""
+            return f"{self.solution} FAILS: {self.worst}{more}."
+        if self.doubts:
+            return f"{self.solution} FAILS: {'; '.join(self.doubts)}."
+        closest = "nothing is limited" if self.worst is None else f"closest is {self.worst}"
+        return f"{self.solution} keeps every limit at {self.instants} instants: {closest}."
+
+
+def verify(solution: Solution, *, density: int = 20) -> Verification:
+    """Look at the motion of a solution more densely than its problem did.
+
+    Args:
+        solution: what to check.
+        density: samples per segment over those of the problem, 2 to 200. They are evenly spaced, ends of segments
+            counted in both, so that jumps are seen from both sides.
+
+    Returns:
+        Utilisation of every limit, effort by :class:`~trajevo.newton_euler.NewtonEuler`, and what does not agree.
+
+    Raises:
+        InvalidInputError: not a solution, or another density.
+    """
+    if not isinstance(solution, Solution):
+        raise InvalidInputError(f"solution: expected a solution of a front, got {type(solution).__name__}")
+    whole = isinstance(density, int | np.integer) and not isinstance(density, bool)
+    if not (whole and 2 <= density <= MOST_DENSE):
+        raise InvalidInputError(f"density: expected a whole number from 2 to {MOST_DENSE}, got {density!r}")
+    rollout = solution.rollout
+    dense = replace(rollout, dynamics=rollout.dynamics.sampled(rollout.dynamics.samples * int(density)))
+    shares = np.linspace(0.0, 1.0, dense.dynamics.samples)
+    motion = _motion(rollout.trajectory, shares)
+    effort, pinocchio = _efforts(rollout, motion)
+    apart = np.abs(effort - pinocchio).max(axis=0)
+    return Verification(
+        solution=f"{solution.rule} (row {solution.index})",
+        instants=len(motion.t),
+        rows=(*_robot_rows(rollout.robot, motion, effort), *_problem_rows(solution, dense)),
+        derivative_mismatch=_derivative_mismatch(rollout.trajectory, motion, shares),
+        effort_difference=float(apart.max()),
+        effort_mismatch=float((apart / np.maximum(np.abs(effort).max(axis=0), 1e-6)).max()),
+        record_mismatch=_record_mismatch(solution, rollout),
+    )
+
+
+def verify_all(front: Front, *, density: int = 20) -> tuple[Verification, ...]:
+    """:func:`verify` for every solution of a front.
+
+    Raises:
+        NoSolutionError: the front is empty.
+        InvalidInputError: as :func:`verify`.
+    """
+    if not len(front):
+        raise NoSolutionError(f"the front is empty: {front.blocking}")
+    return tuple(verify(front.pick(str(row)), density=density) for row in range(len(front)))
+
+
+def _motion(trajectory: TrajectoryBatch, shares: Array) -> Motion:
+    """One trajectory at shares of every segment: t (T,), the others (T, n_joints)."""
+    t = trajectory.breaks[0, :-1, None] + trajectory.segment_durations[0, :, None] * shares
+    return Motion(t.reshape(-1), *(trajectory.at_shares(shares, order)[0] for order in range(len(DERIVATIVES))))
+
+
+def _efforts(rollout: Rollout, motion: Motion) -> tuple[Array, Array]:
+    """Effort by our own recursion and by Pinocchio, each (T, n_joints)."""
+    payload = rollout.dynamics.payload
+    if rollout.masses is not None:
+        payload = payload.with_mass(float(rollout.masses[0]))
+    ours = NewtonEuler(rollout.robot, payload).effort(motion.q, motion.v, motion.a)
+    return ours, replace(rollout.dynamics, payload=payload).effort(motion.q, motion.v, motion.a)
+
+
+def _robot_rows(robot: Robot, motion: Motion, effort: Array) -> Iterator[Utilisation]:
+    limits = robot.limits
+    used = {"position": _range_used(motion.q, limits.lower, limits.upper)}
+    for name, values in zip(
+        ("velocity", "acceleration", "jerk", "effort"), (motion.v, motion.a, motion.j, effort), strict=True
+    ):
+        limit = getattr(limits, name)
+        used[name] = np.where(np.isfinite(limit), np.abs(values) / limit, -np.inf)
+    for name, share in used.items():
+        for joint in np.flatnonzero(~np.isneginf(share).all(axis=0)):
+            worst = int(np.argmax(share[:, joint]))  # NaN, where there is one
+            yield Utilisation(name, robot.joint_names[joint], float(share[worst, joint]), float(motion.t[worst]))
+
+
+def _range_used(q: Array, lower: Array, upper: Array) -> Array:
+    """|q - middle| over half the range; of a range with one end 1 + excess over that end's size; -inf without any."""
+    both, any_end = np.isfinite(lower) & np.isfinite(upper), np.isfinite(lower) | np.isfinite(upper)
+    finite = np.where(np.isfinite(lower), lower, upper)
+    one_sided = np.where(finite != 0.0, np.abs(finite), 1.0)
+    size = np.where(both, 0.5 * (np.where(both, upper, 0.0) - np.where(both, lower, 0.0)), one_sided)
+    used: Array = np.where(any_end, 1.0 + np.maximum(q - upper, lower - q) / size, -np.inf)
+    return used
+
+
+def _problem_rows(solution: Solution, dense: Rollout) -> Iterator[Utilisation]:
+    """The problem's own constraints, by their own functions."""
+    for constraint in solution.front.problem.constraints:
+        if not is_robot_limit(constraint):
+            for name, value in zip(constraint.names, constraint.function(dense)[0].tolist(), strict=True):
+                yield Utilisation(name, None, 1.0 + value, None)
+
+
+def _derivative_mismatch(trajectory: TrajectoryBatch, motion: Motion, shares: Array) -> float:
+    """As :attr:`Verification.derivative_mismatch`."""
+    inner = np.clip(shares, 2.0 * _STEP, 1.0 - 2.0 * _STEP)
+    durations = np.repeat(trajectory.segment_durations[0], len(shares))[:, None]
+    # A joint that stands has derivatives that are nothing but rounding.
+    rounding = (
+        _ROUNDING
+        * (np.abs(motion.q).max(axis=0) + np.finfo(np.float64).tiny)
+        / durations.min() ** np.arange(len(DERIVATIVES)).reshape(-1, 1)
+    )
+    peaks = np.abs([motion.q, motion.v, motion.a, motion.j]).max(axis=1) + rounding
+    apart = np.zeros_like(peaks)
+    for order in range(1, len(DERIVATIVES)):
+        moved = [weight * trajectory.at_shares(inner + k * _STEP, order - 1)[0] for k, weight in _STENCIL.items()]
+        differences = np.sum(moved, axis=0) / (_STEP * durations)
+        apart[order] = np.abs(trajectory.at_shares(inner, order)[0] - differences).max(axis=0)
+    for order, values in enumerate((motion.q, motion.v)):
+        segments = values.reshape(-1, len(shares), trajectory.n_joints)
+        gaps = np.abs(segments[1:, 0] - segments[:-1, -1]).max(axis=0, initial=0.0)
+        apart[order] = np.maximum(apart[order], gaps)
+    return float((apart / peaks).max())
+
+
+def _record_mismatch(solution: Solution, rollout: Rollout) -> float:
+    """As :attr:`Verification.record_mismatch`."""
+    front = solution.front
+    found = np.array([objective.function(rollout)[0] for objective in front.problem.objectives])
+    scale = np.maximum(np.abs(front.F).max(axis=0), np.finfo(np.float64).tiny)
+    return float((np.abs(found - front.F[solution.index]) / scale).max())
