@@ -16,6 +16,7 @@ from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.feed import feed_table, g_code
 from trajevo.front import Solution
+from trajevo.joint_limits_file import write_joint_limits
 from trajevo.robot_export import joint_trajectory, replay_table, urscript
 from trajevo.trajectory import DERIVATIVES
 from trajevo.units import ANGLE_UNITS, display, per_time
@@ -24,16 +25,16 @@ from trajevo.units import ANGLE_UNITS, display, per_time
 MOST_SAMPLES = 10_000_000
 
 #: Formats that can be written.
-FORMATS = ("csv", "json", "feed", "gcode", "ros2", "mujoco", "urscript")
+FORMATS = ("csv", "json", "feed", "gcode", "ros2", "mujoco", "urscript", "moveit")
 
 #: How the file of a format ends, where not with its name; a replay is a table too, and must not take the motion's name.
-_EXTENSIONS = {"ros2": "yaml", "mujoco": "mujoco.csv", "urscript": "script"}
+_EXTENSIONS = {"ros2": "yaml", "mujoco": "mujoco.csv", "urscript": "script", "moveit": "joint_limits.yaml"}
 
 #: Usual time between samples [s]: MuJoCo's own step, the cycle that every controller with ``servoj`` can run.
 _STEPS = {"mujoco": 0.002, "urscript": 0.008}
 
 #: Formats that are SI by definition.
-_SI = ("ros2", "mujoco", "urscript")
+_SI = ("ros2", "mujoco", "urscript", "moveit")
 
 #: How a file of each format begins.
 _BEGINNINGS = (b"# problem: {", b'{\n "format": "trajevo motion"', b"; trajevo", b"# trajevo: ")
@@ -206,6 +207,12 @@ def _urscript(solution: Solution, step: float, angle: str) -> str:
     return urscript(solution, step)
 
 
+def _moveit(solution: Solution, step: float, angle: str) -> str:
+    del step, angle
+    robot = solution.front.problem.robot
+    return _comments(solution) + write_joint_limits(robot.limits, robot.joint_names)
+
+
 _WRITERS: dict[str, Callable[[Solution, float, str], str]] = {
     "csv": _csv,
     "json": _json,
@@ -214,4 +221,5 @@ _WRITERS: dict[str, Callable[[Solution, float, str], str]] = {
     "ros2": _ros2,
     "mujoco": _mujoco,
     "urscript": _urscript,
+    "moveit": _moveit,
 }

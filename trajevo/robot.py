@@ -125,7 +125,7 @@ def load_robot(
     *,
     lock: Mapping[str, float] | None = None,
     tool: str | None = None,
-    limits: Mapping[str, Any] | None = None,
+    limits: Mapping[str, Any] | str | Path | None = None,
     gravity: Any = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF.
@@ -138,7 +138,8 @@ def load_robot(
         tool: frame at the end effector; that of ``robot.toml``, or the only tip of the URDF, if None.
         limits: limits that add to those of the files or replace them: ``position``, ``velocity``, ``acceleration``,
             ``jerk`` and ``effort`` -> one number for all joints, one per joint in order, or a mapping from joints to
-            numbers, SI or text with a unit such as ``"180 deg/s"``; for positions pairs. ``inf`` is no limit.
+            numbers, SI or text with a unit such as ``"180 deg/s"``; for positions pairs. ``inf`` is no limit. Or the
+            path of a ``joint_limits.yaml`` of MoveIt.
         gravity: in the base frame, shape (3,) [m/s²]; that of ``robot.toml``, or 9.80665 against z, if None.
 
     Returns:
@@ -156,6 +157,8 @@ def load_robot(
     source = robot_source(name)
     file = RobotFile(source.settings) if source.settings is not None else None
     urdf = source.urdf if file is None else file.path.parent / file.settings.urdf
+    if not isinstance(lock, Mapping | None):
+        raise InvalidInputError(f"lock: expected a mapping from joints to positions [rad or m], got {lock!r}")
     locked = dict(lock or {})
     model, units = build_model(checked_urdf(urdf, locked), urdf, locked)
     if gravity is not None:
@@ -172,7 +175,7 @@ def load_robot(
         name=source.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
-        limits=JointLimits(**declared_limits(model, names, units, declared, limits or {}, urdf)),
+        limits=JointLimits(**declared_limits(model, names, units, declared, {} if limits is None else limits, urdf)),
         friction=Friction(**(still if file is None else file.friction(names, units))),
         joint_names=names,
         joint_units=units,

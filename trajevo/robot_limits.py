@@ -10,6 +10,7 @@ import numpy as np
 
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
+from trajevo.joint_limits_file import read_joint_limits
 from trajevo.units import per_time, quantity
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk", "effort")
@@ -20,12 +21,14 @@ def declared_limits(
     names: tuple[str, ...],
     units: tuple[str, ...],
     declared: Mapping[str, Array] | None,
-    given: Mapping[str, Any],
+    given: Mapping[str, Any] | str | Path,
     urdf: Path,
 ) -> dict[str, Array]:
     """Columns of JointLimits, SI: those of ``robot.toml``, or else of the URDF, with those of the caller put over."""
     columns = dict(declared) if declared is not None else _of_urdf(model)
-    for key, value in given.items():
+    if not isinstance(given, Mapping | str | Path):
+        raise InvalidInputError(f"limits: expected a mapping from limits to values or a file of MoveIt, got {given!r}")
+    for key, value in (given if isinstance(given, Mapping) else read_joint_limits(given, names)).items():
         checked_name("limit", key, QUANTITIES)
         if key == "position":
             pairs = _per_joint(key, value, names, units, size=2)
@@ -43,7 +46,24 @@ def declared_limits(
                 f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "
                 f'an argument (limits={{"{key}": 10.0}}); inf is no limit'
             )
+    _check(columns, names, urdf)
     return columns
+
+
+def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path) -> None:
+    """Zeros stand for "not known" in many URDFs."""
+    for key in QUANTITIES[1:]:
+        for name, value in zip(names, columns[key].tolist(), strict=True):
+            if not value > 0.0:
+                raise InvalidInputError(
+                    f"{urdf}: joint {name!r}: expected a positive {key} limit, got {value:g}: give it in robot.toml, in "
+                    f'task.toml ([limits] {key} = ...), or as an argument (limits={{"{key}": ...}}); inf is no limit'
+                )
+    for name, lower, upper in zip(names, columns["lower"].tolist(), columns["upper"].tolist(), strict=True):
+        if not lower < upper:
+            raise InvalidInputError(
+                f"{urdf}: joint {name!r}: expected a lower position limit below the upper, got {lower:g} and {upper:g}"
+            )
 
 
 def _of_urdf(model: Any) -> dict[str, Array]:

@@ -42,6 +42,9 @@ def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[
     for name, position in lock.items():
         if name not in list(model.names)[1:]:
             raise UnknownNameError(f"joint to lock in {file}", name, list(model.names)[1:])
+        real = isinstance(position, int | float | np.number) and not isinstance(position, bool)
+        if not (real and np.isfinite(position)):
+            raise InvalidInputError(f"{file}: lock: expected a position of joint {name!r} [rad or m], got {position!r}")
         joint = model.joints[model.getJointId(name)]
         numbers.append(model.getJointId(name))
         turned = [np.cos(position), np.sin(position)] if joint.nq == 2 and joint.nv == 1 else [position]
@@ -50,6 +53,8 @@ def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[
 
 
 def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
+    if lock and len(lock) == model.njoints - 1:
+        raise InvalidInputError(f"{file}: lock: expected at least one joint left to move, got all locked: {list(lock)}")
     return pin.buildReducedModel(model, *held_still(model, file, lock)) if lock else model
 
 

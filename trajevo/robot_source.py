@@ -65,7 +65,10 @@ def _example(name: str, loader: Any) -> RobotSource:
     from example_robot_data.robots_loader import getModelPath
 
     if loader.free_flyer:
-        raise InvalidInputError(f"robot {name!r}: stands on a free-flyer, which cannot be planned for; known: ...")
+        raise InvalidInputError(
+            f"robot {name!r}: stands on a free-flyer, which cannot be planned for; expected a robot on a fixed base: "
+            f"{', '.join(list_example_robots())}"
+        )
     share = Path(getModelPath(loader.path)).resolve()
     urdf = share / loader.path / loader.urdf_subpath / loader.urdf_filename
     return RobotSource(name, urdf.parent, None, urdf, (share, share.parent, share.parent.parent))

@@ -1,0 +1,165 @@
+"""Limits from arguments and from MoveIt's files, and locked joints."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import yaml
+
+from tests.helpers import refused
+from trajevo import load_robot
+from trajevo.joint_limits_file import read_joint_limits, write_joint_limits
+from trajevo.robot import robot_of
+
+GIVEN = {"acceleration": 10.0, "jerk": 100.0}
+PANDA = {"tool": "panda_hand_tcp", "lock": {"panda_finger_joint1": 0.02, "panda_finger_joint2": 0.01}}
+NAMES = ("a", "b")
+
+
+@pytest.fixture
+def moveit(tmp_path):
+    def written(text):
+        file = tmp_path / "joint_limits.yaml"
+        file.write_text(text)
+        return file
+
+    return written
+
+
+def test_limits_are_one_for_all_one_each_or_by_joint():
+    each = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    robot = load_robot(
+        "ur5",
+        tool="tool0",
+        limits={
+            "acceleration": "180 deg/s^2",
+            "jerk": each,
+            "velocity": {"elbow_joint": 1.0},
+            "position": {"wrist_3_joint": ["-90 deg", 1.0]},
+            "effort": np.inf,
+        },
+    )
+    np.testing.assert_allclose(robot.limits.acceleration, np.pi)
+    np.testing.assert_array_equal(robot.limits.jerk, each)
+    np.testing.assert_allclose(robot.limits.velocity, [3.15, 3.15, 1.0, 3.2, 3.2, 3.2])
+    np.testing.assert_allclose(robot.limits.lower[[0, 5]], [-2.0 * np.pi, -0.5 * np.pi], atol=1e-6)
+    assert robot.limits.upper[5] == 1.0
+    assert np.isinf(robot.limits.effort).all()
+
+
+def test_limits_given_go_before_those_of_a_robot_toml():
+    robot = load_robot("puma560", limits={"jerk": 7.0})
+    assert (robot.limits.jerk == 7.0).all()
+    np.testing.assert_array_equal(robot.limits.velocity, load_robot("puma560").limits.velocity)
+
+
+@pytest.mark.parametrize(
+    ("limits", "says"),
+    [
+        ({}, r"no acceleration limit for shoulder_pan_joint, .*robot.toml.*task.toml.*limits=\{\"acceleration\": 10.0\}"),
+        ({"acceleration": 1.0}, "no jerk limit for shoulder_pan_joint"),
+        ({"acceleration": {"elbow_joint": 1.0}, "jerk": 1.0}, "no acceleration limit for shoulder_pan_joint"),
+        (GIVEN | {"speed": 1.0}, "unknown limit 'speed'; known: acceleration, effort, jerk, position, velocity"),
+        (GIVEN | {"velocity": [1.0, 2.0]}, "limits.velocity: expected 1 or 6 values, got 2"),
+        (GIVEN | {"velocity": -1.0}, "joint 'shoulder_pan_joint': expected a positive velocity limit, got -1"),
+        (GIVEN | {"velocity": 0.0}, "expected a positive velocity limit, got 0: give it in robot.toml"),
+        (GIVEN | {"velocity": float("nan")}, "limits.velocity.shoulder_pan_joint: expected a number .rad/s. or inf"),
+        (GIVEN | {"velocity": True}, "limits.velocity.shoulder_pan_joint: expected a number"),
+        (GIVEN | {"velocity": "3 m/s"}, "expected a number and a unit that converts to rad/s, got '3 m/s'"),
+        (GIVEN | {"velocity": {"elbow": 1.0}}, "unknown joint in limits.velocity 'elbow'; known: elbow_joint"),
+        (GIVEN | {"position": [1.0, -1.0]}, "joint 'shoulder_pan_joint': expected a lower position limit below"),
+        (GIVEN | {"position": 1.0}, "limits.position.shoulder_pan_joint: expected 2 numbers, got 1.0"),
+        (7, "limits: expected a mapping from limits to values or a file of MoveIt, got 7"),
+        ("nowhere.yaml", "nowhere.yaml: cannot be read as YAML: No such file"),
+    ],
+)
+def test_limits_that_cannot_be_used_are_refused(limits, says):
+    refused(lambda: load_robot("ur5", tool="tool0", limits=limits), says)
+
+
+@pytest.mark.parametrize(
+    ("lock", "says"),
+    [
+        ({"panda_finger": 0.0}, "unknown joint to lock in .*panda.urdf 'panda_finger'; known: panda_finger_joint1"),
+        ({"panda_finger_joint1": float("inf")}, "lock: expected a position of joint 'panda_finger_joint1'"),
+        ({"panda_finger_joint1": "open"}, "lock: expected a position of joint 'panda_finger_joint1'.*got 'open'"),
+        (["panda_finger_joint1"], "lock: expected a mapping from joints to positions"),
+        ({f"panda_joint{k}": 0.0 for k in range(1, 8)} | PANDA["lock"], "expected at least one joint left to move"),
+        ({}, "'panda_finger_joint2': expected an independent joint, got <mimic> of 'panda_finger_joint1'; lock it"),
+    ],
+)
+def test_locks_that_cannot_be_used_are_refused(lock, says):
+    refused(lambda: load_robot("panda", tool="panda_hand_tcp", lock=lock, limits=GIVEN), says)
+
+
+def test_what_is_locked_still_weighs():
+    robot = load_robot("panda", **PANDA, limits=GIVEN)
+    assert robot.dof == 7
+    whole = pin.buildModelFromUrdf(str(robot.urdf))
+    q = np.random.default_rng(0).uniform(robot.limits.lower, robot.limits.upper)
+    held = np.concatenate([q, [0.02, 0.01]])
+    expected = pin.computeGeneralizedGravity(whole, whole.createData(), held)[:7] / 9.81 * 9.80665
+    gravity = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), q)
+    np.testing.assert_allclose(gravity, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_continuous_joints_are_refused_by_name_or_locked():
+    refused(lambda: load_robot("kinova", limits=GIVEN), "joint 'j2s6s200_joint_1' is a .*lock=.'j2s6s200_joint_1'")
+    continuous = {f"j2s6s200_joint_{k}": 0.5 for k in (1, 4, 5, 6)}
+    robot = load_robot("kinova", lock=continuous, limits=GIVEN)
+    assert robot.joint_names == ("j2s6s200_joint_2", "j2s6s200_joint_3")
+
+
+def test_settings_load_an_equal_robot():
+    robot = load_robot("panda", **PANDA, limits=GIVEN)
+    again = robot_of(robot.settings)
+    assert again.settings == robot.settings
+    np.testing.assert_array_equal(again.limits.jerk, robot.limits.jerk)
+    assert load_robot("puma560").settings == "puma560"
+    by_path = load_robot(robot.urdf, **PANDA, limits=GIVEN)
+    assert by_path.settings["name"] == str(robot.urdf)
+    refused(lambda: robot_of({"nam": "ur5"}), "robot: expected name and, if wanted, lock, tool")
+
+
+def test_free_flyers_are_refused():
+    refused(lambda: load_robot("talos"), "robot 'talos': stands on a free-flyer.*ur5")
+
+
+def test_several_tips_want_a_tool():
+    refused(lambda: load_robot("ur5", limits=GIVEN), "tool: expected a frame, as the URDF has several tips.*'tool0'")
+
+
+def test_moveit_files_round_trip(moveit):
+    limits = load_robot("puma560", limits={"effort": np.inf, "position": {"joint_1": [-np.inf, np.inf]}}).limits
+    names = load_robot("puma560").joint_names
+    text = write_joint_limits(limits, names)
+    content = yaml.safe_load(text)["joint_limits"]
+    assert content["joint_2"]["max_velocity"] == limits.velocity[1]
+    assert content["joint_1"]["has_effort_limits"] is False
+    again = load_robot("puma560", limits=moveit(text)).limits
+    for name in ("lower", "upper", "velocity", "acceleration", "jerk", "effort"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(limits, name))
+
+
+def test_moveit_s_scaling_factors_count(moveit):
+    text = "default_velocity_scaling_factor: 0.1\njoint_limits:\n  a: {has_velocity_limits: true, max_velocity: 3.0}\n"
+    assert read_joint_limits(moveit(text), NAMES) == {"velocity": {"a": pytest.approx(0.3)}}
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("joint_limits: [", "cannot be read as YAML"),
+        ("limits: 1", "expected a mapping 'joint_limits'"),
+        ("joint_limits: {c: {}}", "unknown joint in .*joint_limits.yaml 'c'; known: a, b"),
+        ("joint_limits: {a: 3}", "joint_limits.yaml: a: expected a mapping of limits, got 3"),
+        ("joint_limits: {a: {max_speed: 3}}", "unknown key in .*: a 'max_speed'; known: .*max_velocity"),
+        ("joint_limits: {a: {has_velocity_limits: true}}", "a: has_velocity_limits is true, but max_velocity is missing"),
+        ("joint_limits: {a: {has_velocity_limits: 1, max_velocity: 3.0}}", "expected true or false, got 1"),
+        ("joint_limits: {a: {max_velocity: fast}}", "a: max_velocity: expected a finite number, got 'fast'"),
+        ("joint_limits: {a: {min_position: 0.0}}", "a: has_position_limits is true, but max_position is missing"),
+        ("speed: 1\njoint_limits: {}", "unknown key in .* 'speed'"),
+        ("default_velocity_scaling_factor: 0\njoint_limits: {}", "expected a finite number above 0, got 0"),
+    ],
+)
+def test_broken_moveit_files_are_refused(moveit, text, says):
+    refused(lambda: read_joint_limits(moveit(text), NAMES), says)
