@@ -212,7 +212,7 @@ def _robot_rows(robot: Robot, motion: Motion, effort: Array) -> Iterator[Utilisa
 def _range_used(q: Array, lower: Array, upper: Array) -> Array:
     """|q - middle| over half the range; of a range with one end 1 + excess over that end's size; -inf without any."""
     both, any_end = np.isfinite(lower) & np.isfinite(upper), np.isfinite(lower) | np.isfinite(upper)
-    finite = np.where(np.isfinite(lower), lower, upper)
+    finite = np.where(np.isfinite(lower), lower, np.where(any_end, upper, 0.0))
     one_sided = np.where(finite != 0.0, np.abs(finite), 1.0)
     size = np.where(both, 0.5 * (np.where(both, upper, 0.0) - np.where(both, lower, 0.0)), one_sided)
     used: Array = np.where(any_end, 1.0 + np.maximum(q - upper, lower - q) / size, -np.inf)
