@@ -262,15 +262,14 @@ def test_command_line(tmp_path):
     assert (one.returncode, every.returncode) == (0, 0), one.stderr + every.stderr
     for limit in ("position", "velocity", "acceleration", "jerk"):
         assert limit in one.stdout
-    assert "knee (row " in one.stdout
-    assert "keeps every limit" in one.stdout
+    assert f"row {front.knee().index} (knee) keeps every limit at" in one.stdout
     assert f"{len(front)} of {len(front)} solutions keep every limit." in every.stdout
     content = json.loads((tmp_path / "front.json").read_text())
     content["X"] = [[0.4 * x for x in row] for row in content["X"]]
     (tmp_path / "faster.json").write_text(json.dumps(content))
     failed = trajevo("verify", tmp_path / "faster.json", "--solution", "0")
     assert failed.returncode == 1
-    assert "row (row 0) FAILS: " in failed.stdout
+    assert "row 0 FAILS: " in failed.stdout
     refusal = trajevo("verify", tmp_path, "--density", "1")
     assert (refusal.returncode, refusal.stderr.count("\n")) == (2, 1)
     assert "density: expected a whole number from 2 to 200, got 1" in refusal.stderr
