@@ -67,7 +67,7 @@ class Verification:
     """What a dense look at one motion found.
 
     Attributes:
-        solution: rule and row of the solution.
+        solution: row of the solution and the rule that chose it.
         instants: how many were looked at.
         rows: greatest utilisation of every finite limit of every joint, then of the problem's other constraints.
         derivative_mismatch: greatest difference of velocity, acceleration and jerk from finite differences of position,
@@ -158,7 +158,7 @@ def verify(solution: Solution, *, density: int = 20) -> Verification:
     effort, pinocchio = _efforts(rollout, motion)
     apart = np.abs(effort - pinocchio).max(axis=0)
     return Verification(
-        solution=f"{solution.rule} (row {solution.index})",
+        solution=f"row {solution.index}" + ("" if solution.rule == "row" else f" ({solution.rule})"),
         instants=len(motion.t),
         rows=(*_robot_rows(rollout.robot, motion, effort), *_problem_rows(solution, dense)),
         derivative_mismatch=_derivative_mismatch(rollout.trajectory, motion, shares),
@@ -212,7 +212,7 @@ def _robot_rows(robot: Robot, motion: Motion, effort: Array) -> Iterator[Utilisa
 def _range_used(q: Array, lower: Array, upper: Array) -> Array:
     """|q - middle| over half the range; of a range with one end 1 + excess over that end's size; -inf without any."""
     both, any_end = np.isfinite(lower) & np.isfinite(upper), np.isfinite(lower) | np.isfinite(upper)
-    finite = np.where(np.isfinite(lower), lower, upper)
+    finite = np.where(np.isfinite(lower), lower, np.where(any_end, upper, 0.0))
     one_sided = np.where(finite != 0.0, np.abs(finite), 1.0)
     size = np.where(both, 0.5 * (np.where(both, upper, 0.0) - np.where(both, lower, 0.0)), one_sided)
     used: Array = np.where(any_end, 1.0 + np.maximum(q - upper, lower - q) / size, -np.inf)
