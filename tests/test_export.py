@@ -108,7 +108,10 @@ def test_a_splined_path_is_as_the_schema_says(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ({"format": "xml"}, "unknown export format 'xml'; known: csv, feed, gcode, json, mujoco, ros2, urscript"),
+        (
+            {"format": "xml"},
+            "unknown export format 'xml'; known: csv, feed, gcode, json, moveit, mujoco, ros2, urscript",
+        ),
         ({"step": 0.0}, "step: expected a positive time"),
         ({"step": True}, "step: expected a positive time"),
         ({"step": float("nan")}, "step: expected a positive time"),

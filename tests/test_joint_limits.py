@@ -55,7 +55,10 @@ def test_limits_given_go_before_those_of_a_robot_toml():
 @pytest.mark.parametrize(
     ("limits", "says"),
     [
-        ({}, r"no acceleration limit for shoulder_pan_joint, .*robot.toml.*task.toml.*limits=\{\"acceleration\": 10.0\}"),
+        (
+            {},
+            r"no acceleration limit for shoulder_pan_joint, .*robot.toml.*task.toml.*limits=\{\"acceleration\": 10.0\}",
+        ),
         ({"acceleration": 1.0}, "no jerk limit for shoulder_pan_joint"),
         ({"acceleration": {"elbow_joint": 1.0}, "jerk": 1.0}, "no acceleration limit for shoulder_pan_joint"),
         (GIVEN | {"speed": 1.0}, "unknown limit 'speed'; known: acceleration, effort, jerk, position, velocity"),
@@ -79,9 +82,18 @@ def test_limits_that_cannot_be_used_are_refused(limits, says):
 @pytest.mark.parametrize(
     ("lock", "says"),
     [
-        ({"panda_finger": 0.0}, "unknown joint to lock in .*panda.urdf 'panda_finger'; known: panda_finger_joint1"),
-        ({"panda_finger_joint1": float("inf")}, "lock: expected a position of joint 'panda_finger_joint1'"),
-        ({"panda_finger_joint1": "open"}, "lock: expected a position of joint 'panda_finger_joint1'.*got 'open'"),
+        (
+            PANDA["lock"] | {"panda_finger": 0.0},
+            "unknown joint to lock in .*panda.urdf 'panda_finger'; known: panda_finger_joint1",
+        ),
+        (
+            PANDA["lock"] | {"panda_finger_joint1": float("inf")},
+            "lock: expected a position of joint 'panda_finger_joint1'",
+        ),
+        (
+            PANDA["lock"] | {"panda_finger_joint1": "open"},
+            "lock: expected a position of joint 'panda_finger_joint1'.*got 'open'",
+        ),
         (["panda_finger_joint1"], "lock: expected a mapping from joints to positions"),
         ({f"panda_joint{k}": 0.0 for k in range(1, 8)} | PANDA["lock"], "expected at least one joint left to move"),
         ({}, "'panda_finger_joint2': expected an independent joint, got <mimic> of 'panda_finger_joint1'; lock it"),
@@ -105,7 +117,7 @@ def test_what_is_locked_still_weighs():
 def test_continuous_joints_are_refused_by_name_or_locked():
     refused(lambda: load_robot("kinova", limits=GIVEN), "joint 'j2s6s200_joint_1' is a .*lock=.'j2s6s200_joint_1'")
     continuous = {f"j2s6s200_joint_{k}": 0.5 for k in (1, 4, 5, 6)}
-    robot = load_robot("kinova", lock=continuous, limits=GIVEN)
+    robot = load_robot("kinova", lock=continuous, tool="j2s6s200_end_effector", limits=GIVEN)
     assert robot.joint_names == ("j2s6s200_joint_2", "j2s6s200_joint_3")
 
 
@@ -153,7 +165,10 @@ def test_moveit_s_scaling_factors_count(moveit):
         ("joint_limits: {c: {}}", "unknown joint in .*joint_limits.yaml 'c'; known: a, b"),
         ("joint_limits: {a: 3}", "joint_limits.yaml: a: expected a mapping of limits, got 3"),
         ("joint_limits: {a: {max_speed: 3}}", "unknown key in .*: a 'max_speed'; known: .*max_velocity"),
-        ("joint_limits: {a: {has_velocity_limits: true}}", "a: has_velocity_limits is true, but max_velocity is missing"),
+        (
+            "joint_limits: {a: {has_velocity_limits: true}}",
+            "has_velocity_limits is true, but max_velocity is missing",
+        ),
         ("joint_limits: {a: {has_velocity_limits: 1, max_velocity: 3.0}}", "expected true or false, got 1"),
         ("joint_limits: {a: {max_velocity: fast}}", "a: max_velocity: expected a finite number, got 'fast'"),
         ("joint_limits: {a: {min_position: 0.0}}", "a: has_position_limits is true, but max_position is missing"),

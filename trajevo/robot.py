@@ -68,10 +68,14 @@ class Robot:
     locked: Mapping[str, float] = field(default_factory=dict)
     settings: Any = None
 
+    def __str__(self) -> str:
+        held = f", {len(self.locked)} locked" if self.locked else ""
+        return f"{self.name}: {self.dof} joints{held}, {self.mass:.4g} kg, tool {self.tool}, {self.urdf}"
+
     @property
     def mass(self) -> float:
         """Mass of everything that moves [kg]."""
-        return float(sum(inertia.mass for inertia in list(self.model.inertias)[1:]))
+        return _moving_mass(self.model)
 
     @property
     def dof(self) -> int:
@@ -181,7 +185,9 @@ def load_robot(
         joint_units=units,
         tool=_tool(model, tool, source, file),
         source=source.folder,
-        reference=str(urdf.name) if file is None else file.settings.reference,
+        reference=f"{urdf.name}, {len(names)} joints, {_moving_mass(model):.4g} kg"
+        if file is None
+        else file.settings.reference,
         urdf=urdf,
         packages=source.packages,
         locked=locked,
@@ -227,6 +233,10 @@ def _plain(value: Any) -> Any:
 
 def _listed(value: Any) -> Any:
     return [_plain(entry) for entry in value] if isinstance(value, list | tuple) else value
+
+
+def _moving_mass(model: Any) -> float:
+    return float(sum(inertia.mass for inertia in list(model.inertias)[1:]))
 
 
 def _tool(model: Any, tool: str | None, source: RobotSource, file: RobotFile | None) -> str:

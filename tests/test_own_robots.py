@@ -1,0 +1,119 @@
+"""Robots that are not ours: loaded, solved, verified; the xArm7 goes around its post; the motions come out again."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from problems import ViaPointProblem
+from tests.helpers import refused
+from trajevo import Scene, load_robot, load_task, optimise
+from trajevo.clearance import clearance_along
+from trajevo.export import export
+from trajevo.verify import verify, verify_all
+
+LIMITS = {"acceleration": 12.0, "jerk": 150.0}
+FINGERS = {"panda_finger_joint1": 0.02, "panda_finger_joint2": 0.02}
+ROBOTS = {
+    "ur5": {"tool": "tool0"},
+    "panda": {"tool": "panda_hand_tcp", "lock": FINGERS},
+    "xarm7": {},
+    "z1": {},
+    "talos_arm": {"tool": "gripper_left_base_link"},
+    "kinova": {"tool": "j2s6s200_end_effector", "lock": {f"j2s6s200_joint_{k}": 0.3 for k in (1, 4, 5, 6)}},
+}
+XARM7 = Path(__file__).parents[1] / "problems" / "tasks" / "xarm7_obstacle.toml"
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_no_limit_is_exceeded_between_the_samples(name):
+    robot = load_robot(name, limits=LIMITS, **ROBOTS[name])
+    middle, half = 0.5 * (robot.limits.lower + robot.limits.upper), 0.5 * (robot.limits.upper - robot.limits.lower)
+    way = np.minimum(0.25 * half, 0.5)
+    start = np.clip(middle, -1.5, 1.5)
+    points = start + way * np.array([-1.0, 0.3, 1.0])[:, None] * np.where(np.arange(robot.dof) % 2, -1.0, 1.0)
+    problem = ViaPointProblem(
+        robot=robot,
+        points=points,
+        payload=0.5,
+        duration_bounds=(0.2, 4.0),
+        objectives=("time", "energy", "jerk"),
+        constraints=("position", "velocity", "acceleration", "jerk", "effort"),
+    )
+    front = optimise(problem, seed=1, generations=40, population=60, progress=False)
+    assert len(front) > 20, front.blocking
+    for found in verify_all(front, density=20):
+        assert found.passed, found.verdict
+        assert found.effort_difference < 1e-9
+    assert {row.limit for row in found.rows} >= {"position", "velocity", "acceleration", "jerk", "effort"}
+
+
+@pytest.fixture(scope="module")
+def around():
+    return load_task(XARM7).solve(generations=30, population=40, progress=False)
+
+
+def test_every_front_member_keeps_its_distance_at_every_instant(around):
+    assert len(around) > 20
+    scene = Scene.of(around.problem.settings["scene"])
+    for row in range(len(around)):
+        profile = clearance_along(around.pick(row), scene, density=20 * around.problem.dynamics.samples)
+        assert profile.least(itself=False).min() >= scene.clearance - 1e-9
+
+
+def test_without_the_obstacle_the_same_task_collides(around):
+    settings = around.problem.settings
+    blind = optimise(
+        ViaPointProblem(**(settings | {"scene": None})), seed=1, generations=30, population=40, progress=False
+    )
+    scene = Scene.of(settings["scene"])
+    least = [clearance_along(blind.pick(row), scene, density=20).least(itself=False).min() for row in range(len(blind))]
+    assert min(least) < 0.0
+
+
+def test_a_moving_point_wins_time(around):
+    """With the point held where the task puts it, in the post, nothing is feasible at all."""
+    held = ViaPointProblem(**(around.problem.settings | {"moving": []}))
+    front = optimise(held, seed=1, generations=10, population=40, progress=False)
+    assert not len(front)
+    assert "clearance to obstacles" in str(front.blocking)
+
+
+def test_points_moved_at_the_tool_stay_in_their_boxes():
+    front = load_task(XARM7.with_name("ur5_pick_and_place.toml")).solve(generations=15, population=40, progress=False)
+    decoder = front.problem.interpolant
+    nominal = front.problem.robot.tool_poses(decoder.points.positions)
+    for row in range(0, len(front), 7):
+        moved, turned = front.problem.robot.tool_poses(decoder.positions_of(front.X[row : row + 1])[0])
+        assert (np.abs(moved - nominal[0]) <= [[1e-6, 0.05 + 1e-6, 0.05 + 1e-6]]).all()
+        np.testing.assert_allclose(turned, nominal[1], atol=1e-5)
+        np.testing.assert_allclose(moved[[0, 3]], nominal[0][[0, 3]], atol=1e-9)
+
+
+def test_limits_go_to_moveit_and_come_back(around, tmp_path):
+    file = export(around.knee(), tmp_path / "joint_limits.yaml", format="moveit")
+    assert yaml.safe_load(file.read_text())["joint_limits"]["joint1"]["max_velocity"] == 3.14
+    robot = load_robot("xarm7", limits=file)
+    np.testing.assert_array_equal(robot.limits.jerk, around.problem.robot.limits.jerk)
+
+
+def test_a_tampered_motion_is_not_verified(around):
+    from dataclasses import replace
+
+    faster = replace(around, X=np.concatenate([around.X[:, :2] * 0.3, around.X[:, 2:]], axis=1))
+    assert not verify(faster.pick(0)).passed
+
+
+def test_points_of_another_make_are_refused():
+    robot = load_robot("ur5", tool="tool0", limits=LIMITS)
+    for points, says in (
+        (None, "robot 'ur5' needs points to pass"),
+        ([[0.0, 1.0]], "expected at least 2 points|has 6 joints"),
+        ([{"position": [9.0, 0.0, 0.0]}, {"position": [0.4, 0.0, 0.3]}], "point 0: expected a pose that 'ur5' reaches"),
+        ([[0.0] * 6, {"position": [0.4, 0.0, 9.0]}, [0.0] * 6], "point 1: expected a pose.*misses it by"),
+        ([[0.0] * 6, {"place": [0.4, 0.0, 0.3]}], "unknown key of a pose 'place'"),
+        ([[0.0] * 6, {"rpy": [0.4, 0.0, 0.3]}], "pose: expected a 'position'"),
+        ([[0.0] * 5, {"position": [0.4, 0.0, 0.3]}], "points: point 0: expected shape .6."),
+    ):
+        refused(lambda given=points: ViaPointProblem(robot=robot, points=given), says)
