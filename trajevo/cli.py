@@ -1,4 +1,4 @@
-"""The command ``trajevo``: init, list, solve, show, report, export, animate, capacity."""
+"""The command ``trajevo``: init, list, solve, show, report, export, animate, capacity, check-robot."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from trajevo.export import FORMATS, extension
 from trajevo.export import export as write_motion
 from trajevo.front import Front
 from trajevo.report import report as write_report
-from trajevo.terminal import print_list, print_run
+from trajevo.robot_report import examine
+from trajevo.terminal import print_examination, print_list, print_run
 
 app = typer.Typer(
     help="Multi-objective trajectory optimisation and payload capacity for robots.",
@@ -118,6 +119,18 @@ def capacity(
     for name, alone, margin in zip(chosen.front.problem.robot.joint_names, found.per_joint, found.margin, strict=True):
         table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
     _out.print(table)
+
+
+@app.command("check-robot")
+def check_robot(
+    robot: Annotated[str, typer.Argument(help="Name, folder with robot.toml, or URDF.")],
+    lock: Annotated[list[str] | None, typer.Option(help="Joint that will be held still; may be repeated.")] = None,
+) -> None:
+    """Tell everything that is wrong with a robot at once; exit code 1 if it cannot be loaded."""
+    examination = examine(robot, lock=lock or ())
+    print_examination(_out, examination)
+    if examination.errors:
+        raise typer.Exit(1)
 
 
 def main() -> None:

@@ -117,7 +117,7 @@ def _inertial_problems(inertial: ElementTree.Element, where: str) -> Iterator[st
         return
     if mass > 0.0:
         yield from _tensor_problems(tensor, f"{where}: inertia")
-    else:
+    elif mass == 0.0:
         yield f"{where}: inertia: expected zeros for a link of mass 0, got {tensor.tolist()} [kg·m²]"
 
 
