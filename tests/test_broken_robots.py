@@ -56,21 +56,45 @@ def test_the_unbroken_robot_is_good(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('name="shoulder" type="revolute"', 'name="shoulder" type="floating"', SHOULDER[:-2] + " is a free-flyer, which"),
-        ('name="shoulder" type="revolute"', 'name="shoulder" type="planar"', SHOULDER[:-2] + " is a planar joint, which"),
+        (
+            'name="shoulder" type="revolute"',
+            'name="shoulder" type="floating"',
+            SHOULDER[:-2] + " is a free-flyer, which",
+        ),
+        (
+            'name="shoulder" type="revolute"',
+            'name="shoulder" type="planar"',
+            SHOULDER[:-2] + " is a planar joint, which",
+        ),
         ('name="shoulder" type="revolute"', 'name="shoulder" type="screw"', SHOULDER + "type: .*, got 'screw'"),
         ('name="shoulder" type="revolute"', 'name="shoulder"', SHOULDER + "type: .*, got None"),
-        ('name="shoulder" type="revolute"', 'name="shoulder" type="continuous"', "joint 'shoulder' is a .*expected revol"),
-        ('<parent link="base"/>', '<parent link="bsae"/>', SHOULDER + "parent: expected a link of the file, got 'bsae'"),
+        (
+            'name="shoulder" type="revolute"',
+            'name="shoulder" type="continuous"',
+            "joint 'shoulder' is a .*expected revol",
+        ),
+        (
+            '<parent link="base"/>',
+            '<parent link="bsae"/>',
+            SHOULDER + "parent: expected a link of the file, got 'bsae'",
+        ),
         ('<parent link="base"/>', "", SHOULDER + "parent: expected a link of the file, got None"),
         ('<parent link="base"/>', "<parent/>", SHOULDER + "parent: expected a link of the file, got None"),
         ('<child link="upper"/>', '<child link="uper"/>', SHOULDER + "child: expected a link of the file, got 'uper'"),
         ('<child link="upper"/>', "", SHOULDER + "child: expected a link of the file, got None"),
-        ('<link name="tip"/>', '<link name="tip"/><link name="tip"/>', "link 'tip': expected a name of its own, got 2 links"),
+        (
+            '<link name="tip"/>',
+            '<link name="tip"/><link name="tip"/>',
+            "link 'tip': expected a name of its own, got 2 links",
+        ),
         ('name="elbow"', 'name="shoulder"', "joint 'shoulder': expected a name of its own, got 2 joints"),
         ('<link name="tip"/>', '<link name="tip"/><link/>', "expected a name for every link, got 1 without one"),
         ('name="elbow"', "", "expected a name for every joint, got 1 without one"),
-        ('<link name="tip"/>', '<link name="tip"/><link name="desk"/>', "expected one root link, .*got 2: .*'base', 'desk'"),
+        (
+            '<link name="tip"/>',
+            '<link name="tip"/><link name="desk"/>',
+            "expected one root link, .*got 2: .*'base', 'desk'",
+        ),
         ('<child link="tip"/>', '<child link="upper"/>', "link 'upper': .*got 2, from .*'base', 'lower'"),
         ('<child link="tip"/>', '<child link="base"/>', TREE + "base -> upper -> lower -> base"),
         ('<parent link="lower"/>', '<parent link="tip"/>', TREE + "tip -> tip|one root link"),
@@ -84,14 +108,22 @@ def test_the_unbroken_robot_is_good(tmp_path):
         ('velocity="2"', 'velocity="nan"', SHOULDER + "limit: expected a finite number as velocity, got 'nan'"),
         ('effort="30"', 'effort="inf"', SHOULDER + "limit: expected a finite number as effort, got 'inf'"),
         ('effort="30"', 'effort="30 Nm"', SHOULDER + "limit: expected a finite number as effort, got '30 Nm'"),
-        ('velocity="2"', 'velocity="0"', "velocity: expected positive|velocity: expected a positive|velocity"),
-        ('velocity="2"', 'velocity="-2"', "velocity"),
-        ('effort="30"', 'effort="0"', "effort"),
-        ('effort="30"', 'effort="-30"', "effort"),
+        ('velocity="2"', 'velocity="0"', "velocity: expected (a )?positive"),
+        ('velocity="2"', 'velocity="-2"', "velocity: expected (a )?positive"),
+        ('effort="30"', 'effort="0"', "effort: expected (a )?positive"),
+        ('effort="30"', 'effort="-30"', "effort: expected (a )?positive"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', SHOULDER + "axis: expected a direction"),
-        ('<axis xyz="0 1 0"/>', '<axis xyz="0 1"/>', SHOULDER + "axis: expected three finite numbers as xyz, got '0 1'"),
+        (
+            '<axis xyz="0 1 0"/>',
+            '<axis xyz="0 1"/>',
+            SHOULDER + "axis: expected three finite numbers as xyz, got '0 1'",
+        ),
         ('<origin xyz="0 0 1"/>', '<origin xyz="0 0 nan"/>', SHOULDER + "origin: .*got '0 0 nan'"),
-        ('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="elbow"/>', SHOULDER + ".*<mimic> of 'elbow'; lock it"),
+        (
+            '<axis xyz="0 1 0"/>',
+            '<axis xyz="0 1 0"/><mimic joint="elbow"/>',
+            SHOULDER + ".*<mimic> of 'elbow'; lock it",
+        ),
         ('<mass value="1"/>', '<mass value="-1"/>', "link 'upper': mass: expected a number from 0"),
         ('<mass value="1"/>', "", "link 'upper': <inertial> has no <mass>"),
         ('<mass value="1"/>', '<mass value="0"/>', "link 'upper': inertia: expected zeros for a link of mass 0"),
@@ -100,7 +132,7 @@ def test_the_unbroken_robot_is_good(tmp_path):
         ('ixx="0.01"', 'ixx="1e999"', "link 'upper': inertia: expected a finite number as ixx, got '1e999'"),
         ("robot name", "sdf name", "expected <robot> as the top element, got <sdf>"),
     ],
-)  # fmt: skip
+)
 def test_a_broken_urdf_is_refused_and_told(tmp_path, old, new, says):
     text = changed(URDF, (old, new))
     if "sdf" in new:
@@ -125,7 +157,11 @@ def test_a_broken_urdf_is_refused_and_told(tmp_path, old, new, says):
         ("[0.0, 0.0, -9.81]", "[0.0, -9.81]", "gravity.vector"),
         ('unit = "m/s^2"', 'unit = "kg"', "gravity: unit 'kg', expected"),
         ("[joints.joint_1]", "[joints.joint_7]", "limits given for joints .*joint_7"),
-        ("lower = -160.0", "lower = 160.0", "joint 'joint_1': position: lower must be below upper, got 160 and 160 deg"),
+        (
+            "lower = -160.0",
+            "lower = 160.0",
+            "joint 'joint_1': position: lower must be below upper, got 160 and 160 deg",
+        ),
         ("lower = -160.0", "lower = nan", "joint 'joint_1': position: lower must be below upper, got nan and 160 deg"),
         ("limit = 1.92", "limit = 0.0", "joints.joint_1.velocity.limit: .*greater than 0, got 0"),
         ("limit = 1.92", "limit = nan", "joints.joint_1.velocity.limit: .*got nan"),
@@ -137,7 +173,7 @@ def test_a_broken_urdf_is_refused_and_told(tmp_path, old, new, says):
         ("armature = { value = 1", "armature = { value = -1", "joints.joint_1.armature.value: .*greater than or equal"),
         ("forward = 24.7313845, ", "", "joints.joint_1.coulomb_friction: .*forward and backward"),
     ],
-)  # fmt: skip
+)
 def test_a_broken_robot_toml_is_refused_and_told(tmp_path, old, new, says):
     folder = shutil.copytree(ROBOTS_FOLDER / "puma560", tmp_path / "mine")
     file = folder / "robot.toml"
@@ -187,14 +223,14 @@ def test_a_mimic_counts_only_where_something_moves(tmp_path, kind):
     assert any("<mimic>" in error for error in examine(file).errors) == (kind == "revolute")
     lock = {} if kind == "fixed" else {"flange": 0.0}
     assert examine(file, lock=lock).errors == ()
-    assert load_robot(file, lock=lock, limits=LIMITS).joint_names == ("shoulder", "elbow")
+    assert load_robot(file, lock=lock, tool="tip", limits=LIMITS).joint_names == ("shoulder", "elbow")
 
 
 def test_a_locked_joint_needs_no_sense_in_its_limits(tmp_path):
     file = robot_file(tmp_path, ('lower="-1" upper="1"', 'lower="1" upper="-1"'))
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
-        assert load_robot(file, lock={"shoulder": 0.0}, limits=LIMITS).dof == 1
+        assert load_robot(file, lock={"shoulder": 0.0}, tool="tip", limits=LIMITS).dof == 1
     examination = examine(file, lock=["shoulder"])
     assert examination.errors == ()
     assert [row.name for row in examination.joints] == ["elbow"]
