@@ -70,7 +70,7 @@ def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str
     """Everything for which a URDF is refused before Pinocchio reads it, one sentence each.
 
     A number that cannot be read, a mass that is negative, an inertia that is not positive definite or breaks the
-    triangle inequality, an axis that is zero, a ``<mimic>``, limits that are missing or cannot be read, a joint of a
+    triangle inequality, an axis that is zero, a ``<mimic>``, limits that are missing, negative or cannot be read, a joint of a
     type that is unknown or cannot be planned for, no movable joint, names that are missing or not unique, and links
     that do not form one tree.
 
@@ -163,7 +163,9 @@ def _limit_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
         return
     for key in ("lower", "upper", "velocity", "effort"):
         if key in limit.attrib or key in ("velocity", "effort"):  # lower and upper are 0 where they are not given
-            yield from _number(limit, key, f"{where}: limit")
+            value = yield from _number(limit, key, f"{where}: limit")
+            if value is not None and value < 0.0 and key in ("velocity", "effort") and joint.get("type") != "fixed":
+                yield f"{where}: limit: {key}: expected a positive number, got {value:g}"
 
 
 def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:

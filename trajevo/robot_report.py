@@ -187,7 +187,7 @@ def _limit_problems(rows: list[JointRow], urdf: Path) -> Iterator[str]:
             yield f"{where}: lower must be below upper, got {row.lower:g} and {row.upper:g} {row.unit}"
         for key, unit in (("velocity", f"{row.unit}/s"), ("effort", "N" if row.unit == "m" else "N·m")):
             value = getattr(row, key)
-            if value <= 0.0:
+            if value == 0.0:  # less than that, Pinocchio does not read either, and the URDF's own check has told it
                 yield f"{where}: {key}: expected a positive number, got {value:g} {unit}"
 
 
