@@ -70,9 +70,9 @@ def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str
     """Everything for which a URDF is refused before Pinocchio reads it, one sentence each.
 
     A number that cannot be read, a mass that is negative, an inertia that is not positive definite or breaks the
-    triangle inequality, an axis that is zero, a ``<mimic>``, limits that are missing, negative or cannot be read, a joint of a
-    type that is unknown or cannot be planned for, no movable joint, names that are missing or not unique, and links
-    that do not form one tree.
+    triangle inequality, an axis that is zero, a ``<mimic>``, limits that are missing, negative or cannot be read,
+    a joint of a type that is unknown or cannot be planned for, no movable joint, names that are missing or not unique,
+    and links that do not form one tree.
 
     Args:
         robot: top element of the URDF.
