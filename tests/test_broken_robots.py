@@ -112,6 +112,11 @@ def test_the_unbroken_robot_is_good(tmp_path):
         ('velocity="2"', 'velocity="-2"', "velocity: expected (a )?positive"),
         ('effort="30"', 'effort="0"', "effort: expected (a )?positive"),
         ('effort="30"', 'effort="-30"', "effort: expected (a )?positive"),
+        (
+            '<axis xyz="0 1 0"/>',
+            '<axis xyz="0 1e200 0"/>',
+            SHOULDER + "axis: expected a direction, got a vector too long",
+        ),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', SHOULDER + "axis: expected a direction"),
         (
             '<axis xyz="0 1 0"/>',

@@ -126,7 +126,7 @@ def _tensor_problems(tensor: Array, where: str) -> Iterator[str]:
     moments = np.linalg.eigvalsh(tensor)
     if not moments[0] > 0.0:
         yield f"{where}: expected a positive definite tensor, got principal moments {moments.tolist()} [kg·m²]"
-    elif moments[2] > (moments[0] + moments[1]) * (1.0 + _ROUNDING):
+    elif moments[2] - moments[1] > moments[0] + _ROUNDING * moments[2]:
         yield (
             f"{where}: expected no principal moment above the sum of the others (triangle inequality), "
             f"got {moments.tolist()} [kg·m²]"
@@ -150,8 +150,13 @@ def _joint_problems(joint: ElementTree.Element, where: str, locked: bool) -> Ite
     if axis is None or kind in ("fixed", "floating"):
         return
     direction = yield from _vector(axis, "xyz", f"{where}: axis")
-    if direction is not None and not np.linalg.norm(direction) > 0.0:
-        yield f"{where}: axis: expected a direction, got the zero vector {axis.get('xyz')!r}"
+    if direction is None:
+        return
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(direction)
+    if not 0.0 < length < np.inf:  # Pinocchio scales to length 1, which neither of the two allows
+        got = "the zero vector" if length == 0.0 else "a vector too long for its length to be a number"
+        yield f"{where}: axis: expected a direction, got {got} {axis.get('xyz')!r}"
 
 
 def _limit_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
