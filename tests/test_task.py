@@ -162,11 +162,7 @@ def test_points_may_be_poses_in_a_csv_file(write, tmp_path):
         ),
         ("[payload]", "[scene]\nclearance = -1.0\n[payload]", "line 19: scene"),
         ("[payload]", "[[moving]]\npoint = 1\n[payload]", "line 19: moving.0: expected either joints or tool"),
-        (
-            "[payload]",
-            "[[moving]]\npoint = 7\njoints = 5.0\n[payload]",
-            "line 19: moving: expected a point from 1 to 1, got 7",
-        ),
+        ("[payload]", "[[moving]]\npoint = 7\njoints = 5.0\n[payload]", "line 19: moving: expected a point from 1 to 1, got 7"),
         ("[payload]", "[payload", "cannot be read as TOML"),
     ],
 )
