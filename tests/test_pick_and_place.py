@@ -275,7 +275,7 @@ BAD = {
     ),
     "objective": (lambda: ViaPointProblem(objectives=["speed"]), "unknown objective 'speed'; known: acceleration"),
     "constraint": (lambda: ViaPointProblem(constraints=["snap"]), "unknown constraint 'snap'; known: acceleration"),
-    "robot": (lambda: ViaPointProblem(robot="ur5"), "unknown robot 'ur5'"),
+    "robot": (lambda: ViaPointProblem(robot="ur6"), "unknown robot 'ur6'"),
     "file": (lambda: ViaPointProblem(points="none.csv"), "none.csv: cannot be read as CSV"),
     "blend": (
         lambda: LinearBlends(POINTS, duration_bounds=(1, 2))(np.array([[1.0, 1.0, 1.0, 1.0, 1.0]])),

@@ -292,7 +292,7 @@ BAD = {
     "path": ({"path": "gemini2"}, "unknown path 'gemini2'; known: a CSV file of points, gemini, s"),
     "number": ({"path": 3}, r"path: expected shape \(n_points, n_axes\)"),
     "dictionary": ({"path": {"knots": [0, 1]}}, "path: expected knots, control_points and parameters, got knots"),
-    "robot": ({"robot": "ur5"}, "unknown robot 'ur5'"),
+    "robot": ({"robot": "ur6"}, "unknown robot 'ur6'"),
     "axes": ({"robot": "hybrid_manipulator"}, "path 'gemini': 2 axes, but robot 'hybrid_manipulator' has 5"),
     "limits": ({"limits": "loose"}, "unknown limits 'loose'; known: hull, tight"),
     "encoding": ({"encoding": "raw"}, "unknown encoding 'raw'; known: plain, shape"),

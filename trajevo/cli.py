@@ -1,4 +1,4 @@
-"""The command ``trajevo``: init, list, solve, show, report, export, animate, capacity, verify."""
+"""The command ``trajevo``: init, check-robot, list, solve, show, report, export, animate, capacity, verify."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from trajevo.export import FORMATS, extension
 from trajevo.export import export as write_motion
 from trajevo.front import Front
 from trajevo.report import report as write_report
-from trajevo.terminal import print_list, print_run, print_verifications
+from trajevo.robot_report import examine
+from trajevo.terminal import print_examination, print_list, print_run, print_verifications
 from trajevo.verify import verify, verify_all
 
 app = typer.Typer(
@@ -133,6 +134,18 @@ def verify_motions(
     found = verify_all(front, density=density) if every else (verify(front.pick(solution), density=density),)
     print_verifications(_out, found)
     if not all(verification.passed for verification in found):
+        raise typer.Exit(1)
+
+
+@app.command("check-robot")
+def check_robot(
+    robot: Annotated[str, typer.Argument(help="Name, folder with robot.toml, or URDF.")],
+    lock: Annotated[list[str] | None, typer.Option(help="Joint that will be held still; may be repeated.")] = None,
+) -> None:
+    """Tell everything that is wrong with a robot at once; exit code 1 if it cannot be loaded."""
+    examination = examine(robot, lock=lock or ())
+    print_examination(_out, examination)
+    if examination.errors:
         raise typer.Exit(1)
 
 

@@ -21,7 +21,7 @@ from trajevo.robot_check import checked_urdf
 from trajevo.robot_file import RobotFile
 from trajevo.robot_limits import declared_limits
 from trajevo.robot_model import build_model, default_tool
-from trajevo.robot_source import ROBOTS_FOLDER, RobotSource, list_robots, robot_source
+from trajevo.robot_source import ROBOTS_FOLDER, RobotSource, list_robots, robot_source, warn_of_other_robot
 from trajevo.transmission import Direct, Transmission
 
 __all__ = ["ROBOTS_FOLDER", "Friction", "JointLimits", "Robot", "list_robots", "load_robot"]
@@ -159,6 +159,7 @@ def load_robot(
             message names the file and, where the fault lies in one, the joint or link and the value.
     """
     source = robot_source(name)
+    warn_of_other_robot(source)
     file = RobotFile(source.settings) if source.settings is not None else None
     urdf = source.urdf if file is None else file.path.parent / file.settings.urdf
     if not isinstance(lock, Mapping | None):

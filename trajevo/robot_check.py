@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections import Counter
+from collections.abc import Collection, Generator, Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -17,6 +18,13 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 #: Share by which tensors of thin plates may break the triangle inequality: files print rounded numbers.
 _ROUNDING = 1e-6
+
+#: Joint types of the URDF format, and what those that no trajectory of numbers can move are called.
+_TYPES = ("revolute", "prismatic", "continuous", "fixed", "floating", "planar")
+_UNPLANNABLE = {"floating": "free-flyer", "planar": "planar joint"}
+
+#: Type of a check that tells problems and, at its end, what it read: None if that cannot be used.
+_Reading = Generator[str, None, "float | None"]
 
 _TENSOR = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
 
@@ -35,96 +43,210 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
         The file as XML text: exactly what was checked, for Pinocchio.
 
     Raises:
-        InvalidInputError: not XML, a number that cannot be read, a mass that is negative or not finite, an inertia that
-            is not positive definite or breaks the triangle inequality, an axis that is zero, a ``<mimic>``, or no
-            movable joint; the message names file, link or joint, and value.
+        InvalidInputError: no XML, or the first of :func:`urdf_problems`; the message names file, link or joint, and
+            value.
+    """
+    robot = read_urdf(file)
+    for problem in urdf_problems(robot, file, locked):
+        raise InvalidInputError(problem)
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def read_urdf(file: Path) -> ElementTree.Element:
+    """The top element of a URDF.
+
+    Raises:
+        InvalidInputError: there is no such file, or it is not XML.
     """
     if not file.is_file():
         raise InvalidInputError(f"{file}: no such URDF file")
     try:
-        robot = ElementTree.parse(file).getroot()
+        return ElementTree.parse(file).getroot()
     except (OSError, LookupError, ValueError, ElementTree.ParseError) as error:
         raise InvalidInputError(f"{file}: cannot be read as XML: {error}") from error
+
+
+def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str] = ()) -> Iterator[str]:
+    """Everything for which a URDF is refused before Pinocchio reads it, one sentence each.
+
+    A number that cannot be read, a mass that is negative, an inertia that is not positive definite or breaks the
+    triangle inequality, an axis that is zero, a ``<mimic>``, limits that are missing, negative or cannot be read,
+    a joint of a type that is unknown or cannot be planned for, no movable joint, names that are missing or not unique,
+    and links that do not form one tree.
+
+    Args:
+        robot: top element of the URDF.
+        file: the URDF, for the sentences.
+        locked: joints that will be held still; they may mimic others.
+    """
+    if robot.tag != "robot":
+        yield f"{file}: expected <robot> as the top element, got <{robot.tag}>"
+        return
     for link in robot.iterfind("link"):
         inertial = link.find("inertial")
         if inertial is not None:
-            _check_inertial(inertial, f"{file}: link {link.get('name')!r}")
+            yield from _inertial_problems(inertial, f"{file}: link {link.get('name')!r}")
     joints = robot.findall("joint")
     for joint in joints:
-        _check_joint(joint, f"{file}: joint {joint.get('name')!r}", joint.get("name") in locked)
+        yield from _joint_problems(joint, f"{file}: joint {joint.get('name')!r}", joint.get("name") in locked)
     if all(joint.get("type") == "fixed" for joint in joints):
-        raise InvalidInputError(f"{file}: expected at least one movable joint, got {len(joints)} fixed ones")
-    return ElementTree.tostring(robot, encoding="unicode")
+        yield f"{file}: expected at least one movable joint, got {len(joints)} fixed ones"
+    yield from _name_problems(robot, file)
+    yield from _tree_problems(robot, file)
 
 
-def _check_inertial(inertial: ElementTree.Element, where: str) -> None:
-    mass = _number(_child(inertial, "mass", where), "value", f"{where}: mass")
-    if mass < 0.0:
-        raise InvalidInputError(f"{where}: mass: expected a number from 0 on [kg], got {mass}")
-    _check_origin(inertial, f"{where}: inertial")
-    element = _child(inertial, "inertia", where)
-    tensor = np.array([[_number(element, key, f"{where}: inertia") for key in row] for row in _TENSOR])
-    if mass > 0.0 and tensor.any():
-        _check_tensor(tensor, f"{where}: inertia")
-    elif not mass > 0.0 and tensor.any():
-        raise InvalidInputError(f"{where}: inertia: expected zeros for a link of mass 0, got {tensor.tolist()} [kg·m²]")
+def _inertial_problems(inertial: ElementTree.Element, where: str) -> Iterator[str]:
+    mass = None
+    element = inertial.find("mass")
+    if element is None:
+        yield f"{where}: <inertial> has no <mass>"
+    else:
+        mass = yield from _number(element, "value", f"{where}: mass")
+    if mass is not None and mass < 0.0:
+        yield f"{where}: mass: expected a number from 0 on [kg], got {mass}"
+    yield from _origin_problems(inertial, f"{where}: inertial")
+    element = inertial.find("inertia")
+    if element is None:
+        yield f"{where}: <inertial> has no <inertia>"
+        return
+    read = {}
+    for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+        read[key] = yield from _number(element, key, f"{where}: inertia")
+    tensor = np.array([[read[key] for key in row] for row in _TENSOR], dtype=float)  # None becomes NaN
+    if mass is None or np.isnan(tensor).any() or not tensor.any():
+        return
+    if mass > 0.0:
+        yield from _tensor_problems(tensor, f"{where}: inertia")
+    elif mass == 0.0:
+        yield f"{where}: inertia: expected zeros for a link of mass 0, got {tensor.tolist()} [kg·m²]"
 
 
-def _check_tensor(tensor: Array, where: str) -> None:
+def _tensor_problems(tensor: Array, where: str) -> Iterator[str]:
     """A tensor about the centre of mass; the moments do not depend on the frame it is given in."""
     moments = np.linalg.eigvalsh(tensor)
     if not moments[0] > 0.0:
-        raise InvalidInputError(
-            f"{where}: expected a positive definite tensor, got principal moments {moments.tolist()} [kg·m²]"
-        )
-    if moments[2] > (moments[0] + moments[1]) * (1.0 + _ROUNDING):
-        raise InvalidInputError(
+        yield f"{where}: expected a positive definite tensor, got principal moments {moments.tolist()} [kg·m²]"
+    elif moments[2] - moments[1] > moments[0] + _ROUNDING * moments[2]:
+        yield (
             f"{where}: expected no principal moment above the sum of the others (triangle inequality), "
             f"got {moments.tolist()} [kg·m²]"
         )
 
 
-def _check_joint(joint: ElementTree.Element, where: str, locked: bool) -> None:
-    _check_origin(joint, where)
+def _joint_problems(joint: ElementTree.Element, where: str, locked: bool) -> Iterator[str]:
+    kind = joint.get("type")
+    if kind not in _TYPES:
+        yield f"{where}: type: expected revolute, prismatic, continuous or fixed, got {kind!r}"
+    elif kind in _UNPLANNABLE:
+        yield f"{where} is a {_UNPLANNABLE[kind]}, which cannot be planned for; expected revolute or prismatic"
+    yield from _origin_problems(joint, where)
     mimic = joint.find("mimic")
-    if mimic is not None and not locked:
-        raise InvalidInputError(
-            f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}; lock it"
-        )
+    # A fixed joint moves with no other, whatever it mimics: grippers that were frozen for a model keep their tags.
+    if mimic is not None and not locked and kind != "fixed":
+        yield f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}; lock it"
+    yield from _limit_problems(joint, where)
     axis = joint.find("axis")
     # Without <axis> the URDF format means the x axis.
-    if axis is None or joint.get("type") == "fixed":
+    if axis is None or kind in ("fixed", "floating"):
         return
-    direction = _vector(axis, "xyz", f"{where}: axis")
-    if not np.linalg.norm(direction) > 0.0:
-        raise InvalidInputError(f"{where}: axis: expected a direction, got the zero vector {axis.get('xyz')!r}")
+    direction = yield from _vector(axis, "xyz", f"{where}: axis")
+    if direction is None:
+        return
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(direction)
+    if not 0.0 < length < np.inf:  # Pinocchio scales to length 1, which neither of the two allows
+        got = "the zero vector" if length == 0.0 else "a vector too long for its length to be a number"
+        yield f"{where}: axis: expected a direction, got {got} {axis.get('xyz')!r}"
 
 
-def _check_origin(parent: ElementTree.Element, where: str) -> None:
+def _limit_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
+    """What Pinocchio's parser needs of limits even where those of ``robot.toml`` count; values are judged later."""
+    limit = joint.find("limit")
+    if limit is None:
+        if joint.get("type") in ("revolute", "prismatic"):
+            yield f"{where}: a {joint.get('type')} joint has no <limit>"
+        return
+    for key in ("lower", "upper", "velocity", "effort"):
+        if key in limit.attrib or key in ("velocity", "effort"):  # lower and upper are 0 where they are not given
+            value = yield from _number(limit, key, f"{where}: limit")
+            if value is not None and value < 0.0 and key in ("velocity", "effort") and joint.get("type") != "fixed":
+                yield f"{where}: limit: {key}: expected a positive number, got {value:g}"
+
+
+def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
+    for tag in ("link", "joint"):
+        counts = Counter(element.get("name") for element in robot.iterfind(tag))
+        for name, count in counts.items():
+            if not name:
+                yield f"{file}: expected a name for every {tag}, got {count} without one"
+            elif count > 1:
+                yield f"{file}: {tag} {name!r}: expected a name of its own, got {count} {tag}s of that name"
+
+
+def _tree_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
+    """Links that the joints do not connect to one tree."""
+    links = list(dict.fromkeys(link.get("name", "") for link in robot.iterfind("link")))
+    parents: dict[str, list[str]] = {link: [] for link in links}
+    torn = False
+    for joint in robot.iterfind("joint"):
+        ends = {}
+        for role in ("parent", "child"):
+            element = joint.find(role)
+            ends[role] = None if element is None else element.get("link")
+            if ends[role] not in parents:
+                torn = True
+                yield f"{file}: joint {joint.get('name')!r}: {role}: expected a link of the file, got {ends[role]!r}"
+        parent, child = ends["parent"], ends["child"]
+        if parent in parents and child in parents and parent is not None and child is not None:
+            parents[child].append(parent)
+    for link, above in parents.items():
+        if len(above) > 1:
+            yield f"{file}: link {link!r}: expected one joint that carries it, got {len(above)}, from {above}"
+    # A joint that hangs in the air leaves a second root behind: that is its fault, told above.
+    roots = [link for link, above in parents.items() if not above]
+    if len(roots) > 1 and not torn:
+        yield f"{file}: expected one root link, that no joint carries, got {len(roots)}: {roots}"
+    loop = _loop(parents)
+    if loop:
+        yield f"{file}: expected links that form a tree, got a loop: {' -> '.join(loop)}"
+
+
+def _loop(parents: dict[str, list[str]]) -> list[str]:
+    """Links of a loop from parent to child, the first again at the end; empty if there is none."""
+    for start in parents:
+        path = [start]
+        while parents[path[-1]]:
+            above = parents[path[-1]][0]
+            if above in path:
+                return [above, *reversed(path[path.index(above) :])]
+            path.append(above)
+    return []
+
+
+def _origin_problems(parent: ElementTree.Element, where: str) -> Iterator[str]:
     origin = parent.find("origin")
     for key in ("xyz", "rpy"):
         if origin is not None and key in origin.attrib:
-            _vector(origin, key, f"{where}: origin")
+            yield from _vector(origin, key, f"{where}: origin")
 
 
-def _child(parent: ElementTree.Element, tag: str, where: str) -> ElementTree.Element:
-    child = parent.find(tag)
-    if child is None:
-        raise InvalidInputError(f"{where}: <{parent.tag}> has no <{tag}>")
-    return child
-
-
-def _number(element: ElementTree.Element, key: str, where: str) -> float:
-    text = element.get(key)
+def urdf_number(text: str | None) -> float | None:
+    """A number as Pinocchio's parser reads it, or None if it cannot."""
     if text is None or not (_NUMBER.fullmatch(text) and np.isfinite(float(text))):
-        raise InvalidInputError(f"{where}: expected a finite number as {key}, got {text!r}")
+        return None
     return float(text)
 
 
-def _vector(element: ElementTree.Element, key: str, where: str) -> Array:
-    text = element.get(key)
-    parts = (text or "").split()
-    values = np.array([float(part) for part in parts if _NUMBER.fullmatch(part)])
-    if not (len(parts) == len(values) == 3 and np.isfinite(values).all()):
-        raise InvalidInputError(f"{where}: expected three finite numbers as {key}, got {text!r}")
-    return values
+def _number(element: ElementTree.Element, key: str, where: str) -> _Reading:
+    value = urdf_number(element.get(key))
+    if value is None:
+        yield f"{where}: expected a finite number as {key}, got {element.get(key)!r}"
+    return value
+
+
+def _vector(element: ElementTree.Element, key: str, where: str) -> Generator[str, None, Array | None]:
+    parts = [urdf_number(part) for part in (element.get(key) or "").split()]
+    if len(parts) != 3 or None in parts:
+        yield f"{where}: expected three finite numbers as {key}, got {element.get(key)!r}"
+        return None
+    return np.array(parts, dtype=float)

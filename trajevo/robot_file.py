@@ -90,6 +90,31 @@ class _Settings(_Strict):
     joints: dict[str, _Joint]
 
 
+def entry_problems(path: Path) -> list[str]:
+    """Every entry of a ``robot.toml`` that is missing, unknown or of a wrong kind, one sentence each.
+
+    Raises:
+        InvalidInputError: it cannot be read as TOML.
+    """
+    try:
+        _Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except pydantic.ValidationError as error:
+        return _sentences(path, error)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InvalidInputError(f"{path}: cannot be read as TOML: {error}") from error
+    return []
+
+
+def _sentences(path: Path, error: pydantic.ValidationError) -> list[str]:
+    told = []
+    for entry in error.errors():
+        place = ".".join(str(part) for part in entry["loc"])
+        # What is missing has no value to show: pydantic's input is then the whole table around it.
+        got = "" if entry["type"] == "missing" else f", got {entry['input']!r}"
+        told.append(f"{path}: {place}: {entry['msg']}{got}")
+    return told
+
+
 class RobotFile:
     """A ``robot.toml`` that was read and checked.
 
@@ -107,11 +132,7 @@ class RobotFile:
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise InvalidInputError(f"{path}: cannot be read as TOML: {error}") from error
         except pydantic.ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(str(part) for part in first["loc"])
-            # What is missing has no value to show: pydantic's input is then the whole table around it.
-            got = "" if first["type"] == "missing" else f", got {first['input']!r}"
-            raise InvalidInputError(f"{path}: {place}: {first['msg']}{got}") from error
+            raise InvalidInputError(_sentences(path, error)[0]) from error
 
     def gravity(self) -> Array:
         """Gravity in the base frame, shape (3,) [m/s²]."""
@@ -149,20 +170,20 @@ class RobotFile:
             raise InvalidInputError(
                 f"{self.path}: limits given for joints {sorted(self.settings.joints)}, expected {sorted(names)}"
             )
-        columns: dict[str, list[float]] = {
-            key: [] for key in ("lower", "upper", "velocity", "acceleration", "jerk", "effort")
-        }
-        for name, unit in zip(names, units, strict=True):
-            joint, where = self.settings.joints[name], f"joint {name!r}"
-            for key, position in zip(("lower", "upper"), self._range(joint.position, unit, where), strict=True):
-                columns[key].append(position)
-            for order, key in enumerate(("velocity", "acceleration", "jerk"), start=1):
-                given: _Limit = getattr(joint, key)
-                columns[key].append(self._si(given.limit, given.unit, per_time(unit, order), f"{where}: {key}"))
-            columns["effort"].append(
-                self._si(joint.effort.limit, joint.effort.unit, "N" if unit == "m" else "N*m", f"{where}: effort")
-            )
-        return {key: np.array(values) for key, values in columns.items()}
+        rows = [self.joint_limits(name, unit) for name, unit in zip(names, units, strict=True)]
+        return {key: np.array([row[key] for row in rows]) for key in rows[0]}
+
+    def joint_limits(self, name: str, unit: str) -> dict[str, float]:
+        """Limits of one actuator of the file, SI: lower, upper, velocity, acceleration, jerk, effort."""
+        joint, where = self.settings.joints[name], f"joint {name!r}"
+        lower, upper = self._range(joint.position, unit, where)
+        row = {"lower": lower, "upper": upper}
+        for order, key in enumerate(("velocity", "acceleration", "jerk"), start=1):
+            given: _Limit = getattr(joint, key)
+            row[key] = self._si(given.limit, given.unit, per_time(unit, order), f"{where}: {key}")
+        effort_unit = "N" if unit == "m" else "N*m"
+        row["effort"] = self._si(joint.effort.limit, joint.effort.unit, effort_unit, f"{where}: effort")
+        return row
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
         """Columns of Friction, SI; what is not declared is zero."""

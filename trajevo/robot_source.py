@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from trajevo.errors import InvalidInputError, UnknownNameError
 
@@ -55,6 +57,36 @@ def robot_source(name: str | Path) -> RobotSource:
     if str(name) not in loaders:
         raise UnknownNameError("robot", name, [*list_robots(), *list_example_robots()])
     return _example(str(name), loaders[str(name)])
+
+
+def other_robot(source: RobotSource) -> str | None:
+    """One sentence if a name of example-robot-data loads another robot than it says, or None: ``ur3`` loads a UR5.
+
+    A name is known by its first word, as in ``panda_collision``. It is doubted only if neither the URDF's file name nor
+    the robot's name in it holds that word and both hold the name of another robot.
+    """
+    known = list_example_robots()
+    if source.settings is not None or source.name not in known or not source.urdf.is_file():
+        return None
+    try:
+        inside = ElementTree.parse(source.urdf).getroot().get("name", "")
+    except (OSError, LookupError, ValueError, ElementTree.ParseError):
+        return None  # whoever reads the URDF next says so
+    found = (source.urdf.stem.lower(), inside.lower())
+    others = [name for name in known if name != source.name and all(name in text for text in found)]
+    if not others or any(source.name.split("_")[0] in text for text in found):
+        return None
+    return (
+        f"robot {source.name!r}: example-robot-data answers this name with another robot, {inside!r} of "
+        f"{source.urdf.name}; load {others[0]!r} if that is meant, or give the path of a URDF of {source.name!r}"
+    )
+
+
+def warn_of_other_robot(source: RobotSource) -> None:
+    """Warn whoever called the caller, if a name loads another robot than it says."""
+    sentence = other_robot(source)
+    if sentence is not None:
+        warnings.warn(sentence, UserWarning, stacklevel=3)
 
 
 def _folder(folder: Path) -> RobotSource:

@@ -1,4 +1,4 @@
-"""What the command line prints: problems and robots, a run with its choices."""
+"""What the command line prints: problems and robots, a run with its choices, what is wrong with a robot."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from trajevo.registry import list_problems, problem_class
 from trajevo.report import choices, objective_headers, run_facts
 from trajevo.rivals import RIVALS_NOTE, rivals_of, rivals_table
 from trajevo.robot import list_robots, load_robot
+from trajevo.robot_report import RobotExamination
 from trajevo.verify import Utilisation, Verification
 
 
@@ -106,3 +107,25 @@ def _shown(found: Sequence[Verification]) -> Iterable[tuple[Verification, Utilis
             if row.limit not in worst or not row.share <= worst[row.limit][1].share:
                 worst[row.limit] = one, row
     return worst.values()
+
+
+def print_examination(out: Console, examination: RobotExamination) -> None:
+    """Print joints and links of a robot, then every error and every warning on a line of its own."""
+    out.print(
+        f"{examination.name}: robot {examination.robot_name!r} of {examination.file}, {examination.dof} joints, "
+        f"{examination.mass:.6g} kg",
+        markup=False,
+    )
+    joints = Table("joint", "type", "unit", "lower", "upper", "velocity", "effort", box=SIMPLE)
+    for joint in examination.joints:
+        limits = (joint.lower, joint.upper, joint.velocity, joint.effort)
+        joints.add_row(escape(joint.name), joint.type, joint.unit, *(f"{value:.6g}" for value in limits))
+    links = Table("link", "mass [kg]", "principal moments of inertia [kg·m²]", box=SIMPLE)
+    for link in examination.links:
+        links.add_row(escape(link.name), f"{link.mass:.6g}", ", ".join(f"{moment:.4g}" for moment in link.moments))
+    out.print(joints)
+    out.print(links)
+    for kind, sentences in (("error", examination.errors), ("warning", examination.warnings)):
+        for sentence in sentences:
+            out.print(f"{kind}: {sentence}", markup=False)
+    out.print(f"{len(examination.errors)} errors, {len(examination.warnings)} warnings")

@@ -1,0 +1,262 @@
+"""Everything wrong with a robot at once: errors for which it is not loaded, and what is suspicious."""
+
+from __future__ import annotations
+
+import tomllib
+import warnings as python_warnings
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.robot import load_robot
+from trajevo.robot_check import read_urdf, urdf_number, urdf_problems
+from trajevo.robot_file import RobotFile, entry_problems
+from trajevo.robot_links import LinkRow, bodies, link_rows, massless_bodies, tips
+from trajevo.robot_source import RobotSource, other_robot, robot_source
+
+#: Efforts from here on, on every joint, were written because the format wants a number [N·m or N].
+PLACEHOLDER_EFFORT = 1000.0
+
+_UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}
+
+
+@dataclass(frozen=True)
+class JointRow:
+    """One joint that is planned for, SI; NaN where the file gives no number.
+
+    Attributes:
+        name: name of the joint, or of the actuator that a transmission puts in its place.
+        type: type in the URDF, ``"actuator"`` behind a transmission.
+        unit: ``"rad"`` or ``"m"``.
+        lower: least position [unit].
+        upper: greatest position [unit].
+        velocity: limit [unit/s].
+        effort: limit [N·m or N].
+    """
+
+    name: str
+    type: str
+    unit: str
+    lower: float
+    upper: float
+    velocity: float
+    effort: float
+
+
+@dataclass(frozen=True)
+class RobotExamination:
+    """What :func:`examine` found.
+
+    Attributes:
+        name: name it was asked for by.
+        file: the URDF, or the ``robot.toml`` if that does not tell of one.
+        robot_name: name of the robot in the URDF.
+        dof: number of joints that are planned for.
+        mass: mass of all links, the base with them [kg].
+        joints: joints that are planned for.
+        links: links of the URDF.
+        errors: sentences for which the robot cannot be loaded.
+        warnings: sentences on what is suspicious, or has to be given besides.
+    """
+
+    name: str
+    file: Path
+    robot_name: str
+    dof: int
+    mass: float
+    joints: tuple[JointRow, ...]
+    links: tuple[LinkRow, ...]
+    errors: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def examine(name: str | Path, *, lock: Collection[str] = ()) -> RobotExamination:
+    """Everything wrong with a robot at once, also with one that :func:`~trajevo.robot.load_robot` refuses.
+
+    Args:
+        name: as :func:`~trajevo.robot.load_robot` takes it.
+        lock: joints that will be held still.
+
+    Returns:
+        The joints, the links, and every error and warning, one sentence each.
+
+    Raises:
+        UnknownNameError: neither a known robot nor a folder with ``robot.toml`` nor a URDF.
+        InvalidInputError: there is no such URDF, or it is not XML.
+    """
+    source = robot_source(name)
+    errors: list[str] = []
+    settings = None if source.settings is None else _settings(source.settings, errors)
+    urdf = source.urdf if source.settings is None else _urdf_of(source.settings)
+    robot = ElementTree.Element("robot") if urdf is None else read_urdf(urdf)
+    file = urdf or source.settings or source.urdf
+    moving = [joint for joint in robot.iterfind("joint") if joint.get("type") in _UNITS]
+    planned = [joint for joint in moving if joint.get("name") not in lock]
+    rows = [_row(joint) for joint in planned]
+    if urdf is not None:
+        errors += urdf_problems(robot, urdf, lock)
+        errors += _lock_problems(robot, urdf, lock)
+        errors += [
+            f"{urdf}: joint {row.name!r} is a continuous joint; expected revolute or prismatic, "
+            f"or lock it: lock={{{row.name!r}: position}}"
+            for row in rows
+            if row.type == "continuous"
+        ]
+    if source.settings is None:
+        errors += _limit_problems(rows, file)
+    elif settings is not None:
+        rows = _rows_of_file(settings, rows, errors)
+    links = link_rows(robot)
+    if not errors:
+        errors += _loading_problem(name, moving=moving, lock=lock, links=links)
+    return RobotExamination(
+        name=str(name),
+        file=file,
+        robot_name=robot.get("name", ""),
+        dof=len(rows),
+        mass=float(np.nansum([link.mass for link in links])),
+        joints=tuple(rows),
+        links=links,
+        errors=tuple(errors),
+        warnings=tuple(_warnings(source, file, robot, rows, lock)),
+    )
+
+
+def _settings(path: Path, errors: list[str]) -> RobotFile | None:
+    """The ``robot.toml`` if its entries can be used; what is wrong with it is added to the errors."""
+    try:
+        wrong = entry_problems(path)
+        if wrong:
+            errors += wrong
+            return None
+        file = RobotFile(path)
+        file.gravity()
+    except TrajevoError as error:
+        errors.append(str(error))
+        return None
+    return file
+
+
+def _urdf_of(settings: Path) -> Path | None:
+    """URDF beside a ``robot.toml`` that may be broken: the one it names, or else the only one there."""
+    try:
+        named = tomllib.loads(settings.read_text(encoding="utf-8")).get("urdf")
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        named = None
+    if isinstance(named, str):
+        return settings.parent / named
+    there = sorted(settings.parent.glob("*.urdf"))
+    return there[0] if len(there) == 1 else None
+
+
+def _row(joint: ElementTree.Element) -> JointRow:
+    kind, limit = joint.get("type", ""), joint.find("limit")
+    given: dict[str, str] = {} if limit is None else limit.attrib
+    # The format means 0 where a limit has no lower or upper; a continuous joint has neither.
+    absent = "0" if limit is not None and kind != "continuous" else None
+    lower, upper = (_value(given.get(key, absent)) for key in ("lower", "upper"))
+    velocity, effort = (_value(given.get(key)) for key in ("velocity", "effort"))
+    return JointRow(joint.get("name", ""), kind, _UNITS[kind], lower, upper, velocity, effort)
+
+
+def _value(text: str | None) -> float:
+    value = urdf_number(text)
+    return float("nan") if value is None else value
+
+
+def _lock_problems(robot: ElementTree.Element, urdf: Path, lock: Collection[str]) -> Iterator[str]:
+    types = {joint.get("name", ""): joint.get("type", "") for joint in robot.iterfind("joint")}
+    movable = [name for name, kind in types.items() if kind in _UNITS]
+    for name in lock:
+        if name not in movable:
+            yield f"{urdf}: lock: expected a joint that moves, got {name!r}; those that do: {', '.join(movable)}"
+    if movable and all(name in lock for name in movable):
+        yield f"{urdf}: lock: expected at least one joint that is not locked, got all {len(movable)}"
+
+
+def _limit_problems(rows: list[JointRow], urdf: Path) -> Iterator[str]:
+    """Limits of a URDF that can be read and make no sense; NaN is what could not be read, told elsewhere."""
+    for row in rows:
+        where = f"{urdf}: joint {row.name!r}: limit"
+        if row.lower >= row.upper and row.type != "continuous":
+            yield f"{where}: lower must be below upper, got {row.lower:g} and {row.upper:g} {row.unit}"
+        for key, unit in (("velocity", f"{row.unit}/s"), ("effort", "N" if row.unit == "m" else "N·m")):
+            value = getattr(row, key)
+            if value == 0.0:  # less than that, Pinocchio does not read either, and the URDF's own check has told it
+                yield f"{where}: {key}: expected a positive number, got {value:g} {unit}"
+
+
+def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str]) -> list[JointRow]:
+    """The actuators with the limits of ``robot.toml``; of a joint whose entry is wrong, those of the URDF."""
+    try:
+        names, units = file.transmission(tuple(row.name for row in rows), tuple(row.unit for row in rows))[1:]
+        if set(names) != set(file.settings.joints):
+            file.limits(names, units)  # refuses the names
+    except InvalidInputError as error:
+        errors.append(str(error))
+        return rows
+    found = []
+    for row, name, unit in zip(rows, names, units, strict=True):
+        kind = row.type if row.name == name else "actuator"
+        try:
+            limits = file.joint_limits(name, unit)
+            file.friction((name,), (unit,))
+        except InvalidInputError as error:
+            errors.append(str(error))
+            found.append(row)
+            continue
+        shown = (limits[key] for key in ("lower", "upper", "velocity", "effort"))
+        found.append(JointRow(name, kind, unit, *shown))
+    return found
+
+
+def _loading_problem(
+    name: str | Path, *, moving: list[ElementTree.Element], lock: Collection[str], links: tuple[LinkRow, ...]
+) -> Iterator[str]:
+    """What only loading can tell, with whatever a caller has to give besides the files."""
+    settings = robot_source(name).settings
+    besides: dict[str, Any] = (
+        {} if settings else {"tool": links[-1].name, "limits": {"acceleration": np.inf, "jerk": np.inf}}
+    )
+    held = {joint.get("name", ""): 0.0 for joint in moving if joint.get("name") in lock}
+    try:
+        with python_warnings.catch_warnings():
+            python_warnings.simplefilter("ignore", UserWarning)
+            load_robot(name, lock=held, **besides)
+    except TrajevoError as error:
+        yield str(error)
+
+
+def _warnings(
+    source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow], lock: Collection[str]
+) -> Iterator[str]:
+    other = other_robot(source)
+    if other is not None:
+        yield other
+    for link in link_rows(robot):
+        if link.mass > 0.0 and not any(link.moments):
+            yield f"{file}: link {link.name!r} is a point mass: {link.mass:g} kg without inertia"
+    for joint, links in massless_bodies(bodies(robot, lock)):
+        yield f"{file}: joint {joint!r} moves a body without mass: {', '.join(links)}"
+    if source.settings is not None:
+        return
+    efforts, velocities = {row.effort for row in rows}, {row.velocity for row in rows}
+    if rows and all(row.effort >= PLACEHOLDER_EFFORT for row in rows):
+        yield f"{file}: effort limits look like placeholders: {min(efforts):g} or more on every joint"
+    elif len(rows) > 3 and len(efforts) == len(velocities) == 1:
+        yield (
+            f"{file}: limits look like placeholders: effort {efforts.pop():g} and velocity {velocities.pop():g} "
+            f"on every one of {len(rows)} joints"
+        )
+    yield (
+        f"{file}: acceleration and jerk limits are not in a URDF: give them in robot.toml, in task.toml ([limits]) "
+        "or as limits={...}"
+    )
+    ends = tips(robot)
+    if len(ends) > 1:
+        yield f"{file}: several tips, so the tool must be named: tool= one of {', '.join(ends)}"
