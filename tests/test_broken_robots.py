@@ -235,7 +235,7 @@ def test_a_locked_joint_needs_no_sense_in_its_limits(tmp_path):
     file = robot_file(tmp_path, ('lower="-1" upper="1"', 'lower="1" upper="-1"'))
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
-        assert load_robot(file, lock={"shoulder": 0.0}, tool="tip", limits=LIMITS).dof == 1
+        assert load_robot(file, lock={"shoulder": 0.0}, limits=LIMITS).dof == 1
     examination = examine(file, lock=["shoulder"])
     assert examination.errors == ()
     assert [row.name for row in examination.joints] == ["elbow"]

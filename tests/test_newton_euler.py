@@ -29,6 +29,7 @@ ROBOTS = {
     },
     "xarm7": {"limits": LIMITS},
     "z1": {"limits": LIMITS},
+    "talos_arm": {"tool": "wrist_left_ft_tool_link", "limits": LIMITS},
     "kinova": {"tool": "j2s6s200_end_effector", "lock": KINOVA, "limits": LIMITS},
 }
 

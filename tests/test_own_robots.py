@@ -20,7 +20,7 @@ ROBOTS = {
     "panda": {"tool": "panda_hand_tcp", "lock": FINGERS},
     "xarm7": {},
     "z1": {},
-    "talos_arm": {"tool": "gripper_left_base_link"},
+    "talos_arm": {"tool": "wrist_left_ft_tool_link"},
     "kinova": {"tool": "j2s6s200_end_effector", "lock": {f"j2s6s200_joint_{k}": 0.3 for k in (1, 4, 5, 6)}},
 }
 XARM7 = Path(__file__).parents[1] / "problems" / "tasks" / "xarm7_obstacle.toml"
@@ -31,7 +31,12 @@ def test_no_limit_is_exceeded_between_the_samples(name):
     robot = load_robot(name, limits=LIMITS, **ROBOTS[name])
     middle, half = 0.5 * (robot.limits.lower + robot.limits.upper), 0.5 * (robot.limits.upper - robot.limits.lower)
     way = np.minimum(0.25 * half, 0.5)
-    start = np.clip(middle, -1.5, 1.5)
+    # The middle of the ranges, or with the arm hanging where it could not hold itself up with its load.
+    start = (
+        np.clip(np.zeros(robot.dof), robot.limits.lower + way, robot.limits.upper - way)
+        if name == "talos_arm"
+        else np.clip(middle, -1.5, 1.5)
+    )
     points = start + way * np.array([-1.0, 0.3, 1.0])[:, None] * np.where(np.arange(robot.dof) % 2, -1.0, 1.0)
     problem = ViaPointProblem(
         robot=robot,

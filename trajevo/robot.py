@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
@@ -20,8 +21,9 @@ from trajevo.joints import Friction, JointLimits
 from trajevo.robot_check import checked_urdf
 from trajevo.robot_file import RobotFile
 from trajevo.robot_limits import declared_limits
-from trajevo.robot_model import build_model, default_tool
-from trajevo.robot_source import ROBOTS_FOLDER, RobotSource, list_robots, robot_source, warn_of_other_robot
+from trajevo.robot_links import tips
+from trajevo.robot_model import build_model
+from trajevo.robot_source import ROBOTS_FOLDER, list_robots, robot_source, warn_of_other_robot
 from trajevo.transmission import Direct, Transmission
 
 __all__ = ["ROBOTS_FOLDER", "Friction", "JointLimits", "Robot", "list_robots", "load_robot"]
@@ -165,7 +167,8 @@ def load_robot(
     if not isinstance(lock, Mapping | None):
         raise InvalidInputError(f"lock: expected a mapping from joints to positions [rad or m], got {lock!r}")
     locked = dict(lock or {})
-    model, units = build_model(checked_urdf(urdf, locked), urdf, locked)
+    text = checked_urdf(urdf, locked)
+    model, units = build_model(text, urdf, locked)
     if gravity is not None:
         model.gravity.linear = numbers(gravity, name="gravity", shape=(3,))
     else:
@@ -184,7 +187,7 @@ def load_robot(
         friction=Friction(**(still if file is None else file.friction(names, units))),
         joint_names=names,
         joint_units=units,
-        tool=_tool(model, tool, source, file),
+        tool=_tool(model, tool, text, urdf, file),
         source=source.folder,
         reference=f"{urdf.name}, {len(names)} joints, {_moving_mass(model):.4g} kg"
         if file is None
@@ -240,9 +243,12 @@ def _moving_mass(model: Any) -> float:
     return float(sum(inertia.mass for inertia in list(model.inertias)[1:]))
 
 
-def _tool(model: Any, tool: str | None, source: RobotSource, file: RobotFile | None) -> str:
-    where = source.urdf if file is None else file.path
-    chosen = tool or (default_tool(model, source.urdf) if file is None else file.settings.tool)
+def _tool(model: Any, tool: str | None, text: str, urdf: Path, file: RobotFile | None) -> str:
+    ends = tips(ElementTree.fromstring(text))
+    if tool is None and file is None and len(ends) != 1:
+        raise InvalidInputError(f"{urdf}: tool: expected a frame, as the URDF has several tips: {', '.join(ends)}")
+    chosen = tool or (ends[0] if file is None else file.settings.tool)
     if not model.existFrame(chosen):
+        where = urdf if file is None else file.path
         raise UnknownNameError(f"tool frame in {where}", chosen, [frame.name for frame in model.frames])
     return chosen

@@ -56,13 +56,13 @@ def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path) -> 
         for name, value in zip(names, columns[key].tolist(), strict=True):
             if not value > 0.0:
                 raise InvalidInputError(
-                    f"{urdf}: joint {name!r}: expected a positive {key} limit, got {value:g}: give it in robot.toml, "
+                    f"{urdf}: joint {name!r}: {key}: expected a positive limit, got {value:g}: give it in robot.toml, "
                     f'in task.toml ([limits] {key} = ...), or as an argument (limits={{"{key}": ...}}); inf is no limit'
                 )
     for name, lower, upper in zip(names, columns["lower"].tolist(), columns["upper"].tolist(), strict=True):
         if not lower < upper:
             raise InvalidInputError(
-                f"{urdf}: joint {name!r}: expected a lower position limit below the upper, got {lower:g} and {upper:g}"
+                f"{urdf}: joint {name!r}: position: lower must be below upper, got {lower:g} and {upper:g}"
             )
 
 

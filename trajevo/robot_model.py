@@ -24,17 +24,6 @@ def build_model(text: str, file: Path, lock: Mapping[str, float]) -> tuple[Any, 
     return model, units
 
 
-def default_tool(model: Any, file: Path) -> str:
-    """The only tip of a URDF: a body that nothing hangs on."""
-    bodies = [k for k, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY]
-    parents = {model.frames[k].parentFrame for k in range(model.nframes)}
-    inner = {model.frames[k].parentFrame for k in parents}  # a body carries joints, and joints carry bodies
-    tips = [model.frames[k].name for k in bodies if k not in parents and k not in inner]
-    if len(tips) != 1:
-        raise InvalidInputError(f"{file}: tool: expected a frame, as the URDF has several tips; got none; tips: {tips}")
-    return str(tips[0])
-
-
 def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[int], Array]:
     """Numbers of the joints to lock in the whole model, and a configuration of it that holds their positions."""
     held = pin.neutral(model)
