@@ -8,7 +8,8 @@ from tests.helpers import refused
 from tests.test_kinematics import ROBOTS
 from trajevo import load_robot
 from trajevo.errors import UnreachableError
-from trajevo.inverse_kinematics import Pose, inverse_kinematics, via_points_from_poses
+from trajevo.inverse_kinematics import Pose, inverse_kinematics
+from trajevo.visits import joint_points
 
 
 def poses_of(robot, count=3, seed=1):
@@ -98,9 +99,9 @@ def test_a_seed_gives_the_same_joints():
 def test_via_points_come_from_poses():
     robot = load_robot("puma560")
     _, poses = poses_of(robot, 2)
-    points = via_points_from_poses(robot, poses, starts=8)
+    points = joint_points(poses, robot)
     np.testing.assert_allclose(robot.tool_poses(points.positions)[0], [pose.position for pose in poses], atol=1e-6)
-    refused(lambda: via_points_from_poses(robot, [poses[0], poses[0]], starts=8), "point 1 repeats point 0")
+    refused(lambda: joint_points([poses[0], poses[0]], robot), "point 1 repeats point 0")
 
 
 def test_orientations_are_read_as_a_urdf_writes_them():

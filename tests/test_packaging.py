@@ -20,6 +20,8 @@ def test_a_wheel_solves_a_problem_away_from_the_checkout(tmp_path):
         "trajevo/py.typed",
         "trajevo/report.html",
         "trajevo/motion.schema.json",
+        "trajevo/task.toml",
+        "problems/tasks/xarm7_obstacle.toml",
         "problems/py.typed",
         "robots/pointing_mechanism/pointing_mechanism.urdf",
         "robots/pointing_mechanism/robot.toml",

@@ -121,7 +121,7 @@ def test_an_empty_robot_is_told_not_raised(tmp_path):
 
 def test_an_examination_is_frozen():
     examination = examine("double_pendulum")
-    assert examination.joints[0] == JointRow("joint1", "revolute", "rad", 0.0, 0.0, 0.0, 0.0)
+    assert examination.joints[0] == JointRow("joint1", "revolute", "rad", 0.0, 0.0, 0.0, np.nan, np.nan, 0.0)
     with pytest.raises(dataclasses.FrozenInstanceError):
         examination.errors = ()
 

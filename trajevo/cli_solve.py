@@ -83,7 +83,7 @@ def solve(
     search = {"--algorithm": algorithm, "--method": method, "--tolerance": tolerance, "--sqp-seeds": sqp_seeds}
     if Path(problem).suffix == ".toml":
         options = {f"--{key.replace('_', '-')}": value for key, value in given.items()}
-        _refuse_given("task", options | search | {"--set": set_, "--offsprings": offsprings})
+        _refuse_task_options(options | search | {"--set": set_, "--offsprings": offsprings})
         task, folder = load_task(problem), out or Path("runs") / Path(problem).stem
         _claim(folder, overwrite)
         front = task.solve(seed=seed, generations=generations, population=population, progress=not quiet)
@@ -145,6 +145,13 @@ def _with_settings(arguments: dict[str, Any], pairs: list[str]) -> dict[str, Any
         except tomllib.TOMLDecodeError:
             arguments[key] = text
     return arguments
+
+
+def _refuse_task_options(options: dict[str, Any]) -> None:
+    """Refuse what a task's file decides."""
+    for name, value in options.items():
+        if value is not None:
+            raise InvalidInputError(f"{name}: a task says this in its file, options are --seed and sizes alone")
 
 
 def _refuse_given(method: str, options: dict[str, Any]) -> None:

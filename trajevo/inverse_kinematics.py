@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 from trajevo.arrays import Array, frozen, numbers, read_only
 from trajevo.errors import InvalidInputError, UnreachableError, checked_name
 from trajevo.kinematics import ToolKinematics
-from trajevo.path import ViaPoints
 from trajevo.robot import Robot
 
 #: How far a rotation matrix or a quaternion may be from unit length, as people type rounded numbers.
@@ -132,25 +131,6 @@ def inverse_kinematics(
         before = search.nearest(Pose.of(given), before, f"point {i}")
         found.append(before)
     return frozen(np.stack(found))
-
-
-def via_points_from_poses(
-    robot: Robot,
-    poses: Sequence[Pose | Mapping[str, Any]],
-    *,
-    start: Any = None,
-    seed: int = 0,
-    starts: int = 20,
-    tolerance: float = 1e-6,
-) -> ViaPoints:
-    """Via points in joint space through poses of the tool, see :func:`inverse_kinematics`.
-
-    Raises:
-        UnreachableError: a pose cannot be met.
-        InvalidInputError: as :func:`inverse_kinematics`, fewer than two poses, or a pose that repeats the one before.
-    """
-    q = inverse_kinematics(robot, poses, start=start, seed=seed, starts=starts, tolerance=tolerance)
-    return ViaPoints.for_robot(robot, q)
 
 
 class _Search:

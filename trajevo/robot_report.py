@@ -36,6 +36,8 @@ class JointRow:
         lower: least position [unit].
         upper: greatest position [unit].
         velocity: limit [unit/s].
+        acceleration: limit [unit/s²], which a URDF cannot hold.
+        jerk: limit [unit/s³], which a URDF cannot hold.
         effort: limit [N·m or N].
     """
 
@@ -45,6 +47,8 @@ class JointRow:
     lower: float
     upper: float
     velocity: float
+    acceleration: float
+    jerk: float
     effort: float
 
 
@@ -161,7 +165,7 @@ def _row(joint: ElementTree.Element) -> JointRow:
     absent = "0" if limit is not None and kind != "continuous" else None
     lower, upper = (_value(given.get(key, absent)) for key in ("lower", "upper"))
     velocity, effort = (_value(given.get(key)) for key in ("velocity", "effort"))
-    return JointRow(joint.get("name", ""), kind, _UNITS[kind], lower, upper, velocity, effort)
+    return JointRow(joint.get("name", ""), kind, _UNITS[kind], lower, upper, velocity, np.nan, np.nan, effort)
 
 
 def _value(text: str | None) -> float:
@@ -210,7 +214,7 @@ def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str]) -> l
             errors.append(str(error))
             found.append(row)
             continue
-        shown = (limits[key] for key in ("lower", "upper", "velocity", "effort"))
+        shown = (limits[key] for key in ("lower", "upper", "velocity", "acceleration", "jerk", "effort"))
         found.append(JointRow(name, kind, unit, *shown))
     return found
 

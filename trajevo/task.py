@@ -77,7 +77,7 @@ def _problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
     to_rad = math.pi / 180.0 if settings.angle == "deg" else 1.0
     folder = where.file.resolve().parent
     with where.at("robot"):
-        robot = _robot(settings, folder, to_rad)
+        robot = _robot(settings, folder)
     with where.at("points"):
         points = joint_points(_points(settings, folder, robot, to_rad), robot)
     arguments = {
@@ -100,7 +100,7 @@ def _problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         raise InvalidInputError(where.guess(error)) from error
 
 
-def _robot(settings: TaskSettings, folder: Path, to_rad: float) -> Robot:
+def _robot(settings: TaskSettings, folder: Path) -> Robot:
     given: dict[str, Any] = (
         {"name": settings.robot} if isinstance(settings.robot, str) else settings.robot.model_dump(exclude_none=True)
     )
@@ -110,8 +110,6 @@ def _robot(settings: TaskSettings, folder: Path, to_rad: float) -> Robot:
     local = folder / given["name"]
     if local.suffix == ".urdf" or (local / "robot.toml").is_file():
         given["name"] = local
-    if "lock" in given and to_rad != 1.0:
-        given["lock"] = {name: value * to_rad for name, value in given["lock"].items()}
     return robot_of(given)
 
 

@@ -103,7 +103,9 @@ class _Algorithm(_Strict):
 
 
 class TaskSettings(_Strict):
-    """The keys of ``task.toml``; SI, save for ``angle``, the unit of joint positions and of ``rpy`` in it."""
+    """The keys of ``task.toml``; SI, save for ``angle``, the unit of the points' joint positions and ``rpy`` and of
+    the boxes in joint space.
+    """
 
     format: Literal[1] = 1
     robot: str | _Robot

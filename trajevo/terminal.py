@@ -17,6 +17,7 @@ from trajevo.report import choices, objective_headers, run_facts
 from trajevo.rivals import RIVALS_NOTE, rivals_of, rivals_table
 from trajevo.robot import list_robots, load_robot
 from trajevo.robot_report import RobotExamination
+from trajevo.robot_source import list_example_robots
 from trajevo.verify import Utilisation, Verification
 
 
@@ -43,6 +44,7 @@ def print_list(out: Console) -> None:
         robots.add_row(name, str(robot.dof), ", ".join(given), ", ".join(missing))
     out.print(problems)
     out.print(robots)
+    out.print(f"and of example-robot-data, or any URDF (trajevo check-robot): {', '.join(list_example_robots())}")
 
 
 def print_run(out: Console, front: Front, angle: str | None) -> None:
@@ -116,10 +118,11 @@ def print_examination(out: Console, examination: RobotExamination) -> None:
         f"{examination.mass:.6g} kg",
         markup=False,
     )
-    joints = Table("joint", "type", "unit", "lower", "upper", "velocity", "effort", box=SIMPLE)
+    joints = Table("joint", "type", "unit", "lower", "upper", "velocity", "acceleration", "jerk", "effort", box=SIMPLE)
     for joint in examination.joints:
-        limits = (joint.lower, joint.upper, joint.velocity, joint.effort)
-        joints.add_row(escape(joint.name), joint.type, joint.unit, *(f"{value:.6g}" for value in limits))
+        limits = (joint.lower, joint.upper, joint.velocity, joint.acceleration, joint.jerk, joint.effort)
+        shown = ("-" if np.isnan(value) else f"{value:.6g}" for value in limits)
+        joints.add_row(escape(joint.name), joint.type, joint.unit, *shown)
     links = Table("link", "mass [kg]", "principal moments of inertia [kg·m²]", box=SIMPLE)
     for link in examination.links:
         links.add_row(escape(link.name), f"{link.mass:.6g}", ", ".join(f"{moment:.4g}" for moment in link.moments))
