@@ -1,5 +1,7 @@
 """Limits from arguments and from MoveIt's files, and locked joints."""
 
+import json
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -130,6 +132,16 @@ def test_settings_load_an_equal_robot():
     by_path = load_robot(robot.urdf, **PANDA, limits=GIVEN)
     assert by_path.settings["name"] == str(robot.urdf)
     refused(lambda: robot_of({"nam": "ur5"}), "robot: expected name and, if wanted, lock, tool")
+
+
+def test_settings_hold_infinite_limits_and_those_of_files(moveit):
+    text = "joint_limits:\n  joint_1: {has_velocity_limits: false, max_jerk: 9.0}\n"
+    for limits in ({"effort": np.inf, "position": np.array([-np.inf, 3.0])}, moveit(text), str(moveit(text))):
+        robot = load_robot("puma560", limits=limits)
+        again = robot_of(json.loads(json.dumps(robot.settings, allow_nan=False)))
+        for name in ("lower", "upper", "velocity", "jerk", "effort"):
+            np.testing.assert_array_equal(getattr(again.limits, name), getattr(robot.limits, name))
+    assert np.isinf(again.limits.velocity[0])
 
 
 def test_free_flyers_are_refused():

@@ -1,6 +1,8 @@
 """Tasks: the same as the class, mistakes with their line, and the way from an empty folder to a file."""
 
+import copy
 import json
+import pickle
 import shutil
 from pathlib import Path
 
@@ -9,7 +11,7 @@ import pytest
 
 from problems import HybridManipulator, ViaPointProblem
 from tests.helpers import refused, trajevo
-from trajevo import Front, Payload, ViaPoints, load_robot, optimise
+from trajevo import Front, Payload, ViaPoints, load_problem, load_robot, optimise
 from trajevo.task import load_task
 from trajevo.units import to_si
 
@@ -211,3 +213,35 @@ def test_worked_tasks_are_solved_and_verified(file):
     for row in np.linspace(0, len(front) - 1, 5).astype(int):
         found = verify(front.pick(int(row)), density=20)
         assert found.passed, found.doubts or found.worst
+
+
+@pytest.mark.parametrize("file", sorted(TASKS.glob("*.toml")), ids=lambda file: file.stem)
+def test_problems_of_tasks_are_copied_pickled_and_made_again(file):
+    problem = load_task(file).problem
+    x = np.random.default_rng(0).uniform(problem.xl, problem.xu, (8, problem.n_var))
+    F, G = problem.evaluate(x)
+    again = load_problem(problem.registered_name, **json.loads(json.dumps(problem.settings, allow_nan=False)))
+    for other in (copy.deepcopy(problem), pickle.loads(pickle.dumps(problem)), again):
+        np.testing.assert_array_equal(other.evaluate(x)[0], F)
+        np.testing.assert_allclose(other.evaluate(x)[1], G, atol=1e-6)
+    np.testing.assert_allclose(problem.evaluate(x[3:4])[1], G[3:4], rtol=1e-9, atol=1e-5)  # a row does not know others
+
+
+@pytest.mark.parametrize(
+    "file", [f for f in sorted(TASKS.glob("*.toml")) if "xarm7" not in f.stem], ids=lambda f: f.stem
+)
+def test_gradients_of_tasks_are_those_of_finite_differences(file):
+    problem = load_task(file).problem
+    x = 0.6 * problem.xl + 0.4 * problem.xu
+    F, dF, G, dG = problem.evaluate_with_gradients(x[None])
+    step = 1e-6 * (problem.xu - problem.xl)
+    for k in range(problem.n_var):
+        shift = np.zeros(problem.n_var)
+        shift[k] = step[k]
+        after, before = problem.evaluate((x + shift)[None]), problem.evaluate((x - shift)[None])
+        for value, slope, (high, low) in zip((F, G), (dF, dG), zip(after, before, strict=True), strict=True):
+            scale = 1.0 + np.abs(value) + np.abs(slope[..., k]) * (problem.xu - problem.xl)[k]
+            error = np.abs((high - low) / (2.0 * step[k]) - slope[..., k]) * (problem.xu - problem.xl)[k]
+            smooth = np.array([not name.startswith("reach") for name in problem.constraint_names])
+            mask = smooth if value is G else np.ones(value.shape[1], dtype=bool)
+            assert (error <= 1e-3 * scale)[:, mask].all()

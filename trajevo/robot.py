@@ -20,7 +20,7 @@ from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.joints import Friction, JointLimits
 from trajevo.robot_check import checked_urdf
 from trajevo.robot_file import RobotFile
-from trajevo.robot_limits import declared_limits
+from trajevo.robot_limits import declared_limits, given_limits
 from trajevo.robot_links import tips
 from trajevo.robot_model import build_model
 from trajevo.robot_source import ROBOTS_FOLDER, list_robots, robot_source, warn_of_other_robot
@@ -178,12 +178,13 @@ def load_robot(
     if file is not None:
         transmission, names, units = file.transmission(names, units)
     declared = None if file is None else file.limits(names, units)
+    given = given_limits(limits, names)
     still = {name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}
     return Robot(
         name=source.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
-        limits=JointLimits(**declared_limits(model, names, units, declared, {} if limits is None else limits, urdf)),
+        limits=JointLimits(**declared_limits(model, names, units, declared, given, urdf)),
         friction=Friction(**(still if file is None else file.friction(names, units))),
         joint_names=names,
         joint_units=units,
@@ -195,7 +196,7 @@ def load_robot(
         urdf=urdf,
         packages=source.packages,
         locked=locked,
-        settings=_settings(name, lock=lock, tool=tool, limits=limits, gravity=gravity),
+        settings=_settings(name, lock=lock, tool=tool, limits=given or None, gravity=gravity),
     )
 
 
@@ -230,13 +231,11 @@ def _settings(name: str | Path, **given: Any) -> Any:
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, Path):
-        return str(value.resolve())
-    return value.tolist() if isinstance(value, np.ndarray | np.number) else _listed(value)
-
-
-def _listed(value: Any) -> Any:
-    return [_plain(entry) for entry in value] if isinstance(value, list | tuple) else value
+    if isinstance(value, np.ndarray | np.number):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return str(value) if isinstance(value, float) and np.isinf(value) else value
 
 
 def _moving_mass(model: Any) -> float:

@@ -21,14 +21,12 @@ def declared_limits(
     names: tuple[str, ...],
     units: tuple[str, ...],
     declared: Mapping[str, Array] | None,
-    given: Mapping[str, Any] | str | Path,
+    given: Mapping[str, Any],
     urdf: Path,
 ) -> dict[str, Array]:
     """Columns of JointLimits, SI: those of ``robot.toml``, or else of the URDF, with those of the caller put over."""
     columns = dict(declared) if declared is not None else _of_urdf(model)
-    if not isinstance(given, Mapping | str | Path):
-        raise InvalidInputError(f"limits: expected a mapping from limits to values or a file of MoveIt, got {given!r}")
-    for key, value in (given if isinstance(given, Mapping) else read_joint_limits(given, names)).items():
+    for key, value in given.items():
         checked_name("limit", key, QUANTITIES)
         if key == "position":
             pairs = _per_joint(key, value, names, units, size=2)
@@ -48,6 +46,19 @@ def declared_limits(
             )
     _check(columns, names, urdf)
     return columns
+
+
+def given_limits(given: Any, names: tuple[str, ...]) -> Mapping[str, Any]:
+    """Limits that a caller gave: none, a mapping, or those of a file of MoveIt.
+
+    Raises:
+        InvalidInputError: something else, or as :func:`~trajevo.joint_limits_file.read_joint_limits` says.
+    """
+    if isinstance(given, str | Path):
+        return read_joint_limits(given, names)
+    if not isinstance(given, Mapping | None):
+        raise InvalidInputError(f"limits: expected a mapping from limits to values or a file of MoveIt, got {given!r}")
+    return {} if given is None else given
 
 
 def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path) -> None:
@@ -112,6 +123,8 @@ def _unit(key: str, unit: str) -> str:
 
 
 def _number(name: str, value: Any, unit: str) -> float:
+    if value in ("inf", "-inf"):  # as JSON has to write it
+        return float(value)
     if isinstance(value, str):
         return quantity(value, unit, name=name)
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or np.isnan(value):
