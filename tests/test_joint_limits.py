@@ -11,6 +11,7 @@ from tests.helpers import refused
 from trajevo import load_robot
 from trajevo.joint_limits_file import read_joint_limits, write_joint_limits
 from trajevo.robot import robot_of
+from trajevo.robot_report import examine
 
 GIVEN = {"acceleration": 10.0, "jerk": 100.0}
 PANDA = {"tool": "panda_hand_tcp", "lock": {"panda_finger_joint1": 0.02, "panda_finger_joint2": 0.01}}
@@ -118,9 +119,9 @@ def test_what_is_locked_still_weighs():
 
 def test_continuous_joints_are_refused_by_name_or_locked():
     refused(lambda: load_robot("kinova", limits=GIVEN), "joint 'j2s6s200_joint_1' is a .*lock=.'j2s6s200_joint_1'")
-    continuous = {f"j2s6s200_joint_{k}": 0.5 for k in (1, 4, 5, 6)}
+    continuous = {f"j2s6s200_joint_{k}": 0.5 for k in (1, 4, 6)}
     robot = load_robot("kinova", lock=continuous, tool="j2s6s200_end_effector", limits=GIVEN)
-    assert robot.joint_names == ("j2s6s200_joint_2", "j2s6s200_joint_3")
+    assert robot.joint_names == ("j2s6s200_joint_2", "j2s6s200_joint_3", "j2s6s200_joint_5")
 
 
 def test_settings_load_an_equal_robot():
@@ -166,7 +167,38 @@ def test_moveit_files_round_trip(moveit):
 
 def test_moveit_s_scaling_factors_count(moveit):
     text = "default_velocity_scaling_factor: 0.1\njoint_limits:\n  a: {has_velocity_limits: true, max_velocity: 3.0}\n"
-    assert read_joint_limits(moveit(text), NAMES) == {"velocity": {"a": pytest.approx(0.3)}}
+    assert read_joint_limits(moveit(text), ("a",)) == {"velocity": {"a": pytest.approx(0.3)}}
+    refused(
+        lambda: read_joint_limits(moveit(text), NAMES),
+        "default_velocity_scaling_factor: expected the velocity limit of 'b' too",
+    )
+
+
+def test_what_the_setup_assistant_leaves_open_is_not_given(moveit):
+    text = "joint_limits:\n  elbow_joint: {has_acceleration_limits: false, max_acceleration: 0, max_jerk: 5.0}\n"
+    refused(
+        lambda: load_robot("ur5", tool="tool0", limits=moveit(text)), "no acceleration limit for shoulder_pan_joint, "
+    )
+
+
+def test_entries_of_locked_joints_are_passed_over(moveit):
+    limits = "has_acceleration_limits: true, max_acceleration: 2.0, has_jerk_limits: false"
+    names = [*(f"panda_joint{k}" for k in range(1, 8)), "panda_finger_joint1", "panda_finger_joint2"]
+    text = "joint_limits:\n" + "".join(f"  {name}: {{{limits}}}\n" for name in names)
+    robot = load_robot("panda", **PANDA, limits=moveit(text))
+    assert (robot.limits.acceleration == 2.0).all()
+    assert np.isinf(robot.limits.jerk).all()
+
+
+def test_joints_of_a_robot_with_a_robot_toml_can_be_locked():
+    whole, robot = load_robot("puma560"), load_robot("puma560", lock={"joint_4": 0.5})
+    assert not examine("puma560", lock=["joint_4"]).errors
+    assert robot.joint_names == ("joint_1", "joint_2", "joint_3", "joint_5", "joint_6")
+    np.testing.assert_array_equal(robot.limits.jerk, np.delete(whole.limits.jerk, 3))
+    q = np.array([0.1, -0.2, 0.3, 0.5, 0.4, -0.6])
+    held = pin.computeGeneralizedGravity(whole.model, whole.model.createData(), q)
+    gravity = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), np.delete(q, 3))
+    np.testing.assert_allclose(gravity, np.delete(held, 3), atol=1e-12)
 
 
 @pytest.mark.parametrize(

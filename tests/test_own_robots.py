@@ -21,7 +21,7 @@ ROBOTS = {
     "xarm7": {},
     "z1": {},
     "talos_arm": {"tool": "wrist_left_ft_tool_link"},
-    "kinova": {"tool": "j2s6s200_end_effector", "lock": {f"j2s6s200_joint_{k}": 0.3 for k in (1, 4, 5, 6)}},
+    "kinova": {"tool": "j2s6s200_end_effector", "lock": {f"j2s6s200_joint_{k}": 0.3 for k in (1, 4, 6)}},
 }
 XARM7 = Path(__file__).parents[1] / "problems" / "tasks" / "xarm7_obstacle.toml"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -29,19 +30,24 @@ _SCALES = {
 _KNOWN = {key for flag, keys in _KEYS.values() for key in (flag, *keys)} | {"angle_wraparound"}
 
 
-def read_joint_limits(file: str | Path, names: tuple[str, ...]) -> dict[str, dict[str, Any]]:
+def read_joint_limits(
+    file: str | Path, names: tuple[str, ...], locked: Collection[str] = ()
+) -> dict[str, dict[str, Any]]:
     """Limits of a MoveIt file, as :func:`trajevo.robot.load_robot` takes them: limit -> joint -> value, SI.
 
-    A limit whose ``has_...`` is false is infinite, one that is not mentioned is not given. The default scaling factors
-    count, as they do in MoveIt.
+    A limit whose ``has_...`` is false is infinite. It is not given if it is not mentioned, or if a number stands beside
+    the false: MoveIt's setup assistant writes that where nobody filled one in. The default scaling factors count, as
+    they do in MoveIt.
 
     Args:
         file: YAML with ``joint_limits``.
         names: joints of the robot.
+        locked: joints that are held still; their entries are passed over.
 
     Raises:
         UnknownNameError: a joint that the robot does not have, or an unknown key.
-        InvalidInputError: not such a file, or a value that is missing or no number.
+        InvalidInputError: not such a file, a value that is missing or no number, or a factor for a joint whose limit
+            stands elsewhere.
     """
     try:
         content = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
@@ -57,11 +63,17 @@ def read_joint_limits(file: str | Path, names: tuple[str, ...]) -> dict[str, dic
             scales[_SCALES[key]] = _number(value, f"{file}: {key}", least=0.0)
     found: dict[str, dict[str, Any]] = {}
     for joint, entry in content["joint_limits"].items():
+        if joint in locked:
+            continue
         if joint not in names:
             raise UnknownNameError(f"joint in {file}", joint, names)
         for limit, value in _of_joint(entry, f"{file}: {joint}").items():
             scale = scales[limit]
             found.setdefault(limit, {})[joint] = value if limit == "position" else value[0] * scale
+    for key, limit in _SCALES.items():
+        elsewhere = [name for name in names if name not in found.get(limit, {})]
+        if scales[limit] != 1.0 and elsewhere:
+            raise InvalidInputError(f"{file}: {key}: expected the {limit} limit of {elsewhere[0]!r} too, to be scaled")
     return found
 
 
@@ -81,7 +93,7 @@ def _of_joint(entry: Any, where: str) -> dict[str, tuple[float, ...]]:
             raise InvalidInputError(f"{where}: {flag} is true, but {missing} is missing")
         if has:
             found[limit] = tuple(_number(entry[key], f"{where}: {key}") for key in keys)
-        elif flag in entry:
+        elif flag in entry and not given:
             found[limit] = (-math.inf, math.inf) if limit == "position" else (math.inf,)
     return found
 

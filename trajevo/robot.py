@@ -177,8 +177,8 @@ def load_robot(
     transmission: Transmission = Direct()
     if file is not None:
         transmission, names, units = file.transmission(names, units)
-    declared = None if file is None else file.limits(names, units)
-    given = given_limits(limits, names)
+    declared = None if file is None else file.limits(names, units, locked)
+    given = given_limits(limits, names, locked)
     still = {name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}
     return Robot(
         name=source.name if file is None else file.settings.name,

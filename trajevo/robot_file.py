@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -164,9 +165,9 @@ class RobotFile:
             raise InvalidInputError(f"{self.path}: transmission.span: expected a positive length, got {span}")
         return CoupledScrews(slide, swivel, span), tuple(names), tuple(units)
 
-    def limits(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
-        """Columns of JointLimits, SI."""
-        if set(self.settings.joints) != set(names):
+    def limits(self, names: tuple[str, ...], units: tuple[str, ...], locked: Collection[str] = ()) -> dict[str, Array]:
+        """Columns of JointLimits, SI; entries of locked joints are passed over."""
+        if set(self.settings.joints) - set(locked) != set(names):
             raise InvalidInputError(
                 f"{self.path}: limits given for joints {sorted(self.settings.joints)}, expected {sorted(names)}"
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -48,14 +48,14 @@ def declared_limits(
     return columns
 
 
-def given_limits(given: Any, names: tuple[str, ...]) -> Mapping[str, Any]:
+def given_limits(given: Any, names: tuple[str, ...], locked: Collection[str]) -> Mapping[str, Any]:
     """Limits that a caller gave: none, a mapping, or those of a file of MoveIt.
 
     Raises:
         InvalidInputError: something else, or as :func:`~trajevo.joint_limits_file.read_joint_limits` says.
     """
     if isinstance(given, str | Path):
-        return read_joint_limits(given, names)
+        return read_joint_limits(given, names, locked)
     if not isinstance(given, Mapping | None):
         raise InvalidInputError(f"limits: expected a mapping from limits to values or a file of MoveIt, got {given!r}")
     return {} if given is None else given

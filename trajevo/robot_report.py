@@ -114,7 +114,7 @@ def examine(name: str | Path, *, lock: Collection[str] = ()) -> RobotExamination
     if source.settings is None:
         errors += _limit_problems(rows, file)
     elif settings is not None:
-        rows = _rows_of_file(settings, rows, errors)
+        rows = _rows_of_file(settings, rows, errors, lock)
     links = link_rows(robot)
     if not errors:
         errors += _loading_problem(name, moving=moving, lock=lock, links=links)
@@ -195,12 +195,12 @@ def _limit_problems(rows: list[JointRow], urdf: Path) -> Iterator[str]:
                 yield f"{where}: {key}: expected a positive number, got {value:g} {unit}"
 
 
-def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str]) -> list[JointRow]:
+def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock: Collection[str]) -> list[JointRow]:
     """The actuators with the limits of ``robot.toml``; of a joint whose entry is wrong, those of the URDF."""
     try:
         names, units = file.transmission(tuple(row.name for row in rows), tuple(row.unit for row in rows))[1:]
-        if set(names) != set(file.settings.joints):
-            file.limits(names, units)  # refuses the names
+        if set(names) != set(file.settings.joints) - set(lock):
+            file.limits(names, units, lock)  # refuses the names
     except InvalidInputError as error:
         errors.append(str(error))
         return rows
