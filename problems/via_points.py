@@ -184,16 +184,21 @@ def _interpolant(
 def _box(place: int, given: Any) -> JointBox | CartesianBox:
     if isinstance(given, JointBox | CartesianBox):
         return given
-    if not isinstance(given, Mapping) or set(given) not in ({"point", "joints"}, {"point", "tool"}):
-        raise InvalidInputError(f"moving.{place}: expected point, and joints or tool, got {given!r}")
-    if "tool" in given:
-        return CartesianBox(given["point"], given["tool"])
+    keys = set(given) if isinstance(given, Mapping) else set()
+    if keys - {"keep_orientation"} == {"point", "tool"}:
+        return CartesianBox(given["point"], given["tool"], keep_orientation=given.get("keep_orientation", True))
+    if keys != {"point", "joints"}:
+        raise InvalidInputError(
+            f"moving.{place}: expected point, and joints or tool (with keep_orientation if wanted), got {given!r}"
+        )
     return JointBox(given["point"], given["joints"])
 
 
 def _box_settings(box: JointBox | CartesianBox) -> dict[str, Any]:
-    kind = "joints" if isinstance(box, JointBox) else "tool"
-    return {"point": box.point, kind: np.asarray(box.half_width).tolist()}
+    half_width = np.asarray(box.half_width).tolist()
+    if isinstance(box, JointBox):
+        return {"point": box.point, "joints": half_width}
+    return {"point": box.point, "tool": half_width, "keep_orientation": box.keep_orientation}
 
 
 def _positive(name: str, value: Any, unit: str) -> float:

@@ -9,6 +9,7 @@ import yaml
 from problems import ViaPointProblem
 from tests.helpers import refused
 from trajevo import Scene, load_robot, load_task, optimise
+from trajevo.boxes import CartesianBox
 from trajevo.clearance import clearance_along
 from trajevo.export import export
 from trajevo.verify import verify, verify_all
@@ -94,6 +95,22 @@ def test_points_moved_at_the_tool_stay_in_their_boxes():
         assert (np.abs(moved - nominal[0]) <= [[1e-6, 0.05 + 1e-6, 0.05 + 1e-6]]).all()
         np.testing.assert_allclose(turned, nominal[1], atol=1e-5)
         np.testing.assert_allclose(moved[[0, 3]], nominal[0][[0, 3]], atol=1e-9)
+
+
+def test_whether_the_tool_may_turn_goes_into_the_settings():
+    robot = load_robot("ur5", tool="tool0", limits=LIMITS)
+    points = [{"position": [0.45, y, 0.3], "rpy": [np.pi, 0.0, 0.0]} for y in (-0.25, 0.0, 0.25)]
+    for keep in (True, False):
+        box = CartesianBox(1, [0.02, 0.02, 0.02], keep_orientation=keep)
+        problem = ViaPointProblem(robot=robot, points=points, moving=[box])
+        again = ViaPointProblem(**problem.settings)
+        assert again.interpolant.boxes[0].keep_orientation is keep
+        x = np.append(problem.xl[:2] + 0.5, [0.02, -0.02, 0.01])[None]
+        np.testing.assert_array_equal(again.evaluate(x)[0], problem.evaluate(x)[0])
+    refused(
+        lambda: ViaPointProblem(robot=robot, points=points, moving=[{"point": 1}]),
+        "moving.0: expected point, and joints or tool",
+    )
 
 
 def test_limits_go_to_moveit_and_come_back(around, tmp_path):

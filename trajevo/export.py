@@ -49,7 +49,7 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float | N
         format: ``"csv"`` (comment lines with the settings, then one row per instant), ``"json"`` (also the exact
             trajectory, as :func:`motion_schema` says), ``"feed"`` (CSV of straight blocks with their feeds, mm and
             mm/min, for linear axes alone), ``"gcode"`` (the same blocks as G1 lines), ``"ros2"`` (a
-            ``trajectory_msgs/JointTrajectory`` as YAML), ``"mujoco"`` (CSV at a fixed rate for a replay)
+            ``trajectory_msgs/JointTrajectory`` as YAML), ``"mujoco"`` (CSV at a fixed rate for a replay),
             ``"urscript"`` (a program that streams six joints to a controller of Universal Robots) or ``"moveit"`` (the
             robot's limits as a ``joint_limits.yaml``).
         step: time between samples [s]; 0.01, for ``"mujoco"`` 0.002 and for ``"urscript"`` 0.008 if None. In
