@@ -7,7 +7,7 @@ import pytest
 
 from problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
 from tests.helpers import impossible, small_problem
-from trajevo import TrajectoryProblem, TrajevoError, load_robot, nnc, optimise
+from trajevo import TrajectoryProblem, TrajevoError, load_robot, optimise
 from trajevo.nnc import solve_nnc, weighting_factors
 from trajevo.objectives import Objective, summed_rms_jerk, total_time
 from trajevo.sqp import Search, differentiated, random_starts
@@ -149,21 +149,6 @@ def test_sub_problems_that_fail_for_good_are_counted_and_the_others_kept(monkeyp
     found = solve_nnc(small_problem())
     assert len(found) == 2
     assert found.run.settings["failed"] == 1
-
-
-def test_an_interrupt_keeps_what_was_found(monkeypatch):
-    between, calls = nnc._Division.between, []
-
-    def interrupted(self, *arguments):
-        calls.append(1)
-        if len(calls) == 4:
-            raise KeyboardInterrupt
-        return between(self, *arguments)
-
-    monkeypatch.setattr(nnc._Division, "between", interrupted)
-    front = solve_nnc(small_problem())
-    assert front.run.interrupted
-    assert len(front) == 5
 
 
 def test_nothing_feasible_is_an_empty_front_that_says_why():

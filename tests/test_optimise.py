@@ -19,7 +19,7 @@ from tests.helpers import failing_when_slow, impossible, nan_when_slow, small_pr
 from tests.reference import non_dominated
 from trajevo import TrajevoError, load_robot, optimise
 from trajevo.archive import Archive
-from trajevo.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.objectives import Objective, summed_rms_jerk
 
 SMALL = {"generations": 15, "population": 24, "progress": False}
 
@@ -226,22 +226,6 @@ def test_all_individuals_failing_is_said():
     assert front.run.failures == front.run.evaluations
     assert front.run.first_failure == "RuntimeError: no licence"
     assert str(front.blocking) == "no individual could be evaluated"
-
-
-def test_an_interrupt_keeps_what_was_found():
-    calls = []
-
-    def impatient(rollout):
-        calls.append(1)
-        if len(calls) == 5:
-            raise KeyboardInterrupt
-        return total_time(rollout)
-
-    objectives = (Objective("time", "s", "t", impatient), Objective("jerk", "rad/s^3", "t", summed_rms_jerk))
-    front = optimise(small_problem(objectives=objectives), seed=1, **SMALL)
-    assert front.run.interrupted
-    assert front.run.generations == 4
-    assert len(front) > 0
 
 
 def test_a_problem_without_a_reference_point_gets_one_from_its_first_feasible_points():

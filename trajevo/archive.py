@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import moocore
 import numpy as np
 
 from trajevo.arrays import Array
+
+#: Failed individuals of a run that are listed; all are counted.
+MOST_LISTED = 100
 
 
 class Archive:
@@ -18,7 +23,7 @@ class Archive:
         least_violation: least Σ max(G, 0) of any individual so far; 0 once one is feasible, inf before any number.
         nearest: decision vector and constraint values of that individual, or None.
         failures: individuals whose evaluation gave no numbers.
-        first_failure: what the first of them said.
+        failed: decision vector and message of the first of them, at most :data:`MOST_LISTED`.
     """
 
     def __init__(self, n_var: int, n_obj: int, n_constr: int) -> None:
@@ -26,12 +31,14 @@ class Archive:
         self.least_violation = float("inf")
         self.nearest: tuple[Array, Array] | None = None
         self.failures = 0
-        self.first_failure = ""
+        self.failed: list[tuple[Array, str]] = []
 
-    def add(self, X: Array, F: Array, G: Array) -> None:
-        """Take in an evaluated population, shapes (B, n_var), (B, n_obj), (B, n_constr)."""
+    def add(self, X: Array, F: Array, G: Array, said: Sequence[str] | None = None) -> None:
+        """Take in an evaluated population, shapes (B, n_var), (B, n_obj), (B, n_constr), and what failed ones said."""
         finite = np.isfinite(F).all(axis=1)
         self.failures += int((~finite).sum())
+        for i in np.flatnonzero(~finite)[: MOST_LISTED - len(self.failed)]:
+            self.failed.append((X[i].copy(), "" if said is None else str(said[i])))
         violation = np.where(finite, np.maximum(G, 0.0).sum(axis=1), np.inf)
         if len(X) and violation.min() < self.least_violation:
             best = int(violation.argmin())

@@ -1,9 +1,10 @@
-"""The command ``trajevo``: init, check-robot, list, solve, show, report, export, animate, capacity, verify."""
+"""The command ``trajevo``: init, check-robot, list, solve, resume, show, report, export, animate, capacity, verify."""
 
 from __future__ import annotations
 
 import io
 import sys
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +16,7 @@ from rich.table import Table
 
 from trajevo.animation import animate
 from trajevo.capacity import dlcc, dlcc_iterative
-from trajevo.cli_solve import FRONT_FILE, REPORT_FILE, solve
+from trajevo.cli_solve import REPORT_FILE, resume, solve
 from trajevo.errors import TrajevoError
 from trajevo.example_task import write_example
 from trajevo.export import FORMATS, extension
@@ -23,6 +24,7 @@ from trajevo.export import export as write_motion
 from trajevo.front import Front
 from trajevo.report import report as write_report
 from trajevo.robot_report import examine
+from trajevo.runs import read_run
 from trajevo.terminal import print_examination, print_list, print_run, print_verifications
 from trajevo.verify import verify, verify_all
 
@@ -35,6 +37,7 @@ app = typer.Typer(
 _out = Console(soft_wrap=True, highlight=False)
 
 app.command()(solve)
+app.command()(resume)
 
 _RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]
 _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as the problem has it if not given.")]
@@ -57,7 +60,7 @@ def init(
 @app.command()
 def show(run: _RunArgument, angle: _Angle = None) -> None:
     """Show a run in the terminal."""
-    print_run(_out, Front.load(_front_file(run)), angle)
+    print_run(_out, _front(run), angle)
 
 
 @app.command()
@@ -66,8 +69,7 @@ def report(
     out: Annotated[Path | None, typer.Option(help="HTML file; report.html beside the front if not given.")] = None,
 ) -> None:
     """Write a run's report, one HTML file that needs no network."""
-    file = _front_file(run)
-    _out.print(f"written: {write_report(Front.load(file), out or file.with_name(REPORT_FILE))}")
+    _out.print(f"written: {write_report(_front(run), out or _beside(run, REPORT_FILE))}")
 
 
 @app.command()
@@ -82,9 +84,8 @@ def export(
     out: Annotated[Path | None, typer.Option(help="File; SOLUTION.EXTENSION beside the front if not given.")] = None,
 ) -> None:
     """Write the motion of one solution for a controller or a spreadsheet."""
-    file = _front_file(run)
-    chosen = Front.load(file).pick(solution)
-    target = out or file.with_name(f"{solution}.{extension(format)}")
+    chosen = _front(run).pick(solution)
+    target = out or _beside(run, f"{solution}.{extension(format)}")
     _out.print(f"written: {write_motion(chosen, target, format=format, step=step, angle=angle)}")
 
 
@@ -96,9 +97,8 @@ def animate_motion(
     out: Annotated[Path | None, typer.Option(help="HTML file; SOLUTION.html beside the front if not given.")] = None,
 ) -> None:
     """Write the robot along one solution in real time, one HTML file that needs no network."""
-    file = _front_file(run)
-    chosen = Front.load(file).pick(solution)
-    _out.print(f"written: {animate(chosen, out or file.with_name(f'{solution}.html'), rate=rate)}")
+    chosen = _front(run).pick(solution)
+    _out.print(f"written: {animate(chosen, out or _beside(run, f'{solution}.html'), rate=rate)}")
 
 
 @app.command()
@@ -111,8 +111,7 @@ def capacity(
     step: Annotated[float, typer.Option(help="Payload added at each iteration [kg].")] = 0.05,
 ) -> None:
     """Tell what a motion can carry, which actuator limits it and when."""
-    file = _front_file(run)
-    chosen = Front.load(file).pick(solution)
+    chosen = _front(run).pick(solution)
     found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
     _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
     _out.print(f"capacity: {found}")
@@ -130,7 +129,7 @@ def verify_motions(
     every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
 ) -> None:
     """Check a motion between its samples against every limit; exit code 1 if one is exceeded."""
-    front = Front.load(_front_file(run))
+    front = _front(run)
     found = verify_all(front, density=density) if every else (verify(front.pick(solution), density=density),)
     print_verifications(_out, found)
     if not all(verification.passed for verification in found):
@@ -155,12 +154,20 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+    console = Console(stderr=True, soft_wrap=True, highlight=False)
+    warnings.showwarning = lambda message, *_: console.print(f"warning: {message}", markup=False)
     try:
         app()
     except TrajevoError as error:
-        Console(stderr=True, soft_wrap=True, highlight=False).print(f"error: {error}", markup=False)
+        console.print(f"error: {error}", markup=False)
         sys.exit(2)
 
 
-def _front_file(run: Path) -> Path:
-    return run / FRONT_FILE if run.is_dir() else run
+def _front(run: Path) -> Front:
+    """Front of a run's folder, finished or not, or of a front's file."""
+    return read_run(run) if run.is_dir() else Front.load(run)
+
+
+def _beside(run: Path, name: str) -> Path:
+    """A file in a run's folder, or beside a front's file."""
+    return run / name if run.is_dir() else run.with_name(name)

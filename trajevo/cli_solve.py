@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,14 +21,17 @@ from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
 from trajevo.report import FIGURES, save_figures
 from trajevo.report import report as write_report
+from trajevo.run_folder import FRONT_FILE, RunFolder
+from trajevo.runs import resume as resume_run
 from trajevo.task import load_task
 from trajevo.terminal import print_run
 
-FRONT_FILE, REPORT_FILE, PLOTS_FOLDER = "front.json", "report.html", "plots"
+REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 
 METHODS = ("evolution", "nnc")
 
 _out = Console(soft_wrap=True, highlight=False)
+_err = Console(soft_wrap=True, highlight=False, stderr=True)
 
 
 def solve(
@@ -62,6 +66,9 @@ def solve(
     sqp_seeds: Annotated[
         int | None, typer.Option(min=2, help="Begin the evolution with as many points found by nnc.")
     ] = None,
+    time_limit: Annotated[
+        float | None, typer.Option(help="Time that evaluating one individual may take [s]; longer counts as failed.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results; runs/PROBLEM or runs/TASK if not given.")
     ] = None,
@@ -86,7 +93,14 @@ def solve(
         _refuse_task_options(options | search | {"--set": set_, "--offsprings": offsprings})
         task, folder = load_task(problem), out or Path("runs") / Path(problem).stem
         _claim(folder, overwrite)
-        front = task.solve(seed=seed, generations=generations, population=population, progress=not quiet)
+        front = task.solve(
+            seed=seed,
+            generations=generations,
+            population=population,
+            time_limit=time_limit,
+            out=folder,
+            progress=not quiet,
+        )
     else:
         arguments = _with_settings({key: value for key, value in given.items() if value is not None}, set_ or [])
         to_solve, folder = load_problem(problem, **arguments), out or Path("runs") / problem
@@ -95,20 +109,45 @@ def solve(
         _claim(folder, overwrite)
         seed = 1 if seed is None else seed
         if method == "nnc":
+            _err.print("warning: the method nnc keeps no checkpoints: SIGINT keeps what was found, SIGKILL nothing")
             front = solve_nnc(to_solve, seed=seed, tolerance=0.01 if tolerance is None else tolerance)
+            front.save(folder / FRONT_FILE)
         else:
             if sqp_seeds is not None:
                 settings["initial"] = solve_nnc(to_solve, seed=seed, points=sqp_seeds)
-            front = optimise(to_solve, seed=seed, generations=generations, progress=not quiet, **settings)
+            front = optimise(
+                to_solve,
+                seed=seed,
+                generations=generations,
+                time_limit=time_limit,
+                out=folder,
+                progress=not quiet,
+                **settings,
+            )
     _write(front, folder)
-    if front.run.interrupted:
-        raise typer.Exit(130)
+
+
+def resume(
+    run: Annotated[Path, typer.Argument(help="Folder of a run that was interrupted or killed.")],
+    generations: Annotated[int | None, typer.Option(min=1, help="Make the run longer, to so many generations.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+) -> None:
+    """Go on with a run, as if it had never stopped, and write its front, pictures and report."""
+    _write(resume_run(run, generations=generations, progress=not quiet), run)
 
 
 def _write(front: Front, folder: Path) -> None:
-    front.save(folder / FRONT_FILE)
-    _clear_stale(folder)
+    """Pictures and report of a run that has ended; of one that was interrupted what to do next, and exit."""
+    if not (folder / FRONT_FILE).exists():
+        raise typer.Exit(2)
     print_run(_out, front, None)
+    if front.run.interrupted:
+        go_on = f"trajevo resume {folder}" if RunFolder(folder).begun else "begin it again"
+        _out.print(
+            f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there"
+        )
+        raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
+    _clear_stale(folder)
     pictures = save_figures(front, folder / PLOTS_FOLDER)
     write_report(front, folder / REPORT_FILE)
     _out.print(
@@ -163,14 +202,17 @@ def _refuse_given(method: str, options: dict[str, Any]) -> None:
 
 def _claim(folder: Path, overwrite: bool) -> None:
     """Make sure that results can be written, before hours are spent on them."""
-    if (folder / FRONT_FILE).exists() and not overwrite:
-        raise InvalidInputError(f"{folder} already holds a run; choose another --out or add --overwrite")
+    run = RunFolder(folder)
+    if run.holds_run and not overwrite:
+        go_on = f", or go on with it: trajevo resume {folder}" if run.begun else ""
+        raise InvalidInputError(f"{folder} already holds a run; choose another --out or add --overwrite{go_on}")
     try:
         (folder / PLOTS_FOLDER).mkdir(parents=True, exist_ok=True)
         for place in (folder, folder / PLOTS_FOLDER):
             probe = place / ".writable"
             probe.touch()
             probe.unlink()
+        run.clear()
     except OSError as error:
         raise InvalidInputError(f"{folder}: the output folder cannot be written: {error.strerror}") from error
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +13,7 @@ from trajevo import selection
 from trajevo.arrays import Array, read_only
 from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, UnknownNameError
+from trajevo.files import write_whole
 from trajevo.problem import TrajectoryProblem
 from trajevo.records import Blocking, FrontFile, History, ProblemRecord, Run
 from trajevo.registry import load_problem, problem_class
@@ -184,12 +184,9 @@ class Front:
             InvalidInputError: the file cannot be written.
         """
         target = _path(file)
-        scratch = target.with_name(target.name + ".part")
         try:
-            scratch.write_text(self._file().model_dump_json(indent=1), encoding="utf-8")
-            os.replace(scratch, target)
+            write_whole(target, self._file().model_dump_json(indent=1).encode())
         except OSError as error:
-            scratch.unlink(missing_ok=True)
             raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
 
     @classmethod

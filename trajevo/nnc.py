@@ -17,6 +17,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front import Front
 from trajevo.problem import TrajectoryProblem
 from trajevo.sqp import FEASIBLE, Gradients, Search, differentiated, random_starts
+from trajevo.stopping import Stopping
 from trajevo.watch import Watch
 
 #: SLSQP's tolerance on the logarithm of an objective.
@@ -50,8 +51,8 @@ def solve_nnc(
 
     Returns:
         The front, for a problem whose solutions are curves that of the problem they are curves of. The run counts
-        sub-problems that had to be tried again, and those that failed for good; an interrupt from the keyboard ends
-        the run and returns what was found so far.
+        sub-problems that had to be tried again, and those that failed for good; an interrupt from the keyboard or
+        SIGTERM ends the run after the point it is at and returns what was found so far, a second one aborts.
 
     Raises:
         InvalidInputError: not two objectives, or arguments that cannot be used.
@@ -65,9 +66,9 @@ def solve_nnc(
         raise InvalidInputError(f"points: expected a whole number of at least 2, got {points!r}")
     origin = problem if problem.expansion is None else problem.expansion.problem
     began = time.perf_counter()
-    with one_blas_thread():
+    with one_blas_thread(), Stopping() as stopping:
         division, watch = _Division(origin, int(seed)), Watch(origin)
-        interrupted = _collect(division, watch, tolerance, points)
+        interrupted = _collect(division, watch, tolerance, points, stopping)
     settings = {
         "method": "normalised normal constraint, divide and conquer, SLSQP" if points is None else "evenly spread ω",
         "tolerance": float(tolerance),
@@ -82,6 +83,7 @@ def solve_nnc(
         seed=int(seed),
         evaluations=division.evaluations,
         interrupted=interrupted,
+        stopped_by=stopping.asked_by if interrupted else "",
         seconds=time.perf_counter() - began,
     )
 
@@ -96,18 +98,18 @@ def needs_two_objectives(problem: Any) -> None:
         raise InvalidInputError("problem: the normal constraint method needs a TrajectoryProblem of two objectives")
 
 
-def _collect(division: _Division, watch: Watch, tolerance: float, points: int | None) -> bool:
-    """Book every point as it is found, level by level; whether the keyboard ended it."""
+def _collect(division: _Division, watch: Watch, tolerance: float, points: int | None, stopping: Stopping) -> bool:
+    """Book every point as it is found, level by level; whether a signal ended it."""
     closed, interrupted = 0, False
-    try:
-        for level, point in _found(division, tolerance, points):
-            if level > closed + 1:
-                watch.close(closed := closed + 1, division.evaluations)
-            X = division.back(point.x[None])
-            F, G = division.origin.evaluate(X, return_values_of=["F", "G"])
-            watch.collect(X, {"F": F, "G": G})
-    except KeyboardInterrupt:
-        interrupted = True
+    for level, point in _found(division, tolerance, points):
+        if level > closed + 1:
+            watch.close(closed := closed + 1, division.evaluations)
+        X = division.back(point.x[None])
+        F, G = division.origin.evaluate(X, return_values_of=["F", "G"])
+        watch.collect(X, {"F": F, "G": G})
+        if stopping:
+            interrupted = True
+            break
     watch.close(closed + 1, division.evaluations)
     return interrupted
 

@@ -14,6 +14,7 @@ from trajevo.arrays import Array, keep_heap, numbers, read_only
 from trajevo.constraints import Constraint
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError
+from trajevo.evaluation import TimeLimited, evaluate_each
 from trajevo.interpolants import Interpolant, Variable
 from trajevo.objectives import Objective
 from trajevo.payload import Payload
@@ -102,6 +103,7 @@ class TrajectoryProblem(Problem):
         length: unit in which people read its lengths, ``"m"`` or ``"mm"``.
         smooth: the form that gradient solvers are given, or None for the problem itself.
         expansion: the problem that its solutions are curves of, or None.
+        time_limited: what evaluates populations under a time limit, or None for no limit.
 
     Raises:
         InvalidInputError: no objectives, names that repeat, or a reference point of another length.
@@ -114,6 +116,7 @@ class TrajectoryProblem(Problem):
     compares_rivals: ClassVar[bool] = False
     smooth: SmoothForm | None = None
     expansion: Expansion | None = None
+    time_limited: TimeLimited | None = None
 
     def __init__(
         self,
@@ -224,20 +227,26 @@ class TrajectoryProblem(Problem):
         other.dynamics = replace(self.dynamics, payload=payload)
         return other
 
+    def under_time_limit(self, seconds: float) -> TrajectoryProblem:
+        """The same problem, its populations evaluated in a process that is ended when one individual takes too long.
+
+        Args:
+            seconds: time that evaluating one individual may take [s].
+
+        Raises:
+            InvalidInputError: a time that is not positive, or a process that may not start another.
+        """
+        other = copy.copy(self)
+        other.time_limited = TimeLimited(self._evaluate_rows, seconds)
+        return other
+
     def _timing(self, x: Array) -> Array:
         columns = np.atleast_2d(np.asarray(x))
         return columns if self.payload_range is None else columns[:, :-1]
 
     def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        failures = [""] * len(x)
-        try:
-            F, G = self._evaluate_rows(x)
-        except Exception:  # noqa: BLE001 - whatever one individual raises must not end the run of the others
-            F, G, failures = self._evaluate_one_by_one(x)
-        for i in np.flatnonzero(~(np.isfinite(F).all(axis=1) & np.isfinite(G).all(axis=1))):
-            failures[i] = failures[i] or "an objective or a constraint is not a finite number"
-            F[i], G[i] = np.inf, np.inf
-        out["F"], out["G"] = F, G
+        rows = self._evaluate_rows if self.time_limited is None else self.time_limited
+        out["F"], out["G"], failures = evaluate_each(rows, x, self.n_obj, self.n_ieq_constr)
         if any(failures):
             out["failure"] = np.array(failures, dtype=object)
 
@@ -246,14 +255,3 @@ class TrajectoryProblem(Problem):
         F = np.stack([objective.function(rollout) for objective in self.objectives], axis=1)
         columns = [constraint.function(rollout) for constraint in self.constraints]
         return F, np.concatenate([*columns, np.empty((len(F), 0))], axis=1)
-
-    def _evaluate_one_by_one(self, x: Array) -> tuple[Array, Array, list[str]]:
-        """Only after the batch raised: find the individuals that do, and keep what they say."""
-        F, G = np.full((len(x), self.n_obj), np.nan), np.full((len(x), self.n_ieq_constr), np.nan)
-        failures = [""] * len(x)
-        for i in range(len(x)):
-            try:
-                F[i : i + 1], G[i : i + 1] = self._evaluate_rows(x[i : i + 1])
-            except Exception as error:  # noqa: BLE001 - as above; the message is kept and reported
-                failures[i] = f"{type(error).__name__}: {error}"
-        return F, G, failures

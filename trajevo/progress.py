@@ -48,12 +48,18 @@ class Reporter(ABC):
         """Show a finished generation."""
 
 
-def reporter(total: int, *, enabled: bool) -> Reporter:
-    """The reporter that fits standard error: a bar on a terminal, plain lines otherwise, nothing when disabled."""
+def reporter(total: int, *, enabled: bool, done: int = 0) -> Reporter:
+    """The reporter that fits standard error: a bar on a terminal, plain lines otherwise, nothing when disabled.
+
+    Args:
+        total: generations of the whole run.
+        enabled: whether anything is shown.
+        done: generations that were done before.
+    """
     console = Console(stderr=True)
     if not enabled:
         return _Silent()
-    return _Bar(total, console) if console.is_terminal else _Lines(total, console)
+    return _Bar(total, console, done) if console.is_terminal else _Lines(total, console, done)
 
 
 @final
@@ -70,7 +76,7 @@ class _Silent(Reporter):
 
 @final
 class _Bar(Reporter):
-    def __init__(self, total: int, console: Console) -> None:
+    def __init__(self, total: int, console: Console, done: int = 0) -> None:
         self._progress = Progress(
             TextColumn("{task.completed:.0f}/{task.total:.0f}", table_column=Column(no_wrap=True)),
             TimeRemainingColumn(table_column=Column(no_wrap=True, min_width=7)),
@@ -81,7 +87,7 @@ class _Bar(Reporter):
             expand=True,
             refresh_per_second=4,
         )
-        self._task: TaskID = self._progress.add_task("", total=total)
+        self._task: TaskID = self._progress.add_task("", total=total, completed=done)
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -96,8 +102,8 @@ class _Bar(Reporter):
 
 @final
 class _Lines(Reporter):
-    def __init__(self, total: int, console: Console) -> None:
-        self._total, self._console = total, console
+    def __init__(self, total: int, console: Console, done: int = 0) -> None:
+        self._total, self._done, self._console = total, done, console
         self._every = max(total // _LINES, 1)
         self._began = time.perf_counter()
 
@@ -112,7 +118,7 @@ class _Lines(Reporter):
         if generation.number % self._every and generation.number != self._total:
             return
         spent = time.perf_counter() - self._began
-        left = spent / generation.number * (self._total - generation.number)
+        left = spent / (generation.number - self._done) * (self._total - generation.number)
         self._console.print(
             f"generation {generation.number}/{self._total}  {generation}  {left:.0f} s left",
             highlight=False,

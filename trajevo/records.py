@@ -20,11 +20,13 @@ _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "ruckig")
 _BY_GENERATION = ("evaluations", "hypervolume", "least_violation", "front_size")
 
 
-class _Record(pydantic.BaseModel):
+class Record(pydantic.BaseModel):
+    """Frozen data that goes into JSON and comes back equal; no unknown keys, no NaN."""
+
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class VariableRecord(_Record):
+class VariableRecord(Record):
     """A decision variable: name, SI unit and bounds."""
 
     name: str
@@ -33,7 +35,7 @@ class VariableRecord(_Record):
     upper: float
 
 
-class ObjectiveRecord(_Record):
+class ObjectiveRecord(Record):
     """An objective: name, SI unit and where its formula stands."""
 
     name: str
@@ -41,7 +43,7 @@ class ObjectiveRecord(_Record):
     reference: str
 
 
-class ProblemRecord(_Record):
+class ProblemRecord(Record):
     """What was solved; a registered problem can be made again from ``name`` and ``settings``.
 
     Joint limits are SI, None where there is none; the payload's ``model`` says how it acts.
@@ -83,7 +85,14 @@ class ProblemRecord(_Record):
         )
 
 
-class Run(_Record):
+class FailedIndividual(Record):
+    """An individual whose evaluation gave no numbers: its decision vector and what happened."""
+
+    x: tuple[float, ...]
+    said: str
+
+
+class Run(Record):
     """How a front was made.
 
     Attributes:
@@ -94,7 +103,10 @@ class Run(_Record):
         evaluations: individuals evaluated.
         failures: individuals whose evaluation raised or gave a number that is not finite.
         first_failure: what the first of them said.
+        failed: the first hundred of them.
         interrupted: whether the run was stopped before its end.
+        stopped_by: name of the signal that stopped it, ``"SIGINT"`` or ``"SIGTERM"``, else empty.
+        resumed: generations after which it went on from its checkpoint.
         seconds: wall time [s].
         versions: versions of the packages that computed it, and of Python.
     """
@@ -106,12 +118,15 @@ class Run(_Record):
     evaluations: int
     failures: int
     first_failure: str
+    failed: tuple[FailedIndividual, ...] = ()
     interrupted: bool
+    stopped_by: str = ""
+    resumed: tuple[int, ...] = ()
     seconds: float
     versions: dict[str, str]
 
 
-class History(_Record):
+class History(Record):
     """One entry per generation; the hypervolume is the share of the box from 0 to ``reference_point``.
 
     Attributes:
@@ -130,7 +145,7 @@ class History(_Record):
     front_size: tuple[int, ...]
 
 
-class Blocking(_Record):
+class Blocking(Record):
     """Why a front is empty: the individual that came nearest to being feasible.
 
     Attributes:
@@ -148,7 +163,7 @@ class Blocking(_Record):
         return f"nothing feasible was found; in the nearest miss {worst}"
 
 
-class FrontFile(_Record):
+class FrontFile(Record):
     """The whole content of a front's file."""
 
     format: Literal["trajevo front"] = "trajevo front"

@@ -42,9 +42,20 @@ class Task:
         seed: int | None = None,
         generations: int | None = None,
         population: int | None = None,
+        time_limit: float | None = None,
+        out: str | Path | None = None,
         progress: bool = True,
     ) -> Front:
-        """Solve it with the task's algorithm; what is given here goes before what the file says."""
+        """Solve it with the task's algorithm; what is given here goes before what the file says.
+
+        Args:
+            seed: as for :func:`trajevo.optimise.optimise`, and so are the others.
+            generations: generations.
+            population: individuals.
+            time_limit: time that evaluating one individual may take [s].
+            out: folder to keep the run in.
+            progress: show the progress on standard error.
+        """
         own = self.settings.algorithm.model_dump(exclude_none=True)
         name, length = own.pop("name"), own.pop("generations", None)
         if population is not None:
@@ -53,6 +64,8 @@ class Task:
             self.problem,
             seed=self.settings.seed if seed is None else seed,
             generations=length if generations is None else generations,
+            time_limit=time_limit,
+            out=out,
             progress=progress,
             **algorithm_settings(name, own, self.problem.evolution.population),
         )

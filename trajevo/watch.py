@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from trajevo.arrays import Array
 from trajevo.front import Front
 from trajevo.problem import TrajectoryProblem
 from trajevo.progress import Generation
-from trajevo.records import Blocking, History, ProblemRecord, Run, installed_versions
+from trajevo.records import Blocking, FailedIndividual, History, ProblemRecord, Run, installed_versions
 
 
 class Watch:
@@ -32,9 +33,9 @@ class Watch:
 
     def collect(self, X: Array, out: dict[str, Any]) -> None:
         """Callback of pymoo's problem: the arrays of every evaluation."""
-        self.archive.add(np.atleast_2d(X), np.atleast_2d(out["F"]), np.atleast_2d(out["G"]))
-        if self.archive.failures and not self.archive.first_failure:
-            self.archive.first_failure = next((str(said) for said in np.atleast_1d(out["failure"]) if said), "")
+        said = out.get("failure")
+        x, F, G = (np.atleast_2d(values) for values in (X, out["F"], out["G"]))
+        self.archive.add(x, F, G, None if said is None else np.atleast_1d(said).tolist())
 
     def close(self, number: int, evaluations: int) -> Generation:
         """Book a finished generation."""
@@ -60,6 +61,26 @@ class Watch:
             front_size=tuple(self.front_size),
         )
 
+    def books(self) -> dict[str, Array]:
+        """The books as arrays; evaluations and failures are those of the individuals that were collected."""
+        corner = self.reference_point
+        return {
+            "reference_point": np.array([] if corner is None else corner, dtype=np.float64),
+            "evaluations": np.array(self.evaluations, dtype=np.int64),
+            "hypervolume": np.array(self.hypervolume, dtype=np.float64),
+            "least_violation": np.array([np.nan if v is None else v for v in self.least_violation], dtype=np.float64),
+            "front_size": np.array(self.front_size, dtype=np.int64),
+        }
+
+    def reopen(self, books: Mapping[str, Array]) -> None:
+        """Go on with books that :meth:`books` gave; the individuals are to be collected again."""
+        corner = books["reference_point"]
+        self.reference_point = np.array(corner, dtype=np.float64) if len(corner) else None
+        self.evaluations = [int(value) for value in books["evaluations"]]
+        self.hypervolume = [float(value) for value in books["hypervolume"]]
+        self.least_violation = [None if np.isnan(value) else float(value) for value in books["least_violation"]]
+        self.front_size = [int(value) for value in books["front_size"]]
+
     def front(
         self,
         *,
@@ -69,9 +90,12 @@ class Watch:
         evaluations: int,
         interrupted: bool,
         seconds: float,
+        stopped_by: str = "",
+        resumed: Sequence[int] = (),
     ) -> Front:
         """The front, of the problem that the solutions are curves of where there is one."""
         archive = self.archive if self.problem.expansion is None else self._expanded()
+        failed = tuple(FailedIndividual(x=tuple(x.tolist()), said=said) for x, said in self.archive.failed)
         return Front(
             X=archive.X,
             F=archive.F,
@@ -84,8 +108,11 @@ class Watch:
                 generations=len(self.evaluations),
                 evaluations=evaluations,
                 failures=self.archive.failures,
-                first_failure=self.archive.first_failure,
+                first_failure=failed[0].said if failed else "",
+                failed=failed,
                 interrupted=interrupted,
+                stopped_by=stopped_by,
+                resumed=tuple(resumed),
                 seconds=seconds,
                 versions=installed_versions(),
             ),

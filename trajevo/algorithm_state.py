@@ -1,0 +1,249 @@
+"""Algorithms of pymoo as plain data: how they were set up, and their full state between two generations.
+
+A run folder never holds pickled objects. What an algorithm needs to go on is its population with what its operators
+noted on every individual, its random generator, its counters and, for some, what its survival has learnt; a small
+adapter per algorithm names the latter.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import NSGA3, HyperplaneNormalization
+from pymoo.algorithms.moo.rvea import RVEA
+from pymoo.algorithms.moo.sms import SMSEMOA
+from pymoo.algorithms.moo.spea2 import SPEA2
+from pymoo.algorithms.moo.unsga3 import UNSGA3
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.population import Population
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError
+
+#: What an algorithm shows while it runs has no part in its result.
+_SHOWN = frozenset({"output", "display"})
+
+_OPERATORS: dict[str, tuple[type, tuple[str, ...]]] = {
+    "SBX": (SBX, ("prob", "eta", "prob_var", "prob_exch", "prob_bin")),
+    "PM": (PM, ("prob", "eta", "prob_var", "at_least_once")),
+}
+_NORMALISATION = ("ideal_point", "worst_point", "nadir_point", "extreme_points")
+
+
+@dataclass(frozen=True)
+class _Adapter:
+    """What one algorithm has besides a population, and where.
+
+    ``arguments``: further arguments of its class, attributes of the same name; ``survival``: those that its survival
+    keeps. ``learnt``: attributes of what ``keeper`` gives, arrays or None, that change from generation to generation.
+    """
+
+    algorithm: type[Algorithm]
+    arguments: tuple[str, ...] = ()
+    survival: tuple[str, ...] = ()
+    learnt: tuple[str, ...] = ()
+    keeper: Callable[[Algorithm], Any] = lambda algorithm: algorithm.survival
+
+
+def _spea2_normalisation(algorithm: Algorithm) -> Any:
+    """SPEA2 makes its normalisation with the first population; an unused one is the same."""
+    if algorithm.survival.norm is None:
+        algorithm.survival.norm = HyperplaneNormalization(algorithm.problem.n_obj)
+    return algorithm.survival.norm
+
+
+def _survival_normalisation(algorithm: Algorithm) -> Any:
+    return algorithm.survival.norm
+
+
+_ADAPTERS = {
+    adapter.algorithm.__name__: adapter
+    for adapter in (
+        _Adapter(NSGA2),
+        _Adapter(SMSEMOA, arguments=("normalize",)),
+        _Adapter(SPEA2, learnt=_NORMALISATION, keeper=_spea2_normalisation),
+        _Adapter(
+            RVEA,
+            arguments=("ref_dirs", "adapt_freq"),
+            survival=("alpha",),
+            learnt=("ideal", "nadir", "V", "gamma"),
+        ),
+        _Adapter(NSGA3, arguments=("ref_dirs",), learnt=_NORMALISATION, keeper=_survival_normalisation),
+        _Adapter(UNSGA3, arguments=("ref_dirs",), learnt=_NORMALISATION, keeper=_survival_normalisation),
+    )
+}
+
+
+def specification(algorithm: Algorithm) -> dict[str, Any]:
+    """How an algorithm that has not run yet was set up, as plain data that :func:`algorithm_of` makes it from again.
+
+    Raises:
+        InvalidInputError: it has no adapter, or holds something that its adapter does not know; the sentence says what.
+    """
+    name = type(algorithm).__name__
+    adapter = _ADAPTERS.get(name)
+    if adapter is None or type(algorithm) is not adapter.algorithm:
+        raise InvalidInputError(f"{name} has no adapter; those with one are {', '.join(sorted(_ADAPTERS))}")
+    found: dict[str, Any] = {
+        "name": name,
+        "pop_size": _plain(algorithm.pop_size),
+        "n_offsprings": _plain(algorithm.n_offsprings),
+        "crossover": _operator(algorithm.mating.crossover),
+        "mutation": _operator(algorithm.mating.mutation),
+    }
+    for argument in adapter.arguments:
+        found[argument] = _plain(getattr(algorithm, argument))
+    for argument in adapter.survival:
+        found[argument] = _plain(getattr(algorithm.survival, argument))
+    sampling = algorithm.initialization.sampling
+    if isinstance(sampling, np.ndarray):
+        found["sampling"] = sampling.tolist()
+    other = _difference(algorithm, algorithm_of(found), type(algorithm).__name__)
+    if other:
+        raise InvalidInputError(f"{other} is set to something that a run folder does not hold")
+    return found
+
+
+def algorithm_of(found: Mapping[str, Any]) -> Algorithm:
+    """An algorithm that has not run yet, of what :func:`specification` said.
+
+    Raises:
+        InvalidInputError: no such algorithm or operator, or arguments that it refuses.
+    """
+    arguments = dict(found)
+    adapter = _ADAPTERS.get(str(arguments.pop("name", "")))
+    if adapter is None:
+        raise InvalidInputError(f"algorithm: expected one of {', '.join(sorted(_ADAPTERS))}, got {found.get('name')!r}")
+    for role in ("ref_dirs", "sampling"):
+        if arguments.get(role) is not None:
+            arguments[role] = np.array(arguments[role], dtype=np.float64)
+    try:
+        for role in ("crossover", "mutation"):
+            settings = dict(arguments[role])
+            kind, _ = _OPERATORS[settings.pop("name")]
+            arguments[role] = kind(**settings)
+        return adapter.algorithm(**arguments)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InvalidInputError(f"algorithm: cannot be made of {sorted(found)}: {error!r}") from error
+
+
+def state(algorithm: Algorithm) -> dict[str, Array]:
+    """Everything an algorithm needs to go on, between two generations: named arrays, none of objects.
+
+    Its termination counts generations, and is set up again with their number.
+    """
+    adapter = _ADAPTERS[type(algorithm).__name__]
+    keeper = adapter.keeper(algorithm)
+    learnt = {name: getattr(keeper, name) for name in adapter.learnt}
+    counters = {
+        "iteration": int(algorithm.n_iter),
+        "evaluations": int(algorithm.evaluator.n_eval),
+        "ended": bool(algorithm.termination.force_termination),
+        "generator": algorithm.random_state.bit_generator.state,
+    }
+    return {
+        "counters": np.array(json.dumps(counters)),
+        **{f"learnt.{name}": np.array(value) for name, value in learnt.items() if value is not None},
+        **_population_arrays(algorithm.pop),
+    }
+
+
+def restore(algorithm: Algorithm, arrays: Mapping[str, Array]) -> None:
+    """Put an algorithm that was set up but has not run into a state that :func:`state` gave.
+
+    Raises:
+        KeyError, TypeError, ValueError: arrays that are no such state.
+    """
+    adapter = _ADAPTERS[type(algorithm).__name__]
+    counters = json.loads(str(arrays["counters"]))
+    algorithm.pop = _population(arrays, algorithm.problem)
+    algorithm.n_iter = int(counters["iteration"])
+    algorithm.evaluator.n_eval = int(counters["evaluations"])
+    algorithm.termination.force_termination = bool(counters["ended"])
+    # As the last generation left it: by then the iteration has been counted up.
+    done = (algorithm.n_iter - 1) / algorithm.termination.n_max_gen
+    algorithm.termination.perc = 1.0 if counters["ended"] else done
+    algorithm.random_state.bit_generator.state = counters["generator"]
+    algorithm.is_initialized = True
+    # pymoo's result() takes the time since; nothing else does.
+    algorithm.start_time = 0.0
+    keeper = adapter.keeper(algorithm)
+    for name in adapter.learnt:
+        given = arrays.get(f"learnt.{name}")
+        setattr(keeper, name, None if given is None else np.array(given, dtype=np.float64))
+
+
+def _population_arrays(population: Population) -> dict[str, Array]:
+    """X, F, G, and per note that operators left on individuals its values with a mask of who has it."""
+    arrays = {name: np.array([getattr(one, name) for one in population], dtype=np.float64) for name in "XFG"}
+    for key in sorted({key for one in population for key in one.data}):
+        values = [one.data.get(key) for one in population]
+        has = np.array([value is not None for value in values])
+        filler = next(value for value in [*values, ""] if value is not None)
+        arrays[f"note.{key}"] = np.array([type(filler)() if value is None else value for value in values])
+        arrays[f"has.{key}"] = has
+    return arrays
+
+
+def _population(arrays: Mapping[str, Array], problem: Any) -> Population:
+    rows = len(arrays["X"])
+    widths = {"X": problem.n_var, "F": problem.n_obj, "G": problem.n_ieq_constr}
+    for name, width in widths.items():
+        if arrays[name].shape != (rows, width):
+            raise ValueError(f"expected {name} of shape ({rows}, {width}), got {arrays[name].shape}")
+    population = Population.new(**{name: np.array(arrays[name], dtype=np.float64) for name in widths})
+    for one in population:
+        one.evaluated.update("FGH")
+    for key in (name.removeprefix("note.") for name in arrays if name.startswith("note.")):
+        for one, value, has in zip(population, arrays[f"note.{key}"], arrays[f"has.{key}"], strict=True):
+            if has:
+                one.data[key] = value.item() if value.dtype.kind in "biU" else value
+    return population
+
+
+def _operator(operator: Any) -> dict[str, Any]:
+    for name, (kind, arguments) in _OPERATORS.items():
+        if type(operator) is kind:
+            return {"name": name} | {argument: _plain(getattr(operator, argument)) for argument in arguments}
+    raise InvalidInputError(f"{type(operator).__name__} is an operator that a run folder does not hold")
+
+
+def _plain(value: Any) -> Any:
+    """A number, a truth value, a list of numbers or None; pymoo wraps the numbers of its operators."""
+    value = getattr(value, "value", value)
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def _difference(one: Any, other: Any, where: str) -> str:
+    """Where two objects differ in anything but what is shown, or an empty text."""
+    numbers = (int, float, np.integer, np.floating)
+    if isinstance(one, numbers) and isinstance(other, numbers):
+        return "" if one == other else where
+    if type(one) is not type(other):
+        return where
+    if isinstance(one, np.ndarray):
+        return "" if np.array_equal(one, other) else where
+    if isinstance(one, list | tuple):
+        pairs = [(str(i), *pair) for i, pair in enumerate(zip(one, other, strict=False))]
+        return where if len(one) != len(other) else _first_difference(pairs, where)
+    if isinstance(one, dict):
+        return where if one.keys() != other.keys() else _first_difference([(k, one[k], other[k]) for k in one], where)
+    if isinstance(one, FunctionType | type) or not hasattr(one, "__dict__"):
+        return "" if one is other or one == other else where
+    return _difference(vars(one), vars(other), where)
+
+
+def _first_difference(entries: list[tuple[Any, Any, Any]], where: str) -> str:
+    for key, one, other in entries:
+        found = "" if key in _SHOWN else _difference(one, other, f"{where}.{key}")
+        if found:
+            return found
+    return ""

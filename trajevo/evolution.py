@@ -1,0 +1,229 @@
+"""The generations of a run: evolve, keep the books, and leave a folder from which the run goes on after any end."""
+
+from __future__ import annotations
+
+import copy
+import json
+import time
+import warnings
+from collections.abc import Mapping
+from typing import Any, final
+
+import numpy as np
+from pymoo.core.algorithm import Algorithm
+from pymoo.core.evaluator import Evaluator
+
+from trajevo.algorithm_state import restore, state
+from trajevo.arrays import Array, one_blas_thread
+from trajevo.errors import InvalidInputError
+from trajevo.front import Front
+from trajevo.problem import TrajectoryProblem
+from trajevo.progress import reporter
+from trajevo.run_folder import Manifest, RunFolder, block_of
+from trajevo.stopping import Stopping
+from trajevo.watch import Watch
+
+#: Share of the time that checkpoints may take: after one that took 2 ms the next waits for 0.2 s.
+_SHARE = 0.01
+#: Bytes of evaluated individuals that wait in memory for their block.
+_MOST_WAITING = 2**24
+#: Time after which writing is tried again where it failed [s].
+_TRY_AGAIN = 5.0
+#: Bytes that a run needs besides its evaluated individuals: front, pictures, report.
+_BESIDES = 2**24
+
+
+def evolve(
+    problem: TrajectoryProblem,
+    solver: Algorithm,
+    manifest: Manifest,
+    *,
+    folder: RunFolder | None,
+    progress: bool,
+) -> Front:
+    """Run an algorithm to its end, or to the end of the generation in which a signal asks it to stop.
+
+    Args:
+        problem: what to solve.
+        solver: an algorithm that was set up as the manifest says and has not run.
+        manifest: how the run was begun.
+        folder: where it is kept, the manifest in it already; its latest checkpoint is gone on from. Or None.
+        progress: show generation, hypervolume, least violation and time left on standard error.
+
+    Returns:
+        The front.
+
+    Raises:
+        InvalidInputError: a checkpoint that cannot be gone on from, or too little space for the run.
+    """
+    watch, evaluator = Watch(problem), Evaluator()
+    watched = copy.copy(problem) if manifest.time_limit is None else problem.under_time_limit(manifest.time_limit)
+    solver.setup(watched, termination=("n_gen", manifest.generations), seed=manifest.seed, evaluator=evaluator)
+    keeper = _Keeper(watch, solver, manifest, folder)
+    watched.callback = keeper.collect
+    keeper.go_on()
+    shown = reporter(manifest.generations, enabled=progress, done=len(watch.evaluations))
+    try:
+        with shown, one_blas_thread(), Stopping() as stopping:
+            while solver.has_next() and not stopping:
+                solver.next()
+                shown.update(watch.close(len(watch.evaluations) + 1, evaluator.n_eval))
+                keeper.generation_done()
+            keeper.save()
+    finally:
+        if watched.time_limited is not None:
+            watched.time_limited.close()
+    return watch.front(
+        algorithm=manifest.algorithm_name,
+        settings=manifest.settings,
+        seed=manifest.seed,
+        evaluations=evaluator.n_eval,
+        interrupted=bool(stopping) and solver.has_next(),
+        stopped_by=stopping.asked_by if solver.has_next() else "",
+        seconds=keeper.seconds(),
+        resumed=keeper.resumed,
+    )
+
+
+def front_so_far(problem: TrajectoryProblem, manifest: Manifest, folder: RunFolder) -> Front:
+    """Front of the generations that the latest checkpoint counts; the run is not gone on with.
+
+    Raises:
+        InvalidInputError: a file of the folder is damaged, or there is no checkpoint yet.
+    """
+    checkpoint = folder.checkpoint()
+    if checkpoint is None:
+        raise InvalidInputError(f"{folder.folder}: the run has not finished its first generation")
+    watch = Watch(problem)
+    seconds, resumed = _reopen(watch, checkpoint, folder)
+    return watch.front(
+        algorithm=manifest.algorithm_name,
+        settings=manifest.settings,
+        seed=manifest.seed,
+        evaluations=watch.evaluations[-1],
+        interrupted=len(watch.evaluations) < manifest.generations,
+        seconds=seconds,
+        resumed=resumed,
+    )
+
+
+@final
+class _Keeper:
+    """Collects what is evaluated, for the books and for the next block, and writes checkpoints when they are due."""
+
+    def __init__(self, watch: Watch, solver: Algorithm, manifest: Manifest, folder: RunFolder | None) -> None:
+        self.resumed: tuple[int, ...] = ()
+        self._watch, self._solver, self._manifest, self._folder = watch, solver, manifest, folder
+        self._waiting: list[tuple[int, _Populations]] = []
+        self._bytes, self._saved = 0, 0
+        self._due = self._began = time.perf_counter()
+        self._complained = False
+
+    def seconds(self) -> float:
+        """Time that the run has taken so far, that before it was resumed included [s]."""
+        return time.perf_counter() - self._began
+
+    def collect(self, X: Array, out: dict[str, Any]) -> None:
+        """Callback of pymoo's problem: the arrays of every evaluation."""
+        self._watch.collect(X, out)
+        if self._folder is None:
+            return
+        x, F, G = (np.array(np.atleast_2d(values), dtype=np.float64) for values in (X, out["F"], out["G"]))
+        said = np.array([str(text) for text in np.atleast_1d(out.get("failure", [""] * len(x)))])
+        self._waiting.append((len(self._watch.evaluations) + 1, (x, F, G, said)))
+        self._bytes += x.nbytes + F.nbytes + G.nbytes
+
+    def go_on(self) -> None:
+        """Put books and algorithm into the state of the latest checkpoint, if there is one."""
+        if self._folder is None:
+            return
+        checkpoint = self._folder.checkpoint()
+        if checkpoint is not None:
+            seconds, resumed = _reopen(self._watch, checkpoint, self._folder)
+            try:
+                restore(self._solver, _part(checkpoint, "solver."))
+            except (KeyError, TypeError, ValueError) as error:
+                raise InvalidInputError(
+                    f"{self._folder.folder}: the checkpoint cannot be gone on from: {error}"
+                ) from error
+            self._saved = len(self._watch.evaluations)
+            self.resumed = (*resumed, self._saved) if self._solver.has_next() else resumed
+            self._began -= seconds
+        self._folder.forget_after(self._saved)
+        self._needs_space()
+
+    def generation_done(self) -> None:
+        """Write a checkpoint if one is due."""
+        if time.perf_counter() >= self._due or self._bytes > _MOST_WAITING:
+            self.save()
+
+    def save(self) -> None:
+        """Write what has not been written; where that fails, say so, keep it in memory and try again later."""
+        if self._folder is None or self._saved == len(self._watch.evaluations):
+            return
+        began = time.perf_counter()
+        try:
+            numbers, parts = zip(*self._waiting, strict=True) if self._waiting else ((), ())
+            self._folder.write(block_of(numbers, parts) if parts else None, self._checkpoint())
+        except OSError as error:
+            self._due = began + _TRY_AGAIN
+            if not self._complained:
+                warnings.warn(
+                    f"{self._folder.folder}: no checkpoint can be written: {error.strerror}; the run goes on in memory "
+                    f"and tries again every {_TRY_AGAIN:g} s",
+                    stacklevel=3,
+                )
+            self._complained = True
+            return
+        self._waiting, self._bytes, self._saved, self._complained = [], 0, len(self._watch.evaluations), False
+        ended = time.perf_counter()
+        self._due = ended + (ended - began) / _SHARE
+
+    def _checkpoint(self) -> dict[str, Array]:
+        story = {"seconds": self.seconds(), "resumed": self.resumed}
+        solver = state(self._solver) if self._manifest.algorithm is not None else {}
+        return {
+            "story": np.array(json.dumps(story)),
+            **{f"books.{name}": array for name, array in self._watch.books().items()},
+            **{f"solver.{name}": array for name, array in solver.items()},
+        }
+
+    def _needs_space(self) -> None:
+        """Refuse a run that the disk has no room for, before hours are spent on it."""
+        problem = self._watch.problem
+        size = getattr(self._solver, "n_offsprings", None) or getattr(self._solver, "pop_size", None) or 0
+        columns = problem.n_var + problem.n_obj + problem.n_ieq_constr + 1
+        needed = _BESIDES + 8 * columns * size * (self._manifest.generations - self._saved)
+        free = self._folder.free() if self._folder is not None else needed
+        if free < needed:
+            raise InvalidInputError(
+                f"{self._folder.folder if self._folder else ''}: the run needs about {needed / 1e6:.0f} MB, "
+                f"{free / 1e6:.0f} MB are free"
+            )
+
+
+#: X, F, G of an evaluated population and what those that failed said.
+_Populations = tuple[Array, Array, Array, Array]
+
+
+def _reopen(watch: Watch, checkpoint: Mapping[str, Array], folder: RunFolder) -> tuple[float, tuple[int, ...]]:
+    """Books as a checkpoint left them, every individual collected again; time so far [s] and earlier resumptions."""
+    try:
+        story = json.loads(str(checkpoint["story"]))
+        watch.reopen(_part(checkpoint, "books."))
+        rows = 0
+        for block in folder.blocks(len(watch.evaluations)):
+            watch.collect(block.X, {"F": block.F, "G": block.G, "failure": block.said})
+            rows += len(block.X)
+        seconds, resumed = float(story["seconds"]), tuple(int(number) for number in story["resumed"])
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        if isinstance(error, InvalidInputError):
+            raise
+        raise InvalidInputError(f"{folder.folder}: the checkpoint is damaged: {error!r}") from error
+    if not watch.evaluations or rows != watch.evaluations[-1]:
+        raise InvalidInputError(f"{folder.folder}: the blocks hold {rows} individuals, the checkpoint counts others")
+    return seconds, resumed
+
+
+def _part(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}

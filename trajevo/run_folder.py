@@ -1,0 +1,239 @@
+"""The folder of a run: a manifest, every evaluated individual in blocks of generations, and the latest checkpoint.
+
+Everything in it is data, JSON or arrays of numbers and text; reading a folder, whoever wrote it, runs none of its
+content. Every file is written whole or not at all, a block before the checkpoint that counts it, so whatever kills
+the process leaves a folder that can be read and resumed.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, final
+
+import numpy as np
+import pydantic
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError
+from trajevo.files import SCRATCH, write_whole
+from trajevo.records import ProblemRecord, Record
+
+FRONT_FILE, MANIFEST_FILE, CHECKPOINT_FILE, BLOCKS_FOLDER = "front.json", "manifest.json", "checkpoint.npz", "blocks"
+
+#: What a damaged file or one of another content makes NumPy's reader raise.
+_DAMAGED = (KeyError, ValueError, TypeError, EOFError, OSError, zipfile.BadZipFile, json.JSONDecodeError)
+
+
+class Manifest(Record):
+    """How a run was begun, all of it as data.
+
+    Attributes:
+        problem: what is solved; made again from its name and settings.
+        algorithm: how the algorithm was set up; None where no adapter holds its state, then the run cannot be resumed.
+        not_resumable: why, one sentence, or empty.
+        algorithm_name: class of the algorithm.
+        settings: its settings as the front will name them.
+        seed: seed of all randomness.
+        generations: generations of the whole run.
+        time_limit: time that the evaluation of one individual may take [s], or None.
+        versions: versions of the packages that began it, and of Python.
+    """
+
+    format: Literal["trajevo run"] = "trajevo run"
+    version: Literal[1] = 1
+    problem: ProblemRecord
+    algorithm: dict[str, Any] | None
+    not_resumable: str
+    algorithm_name: str
+    settings: dict[str, Any]
+    seed: int
+    generations: int
+    time_limit: float | None
+    versions: dict[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """All individuals evaluated in one or more generations.
+
+    Attributes:
+        generation: of every individual, shape (N,), the first is 1.
+        X: decision vectors, shape (N, n_var).
+        F: objective values, shape (N, n_obj), infinite for those that failed.
+        G: constraint values, shape (N, n_constr).
+        said: what those that failed said, else empty, shape (N,).
+    """
+
+    generation: Array
+    X: Array
+    F: Array
+    G: Array
+    said: Array
+
+
+@final
+class RunFolder:
+    """Reads and writes the folder of one run.
+
+    Args:
+        folder: the folder.
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+
+    @property
+    def front_file(self) -> Path:
+        """Where the front is, once the run has ended."""
+        return self.folder / FRONT_FILE
+
+    @property
+    def begun(self) -> bool:
+        """Whether a run was begun here that keeps checkpoints."""
+        return (self.folder / MANIFEST_FILE).exists()
+
+    @property
+    def holds_run(self) -> bool:
+        """Whether a run was begun or finished here."""
+        return self.begun or self.front_file.exists()
+
+    def begin(self, manifest: Manifest) -> None:
+        """Begin a run in a folder that holds none.
+
+        Raises:
+            InvalidInputError: it holds a run, or cannot be written.
+        """
+        if self.holds_run:
+            raise InvalidInputError(f"{self.folder} already holds a run")
+        try:
+            self._clear_rest()
+            (self.folder / BLOCKS_FOLDER).mkdir(parents=True)
+        except OSError as error:
+            raise InvalidInputError(f"{self.folder}: the run cannot be written there: {error.strerror}") from error
+        self.replace_manifest(manifest)
+
+    def replace_manifest(self, manifest: Manifest) -> None:
+        """Replace the manifest of a run that is to be longer.
+
+        Raises:
+            InvalidInputError: it cannot be written.
+        """
+        try:
+            write_whole(self.folder / MANIFEST_FILE, manifest.model_dump_json(indent=1).encode())
+        except OSError as error:
+            raise InvalidInputError(f"{self.folder}: the run cannot be written there: {error.strerror}") from error
+
+    def clear(self) -> None:
+        """Remove the run that the folder holds; the manifest last, so that what is left half removed is still a run."""
+        self.front_file.unlink(missing_ok=True)
+        self._clear_rest()
+        (self.folder / MANIFEST_FILE).unlink(missing_ok=True)
+
+    def manifest(self) -> Manifest:
+        """How the run was begun.
+
+        Raises:
+            InvalidInputError: there is none, or it is none of this version of trajevo.
+        """
+        file = self.folder / MANIFEST_FILE
+        try:
+            return Manifest.model_validate_json(file.read_text(encoding="utf-8"))
+        except FileNotFoundError as error:
+            finished = "the finished front of a run without checkpoints" if self.holds_run else "no run"
+            raise InvalidInputError(f"{self.folder} holds {finished}: it has no {MANIFEST_FILE}") from error
+        except (OSError, UnicodeDecodeError) as error:
+            raise InvalidInputError(f"{file}: cannot be read: {error}") from error
+        except pydantic.ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in first["loc"]) or "content"
+            raise InvalidInputError(
+                f"{file}: is no manifest of this version of trajevo: {place}: {first['msg']}"
+            ) from error
+
+    def write(self, block: Block | None, checkpoint: Mapping[str, Array]) -> None:
+        """Add the block of the generations since the last checkpoint, if any, then replace the checkpoint.
+
+        Raises:
+            OSError: one of them could not be written; the folder still holds the checkpoint before.
+        """
+        if block is not None:
+            name = f"{int(block.generation[0]):06d}.npz"
+            write_whole(self.folder / BLOCKS_FOLDER / name, _packed(vars(block)))
+        write_whole(self.folder / CHECKPOINT_FILE, _packed(checkpoint))
+
+    def checkpoint(self) -> dict[str, Array] | None:
+        """Arrays of the latest checkpoint, or None if the first generation was not finished.
+
+        Raises:
+            InvalidInputError: the file is damaged.
+        """
+        file = self.folder / CHECKPOINT_FILE
+        return _unpacked(file) if file.exists() else None
+
+    def blocks(self, generations: int) -> Iterator[Block]:
+        """All individuals of the first generations, in the order of their evaluation.
+
+        Args:
+            generations: how many, those that the checkpoint counts.
+
+        Raises:
+            InvalidInputError: a file is damaged.
+        """
+        for file in sorted((self.folder / BLOCKS_FOLDER).glob("*.npz")):
+            if not file.stem.isdecimal() or int(file.stem) > generations:
+                continue
+            arrays = _unpacked(file)
+            try:
+                block = Block(**arrays)
+                rows = {len(array) for array in arrays.values()}
+                whole = int(block.generation[0]) == int(file.stem) and len(rows) == 1
+            except (TypeError, IndexError, ValueError) as error:
+                raise InvalidInputError(f"{file}: is no block of a run") from error
+            if not whole:
+                raise InvalidInputError(f"{file}: is no block of a run")
+            yield block
+
+    def forget_after(self, generations: int) -> None:
+        """Remove what was written after a checkpoint: blocks that it does not count, files that were cut off."""
+        for file in (self.folder / BLOCKS_FOLDER).glob("*.npz"):
+            if file.stem.isdecimal() and int(file.stem) > generations:
+                file.unlink()
+        for place in (self.folder, self.folder / BLOCKS_FOLDER):
+            for file in place.glob(f"*{SCRATCH}"):
+                file.unlink()
+
+    def free(self) -> int:
+        """Bytes that are free where the folder is."""
+        return shutil.disk_usage(self.folder).free
+
+    def _clear_rest(self) -> None:
+        (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
+        if (self.folder / BLOCKS_FOLDER).exists():
+            shutil.rmtree(self.folder / BLOCKS_FOLDER)
+
+
+def block_of(generations: Sequence[int], parts: Sequence[tuple[Array, Array, Array, Array]]) -> Block:
+    """Block of evaluated populations (X, F, G, said) and the generation of each."""
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    counts = [len(part[0]) for part in parts]
+    return Block(np.repeat(np.array(generations, dtype=np.int64), counts), *columns)
+
+
+def _packed(arrays: Mapping[str, Array]) -> bytes:
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=False, **dict(arrays))
+    return stream.getvalue()
+
+
+def _unpacked(file: Path) -> dict[str, Array]:
+    try:
+        with np.load(file, allow_pickle=False) as arrays:
+            return dict(arrays)
+    except _DAMAGED as error:
+        raise InvalidInputError(f"{file}: is damaged or no file of a run: {error}") from error

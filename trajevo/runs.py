@@ -1,0 +1,182 @@
+"""Runs in folders: begun, resumed to the bit after any end, and read while they go on."""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pymoo.core.algorithm import Algorithm
+
+from trajevo.algorithm_state import algorithm_of
+from trajevo.errors import InvalidInputError
+from trajevo.evolution import evolve, front_so_far
+from trajevo.front import Front
+from trajevo.problem import TrajectoryProblem
+from trajevo.records import ProblemRecord, installed_versions
+from trajevo.registry import load_problem
+from trajevo.run_folder import Manifest, RunFolder
+
+#: Algorithms whose generations depend on how many are planned, so that a finished run is no beginning of a longer one.
+_PLANNED = ("RVEA",)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where a run stands.
+
+    Attributes:
+        generation: generations that its latest checkpoint counts.
+        generations: generations of the whole run.
+        finished: whether its front is there and final.
+        not_resumable: why it cannot be resumed, or empty.
+    """
+
+    generation: int
+    generations: int
+    finished: bool
+    not_resumable: str
+
+
+def begin(
+    problem: TrajectoryProblem, solver: Algorithm, manifest: Manifest, *, out: str | Path | None, progress: bool
+) -> Front:
+    """Run an algorithm that was set up as a manifest says; in a folder where one is given, its front in it at the end.
+
+    Raises:
+        InvalidInputError: the folder holds a run or cannot be written.
+    """
+    folder = None if out is None else RunFolder(out)
+    if folder is not None:
+        folder.begin(manifest)
+        if manifest.not_resumable:
+            warnings.warn(f"{folder.folder}: this run cannot be resumed: {manifest.not_resumable}", stacklevel=3)
+    front = evolve(problem, solver, manifest, folder=folder, progress=progress)
+    if folder is not None:
+        _keep(front, folder)
+    return front
+
+
+def resume(
+    folder: str | Path,
+    *,
+    problem: TrajectoryProblem | None = None,
+    generations: int | None = None,
+    progress: bool = True,
+) -> Front:
+    """Go on with a run from its latest checkpoint; X and F are those of a run that was never interrupted, to the bit.
+
+    Args:
+        folder: what :func:`trajevo.optimise.optimise` was given as ``out``.
+        problem: the problem, where it is not a registered one.
+        generations: make the run longer, to so many generations.
+        progress: show generation, hypervolume, least violation and time left on standard error.
+
+    Returns:
+        The front; that of a finished run is made again from its individuals.
+
+    Raises:
+        InvalidInputError: the folder holds no run that can be resumed, the problem at hand is another one, or fewer
+            generations than planned were asked for.
+    """
+    run = RunFolder(folder)
+    manifest = run.manifest()
+    if manifest.algorithm is None:
+        raise InvalidInputError(f"{run.folder}: the run cannot be resumed: {manifest.not_resumable}")
+    to_solve = _problem(manifest.problem, problem, run)
+    solver = algorithm_of(manifest.algorithm)
+    if generations is not None:
+        manifest = _longer(manifest, generations, run)
+    _compare_versions(manifest, run)
+    front = evolve(to_solve, solver, manifest, folder=run, progress=progress)
+    _keep(front, run)
+    return front
+
+
+def read_run(folder: str | Path, *, problem: TrajectoryProblem | None = None) -> Front:
+    """The front of a run, finished or not; one that is not finished is marked as interrupted.
+
+    Args:
+        folder: the run's folder.
+        problem: the problem, where it is not a registered one.
+
+    Raises:
+        InvalidInputError: the folder holds no run, or one that has not finished its first generation.
+    """
+    run = RunFolder(folder)
+    if run.front_file.exists():
+        front = Front.load(run.front_file, problem=problem)
+        if not front.run.interrupted or front.run.generations == _counted(run):
+            return front
+    manifest = run.manifest()
+    return front_so_far(_problem(manifest.problem, problem, run), manifest, run)
+
+
+def standing(folder: str | Path) -> Standing:
+    """Where a run stands, without reading its individuals.
+
+    Raises:
+        InvalidInputError: the folder holds no run, or a damaged one.
+    """
+    run = RunFolder(folder)
+    manifest = run.manifest()
+    counted = _counted(run)
+    finished = run.front_file.exists() and not Front.load(run.front_file).run.interrupted
+    return Standing(counted, manifest.generations, finished, manifest.not_resumable)
+
+
+def _counted(run: RunFolder) -> int:
+    """Generations that the latest checkpoint counts."""
+    checkpoint = run.checkpoint()
+    return 0 if checkpoint is None else len(checkpoint.get("books.evaluations", ()))
+
+
+def _problem(record: ProblemRecord, given: TrajectoryProblem | None, run: RunFolder) -> TrajectoryProblem:
+    if given is None:
+        if not record.name:
+            raise InvalidInputError(f"{run.folder}: its problem is not a registered one; pass it as problem=...")
+        given = load_problem(record.name, **record.settings)
+    if ProblemRecord.of(given) != record:
+        raise InvalidInputError(f"{run.folder}: the problem at hand differs from the one that this run was begun with")
+    return given
+
+
+def _longer(manifest: Manifest, generations: Any, run: RunFolder) -> Manifest:
+    if not isinstance(generations, int) or isinstance(generations, bool) or generations < manifest.generations:
+        raise InvalidInputError(
+            f"generations: expected at least the {manifest.generations} that were planned, got {generations!r}"
+        )
+    if generations > manifest.generations and manifest.algorithm_name in _PLANNED:
+        raise InvalidInputError(
+            f"generations: {manifest.algorithm_name} plans with {manifest.generations} from its first one on; "
+            "begin a new run for more"
+        )
+    longer = manifest.model_copy(
+        update={"generations": generations, "settings": manifest.settings | {"generations": generations}}
+    )
+    run.replace_manifest(longer)
+    return longer
+
+
+def _compare_versions(manifest: Manifest, run: RunFolder) -> None:
+    now = installed_versions()
+    others = [f"{name} {was} -> {now[name]}" for name, was in manifest.versions.items() if now.get(name, was) != was]
+    if others:
+        warnings.warn(
+            f"{run.folder}: begun with other versions ({', '.join(others)}); what follows may differ from a run that "
+            "was never interrupted",
+            stacklevel=3,
+        )
+
+
+def _keep(front: Front, run: RunFolder) -> None:
+    """Save a front in its folder; where that fails, somewhere else, and say where."""
+    try:
+        front.save(run.front_file)
+    except InvalidInputError as error:
+        with tempfile.NamedTemporaryFile(prefix="trajevo-", suffix=".json", delete=False) as other:
+            pass
+        front.save(other.name)
+        warnings.warn(f"{error}; the front is in {other.name}", stacklevel=3)

@@ -1,0 +1,53 @@
+"""Signals that ask a run to stop: the first lets it finish what it is at, the second aborts."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from types import FrameType, TracebackType
+from typing import Any, Self, final
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+@final
+class Stopping:
+    """Takes SIGINT (the keyboard) and SIGTERM while it lasts; outside of Python's main thread it takes none.
+
+    Attributes:
+        asked_by: name of the signal that asked to stop, empty while none did.
+    """
+
+    def __init__(self) -> None:
+        self.asked_by = ""
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self.asked_by)
+
+    def __enter__(self) -> Self:
+        if threading.current_thread() is threading.main_thread():
+            # A process that was told to ignore the keyboard, as in the background of a shell, goes on ignoring it.
+            heard = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+            self._before = {number: signal.signal(number, self._asked) for number in heard}
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._give_back()
+
+    def _asked(self, number: int, frame: FrameType | None) -> None:
+        """A second signal is handled as it was before this came, and so are those after it."""
+        if not self:
+            self.asked_by = signal.Signals(number).name
+            return
+        self._give_back()
+        if number == signal.SIGINT:
+            raise KeyboardInterrupt
+        signal.raise_signal(number)
+
+    def _give_back(self) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        self._before = {}
