@@ -1,6 +1,7 @@
 """The command line as a user meets it: real processes, real files, exit codes."""
 
 import json
+import time
 from html.parser import HTMLParser
 from pathlib import Path
 
