@@ -99,18 +99,20 @@ def solve(
             population=population,
             time_limit=time_limit,
             out=folder,
+            overwrite=overwrite,
             progress=not quiet,
         )
     else:
         arguments = _with_settings({key: value for key, value in given.items() if value is not None}, set_ or [])
         to_solve, folder = load_problem(problem, **arguments), out or Path("runs") / problem
-        _refuse_together(search, own | {"generations": generations}, to_solve)
+        _refuse_together(search, own | {"generations": generations, "time-limit": time_limit}, to_solve)
         settings = algorithm_settings(algorithm or "nsga2", own, to_solve.evolution.population)
         _claim(folder, overwrite)
         seed = 1 if seed is None else seed
         if method == "nnc":
             _err.print("warning: the method nnc keeps no checkpoints: SIGINT keeps what was found, SIGKILL nothing")
             front = solve_nnc(to_solve, seed=seed, tolerance=0.01 if tolerance is None else tolerance)
+            RunFolder(folder).clear()
             front.save(folder / FRONT_FILE)
         else:
             if sqp_seeds is not None:
@@ -121,6 +123,7 @@ def solve(
                 generations=generations,
                 time_limit=time_limit,
                 out=folder,
+                overwrite=overwrite,
                 progress=not quiet,
                 **settings,
             )
@@ -140,6 +143,7 @@ def _write(front: Front, folder: Path) -> None:
     """Pictures and report of a run that has ended; of one that was interrupted what to do next, and exit."""
     if not (folder / FRONT_FILE).exists():
         raise typer.Exit(2)
+    _clear_stale(folder)
     print_run(_out, front, None)
     if front.run.interrupted:
         go_on = f"trajevo resume {folder}" if RunFolder(folder).begun else "begin it again"
@@ -147,7 +151,6 @@ def _write(front: Front, folder: Path) -> None:
             f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there"
         )
         raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
-    _clear_stale(folder)
     pictures = save_figures(front, folder / PLOTS_FOLDER)
     write_report(front, folder / REPORT_FILE)
     _out.print(
@@ -212,7 +215,6 @@ def _claim(folder: Path, overwrite: bool) -> None:
             probe = place / ".writable"
             probe.touch()
             probe.unlink()
-        run.clear()
     except OSError as error:
         raise InvalidInputError(f"{folder}: the output folder cannot be written: {error.strerror}") from error
 

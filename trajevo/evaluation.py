@@ -54,6 +54,22 @@ def evaluate_each(rows: Rows, x: Array, n_obj: int, n_constr: int) -> tuple[Arra
     return F, G, failures
 
 
+def checked_time_limit(seconds: Any) -> float:
+    """A time limit for the evaluation of one individual [s].
+
+    Raises:
+        InvalidInputError: it is not positive, or this process may not start the other one that keeps it.
+    """
+    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0.0 < seconds < float("inf"):
+        raise InvalidInputError(f"time_limit: expected a positive time [s], got {seconds!r}")
+    if multiprocessing.current_process().daemon:
+        raise InvalidInputError(
+            "time_limit: this worker may not start a process of its own; start its kind with "
+            "distributed.worker.daemon set to false"
+        )
+    return float(seconds)
+
+
 @final
 class TimeLimited:
     """Evaluates in a process of its own, which is ended when it takes too long and made anew for the next call.
@@ -70,14 +86,7 @@ class TimeLimited:
     """
 
     def __init__(self, rows: Rows, seconds: float) -> None:
-        if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0.0 < seconds < float("inf"):
-            raise InvalidInputError(f"time_limit: expected a positive time [s], got {seconds!r}")
-        if multiprocessing.current_process().daemon:
-            raise InvalidInputError(
-                "time_limit: this worker may not start a process of its own; start its kind with "
-                "distributed.worker.daemon set to false"
-            )
-        self._rows, self._seconds = rows, float(seconds)
+        self._rows, self._seconds = rows, checked_time_limit(seconds)
         methods = multiprocessing.get_all_start_methods()
         self._context: Any = multiprocessing.get_context("fork" if "fork" in methods else None)
         self._process: BaseProcess | None = None

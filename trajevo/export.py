@@ -15,6 +15,7 @@ import numpy as np
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.feed import feed_table, g_code
+from trajevo.files import write_whole
 from trajevo.front import Solution
 from trajevo.joint_limits_file import write_joint_limits
 from trajevo.robot_export import joint_trajectory, replay_table, urscript
@@ -79,7 +80,7 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float | N
         raise InvalidInputError(f"step: {step:g} s gives over {MOST_SAMPLES} samples of a motion of {duration:.4g} s")
     content = _WRITERS[format](solution, float(step), angle)
     try:
-        Path(file).write_text(content, encoding="utf-8")
+        write_whole(Path(file), content.encode())
     except OSError as error:
         raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
     return Path(file)

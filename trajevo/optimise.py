@@ -16,6 +16,7 @@ from pymoo.operators.mutation.pm import PM
 from trajevo.algorithm_state import specification
 from trajevo.arrays import Array, numbers
 from trajevo.errors import InvalidInputError
+from trajevo.evaluation import checked_time_limit
 from trajevo.front import Front
 from trajevo.problem import Evolution, TrajectoryProblem
 from trajevo.records import ProblemRecord, installed_versions
@@ -42,6 +43,7 @@ def optimise(
     initial: Front | Array | None = None,
     time_limit: float | None = None,
     out: str | Path | None = None,
+    overwrite: bool = False,
     progress: bool = True,
 ) -> Front:
     """Run a multi-objective evolutionary algorithm and keep every feasible point that nothing dominates.
@@ -71,7 +73,8 @@ def optimise(
             rest of the first population is random.
         time_limit: time that evaluating one individual may take [s]; one that takes longer counts as failed. The
             evaluation then goes on in a process of its own.
-        out: folder that holds no run yet, to keep every evaluated individual, checkpoints and the front in.
+        out: folder to keep every evaluated individual, checkpoints and the front in.
+        overwrite: replace the run that the folder holds; refused otherwise.
         progress: show generation, hypervolume, least violation and time left on standard error.
 
     Returns:
@@ -85,6 +88,7 @@ def optimise(
     if not isinstance(problem, TrajectoryProblem):
         raise InvalidInputError(f"problem: expected a TrajectoryProblem, got {type(problem).__name__}")
     seed = _whole("seed", seed, 0)
+    limit = None if time_limit is None else checked_time_limit(time_limit)
     count = _whole("generations", problem.evolution.generations if generations is None else generations, 1)
     own = {
         "population": population,
@@ -108,8 +112,8 @@ def optimise(
             raise InvalidInputError(f"algorithm: expected a pymoo algorithm that has not run yet, got {algorithm!r}")
         solver = copy.deepcopy(algorithm)
         settings = _described(algorithm)
-    manifest = _manifest(problem, solver, settings | {"generations": count}, seed, time_limit)
-    return begin(problem, solver, manifest, out=out, progress=progress)
+    manifest = _manifest(problem, solver, settings | {"generations": count}, seed, limit)
+    return begin(problem, solver, manifest, out=out, overwrite=overwrite, progress=progress)
 
 
 def _nsga2(evolution: Evolution, own: dict[str, Any]) -> tuple[Algorithm, dict[str, Any]]:

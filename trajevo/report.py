@@ -16,9 +16,11 @@ import numpy as np
 from trajevo import path_plots, plots
 from trajevo.composed import ComposedBatch
 from trajevo.errors import InvalidInputError
+from trajevo.files import write_whole
 from trajevo.front import Front, Solution
 from trajevo.load_plots import effort_utilisation
 from trajevo.payload import LOAD_MODELS
+from trajevo.records import Run
 from trajevo.rivals import RIVALS_NOTE, plot_rivals, rivals_of, rivals_table
 from trajevo.units import display, pretty
 
@@ -62,7 +64,7 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
         ("seed", str(run.seed)),
         (
             "levels" if run.algorithm == "NNC" else "generations",
-            f"{run.generations}{' (interrupted)' if run.interrupted else ''}",
+            f"{run.generations}{_interruption(run)}",
         ),
         ("evaluations", f"{run.evaluations} in {run.seconds:.2f} s"),
         ("failed evaluations", failures + (f", first: {run.first_failure}" if run.failures else "")),
@@ -70,6 +72,14 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
         ("hypervolume", f"{front.history.hypervolume[-1]:.6f} of the reference box" if len(front) else "0"),
         ("versions", ", ".join(f"{name} {number}" for name, number in run.versions.items())),
     ]
+
+
+def _interruption(run: Run) -> str:
+    """Whether a run was stopped or has been resumed."""
+    by = f" by {run.stopped_by}" if run.stopped_by else ""
+    told = [f"interrupted{by}"] if run.interrupted else []
+    told += [f"resumed after {', '.join(map(str, run.resumed))}"] if run.resumed else []
+    return f" ({'; '.join(told)})" if told else ""
 
 
 #: File stems of all pictures that a run may have.
@@ -113,11 +123,15 @@ def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
 
 
 def save_figures(front: Front, folder: Path) -> list[Path]:
-    """Write every picture of a run as PNG; an empty front has none."""
+    """Write every picture of a run as PNG; an empty front has none.
+
+    Raises:
+        InvalidInputError: one cannot be written.
+    """
     files = []
     for stem, _, figure in figures(front) if len(front) else ():
         files.append(folder / f"{stem}.png")
-        files[-1].write_bytes(_png(figure, 150))
+        _written(files[-1], _png(figure, 150))
     return files
 
 
@@ -146,13 +160,17 @@ def report(front: Front, file: str | Path) -> Path:
     text = Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(
         title=escape(front.record.title),
         subtitle=escape(f"{front.run.algorithm}, seed {front.run.seed}, {len(front)} solutions"),
-        body="\n".join([*body, "<h2>Run</h2>", facts]),
+        body="\n".join([*body, *_failed(front), "<h2>Run</h2>", facts]),
     )
+    return _written(Path(file), text.encode())
+
+
+def _written(file: Path, content: bytes) -> Path:
     try:
-        Path(file).write_text(text, encoding="utf-8")
+        write_whole(file, content)
     except OSError as error:
         raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
-    return Path(file)
+    return file
 
 
 def _listed(settings: dict[str, Any]) -> str:
@@ -197,6 +215,18 @@ def _rivals(front: Front) -> list[str]:
         _table(headers, cells, numbers=len(headers) - 1),
         f"<p>{escape(RIVALS_NOTE)}</p>",
     ]
+
+
+def _failed(front: Front) -> list[str]:
+    """Individuals whose evaluation gave no numbers, as far as they are listed."""
+    run = front.run
+    rows = [(escape(one.said), escape(_brief(list(one.x)))) for one in run.failed]
+    counted = f"{run.failures}, the first {len(rows)} of them" if run.failures > len(rows) else str(run.failures)
+    return (
+        [f"<h2>Failed evaluations: {counted}</h2>", _table(("what happened", "decision vector (SI)"), rows)]
+        if rows
+        else []
+    )
 
 
 def _table(

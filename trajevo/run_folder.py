@@ -103,16 +103,20 @@ class RunFolder:
         """Whether a run was begun or finished here."""
         return self.begun or self.front_file.exists()
 
-    def begin(self, manifest: Manifest) -> None:
-        """Begin a run in a folder that holds none.
+    def begin(self, manifest: Manifest, *, overwrite: bool = False) -> None:
+        """Begin a run.
+
+        Args:
+            manifest: how.
+            overwrite: replace a run that the folder holds.
 
         Raises:
-            InvalidInputError: it holds a run, or cannot be written.
+            InvalidInputError: it holds a run that is not to be replaced, or cannot be written.
         """
-        if self.holds_run:
+        if self.holds_run and not overwrite:
             raise InvalidInputError(f"{self.folder} already holds a run")
         try:
-            self._clear_rest()
+            self.clear()
             (self.folder / BLOCKS_FOLDER).mkdir(parents=True)
         except OSError as error:
             raise InvalidInputError(f"{self.folder}: the run cannot be written there: {error.strerror}") from error

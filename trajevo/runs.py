@@ -41,7 +41,13 @@ class Standing:
 
 
 def begin(
-    problem: TrajectoryProblem, solver: Algorithm, manifest: Manifest, *, out: str | Path | None, progress: bool
+    problem: TrajectoryProblem,
+    solver: Algorithm,
+    manifest: Manifest,
+    *,
+    out: str | Path | None,
+    overwrite: bool,
+    progress: bool,
 ) -> Front:
     """Run an algorithm that was set up as a manifest says; in a folder where one is given, its front in it at the end.
 
@@ -50,7 +56,7 @@ def begin(
     """
     folder = None if out is None else RunFolder(out)
     if folder is not None:
-        folder.begin(manifest)
+        folder.begin(manifest, overwrite=overwrite)
         if manifest.not_resumable:
             warnings.warn(f"{folder.folder}: this run cannot be resumed: {manifest.not_resumable}", stacklevel=3)
     front = evolve(problem, solver, manifest, folder=folder, progress=progress)

@@ -44,6 +44,7 @@ class Task:
         population: int | None = None,
         time_limit: float | None = None,
         out: str | Path | None = None,
+        overwrite: bool = False,
         progress: bool = True,
     ) -> Front:
         """Solve it with the task's algorithm; what is given here goes before what the file says.
@@ -54,6 +55,7 @@ class Task:
             population: individuals.
             time_limit: time that evaluating one individual may take [s].
             out: folder to keep the run in.
+            overwrite: replace the run that the folder holds.
             progress: show the progress on standard error.
         """
         own = self.settings.algorithm.model_dump(exclude_none=True)
@@ -66,6 +68,7 @@ class Task:
             generations=length if generations is None else generations,
             time_limit=time_limit,
             out=out,
+            overwrite=overwrite,
             progress=progress,
             **algorithm_settings(name, own, self.problem.evolution.population),
         )

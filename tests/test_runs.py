@@ -1,0 +1,269 @@
+"""Runs in folders: killed, resumed, read, damaged."""
+
+import json
+import os
+import pickle
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.operators.crossover.dex import DEX
+from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
+
+from problems import PointingMechanism
+from tests.helpers import refused, small_problem, trajevo
+from tests.killed import ALGORITHMS, OBJECTIVES, begin, killed_and_resumed
+from trajevo import Front, evolution, optimise
+from trajevo.run_folder import RunFolder
+from trajevo.runs import read_run, resume, standing
+from trajevo.watch import Watch
+
+SMALL = {"generations": 12, "population": 20, "progress": False}
+
+
+@pytest.fixture
+def stopped_after(monkeypatch):
+    """Make runs stop by SIGINT after a generation."""
+    close = Watch.close
+
+    def after(generation):
+        def closing(self, number, evaluations):
+            if number == generation:
+                os.kill(os.getpid(), signal.SIGINT)
+            return close(self, number, evaluations)
+
+        monkeypatch.setattr(Watch, "close", closing)
+
+    return after
+
+
+def same(one: Front, other: Front) -> bool:
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in "XFG")
+
+
+@pytest.mark.parametrize("number", range(20))
+def test_a_run_killed_at_random_instants_ends_as_if_it_had_not_been(number, tmp_path):
+    problem = list(OBJECTIVES)[number % len(OBJECTIVES)]
+    chance = np.random.default_rng(number)
+    assert killed_and_resumed(problem, ALGORITHMS[number % len(ALGORITHMS)], 12, tmp_path / "run", chance) >= 1
+
+
+@pytest.mark.long
+def test_two_hundred_runs_killed_at_random_instants_end_as_if_they_had_not_been(tmp_path):
+    chance = np.random.default_rng(200)
+    for number in range(200):
+        problem = list(OBJECTIVES)[number % len(OBJECTIVES)]
+        name = ALGORITHMS[(number // len(OBJECTIVES)) % len(ALGORITHMS)]
+        assert killed_and_resumed(problem, name, 20, tmp_path / str(number), chance) >= 1
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+@pytest.mark.parametrize("generation", [1, 2, 7])
+def test_every_adapter_goes_on_to_the_bit_from_any_generation(name, generation, tmp_path, stopped_after):
+    expected = begin("hybrid", name, 10, 5, None)
+    stopped_after(generation)
+    first = begin("hybrid", name, 10, 5, tmp_path / "run")
+    assert (first.run.interrupted, first.run.generations) == (True, generation)
+    assert standing(tmp_path / "run").generation == generation
+    stopped_after(None)
+    last = resume(tmp_path / "run", progress=False)
+    assert same(last, expected)
+    assert last.history == expected.history
+    assert last.run.resumed == (generation,)
+    assert not last.run.interrupted
+
+
+def test_a_folder_changes_nothing_of_a_run_and_keeps_every_individual(tmp_path):
+    problem = PointingMechanism()
+    assert same(
+        optimise(problem, seed=2, out=tmp_path / "run", **SMALL), optimise(PointingMechanism(), seed=2, **SMALL)
+    )
+    blocks = list(RunFolder(tmp_path / "run").blocks(12))
+    assert sum(len(block.X) for block in blocks) == 12 * 20
+    generation = np.concatenate([block.generation for block in blocks])
+    np.testing.assert_array_equal(generation, np.repeat(np.arange(1, 13), 20))
+    F, G = problem.evaluate(np.concatenate([block.X for block in blocks]), return_values_of=["F", "G"])
+    np.testing.assert_array_equal(F, np.concatenate([block.F for block in blocks]))
+    np.testing.assert_array_equal(G, np.concatenate([block.G for block in blocks]))
+
+
+def test_a_finished_run_can_be_made_longer(tmp_path):
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    longer = resume(tmp_path / "run", generations=20, progress=False)
+    assert same(longer, optimise(PointingMechanism(), seed=2, **SMALL | {"generations": 20}))
+    assert longer.run.settings["generations"] == 20
+    refused(lambda: resume(tmp_path / "run", generations=19), "generations: expected at least the 20 that were planned")
+    begin("pointing", "RVEA", 6, 1, tmp_path / "rvea")
+    refused(lambda: resume(tmp_path / "rvea", generations=7), "RVEA plans with 6 from its first one on")
+
+
+def test_a_finished_run_is_resumed_without_a_generation_more(tmp_path):
+    front = optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    (tmp_path / "run" / "front.json").unlink()
+    again = resume(tmp_path / "run", progress=False)
+    assert same(again, front)
+    assert again.run.resumed == ()
+    assert standing(tmp_path / "run").finished
+
+
+def test_points_to_begin_with_are_kept(tmp_path, stopped_after):
+    first = optimise(PointingMechanism(), seed=1, **SMALL)
+    expected = optimise(PointingMechanism(), seed=2, initial=first.X[:10], **SMALL)
+    stopped_after(1)
+    optimise(PointingMechanism(), seed=2, initial=first.X[:10], out=tmp_path / "run", **SMALL)
+    stopped_after(None)
+    assert same(resume(tmp_path / "run", progress=False), expected)
+
+
+def test_a_problem_by_hand_is_passed_again_and_must_be_the_same(tmp_path, stopped_after):
+    stopped_after(3)
+    optimise(small_problem(), seed=1, out=tmp_path / "run", **SMALL)
+    stopped_after(None)
+    refused(lambda: resume(tmp_path / "run"), "its problem is not a registered one; pass it")
+    other = small_problem(constraints=())
+    refused(lambda: resume(tmp_path / "run", problem=other), "the problem at hand differs")
+    last = resume(tmp_path / "run", problem=small_problem(), progress=False)
+    assert same(last, optimise(small_problem(), seed=1, **SMALL))
+
+
+def test_an_algorithm_without_an_adapter_says_so_and_its_individuals_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(evolution, "_SHARE", 1e9)
+    with pytest.warns(UserWarning, match="this run cannot be resumed: DEX is an operator that a run folder does not"):
+        front = optimise(
+            PointingMechanism(),
+            seed=1,
+            generations=4,
+            algorithm=NSGA2(20, crossover=DEX()),
+            out=tmp_path / "run",
+            progress=False,
+        )
+    refused(lambda: resume(tmp_path / "run"), "the run cannot be resumed: DEX is an operator")
+    (tmp_path / "run" / "front.json").unlink()
+    assert same(read_run(tmp_path / "run"), front)
+    own = NSGA2(20, survival=RankAndCrowding(crowding_func="ce"))
+    with pytest.warns(UserWarning, match="NSGA2.survival.* is set to something that a run folder does not hold"):
+        optimise(PointingMechanism(), seed=1, generations=2, algorithm=own, out=tmp_path / "own", progress=False)
+
+
+def test_other_versions_are_told(tmp_path):
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    file = tmp_path / "run" / "manifest.json"
+    manifest = json.loads(file.read_text())
+    manifest["versions"]["numpy"] = "1.0"
+    file.write_text(json.dumps(manifest))
+    with pytest.warns(UserWarning, match=re.escape(f"other versions (numpy 1.0 -> {np.__version__})")):
+        resume(tmp_path / "run", progress=False)
+
+
+class _Payload:
+    def __reduce__(self):
+        return os.system, ("touch unpickled",)
+
+
+def _damage(folder, what):
+    manifest, checkpoint = folder / "manifest.json", folder / "checkpoint.npz"
+    block = min((folder / "blocks").iterdir())
+    if what == "nothing":
+        return
+    if what == "no manifest":
+        manifest.unlink()
+    elif what == "manifest of the future":
+        manifest.write_text(manifest.read_text().replace('"version": 1,', '"version": 9,', 1))
+    elif what == "manifest cut off":
+        manifest.write_text(manifest.read_text()[:100])
+    elif what == "checkpoint cut off":
+        checkpoint.write_bytes(checkpoint.read_bytes()[:-100])
+    elif what == "pickled checkpoint":
+        checkpoint.write_bytes(pickle.dumps(_Payload()))
+    elif what == "objects in a block":
+        np.savez(block, X=np.array([_Payload()], dtype=object), allow_pickle=True)
+    elif what == "no block":
+        block.unlink()
+    elif what == "another algorithm":
+        manifest.write_text(manifest.read_text().replace('"name": "NSGA2"', '"name": "os.system"'))
+    elif what == "wrong state":
+        arrays = dict(np.load(checkpoint))
+        np.savez(checkpoint, **arrays | {"solver.X": np.zeros((3, 1))})
+    elif what == "no story":
+        arrays = dict(np.load(checkpoint))
+        arrays.pop("story")
+        np.savez(checkpoint, **arrays)
+
+
+@pytest.mark.parametrize(
+    ("what", "says"),
+    [
+        ("no manifest", "holds no run: it has no manifest.json"),
+        ("manifest of the future", "manifest.json: is no manifest of this version of trajevo: version: "),
+        ("manifest cut off", "manifest.json: is no manifest of this version of trajevo: content: Invalid JSON"),
+        ("checkpoint cut off", "checkpoint.npz: is damaged or no file of a run"),
+        ("pickled checkpoint", "checkpoint.npz: is damaged or no file of a run"),
+        ("objects in a block", "npz: is damaged or no file of a run: Object arrays cannot be loaded"),
+        ("no block", "the blocks hold .* individuals, the checkpoint counts"),
+        ("another algorithm", "algorithm: expected one of NSGA2, .* got 'os.system'"),
+        ("wrong state", "the checkpoint cannot be gone on from: expected X of shape"),
+        ("no story", "the checkpoint is damaged: KeyError"),
+    ],
+)
+def test_a_damaged_folder_is_refused_and_none_of_its_content_runs(what, says, tmp_path, stopped_after, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    stopped_after(3)
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    stopped_after(None)
+    (tmp_path / "run" / "front.json").unlink()
+    _damage(tmp_path / "run", what)
+    refused(lambda: resume(tmp_path / "run", progress=False), says)
+    assert not (tmp_path / "unpickled").exists()
+
+
+def test_a_folder_that_holds_a_run_is_not_overwritten(tmp_path):
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    refused(lambda: optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL), "already holds a run")
+    refused(lambda: resume(tmp_path), "holds no run")
+    refused(lambda: read_run(tmp_path / "none"), "holds no run")
+    front = Front.load(tmp_path / "run" / "front.json")
+    front.save(tmp_path / "front.json")
+    assert read_run(tmp_path) == front
+    refused(lambda: resume(tmp_path), "holds the finished front of a run without checkpoints")
+
+
+def _popen(*arguments):
+    command = [sys.executable, "-c", "from trajevo.cli import main; main()", *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def _wait_for(condition, process):
+    while not condition():
+        assert process.poll() is None
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
+    run = tmp_path / "run"
+    size = ["--generations", "150", "--population", "40", "--seed", "3", "--quiet"]
+    solving = _popen("solve", "hybrid", *size, "--out", run)
+    _wait_for(lambda: (run / "checkpoint.npz").exists(), solving)
+    time.sleep(0.3)
+    solving.send_signal(number)
+    said, complained = solving.communicate()
+    assert solving.returncode == (-number if number == signal.SIGKILL else 128 + number), complained
+    if number != signal.SIGKILL:
+        assert f"interrupted by {signal.Signals(number).name}; next: trajevo resume {run}" in said
+    shown = trajevo("show", run)
+    assert shown.returncode == 0, shown.stderr
+    assert "(interrupted" in shown.stdout
+    assert not (run / "report.html").exists()
+    again = trajevo("solve", "hybrid", "--out", run)
+    assert again.returncode == 2
+    assert f"or go on with it: trajevo resume {run}" in again.stderr
+    resumed = trajevo("resume", run, "--quiet")
+    assert resumed.returncode == 0, resumed.stderr
+    assert (run / "report.html").exists()
+    whole = optimise(read_run(run).problem, seed=3, generations=150, population=40, progress=False)
+    assert same(Front.load(run / "front.json"), whole)
