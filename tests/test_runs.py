@@ -18,7 +18,7 @@ from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 from problems import PointingMechanism
 from tests.helpers import refused, small_problem, trajevo
 from tests.killed import ALGORITHMS, OBJECTIVES, begin, killed_and_resumed
-from trajevo import Front, evolution, optimise
+from trajevo import Front, evolution, load_problem, load_task, optimise
 from trajevo.run_folder import RunFolder
 from trajevo.runs import read_run, resume, standing
 from trajevo.watch import Watch
@@ -60,6 +60,21 @@ def test_two_hundred_runs_killed_at_random_instants_end_as_if_they_had_not_been(
         problem = list(OBJECTIVES)[number % len(OBJECTIVES)]
         name = ALGORITHMS[(number // len(OBJECTIVES)) % len(ALGORITHMS)]
         assert killed_and_resumed(problem, name, 20, tmp_path / str(number), chance) >= 1
+
+
+@pytest.mark.long
+def test_five_hundred_generations_of_five_hundred_stay_below_400_mb(tmp_path):
+    script = (
+        "import resource\n"
+        "from problems import HybridManipulator\n"
+        "from trajevo import optimise\n"
+        f"out = {str(tmp_path / 'run')!r}\n"
+        "optimise(HybridManipulator(), seed=1, generations=500, population=500, progress=False, out=out)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert int(done.stdout) < 400 * 1024
+    assert sum(len(block.X) for block in RunFolder(tmp_path / "run").blocks(500)) == 250_000
 
 
 @pytest.mark.parametrize("name", ALGORITHMS)
@@ -109,6 +124,24 @@ def test_a_finished_run_is_resumed_without_a_generation_more(tmp_path):
     assert same(again, front)
     assert again.run.resumed == ()
     assert standing(tmp_path / "run").finished
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: load_problem("reparam", path="s", encoding="shape"),
+        lambda: load_task("problems/tasks/xarm7_obstacle.toml").problem,
+    ],
+)
+def test_curves_of_solutions_and_tasks_are_resumed_too(make, tmp_path, stopped_after):
+    size = {"seed": 1, "generations": 6, "population": 16, "progress": False}
+    expected = optimise(make(), **size)
+    stopped_after(3)
+    optimise(make(), out=tmp_path / "run", **size)
+    stopped_after(None)
+    last = resume(tmp_path / "run", progress=False)
+    assert same(last, expected)
+    assert last.record == expected.record
 
 
 def test_points_to_begin_with_are_kept(tmp_path, stopped_after):

@@ -10,6 +10,7 @@ from trajevo.piecewise import PolynomialBatch
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
 from trajevo.robot import JointLimits, Robot, load_robot
+from trajevo.runs import read_run, resume
 from trajevo.scene import Scene
 from trajevo.task import load_task
 from trajevo.trajectory import Motion, TrajectoryBatch
@@ -32,4 +33,6 @@ __all__ = [
     "load_robot",
     "load_task",
     "optimise",
+    "read_run",
+    "resume",
 ]
