@@ -1,8 +1,6 @@
 """Runs in folders: killed, resumed, read, damaged."""
 
 import json
-import os
-import pickle
 import re
 import signal
 import subprocess
@@ -21,25 +19,8 @@ from tests.killed import ALGORITHMS, OBJECTIVES, begin, killed_and_resumed
 from trajevo import Front, evolution, load_problem, load_task, optimise
 from trajevo.run_folder import RunFolder
 from trajevo.runs import read_run, resume, standing
-from trajevo.watch import Watch
 
 SMALL = {"generations": 12, "population": 20, "progress": False}
-
-
-@pytest.fixture
-def stopped_after(monkeypatch):
-    """Make runs stop by SIGINT after a generation."""
-    close = Watch.close
-
-    def after(generation):
-        def closing(self, number, evaluations):
-            if number == generation:
-                os.kill(os.getpid(), signal.SIGINT)
-            return close(self, number, evaluations)
-
-        monkeypatch.setattr(Watch, "close", closing)
-
-    return after
 
 
 def same(one: Front, other: Front) -> bool:
@@ -191,78 +172,6 @@ def test_other_versions_are_told(tmp_path):
     file.write_text(json.dumps(manifest))
     with pytest.warns(UserWarning, match=re.escape(f"other versions (numpy 1.0 -> {np.__version__})")):
         resume(tmp_path / "run", progress=False)
-
-
-class _Payload:
-    def __reduce__(self):
-        return os.system, ("touch unpickled",)
-
-
-def _damage(folder, what):
-    manifest, checkpoint = folder / "manifest.json", folder / "checkpoint.npz"
-    block = min((folder / "blocks").iterdir())
-    if what == "nothing":
-        return
-    if what == "no manifest":
-        manifest.unlink()
-    elif what == "manifest of the future":
-        manifest.write_text(manifest.read_text().replace('"version": 1,', '"version": 9,', 1))
-    elif what == "manifest cut off":
-        manifest.write_text(manifest.read_text()[:100])
-    elif what == "checkpoint cut off":
-        checkpoint.write_bytes(checkpoint.read_bytes()[:-100])
-    elif what == "pickled checkpoint":
-        checkpoint.write_bytes(pickle.dumps(_Payload()))
-    elif what == "objects in a block":
-        np.savez(block, X=np.array([_Payload()], dtype=object), allow_pickle=True)
-    elif what == "no block":
-        block.unlink()
-    elif what == "another algorithm":
-        manifest.write_text(manifest.read_text().replace('"name": "NSGA2"', '"name": "os.system"'))
-    elif what == "wrong state":
-        arrays = dict(np.load(checkpoint))
-        np.savez(checkpoint, **arrays | {"solver.X": np.zeros((3, 1))})
-    elif what == "no story":
-        arrays = dict(np.load(checkpoint))
-        arrays.pop("story")
-        np.savez(checkpoint, **arrays)
-
-
-@pytest.mark.parametrize(
-    ("what", "says"),
-    [
-        ("no manifest", "holds no run: it has no manifest.json"),
-        ("manifest of the future", "manifest.json: is no manifest of this version of trajevo: version: "),
-        ("manifest cut off", "manifest.json: is no manifest of this version of trajevo: content: Invalid JSON"),
-        ("checkpoint cut off", "checkpoint.npz: is damaged or no file of a run"),
-        ("pickled checkpoint", "checkpoint.npz: is damaged or no file of a run"),
-        ("objects in a block", "npz: is damaged or no file of a run: Object arrays cannot be loaded"),
-        ("no block", "the blocks hold .* individuals, the checkpoint counts"),
-        ("another algorithm", "algorithm: expected one of NSGA2, .* got 'os.system'"),
-        ("wrong state", "the checkpoint cannot be gone on from: expected X of shape"),
-        ("no story", "the checkpoint is damaged: KeyError"),
-    ],
-)
-def test_a_damaged_folder_is_refused_and_none_of_its_content_runs(what, says, tmp_path, stopped_after, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    stopped_after(3)
-    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
-    stopped_after(None)
-    (tmp_path / "run" / "front.json").unlink()
-    _damage(tmp_path / "run", what)
-    refused(lambda: resume(tmp_path / "run", progress=False), says)
-    assert not (tmp_path / "unpickled").exists()
-
-
-def test_a_folder_that_holds_a_run_is_not_overwritten(tmp_path):
-    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
-    refused(lambda: optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL), "already holds a run")
-    refused(lambda: resume(tmp_path), "holds no run")
-    refused(lambda: read_run(tmp_path / "none"), "holds no run")
-    front = Front.load(tmp_path / "run" / "front.json")
-    front.save(tmp_path / "front.json")
-    assert read_run(tmp_path) == front
-    refused(lambda: resume(tmp_path), "holds the finished front of a run without checkpoints")
 
 
 def _popen(*arguments):

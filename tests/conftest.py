@@ -1,0 +1,24 @@
+"""Fixtures that several files share."""
+
+import os
+import signal
+
+import pytest
+
+from trajevo.watch import Watch
+
+
+@pytest.fixture
+def stopped_after(monkeypatch):
+    """Make runs stop by SIGINT after a generation."""
+    close = Watch.close
+
+    def after(generation):
+        def closing(self, number, evaluations):
+            if number == generation:
+                os.kill(os.getpid(), signal.SIGINT)
+            return close(self, number, evaluations)
+
+        monkeypatch.setattr(Watch, "close", closing)
+
+    return after
