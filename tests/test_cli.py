@@ -84,6 +84,7 @@ def test_overwriting_leaves_nothing_of_the_old_run(run, tmp_path):
         "front.json",
         "manifest.json",
         "checkpoint.npz",
+        ".lock",
         "report.html",
         "mine.png",
         *mine,

@@ -2,6 +2,8 @@
 
 import os
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import pytest
 from problems import PointingMechanism
 from tests.helpers import refused
 from trajevo import Front, optimise
+from trajevo.run_folder import RunFolder
 from trajevo.runs import read_run, resume
 
 SMALL = {"generations": 12, "population": 20, "progress": False}
@@ -84,3 +87,14 @@ def test_a_folder_that_holds_a_run_is_not_overwritten(tmp_path):
     front.save(tmp_path / "front.json")
     assert read_run(tmp_path) == front
     refused(lambda: resume(tmp_path), "holds the finished front of a run without checkpoints")
+
+
+def test_two_processes_are_never_at_one_run(tmp_path):
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    (tmp_path / "run" / "front.json").unlink()
+    script = "import sys; from trajevo import resume; resume(sys.argv[1], progress=False)"
+    with RunFolder(tmp_path / "run").alone():
+        other = subprocess.run([sys.executable, "-c", script, tmp_path / "run"], capture_output=True, text=True)
+        assert "run: another process is at this run" in other.stderr
+    assert subprocess.run([sys.executable, "-c", script, tmp_path / "run"], check=True).returncode == 0
+    assert (tmp_path / "run" / "front.json").exists()

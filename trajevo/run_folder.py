@@ -10,8 +10,10 @@ from __future__ import annotations
 import io
 import json
 import shutil
+import sys
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, final
@@ -24,7 +26,11 @@ from trajevo.errors import InvalidInputError
 from trajevo.files import SCRATCH, write_whole
 from trajevo.records import ProblemRecord, Record
 
+if sys.platform != "win32":
+    import fcntl
+
 FRONT_FILE, MANIFEST_FILE, CHECKPOINT_FILE, BLOCKS_FOLDER = "front.json", "manifest.json", "checkpoint.npz", "blocks"
+LOCK_FILE = ".lock"
 
 #: What a damaged file or one of another content makes NumPy's reader raise.
 _DAMAGED = (KeyError, ValueError, TypeError, EOFError, OSError, zipfile.BadZipFile, json.JSONDecodeError)
@@ -103,6 +109,23 @@ class RunFolder:
         """Whether a run was begun or finished here."""
         return self.begun or self.front_file.exists()
 
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """While it lasts no other process runs this run; a process that is killed lets go of it.
+
+        Raises:
+            InvalidInputError: another process runs it, or the folder cannot be written.
+        """
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            lock = (self.folder / LOCK_FILE).open("ab")
+        except OSError as error:
+            raise self._unwritable(error) from error
+        with lock:
+            if not _locked(lock.fileno()):
+                raise InvalidInputError(f"{self.folder}: another process is at this run")
+            yield
+
     def begin(self, manifest: Manifest, *, overwrite: bool = False) -> None:
         """Begin a run.
 
@@ -119,7 +142,7 @@ class RunFolder:
             self.clear()
             (self.folder / BLOCKS_FOLDER).mkdir(parents=True)
         except OSError as error:
-            raise InvalidInputError(f"{self.folder}: the run cannot be written there: {error.strerror}") from error
+            raise self._unwritable(error) from error
         self.replace_manifest(manifest)
 
     def replace_manifest(self, manifest: Manifest) -> None:
@@ -131,7 +154,7 @@ class RunFolder:
         try:
             write_whole(self.folder / MANIFEST_FILE, manifest.model_dump_json(indent=1).encode())
         except OSError as error:
-            raise InvalidInputError(f"{self.folder}: the run cannot be written there: {error.strerror}") from error
+            raise self._unwritable(error) from error
 
     def clear(self) -> None:
         """Remove the run that the folder holds; the manifest last, so that what is left half removed is still a run."""
@@ -216,6 +239,9 @@ class RunFolder:
         """Bytes that are free where the folder is."""
         return shutil.disk_usage(self.folder).free
 
+    def _unwritable(self, error: OSError) -> InvalidInputError:
+        return InvalidInputError(f"{self.folder}: the run cannot be written there: {error.strerror}")
+
     def _clear_rest(self) -> None:
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
         if (self.folder / BLOCKS_FOLDER).exists():
@@ -227,6 +253,18 @@ def block_of(generations: Sequence[int], parts: Sequence[tuple[Array, Array, Arr
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     counts = [len(part[0]) for part in parts]
     return Block(np.repeat(np.array(generations, dtype=np.int64), counts), *columns)
+
+
+def _locked(handle: int) -> bool:
+    """Whether this process could lock an open file; True where the system has no such locks."""
+    if sys.platform == "win32":
+        return True
+    try:
+        # Of the process and not of the file: a child that outlives its parent does not hold the run.
+        fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 def _packed(arrays: Mapping[str, Array]) -> bytes:

@@ -54,14 +54,15 @@ def begin(
     Raises:
         InvalidInputError: the folder holds a run or cannot be written.
     """
-    folder = None if out is None else RunFolder(out)
-    if folder is not None:
-        folder.begin(manifest, overwrite=overwrite)
+    if out is None:
+        return evolve(problem, solver, manifest, folder=None, progress=progress)
+    run = RunFolder(out)
+    with run.alone():
+        run.begin(manifest, overwrite=overwrite)
         if manifest.not_resumable:
-            warnings.warn(f"{folder.folder}: this run cannot be resumed: {manifest.not_resumable}", stacklevel=3)
-    front = evolve(problem, solver, manifest, folder=folder, progress=progress)
-    if folder is not None:
-        _keep(front, folder)
+            warnings.warn(f"{run.folder}: this run cannot be resumed: {manifest.not_resumable}", stacklevel=3)
+        front = evolve(problem, solver, manifest, folder=run, progress=progress)
+        _keep(front, run)
     return front
 
 
@@ -93,11 +94,12 @@ def resume(
         raise InvalidInputError(f"{run.folder}: the run cannot be resumed: {manifest.not_resumable}")
     to_solve = _problem(manifest.problem, problem, run)
     solver = algorithm_of(manifest.algorithm)
-    if generations is not None:
-        manifest = _longer(manifest, generations, run)
-    _compare_versions(manifest, run)
-    front = evolve(to_solve, solver, manifest, folder=run, progress=progress)
-    _keep(front, run)
+    with run.alone():
+        if generations is not None:
+            manifest = _longer(manifest, generations, run)
+        _compare_versions(manifest, run)
+        front = evolve(to_solve, solver, manifest, folder=run, progress=progress)
+        _keep(front, run)
     return front
 
 
