@@ -19,8 +19,8 @@ from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.cli_solve import REPORT_FILE, resume, solve
 from trajevo.errors import TrajevoError
 from trajevo.example_task import write_example
-from trajevo.export import FORMATS, extension
-from trajevo.export import export as write_motion
+from trajevo.export import FORMATS, FRONT_FORMATS, extension
+from trajevo.export import export as write
 from trajevo.front import Front
 from trajevo.report import report as write_report
 from trajevo.robot_report import examine
@@ -75,18 +75,26 @@ def report(
 @app.command()
 def export(
     run: _RunArgument,
-    solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
+    solution: Annotated[
+        str | None,
+        typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee, in netcdf all of them."),
+    ] = None,
     format: Annotated[str, typer.Option(help=f"{', '.join(FORMATS)}.")] = "csv",
     step: Annotated[
         float | None, typer.Option(help="Time between samples, or of a block [s]; 0.01, or as the format is used.")
     ] = None,
     angle: Annotated[str, typer.Option(help="Unit of angles: rad or deg.")] = "rad",
-    out: Annotated[Path | None, typer.Option(help="File; SOLUTION.EXTENSION beside the front if not given.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="File; SOLUTION.EXTENSION or front.nc beside the front if not given.")
+    ] = None,
 ) -> None:
-    """Write the motion of one solution for a controller or a spreadsheet."""
-    chosen = _front(run).pick(solution)
-    target = out or _beside(run, f"{solution}.{extension(format)}")
-    _out.print(f"written: {write_motion(chosen, target, format=format, step=step, angle=angle)}")
+    """Write the motion of one solution for a controller or a spreadsheet, or the whole front for other programs."""
+    front, ending = _front(run), extension(format)
+    if solution is None and format not in FRONT_FORMATS:
+        solution = "knee"
+    target = out or _beside(run, f"{solution or 'front'}.{ending}")
+    source = front if solution is None else front.pick(solution)
+    _out.print(f"written: {write(source, target, format=format, step=step, angle=angle)}")
 
 
 @app.command("animate")

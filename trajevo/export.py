@@ -1,4 +1,4 @@
-"""A solution as a file for a controller, a spreadsheet or another program."""
+"""A solution, or a whole front, as a file for a controller, a spreadsheet or another program."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.feed import feed_table, g_code
 from trajevo.files import write_whole
-from trajevo.front import Solution
+from trajevo.front import Front, Solution
 from trajevo.joint_limits_file import write_joint_limits
+from trajevo.netcdf import MAGIC, is_netcdf, netcdf
 from trajevo.robot_export import joint_trajectory, replay_table, urscript
 from trajevo.trajectory import DERIVATIVES
 from trajevo.units import ANGLE_UNITS, display, per_time
@@ -26,37 +27,52 @@ from trajevo.units import ANGLE_UNITS, display, per_time
 MOST_SAMPLES = 10_000_000
 
 #: Formats that can be written.
-FORMATS = ("csv", "json", "feed", "gcode", "ros2", "mujoco", "urscript", "moveit")
+FORMATS = ("csv", "json", "feed", "gcode", "ros2", "mujoco", "urscript", "moveit", "netcdf")
+
+#: Formats that hold a whole front; the others hold the motion of one solution.
+FRONT_FORMATS = ("netcdf",)
 
 #: How the file of a format ends, where not with its name; a replay is a table too, and must not take the motion's name.
-_EXTENSIONS = {"ros2": "yaml", "mujoco": "mujoco.csv", "urscript": "script", "moveit": "joint_limits.yaml"}
+_EXTENSIONS = {
+    "ros2": "yaml",
+    "mujoco": "mujoco.csv",
+    "urscript": "script",
+    "moveit": "joint_limits.yaml",
+    "netcdf": "nc",
+}
 
 #: Usual time between samples [s]: MuJoCo's own step, the cycle that every controller with ``servoj`` can run.
 _STEPS = {"mujoco": 0.002, "urscript": 0.008}
 
 #: Formats that are SI by definition.
-_SI = ("ros2", "mujoco", "urscript", "moveit")
+_SI = ("ros2", "mujoco", "urscript", "moveit", "netcdf")
 
 #: How a file of each format begins.
 _BEGINNINGS = (b"# problem: {", b'{\n "format": "trajevo motion"', b"; trajevo", b"# trajevo: ")
 
 
-def export(solution: Solution, file: str | Path, *, format: str, step: float | None = None, angle: str = "rad") -> Path:
-    """Write the sampled motion of a solution, with units, settings and reference inside.
+def export(
+    source: Solution | Front, file: str | Path, *, format: str, step: float | None = None, angle: str = "rad"
+) -> Path:
+    """Write the sampled motion of a solution, or of all of a front, with units, settings and reference inside.
+
+    A write that is cut off leaves an older file whole.
 
     Args:
-        solution: what to write.
+        source: what to write; a whole front in ``"netcdf"`` alone.
         file: where to.
         format: ``"csv"`` (comment lines with the settings, then one row per instant), ``"json"`` (also the exact
             trajectory, as :func:`motion_schema` says), ``"feed"`` (CSV of straight blocks with their feeds, mm and
             mm/min, for linear axes alone), ``"gcode"`` (the same blocks as G1 lines), ``"ros2"`` (a
             ``trajectory_msgs/JointTrajectory`` as YAML), ``"mujoco"`` (CSV at a fixed rate for a replay),
-            ``"urscript"`` (a program that streams six joints to a controller of Universal Robots) or ``"moveit"`` (the
-            robot's limits as a ``joint_limits.yaml``).
+            ``"urscript"`` (a program that streams six joints to a controller of Universal Robots), ``"moveit"`` (the
+            robot's limits as a ``joint_limits.yaml``) or ``"netcdf"`` (everything that a front, or one solution of it,
+            holds, as :func:`trajevo.netcdf.dataset` says).
         step: time between samples [s]; 0.01, for ``"mujoco"`` 0.002 and for ``"urscript"`` 0.008 if None. In
             ``"csv"`` and ``"json"`` the last interval takes 0.5 to 1.5 steps and ends with the motion; in ``"ros2"``
             all are equal and none is shorter; in ``"mujoco"`` and ``"urscript"`` every one is a step and the last
-            position is held to the end of the last.
+            position is held to the end of the last; in ``"netcdf"`` the longest motion has none that is longer, all
+            motions are sampled as often, and 201 times if None.
         angle: ``"rad"`` or ``"deg"``.
 
     Returns:
@@ -64,25 +80,23 @@ def export(solution: Solution, file: str | Path, *, format: str, step: float | N
 
     Raises:
         UnknownNameError: no such format or angle unit.
-        InvalidInputError: a step that is not positive, degrees where the format is SI, a robot that the format cannot
-            hold, or a file that cannot be written.
+        NoSolutionError: the front is empty.
+        InvalidInputError: neither a solution nor a front that the format can hold, a step that is not positive, degrees
+            where the format is SI, a robot that the format cannot hold, or a file that cannot be written.
     """
     checked_name("export format", format, FORMATS)
     checked_name("angle unit", angle, ANGLE_UNITS)
     if angle != "rad" and format in _SI:
         raise InvalidInputError(f"angle: the format {format!r} is in rad, got {angle!r}")
-    if step is None:
-        step = _STEPS.get(format, 0.01)
-    if isinstance(step, bool) or not (isinstance(step, int | float) and np.isfinite(step) and step > 0.0):
+    if step is not None and (
+        isinstance(step, bool) or not (isinstance(step, int | float) and np.isfinite(step) and step > 0.0)
+    ):
         raise InvalidInputError(f"step: expected a positive time [s], got {step!r}")
-    duration = float(solution.trajectory.duration[0])
-    if duration / step > MOST_SAMPLES:
-        raise InvalidInputError(f"step: {step:g} s gives over {MOST_SAMPLES} samples of a motion of {duration:.4g} s")
-    content = _WRITERS[format](solution, float(step), angle)
-    try:
-        write_whole(Path(file), content.encode())
-    except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+    if format in FRONT_FORMATS:
+        _write(Path(file), netcdf(source, step))
+    else:
+        step = _STEPS.get(format, 0.01) if step is None else float(step)
+        _write(Path(file), _motion(source, format, step, angle).encode())
     return Path(file)
 
 
@@ -100,7 +114,8 @@ def is_exported(file: Path) -> bool:
     if not (file.is_file() and file.name.endswith(tuple(f".{extension(format)}" for format in FORMATS))):
         return False
     with file.open("rb") as stream:
-        return stream.read(64).startswith(_BEGINNINGS)
+        beginning = stream.read(64)
+    return beginning.startswith(_BEGINNINGS) or (beginning.startswith(MAGIC) and is_netcdf(file))
 
 
 def motion_schema() -> dict[str, Any]:
@@ -108,6 +123,27 @@ def motion_schema() -> dict[str, Any]:
     text = (resources.files("trajevo") / "motion.schema.json").read_text(encoding="utf-8")
     schema: dict[str, Any] = json.loads(text)
     return schema
+
+
+def _motion(source: Solution | Front, format: str, step: float, angle: str) -> str:
+    if not isinstance(source, Solution):
+        got = f"a front of {len(source)}" if isinstance(source, Front) else type(source).__name__
+        raise InvalidInputError(f"source: the format {format!r} holds one solution, as front.knee(), got {got}")
+    duration = float(source.trajectory.duration[0])
+    if duration / step > MOST_SAMPLES:
+        raise InvalidInputError(f"step: {step:g} s gives over {MOST_SAMPLES} samples of a motion of {duration:.4g} s")
+    return _WRITERS[format](source, step, angle)
+
+
+def _write(file: Path, content: bytes | memoryview) -> None:
+    """Write a file whole, and straight into what is none, as ``/dev/stdout``, which must stay."""
+    try:
+        if file.is_file() or not file.exists():
+            write_whole(file, content)
+        else:
+            file.write_bytes(content)
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
 
 
 def _instants(duration: float, step: float) -> Array:

@@ -10,7 +10,7 @@ from pathlib import Path
 SCRATCH = ".part"
 
 
-def write_whole(file: Path, content: bytes) -> None:
+def write_whole(file: Path, content: bytes | memoryview) -> None:
     """Write a file so that, whatever kills the process, it holds the old content or the new one.
 
     A temporary file beside it is written and forced to the disk, then takes its name.

@@ -177,6 +177,16 @@ class Front:
         rows = f"a row from 0 to {len(self) - 1}"
         raise UnknownNameError("solution", rule, [*named, *(f"least_{name}" for name in self.objective_names), rows])
 
+    def choices(self) -> tuple[Solution, ...]:
+        """The solutions that are worth comparing: knee, utopia, the paper's weighted best, the least of each objective.
+
+        Raises:
+            NoSolutionError: the front is empty.
+        """
+        weighted = () if self.paper_weights is None else ("weighted",)
+        rules = ("knee", "utopia", *weighted, *(f"least_{name}" for name in self.objective_names))
+        return tuple(self.pick(rule) for rule in rules)
+
     def save(self, file: str | Path) -> None:
         """Write everything to one self-describing JSON file; a write that is cut off leaves the old file whole.
 

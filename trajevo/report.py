@@ -30,13 +30,6 @@ _WIDE = 10.0
 _TEMPLATE = Path(__file__).with_name("report.html")
 
 
-def choices(front: Front) -> tuple[Solution, ...]:
-    """The solutions a report compares: knee, utopia, the paper's weighted best, the least of each objective."""
-    weighted = () if front.paper_weights is None else ("weighted",)
-    rules = ("knee", "utopia", *weighted, *(f"least_{name}" for name in front.objective_names))
-    return tuple(front.pick(rule) for rule in rules)
-
-
 def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[str, float]]:
     """Per objective the column header with its unit and the factor from SI."""
     record = front.record
@@ -113,7 +106,7 @@ def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
     else:
         yield "tool_path", "Path of the tool at the knee", plots.tool_path(knee).figure
     if along:
-        named = {solution.rule: solution for solution in choices(front)}
+        named = {solution.rule: solution for solution in front.choices()}
         yield "parameter", "The path's parameter over time", path_plots.parameter(named).figure
     if np.isfinite(front.problem.robot.limits.effort).any():
         yield "effort", "Effort at the knee as a share of its limits", effort_utilisation(knee).figure
@@ -193,7 +186,7 @@ def _choices_table(front: Front) -> str:
             str(solution.index),
             escape(solution.reason),
         )
-        for solution in choices(front)
+        for solution in front.choices()
     ]
     return _table(
         ("solution", *(header for header, _ in headers), "row", "why"), rows, numbers=len(headers) + 1, chosen=0

@@ -13,7 +13,7 @@ from rich.table import Column, Table
 from trajevo.errors import InvalidInputError
 from trajevo.front import Front
 from trajevo.registry import list_problems, problem_class
-from trajevo.report import choices, objective_headers, run_facts
+from trajevo.report import objective_headers, run_facts
 from trajevo.rivals import RIVALS_NOTE, rivals_of, rivals_table
 from trajevo.robot import list_robots, load_robot
 from trajevo.robot_report import RobotExamination
@@ -61,7 +61,7 @@ def print_run(out: Console, front: Front, angle: str | None) -> None:
     for header, _ in headers:
         table.add_column(escape(header), min_width=max(map(len, header.split())))
     table.add_column("closest limit", no_wrap=True)
-    for solution in choices(front):
+    for solution in front.choices():
         values = [f"{value * factor:.5g}" for value, (_, factor) in zip(solution.F.values(), headers, strict=True)]
         closest = max(solution.G, key=lambda name: solution.G[name], default="")
         share = f"{100.0 * (1.0 + solution.G[closest]):.1f} % {closest}" if closest else "none"
