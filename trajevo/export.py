@@ -136,12 +136,8 @@ def _motion(source: Solution | Front, format: str, step: float, angle: str) -> s
 
 
 def _write(file: Path, content: bytes | memoryview) -> None:
-    """Write a file whole, and straight into what is none, as ``/dev/stdout``, which must stay."""
     try:
-        if file.is_file() or not file.exists():
-            write_whole(file, content)
-        else:
-            file.write_bytes(content)
+        write_whole(file, content)
     except OSError as error:
         raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
 

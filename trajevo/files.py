@@ -13,11 +13,15 @@ SCRATCH = ".part"
 def write_whole(file: Path, content: bytes | memoryview) -> None:
     """Write a file so that, whatever kills the process, it holds the old content or the new one.
 
-    A temporary file beside it is written and forced to the disk, then takes its name.
+    A temporary file beside it is written and forced to the disk, then takes its name. What is no file, as
+    ``/dev/stdout``, is written straight into, for it must stay.
 
     Raises:
         OSError: it cannot be written; the old file is as it was.
     """
+    if file.exists() and not file.is_file():
+        file.write_bytes(content)
+        return
     scratch = file.with_name(file.name + SCRATCH)
     try:
         with scratch.open("wb") as stream:
