@@ -54,7 +54,7 @@ class Task:
             seed=self.settings.seed if seed is None else seed,
             generations=length if generations is None else generations,
             progress=progress,
-            **algorithm_settings(name, own, self.problem.evolution.population),
+            **algorithm_settings(name, own, self.problem),
         )
 
 
