@@ -141,7 +141,7 @@ def paper_solution() -> Array:
 
 def cost(F: Array) -> Array:
     """F_c of eq. (112) for objective values of shape (..., 4)."""
-    total: Array = F @ (np.array(PAPER_WEIGHTS.weights) / np.array(PAPER_WEIGHTS.scales))
+    total: Array = (F * (np.array(PAPER_WEIGHTS.weights) / np.array(PAPER_WEIGHTS.scales))).sum(axis=-1)
     return total
 
 

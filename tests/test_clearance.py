@@ -141,7 +141,7 @@ def test_overlaps_of_unknown_depth_are_overlaps(xarm, monkeypatch):
         return data
 
     monkeypatch.setattr(trajevo.collision, "_distance_data", impatient)
-    hurried = collision.distances(q)
+    hurried = Collision(xarm, SCENE).distances(q)
     assert (np.abs(hurried - usual) > 1e-3).any()
     assert (hurried[usual < 0.0] < 0.0).all()
     assert (np.abs(hurried) < 3.0).all()

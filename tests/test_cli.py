@@ -195,7 +195,10 @@ def test_odd_names_of_solutions_are_refused(run, solution):
     [
         (["solve", "nope"], "unknown problem 'nope'; known: hybrid, pick-place, pointing, reparam, via-points"),
         (["solve", "pointing", "--interpolant", "cubic"], "unknown interpolant 'cubic'; known: printed, quintic"),
-        (["solve", "pointing", "--algorithm", "magic"], "unknown algorithm 'magic'; known: nsga2, sms-emoa, spea2"),
+        (
+            ["solve", "pointing", "--algorithm", "magic"],
+            "unknown algorithm 'magic'; known: nsga2, nsga3, rvea, sms-emoa, spea2, u-nsga3",
+        ),
         (["solve", "pointing", "--population", "-5"], "--population"),
         (["solve", "pointing", "--generations", "0"], "--generations"),
         (["solve", "pointing", "--points", "none.csv"], "none.csv: cannot be read"),

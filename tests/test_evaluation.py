@@ -13,6 +13,7 @@ import pytest
 
 from problems import PointingMechanism
 from tests.helpers import refused, small_problem, trajevo
+from tests.killed import begin
 from trajevo import Front, optimise
 from trajevo.archive import MOST_LISTED
 from trajevo.errors import InvalidInputError
@@ -187,19 +188,21 @@ def test_a_full_disk_is_told_while_the_run_goes_on_and_its_front_is_kept_elsewhe
     np.testing.assert_array_equal(resume(tmp_path / "run", progress=False).X, expected.X)
 
 
-def test_a_checkpoint_that_failed_is_written_as_soon_as_there_is_room(tmp_path, monkeypatch):
+@pytest.mark.parametrize("name", ["NSGA2", "NSGA3"])
+def test_a_checkpoint_that_failed_is_written_as_soon_as_there_is_room(name, tmp_path, monkeypatch):
     write, calls = RunFolder.write, []
 
     def full_for_a_while(self, *arguments):
         calls.append(1)
-        if len(calls) < 4:
+        if 1 < len(calls) < 4:
             raise OSError(28, "No space left on device")
         write(self, *arguments)
 
     monkeypatch.setattr(RunFolder, "write", full_for_a_while)
     monkeypatch.setattr("trajevo.evolution._TRY_AGAIN", 0.0)
+    monkeypatch.setattr("trajevo.evolution._SHARE", 1e9)
     with pytest.warns(UserWarning, match="no checkpoint can be written: No space left on device") as told:
-        front = optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+        front = begin("pointing", name, 6, 2, tmp_path / "run")
     assert len(told) == 1
     (tmp_path / "run" / "front.json").unlink()
     np.testing.assert_array_equal(read_run(tmp_path / "run").X, front.X)

@@ -30,13 +30,6 @@ def test_shapes_names_and_units_fit(problem, x):
     assert problem.reference_point is None or len(problem.reference_point) == problem.n_obj
 
 
-def test_a_row_does_not_depend_on_the_others(problem, x):
-    F, G = problem.evaluate(x)
-    shuffled = np.random.default_rng(1).permutation(20)
-    np.testing.assert_allclose(problem.evaluate(x[shuffled])[0], F[shuffled], rtol=1e-12)
-    np.testing.assert_allclose(problem.evaluate(x[7:8])[1], G[7:8], rtol=1e-10, atol=1e-12)
-
-
 def test_input_is_not_touched(problem, x):
     before = x.copy()
     problem.evaluate(x)

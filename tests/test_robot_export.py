@@ -298,4 +298,7 @@ def test_the_command_names_files_by_their_extension(front, tmp_path):
 def test_the_schema_names_every_entry_of_the_records(knee):
     schema = motion_schema()["$defs"]
     for name, record in (("problem", knee.front.record), ("run", knee.front.run)):
-        assert set(schema[name]["properties"]) == set(type(record).model_fields) == set(schema[name]["required"])
+        fields = type(record).model_fields
+        required = {key for key, field in fields.items() if field.is_required() or key == "length"}
+        assert set(schema[name]["properties"]) == set(fields)
+        assert set(schema[name]["required"]) == required

@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.operators.crossover.dex import DEX
+from pymoo.operators.crossover.ux import UX
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 
 from problems import PointingMechanism
@@ -72,6 +72,13 @@ def test_every_adapter_goes_on_to_the_bit_from_any_generation(name, generation, 
     assert last.history == expected.history
     assert last.run.resumed == (generation,)
     assert not last.run.interrupted
+
+
+def test_a_resumed_run_leaves_nothing_behind_in_the_process(tmp_path):
+    expected = begin("pointing", "SPEA2", 4, 2, None)
+    begin("hybrid", "SPEA2", 4, 1, tmp_path / "run")
+    resume(tmp_path / "run", generations=6, progress=False)
+    assert same(begin("pointing", "SPEA2", 4, 2, None), expected)
 
 
 def test_a_folder_changes_nothing_of_a_run_and_keeps_every_individual(tmp_path):
@@ -147,16 +154,16 @@ def test_a_problem_by_hand_is_passed_again_and_must_be_the_same(tmp_path, stoppe
 
 def test_an_algorithm_without_an_adapter_says_so_and_its_individuals_are_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(evolution, "_SHARE", 1e9)
-    with pytest.warns(UserWarning, match="this run cannot be resumed: DEX is an operator that a run folder does not"):
+    with pytest.warns(UserWarning, match="this run cannot be resumed: UX is an operator that a run folder does not"):
         front = optimise(
             PointingMechanism(),
             seed=1,
             generations=4,
-            algorithm=NSGA2(20, crossover=DEX()),
+            algorithm=NSGA2(20, crossover=UX()),
             out=tmp_path / "run",
             progress=False,
         )
-    refused(lambda: resume(tmp_path / "run"), "the run cannot be resumed: DEX is an operator")
+    refused(lambda: resume(tmp_path / "run"), "the run cannot be resumed: UX is an operator")
     (tmp_path / "run" / "front.json").unlink()
     assert same(read_run(tmp_path / "run"), front)
     own = NSGA2(20, survival=RankAndCrowding(crowding_func="ce"))

@@ -145,7 +145,11 @@ def test_points_may_be_poses_in_a_csv_file(write, tmp_path):
         ("jerk = 100.0", 'jerk = "100 m/s^3"', "limits.jerk.*expected a number and a unit that converts to rad/s\\^3"),
         ("jerk = 100.0", "jerk = { elbow = 1.0 }", "unknown joint in limits.jerk 'elbow'; known: elbow_joint"),
         ("population = 12", "population = 2", "line 24: algorithm.population: .*greater than or equal to 4, got 2"),
-        ("population = 12", 'name = "ga"', "unknown algorithm 'ga'; known: nsga2, sms-emoa, spea2"),
+        (
+            "population = 12",
+            'name = "ga"',
+            "unknown algorithm 'ga'; known: nsga2, nsga3, rvea, sms-emoa, spea2, u-nsga3",
+        ),
         ("format = 1", "format = 2", "line 1: format: "),
         ("format = 1", "sead = 3", "line 1: sead: Extra inputs"),
         ('angle = "deg"', 'angle = "grad"', "line 2: angle: .*got 'grad'"),

@@ -7,6 +7,7 @@ adapter per algorithm names the latter.
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -130,7 +131,8 @@ def algorithm_of(found: Mapping[str, Any]) -> Algorithm:
             settings = dict(arguments[role])
             kind, _ = _OPERATORS[settings.pop("name")]
             arguments[role] = kind(**settings)
-        return adapter.algorithm(**arguments)
+        # A copy, since pymoo's default operators are one object for all algorithms of a class, and SPEA2's learns.
+        return copy.deepcopy(adapter.algorithm(**arguments))
     except (KeyError, TypeError, ValueError) as error:
         raise InvalidInputError(f"algorithm: cannot be made of {sorted(found)}: {error!r}") from error
 

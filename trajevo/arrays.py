@@ -45,6 +45,30 @@ def one_blas_thread() -> AbstractContextManager[Any]:
     return limit
 
 
+#: Rows that BLAS is given at a time: whole tiles of its kernels, few enough for one thread.
+_BLOCK = 48
+
+
+def row_products(rows: Array, matrix: Array) -> Array:
+    """Every row times a matrix, its digits those of the row alone: of no other row, nor of their number or order.
+
+    BLAS sums a row up in another order where it stands in a rest of a tile, or where it is the only one; here all
+    products are of one shape.
+
+    Args:
+        rows: shape (M, K).
+        matrix: shape (K, N).
+
+    Returns:
+        Shape (M, N).
+    """
+    blocks = -(-len(rows) // _BLOCK)
+    padded = np.zeros((blocks * _BLOCK, rows.shape[1]), dtype=rows.dtype)
+    padded[: len(rows)] = rows
+    products: Array = padded.reshape(blocks, _BLOCK, rows.shape[1]) @ matrix
+    return products.reshape(len(padded), matrix.shape[1])[: len(rows)]
+
+
 def numbers(values: Any, *, name: str, shape: tuple[str | int, ...]) -> Array:
     """Turn an argument into a float64 array of a given shape with finite entries.
 

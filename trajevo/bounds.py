@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
+from trajevo.arrays import Array, frozen, row_products
 from trajevo.errors import InvalidInputError
 
 #: Pieces that a piece is cut into; a whole polynomial is first cut into halves.
@@ -79,7 +79,7 @@ def local_greatest(values: Array, groups: Array) -> Array:
     Returns:
         Shape (groups,).
     """
-    candidates = values.real @ _and_ends(values.shape[1])
+    candidates = row_products(values.real, _and_ends(values.shape[1]))
     _, owner = _greatest_items(groups, candidates.max(axis=1))
     places = np.concatenate([gauss(values.shape[1])[0], [0.0, 1.0]])
     return _summits(values[owner], places[candidates[owner].argmax(axis=1)], 5)
@@ -95,20 +95,20 @@ def _searched(real: Array, count: int, tolerance: float) -> tuple[Array, Array, 
     best, place = highest[owner], gauss(size)[0][magnitude[owner].argmax(axis=1)]
     slack = rounding * best
     source = np.flatnonzero(lebesgue * highest > best[groups])
-    pieces, width = (real[source] @ cut).reshape(-1, size), 0.5
+    pieces, width = row_products(real[source], cut).reshape(-1, size), 0.5
     source, start = np.repeat(source, 2), np.tile([0.0, 0.5], len(source))
     for _ in range(_MOST_CUTS):
         ends, of = np.abs(pieces[:, [0, -1]]), groups[source]
-        higher = np.flatnonzero(ends.max(axis=1) > best[of])
-        present, item = _greatest_items(of[higher], ends[higher].max(axis=1))
+        at_end = np.maximum(ends[:, 0], ends[:, 1])
+        higher = np.flatnonzero(at_end > best[of])
+        present, item = _greatest_items(of[higher], at_end[higher])
         item = higher[item]
-        best[present], owner[present] = ends[item].max(axis=1), source[item]
+        best[present], owner[present] = at_end[item], source[item]
         place[present] = start[item] + width * ends[item].argmax(axis=1)
-        reach = np.maximum(pieces.max(axis=1), -pieces.min(axis=1))
-        left = reach + slack[of] > best[of] * (1.0 + tolerance)
+        left = np.abs(pieces).max(axis=1) + slack[of] > best[of] * (1.0 + tolerance)
         if not left.any():
             return best, owner, place
-        pieces, width = (pieces[left] @ _cut_again(size)).reshape(-1, size), width / _PIECES
+        pieces, width = row_products(pieces[left], _cut_again(size)).reshape(-1, size), width / _PIECES
         source = np.repeat(source[left], _PIECES)
         start = np.repeat(start[left], _PIECES) + np.tile(width * np.arange(_PIECES), int(left.sum()))
     raise _unprovable(tolerance, size)
@@ -127,8 +127,8 @@ def _greatest_items(groups: Array, magnitude: Array) -> tuple[Array, Array]:
 
 def _summits(rows: Array, place: Array, steps: int) -> Array:
     """Value at the summit that Newton's method climbs to from a place, or at the place if it does not climb."""
-    slopes = rows.real @ _slope(rows.shape[1])
-    bends = slopes @ _slope(rows.shape[1])
+    slopes = row_products(rows.real, _slope(rows.shape[1]))
+    bends = row_products(slopes, _slope(rows.shape[1]))
     at = place
     for _ in range(steps):
         basis = _basis(at, rows.shape[1])
@@ -148,8 +148,8 @@ def _at(rows: Array, place: Array) -> Array:
 
 def _basis(place: Array, size: int) -> Array:
     """What the values at the nodes are multiplied by to give those at places, (G, size)."""
-    basis: Array = np.polynomial.legendre.legvander(2.0 * place - 1.0, size - 1) @ _to_legendre(size).T
-    return basis
+    legendre = np.polynomial.legendre.legvander(2.0 * place - 1.0, size - 1)
+    return row_products(legendre, _to_legendre(size).T)
 
 
 def _summed(rows: Array, basis: Array) -> Array:

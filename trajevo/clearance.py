@@ -160,7 +160,8 @@ class _Search:
         q, v = (trajectory.at_shares(shares, order).reshape(B, S, 3, n) for order in (0, 1))
         t = trajectory.breaks[:, :-1, None] + shares * trajectory.segment_durations[:, :, None]
         ends = np.concatenate([q[:, :, :2].reshape(B, 2 * S, n), q[:, -1, 2:]], axis=1)
-        d = self.collision.distances(ends.reshape(-1, n)).reshape(B, 2 * S + 1, -1) - DISTANCE_ERROR
+        motion = np.repeat(np.arange(B), 2 * S + 1)
+        d = self.collision.distances(ends.reshape(-1, n), motion=motion).reshape(B, 2 * S + 1, -1) - DISTANCE_ERROR
         row, step, pair = (index.ravel() for index in np.indices((B, 2 * S, d.shape[2])))
         segment, half = step // 2, step % 2
         self._sample(row, pair, d[row, step, pair])
@@ -199,7 +200,7 @@ class _Search:
         padded[row, column] = instants[:, 1]
         q, v = (self.trajectory.evaluate(padded, derivative)[row, column] for derivative in (0, 1))
         order, d = np.argsort(state, kind="stable"), np.empty(len(t))
-        d[order] = self.collision.distances_of(q, state[order], work.pair[order]) - DISTANCE_ERROR
+        d[order] = self.collision.distances_of(q, state[order], work.pair[order], motion=row) - DISTANCE_ERROR
         return d, v[state]
 
     def _open(self, work: _Intervals) -> _Intervals:

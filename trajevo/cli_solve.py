@@ -106,7 +106,7 @@ def solve(
         arguments = _with_settings({key: value for key, value in given.items() if value is not None}, set_ or [])
         to_solve, folder = load_problem(problem, **arguments), out or Path("runs") / problem
         _refuse_together(search, own | {"generations": generations, "time-limit": time_limit}, to_solve)
-        settings = algorithm_settings(algorithm or "nsga2", own, to_solve.evolution.population)
+        settings = algorithm_settings(algorithm or "nsga2", own, to_solve)
         _claim(folder, overwrite)
         seed = 1 if seed is None else seed
         if method == "nnc":

@@ -12,7 +12,7 @@ from typing import Any, final
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import Array, frozen, numbers
+from trajevo.arrays import Array, frozen, numbers, row_products
 from trajevo.errors import InvalidInputError
 from trajevo.robot import Robot
 from trajevo.scene import Scene
@@ -49,11 +49,12 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class _Made:
-    """Geometry, the pairs in its order, and those that always touch."""
+    """Geometry, the pairs in its order, those that always touch, and buffers for distances that nobody used."""
 
     geometry: Any
     pairs: tuple[Pair, ...]
     skipped: tuple[Pair, ...]
+    unused: Any
 
 
 @final
@@ -93,43 +94,50 @@ class Collision:
         """Pairs of links that are not watched because they touch in nearly every configuration."""
         return self._made().skipped
 
-    def distances(self, q: Array) -> Array:
+    def distances(self, q: Array, *, motion: Array | None = None) -> Array:
         """Signed distances of all pairs; where two solids overlap, minus the depth.
 
         Args:
             q: joint positions, shape (N, n_joints) [rad or m].
+            motion: number of the motion that each state is of, from 0 on, shape (N,); all of one if None. Where the
+                states of a motion follow each other, their last digits depend on those of no other motion.
 
         Returns:
             Shape (N, n_pairs) [m].
         """
         configurations = self._configurations(q)
-        geometry, places, data = self._buffers()
-        distances = np.empty((len(configurations), len(self.pairs)))
+        geometry, places, data, requests = self._buffers()
+        distances, last = np.empty((len(configurations), len(self.pairs))), -1
         # One call in C++ per state: neither Pinocchio nor coal returns distances of a batch.
-        for row, configuration in zip(distances, configurations, strict=True):
+        for row, configuration, number in zip(distances, configurations, _motions(motion, len(q)), strict=True):
+            if number != last:
+                data.distanceRequests, last = requests, number
             pin.computeDistances(self.robot.model, places, geometry, data, configuration)
             row[:] = [result.min_distance for result in data.distanceResults]
         return _plausible(distances)
 
-    def distances_of(self, q: Array, state: Array, pair: Array) -> Array:
+    def distances_of(self, q: Array, state: Array, pair: Array, *, motion: Array | None = None) -> Array:
         """Signed distances of some pairs in some states, cheaper than all where few are asked for.
 
         Args:
             q: joint positions, shape (N, n_joints) [rad or m].
             state: rows of ``q``, shape (K,), ascending.
             pair: indices of pairs, shape (K,).
+            motion: as for :meth:`distances`, shape (N,).
 
         Returns:
             Shape (K,) [m].
         """
         configurations = self._configurations(q)
-        geometry, places, data = self._buffers()
-        distances, last = np.empty(len(state)), -1
-        for k, (row, number) in enumerate(zip(state.tolist(), pair.tolist(), strict=True)):  # as above
-            if row != last:
+        geometry, places, data, requests = self._buffers()
+        motions, distances, last, last_row = _motions(motion, len(q)), np.empty(len(state)), -1, -1
+        for k, (row, watched) in enumerate(zip(state.tolist(), pair.tolist(), strict=True)):  # as above
+            if motions[row] != last:
+                data.distanceRequests, last = requests, motions[row]
+            if row != last_row:
                 pin.updateGeometryPlacements(self.robot.model, places, geometry, data, configurations[row])
-                last = row
-            distances[k] = pin.computeDistance(geometry, data, number).min_distance
+                last_row = row
+            distances[k] = pin.computeDistance(geometry, data, watched).min_distance
         return _plausible(distances)
 
     def reach(self, lower: Array, upper: Array) -> Array:
@@ -163,7 +171,7 @@ class Collision:
         while joint > 0:
             column, axis = model.joints[joint].idx_v, axes[joint - 1]
             if turns[joint - 1]:
-                on_axis = np.outer(centres @ axis, axis)
+                on_axis = np.outer(np.sum(centres * axis, axis=1), axis)
                 radii = radii + np.linalg.norm(centres - on_axis, axis=1)
                 # A solid on the axis of its joint still counts as carried by it.
                 found[:, column], centres = np.maximum(radii, np.finfo(float).tiny), on_axis
@@ -172,7 +180,7 @@ class Collision:
                 centres = centres + np.outer(0.5 * (lower[:, column] + upper[:, column]), axis)
                 radii = radii + 0.5 * (upper[:, column] - lower[:, column])
             placement = model.jointPlacements[joint]
-            centres = centres @ placement.rotation.T + placement.translation
+            centres = row_products(centres, placement.rotation.T) + placement.translation
             joint = model.parents[joint]
         return found
 
@@ -181,10 +189,11 @@ class Collision:
         still = np.zeros_like(actuated)
         return self.robot.transmission.motion(actuated, still, still)[0]
 
-    def _buffers(self) -> tuple[Any, Any, Any]:
-        # Fresh ones for every call: coal starts from where it ended, so the last digits depend on what came before.
-        geometry = self._made().geometry
-        return geometry, self.robot.model.createData(), _distance_data(geometry)
+    def _buffers(self) -> tuple[Any, Any, Any, Any]:
+        # coal notes in the requests where it ended and starts from there, which is fast along a motion; so that digits
+        # do not depend on other motions, every one begins with a copy of requests that nobody used.
+        made = self._made()
+        return made.geometry, self.robot.model.createData(), made.geometry.createData(), made.unused.distanceRequests
 
     def _made(self) -> _Made:
         if "made" not in self._cache:
@@ -213,7 +222,7 @@ class Collision:
         names = [entry.name for entry in own] + [obstacle.name for obstacle in self.scene.obstacles]
         pairs = [Pair(names[i], names[j], j < len(own)) for i, j in kept]
         skipped = [Pair(names[i], names[j], True) for i, j in touching]
-        return _Made(geometry, tuple(pairs), tuple(skipped))
+        return _Made(geometry, tuple(pairs), tuple(skipped), _distance_data(geometry))
 
     def _touching(self, geometry: Any, inside: list[tuple[int, int]]) -> list[tuple[int, int]]:
         if not inside:
@@ -255,6 +264,11 @@ def _distance_data(geometry: Any) -> Any:
     for request in data.distanceRequests:
         request.gjk_tolerance, request.gjk_max_iterations = _TOLERANCE, 1000
     return data
+
+
+def _motions(motion: Array | None, count: int) -> list[int]:
+    """Numbers of the motions that states are of."""
+    return [0] * count if motion is None else motion.tolist()
 
 
 def _plausible(distances: Array) -> Array:

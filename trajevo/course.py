@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from trajevo import hull, polynomials
-from trajevo.arrays import Array, frozen, read_only
+from trajevo.arrays import Array, frozen, read_only, row_products
 from trajevo.bounds import gauss, greatest_magnitude, least_tolerance, local_greatest
 from trajevo.curve import GeometricPath
 from trajevo.errors import InvalidInputError
@@ -165,7 +165,7 @@ class Course:
     @cached_property
     def _coefficients(self) -> Array:
         """Powers of the share of the span, ascending, shape (order, B, n_spans)."""
-        flat = self.control_points @ _pieces(self.order, self.control_points.shape[1])
+        flat = row_products(self.control_points, _pieces(self.order, self.control_points.shape[1]))
         return np.ascontiguousarray(np.moveaxis(flat.reshape(len(self), self.order, self.n_spans), 1, 0))
 
     @cached_property

@@ -66,7 +66,9 @@ def evolve(
     try:
         with shown, one_blas_thread(), Stopping() as stopping:
             while solver.has_next() and not stopping:
-                solver.next()
+                # pymoo's NSGA-III silences all warnings of Python, ours among them.
+                with warnings.catch_warnings():
+                    solver.next()
                 shown.update(watch.close(len(watch.evaluations) + 1, evaluator.n_eval))
                 keeper.generation_done()
             keeper.save()

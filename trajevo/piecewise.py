@@ -113,7 +113,8 @@ class PolynomialBatch(TrajectoryBatch):
         order = checked_order(derivative)
         nodes, weights = np.polynomial.legendre.leggauss(max(self.degree - order, 0) + 1)
         powers = _powers(tuple((0.5 * (nodes + 1.0)).tolist()), order, self.degree)
-        flat = np.swapaxes(self._unit_coefficients, 2, 3).reshape(-1, self.degree + 1)
+        # Trajectory by trajectory, so that the digits of one do not depend on how many there are.
+        flat = np.swapaxes(self._unit_coefficients, 2, 3).reshape(len(self), -1, self.degree + 1)
         per_segment = (np.square(flat @ powers.T) @ (0.5 * weights)).reshape(*self.coefficients.shape[:3])
         factor = self.segment_durations ** (1 - 2 * order)
         return frozen((per_segment * factor[:, :, None]).sum(axis=1))

@@ -82,9 +82,10 @@ class Expansion:
 class TrajectoryProblem(Problem):
     """A multi-objective trajectory problem that stock pymoo can minimise.
 
-    Variables, objectives and constraints are SI. An individual whose evaluation raises or gives NaN has infinite
-    objectives and constraints and says why in its ``"failure"``: it loses every comparison and never enters a front,
-    and the others are not touched.
+    Variables, objectives and constraints are SI. To the bit, what an individual gets does not depend on what else is
+    evaluated with it, in which order or on how many threads. An individual whose evaluation raises or gives NaN has
+    infinite objectives and constraints and says why in its ``"failure"``: it loses every comparison and never enters a
+    front, and the others are not touched.
 
     Attributes:
         registered_name: name under which the problem is registered in the entry-point group ``trajevo.problems``;

@@ -18,6 +18,7 @@ from trajevo.problem import TrajectoryProblem
 from trajevo.records import ProblemRecord, installed_versions
 from trajevo.registry import load_problem
 from trajevo.run_folder import Manifest, RunFolder
+from trajevo.tournaments import seeded
 
 #: Algorithms whose generations depend on how many are planned, so that a finished run is no beginning of a longer one.
 _PLANNED = ("RVEA",)
@@ -52,8 +53,11 @@ def begin(
     """Run an algorithm that was set up as a manifest says; in a folder where one is given, its front in it at the end.
 
     Raises:
-        InvalidInputError: the folder holds a run or cannot be written.
+        InvalidInputError: the algorithm draws past its seed, or the folder holds a run or cannot be written.
     """
+    reason = seeded(solver)
+    if reason is not None:
+        raise InvalidInputError(f"algorithm: {reason}")
     if out is None:
         return evolve(problem, solver, manifest, folder=None, progress=progress)
     run = RunFolder(out)
@@ -94,6 +98,7 @@ def resume(
         raise InvalidInputError(f"{run.folder}: the run cannot be resumed: {manifest.not_resumable}")
     to_solve = _problem(manifest.problem, problem, run)
     solver = algorithm_of(manifest.algorithm)
+    seeded(solver)
     with run.alone():
         if generations is not None:
             manifest = _longer(manifest, generations, run)

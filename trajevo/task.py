@@ -70,7 +70,7 @@ class Task:
             out=out,
             overwrite=overwrite,
             progress=progress,
-            **algorithm_settings(name, own, self.problem.evolution.population),
+            **algorithm_settings(name, own, self.problem),
         )
 
 
