@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import Array, frozen
+from trajevo.arrays import Array, frozen, usable_threads
 from trajevo.errors import InvalidInputError
 from trajevo.payload import Payload, carrying, kilogram, probe
 from trajevo.robot import Friction, Robot
@@ -30,7 +30,7 @@ class Dynamics:
         robot: the robot; it is not touched.
         payload: what it carries; a mass of 0 changes nothing.
         samples: instants per segment at which effort is computed, both ends included (Gauss-Lobatto nodes).
-        threads: threads of Pinocchio; the results are the same for any number.
+        threads: threads of Pinocchio; the results are the same for any number. A forked process uses one.
 
     Raises:
         InvalidInputError: fewer than 2 samples or fewer than 1 thread.
@@ -103,7 +103,7 @@ class Dynamics:
         torque = np.empty_like(flat[0])
         if name not in self._pools:
             self._pools[name] = pin.ModelPool(self._model(name), self.threads)
-        pin.rneaInParallel(self.threads, self._pools[name], *(x.T for x in flat), torque.T)
+        pin.rneaInParallel(usable_threads(self.threads), self._pools[name], *(x.T for x in flat), torque.T)
         return torque.reshape(q.shape)
 
     def _model(self, name: str) -> Any:
