@@ -101,3 +101,22 @@ def test_a_process_that_ignores_the_keyboard_goes_on_ignoring_it():
             assert stopping.asked_by == "SIGTERM"
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def test_what_is_around_a_run_is_asked_to_stop_too():
+    with Stopping() as around:
+        optimise(signalling(signal.SIGINT, SMALL["generations"]), seed=1, **SMALL)
+        assert around.asked_by == "SIGINT"
+
+
+def test_a_second_interrupt_aborts_what_is_around_a_run_too():
+    before = signal.getsignal(signal.SIGINT)
+
+    def asked_twice():
+        with Stopping():
+            optimise(signalling(signal.SIGINT, 2), seed=1, **SMALL)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        asked_twice()
+    assert signal.getsignal(signal.SIGINT) is before

@@ -14,6 +14,8 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 class Stopping:
     """Takes SIGINT (the keyboard) and SIGTERM while it lasts; outside of Python's main thread it takes none.
 
+    One around it, as of a study around a run, is asked as well.
+
     Attributes:
         asked_by: name of the signal that asked to stop, empty while none did.
     """
@@ -41,6 +43,9 @@ class Stopping:
         """A second signal is handled as it was before this came, and so are those after it."""
         if not self:
             self.asked_by = signal.Signals(number).name
+            around = getattr(self._before.get(signal.Signals(number)), "__self__", None)
+            if isinstance(around, Stopping):
+                around.asked_by = around.asked_by or self.asked_by
             return
         self._give_back()
         if number == signal.SIGINT:
