@@ -17,6 +17,7 @@ from rich.table import Table
 from trajevo.animation import animate
 from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.cli_solve import REPORT_FILE, resume, solve
+from trajevo.cli_study import app as study_app
 from trajevo.errors import TrajevoError
 from trajevo.example_task import write_example
 from trajevo.export import FORMATS, FRONT_FORMATS, extension
@@ -37,6 +38,7 @@ app = typer.Typer(
 _out = Console(soft_wrap=True, highlight=False)
 
 app.command()(solve)
+app.add_typer(study_app, name="study")
 app.command()(resume)
 
 _RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]

@@ -99,7 +99,7 @@ def optimise(
         "mutation_index": mutation_index,
     }
     if algorithm is None:
-        solver, settings = _nsga2(problem.evolution, own)
+        solver, settings = nsga2(problem.evolution, own)
         if initial is not None:
             began = _first_population(problem, initial, settings["population"], seed)
             solver.initialization.sampling, settings["initial"] = began
@@ -116,7 +116,16 @@ def optimise(
     return begin(problem, solver, manifest, out=out, overwrite=overwrite, progress=progress)
 
 
-def _nsga2(evolution: Evolution, own: dict[str, Any]) -> tuple[Algorithm, dict[str, Any]]:
+def nsga2(evolution: Evolution, own: dict[str, Any]) -> tuple[Algorithm, dict[str, Any]]:
+    """NSGA-II and its settings.
+
+    Args:
+        evolution: settings of the problem's paper.
+        own: settings that go before them, by the names that :func:`optimise` has for them.
+
+    Raises:
+        InvalidInputError: a setting that cannot be used; the message names it.
+    """
     settings: dict[str, Any] = asdict(evolution) | {name: value for name, value in own.items() if value is not None}
     settings.setdefault("offsprings", settings["population"])
     for name, least in (("population", 4), ("offsprings", 1)):

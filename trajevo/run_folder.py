@@ -122,7 +122,7 @@ class RunFolder:
         except OSError as error:
             raise self._unwritable(error) from error
         with lock:
-            if not _locked(lock.fileno()):
+            if not locked(lock.fileno()):
                 raise InvalidInputError(f"{self.folder}: another process is at this run")
             yield
 
@@ -255,15 +255,21 @@ def block_of(generations: Sequence[int], parts: Sequence[tuple[Array, Array, Arr
     return Block(np.repeat(np.array(generations, dtype=np.int64), counts), *columns)
 
 
-def _locked(handle: int) -> bool:
-    """Whether this process could lock an open file; True where the system has no such locks."""
+def locked(handle: int) -> bool:
+    """Whether this process could lock an open file; True where the system has no such locks.
+
+    Args:
+        handle: descriptor of the file, open for writing; closing any other of the same file lets go of the lock.
+    """
     if sys.platform == "win32":
         return True
     try:
         # Of the process and not of the file: a child that outlives its parent does not hold the run.
         fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except (BlockingIOError, PermissionError):
         return False
+    except OSError:
+        return True
     return True
 
 

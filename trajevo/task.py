@@ -86,10 +86,19 @@ def load_task(file: str | Path) -> Task:
     """
     path = Path(file)
     settings, where = read_task(path)
-    return Task(path, settings, _problem(settings, where))
+    return Task(path, settings, task_problem(settings, where))
 
 
-def _problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
+def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
+    """The problem that a task sets.
+
+    Args:
+        settings: the keys of its file.
+        where: their lines; relative paths count from the folder of its file.
+
+    Raises:
+        InvalidInputError: a value that cannot be used; the message names file, line and key.
+    """
     to_rad = math.pi / 180.0 if settings.angle == "deg" else 1.0
     folder = where.file.resolve().parent
     with where.at("robot"):

@@ -91,7 +91,9 @@ class _Constraints(_Strict):
     longest_time: _Number | None = None
 
 
-class _Algorithm(_Strict):
+class AlgorithmSettings(_Strict):
+    """An algorithm by name and what it is run with; what is left out is the problem's."""
+
     name: str = "nsga2"
     generations: Annotated[int, pydantic.Field(strict=True, ge=1)] | None = None
     population: Annotated[int, pydantic.Field(strict=True, ge=4)] | None = None
@@ -120,7 +122,7 @@ class TaskSettings(_Strict):
     constraints: _Constraints = _Constraints()
     scene: dict[str, Any] | None = None
     reference_point: list[_Number] | None = None
-    algorithm: _Algorithm = _Algorithm()
+    algorithm: AlgorithmSettings = AlgorithmSettings()
     seed: Annotated[int, pydantic.Field(strict=True, ge=0)] = 1
     samples: Annotated[int, pydantic.Field(strict=True, ge=2)] = 6
 
@@ -132,15 +134,32 @@ def read_task(file: Path) -> tuple[TaskSettings, Places]:
         InvalidInputError: it cannot be read, or a key is missing, unknown or of another kind; the message names file,
             line and key.
     """
+    content, places = read_toml(file)
+    return checked_settings(content, places), places
+
+
+def read_toml(file: Path) -> tuple[dict[str, Any], Places]:
+    """Content of a TOML file, and the lines of its keys.
+
+    Raises:
+        InvalidInputError: it cannot be read.
+    """
     try:
         text = file.read_text(encoding="utf-8")
-        content = tomllib.loads(text)
+        return tomllib.loads(text), Places(file, key_lines(text))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise InvalidInputError(f"{file}: cannot be read as TOML: {why}") from error
-    places = Places(file, key_lines(text))
+
+
+def checked_settings(content: dict[str, Any], places: Places) -> TaskSettings:
+    """The content of a task's file as its keys.
+
+    Raises:
+        InvalidInputError: a key is missing, unknown or of another kind; the message names it.
+    """
     try:
-        return TaskSettings.model_validate(content), places
+        return TaskSettings.model_validate(content)
     except pydantic.ValidationError as error:
         raise InvalidInputError(places.told(_deepest(error))) from error
 

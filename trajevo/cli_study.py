@@ -1,0 +1,142 @@
+"""The commands ``trajevo study``: run, status, collect."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Column, Table
+
+from trajevo.errors import InvalidInputError
+from trajevo.run_folder import RunFolder
+from trajevo.runs import standing
+from trajevo.study import Study
+from trajevo.study_cluster import DaskCluster
+from trajevo.study_collect import collect as collect_results
+from trajevo.study_engines import START_METHODS, Engine, InProcess, Processes
+from trajevo.study_file import load_study
+from trajevo.study_folder import STATES, StudyFolder
+from trajevo.study_report import StudyReport, write_study
+from trajevo.study_results import StudyResults
+from trajevo.study_run import StudyStanding, run_study, study_standing
+
+app = typer.Typer(help="Many runs: the product of factors, on one machine or a cluster.", no_args_is_help=True)
+_out = Console(soft_wrap=True, highlight=False)
+
+_Folder = Annotated[Path, typer.Argument(help="Folder of a study.")]
+
+
+@app.command()
+def run(
+    study: Annotated[Path, typer.Argument(help="File study.toml, or the folder of a study to go on with.")],
+    out: Annotated[Path | None, typer.Option(help="Folder of the study; runs/STUDY if not given.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Cells at a time, each in a process; with --dask all cores if not given.")
+    ] = None,
+    start_method: Annotated[
+        str | None, typer.Option(help=f"How processes are started: {', '.join(START_METHODS)}.")
+    ] = None,
+    dask: Annotated[bool, typer.Option("--dask", help="On a Dask cluster of this machine.")] = False,
+    scheduler: Annotated[
+        str | None, typer.Option(help="On the Dask cluster with this scheduler, as tcp://host:8786.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+) -> None:
+    """Run the cells of a study that are not finished; exit code 1 if a cell has failed."""
+    engine = _engine(workers, start_method, dask, scheduler)
+    if study.is_dir():
+        if out is not None:
+            raise InvalidInputError("--out: a study that is gone on with stays in its folder")
+        to_run, folder = Study.of(StudyFolder(study).record()), study
+    else:
+        to_run, folder = load_study(study), out or Path("runs") / study.stem
+    stands = run_study(to_run, folder, engine=engine, progress=not quiet)
+    _print_standing(stands, folder)
+    if stands.stopped_by:
+        _out.print(f"stopped by {stands.stopped_by}; next: trajevo study run {folder}")
+        raise typer.Exit(128 + signal.Signals[stands.stopped_by])
+    if not stands.finished:
+        _out.print(f"next: trajevo study run {folder} tries the failed cells again")
+        raise typer.Exit(1)
+    _out.print(f"next: trajevo study collect {folder}")
+
+
+@app.command()
+def status(folder: _Folder) -> None:
+    """Tell where a study stands, while it runs or after."""
+    _print_standing(study_standing(folder), folder)
+
+
+@app.command()
+def collect(
+    folder: _Folder,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results; the study's if not given.")] = None,
+) -> None:
+    """Write tables, comparisons and pictures of what a study has found so far."""
+    results = collect_results(folder)
+    report = write_study(results, out)
+    _print_results(results, report)
+
+
+def _engine(workers: int | None, start_method: str | None, dask: bool, scheduler: str | None) -> Engine:
+    if dask or scheduler is not None:
+        if start_method is not None:
+            raise InvalidInputError("--start-method: Dask starts its workers itself")
+        if dask and scheduler is not None:
+            raise InvalidInputError("--dask: makes a cluster of its own; leave it out with --scheduler")
+        return DaskCluster(workers, scheduler=scheduler)
+    if start_method is None and (workers or 1) == 1:
+        return InProcess()
+    return Processes(workers or 1, start_method=start_method or START_METHODS[0])
+
+
+def _print_standing(stands: StudyStanding, folder: Path) -> None:
+    table = Table("state", Column("cells", justify="right"), box=SIMPLE)
+    for state in STATES:
+        if stands.count(state):
+            table.add_row(state, str(stands.count(state)))
+    table.add_row("all", str(len(stands.cells)))
+    _out.print(table)
+    place = StudyFolder(folder)
+    for one in stands.cells:
+        if one.state in ("running", "stopped") and RunFolder(place.cell(one.cell.name)).begun:
+            at = standing(place.cell(one.cell.name))
+            _out.print(f"{one.state}: {one.cell.name}: generation {at.generation} of {at.generations}", markup=False)
+        elif one.failure is not None:
+            _out.print(f"failed: {one.cell.name}: {one.failure.sentence}", markup=False)
+    if stands.count("failed"):
+        _out.print(f"tracebacks: {place.cell('CELL') / 'failure.json'}", markup=False)
+
+
+def _print_results(results: StudyResults, report: StudyReport) -> None:
+    _out.print(f"{len(results.cells)} cells finished, {results.unfinished} not")
+    _out.print(escape(results.origin))
+    frame = results.table()
+    for factor in results.record.factors:
+        table = Table(factor, "runs", "median", "quartiles", "time of a run", box=SIMPLE)
+        for level in results.levels(factor):
+            own = frame[frame[factor] == level]
+            if len(own):
+                low, middle, high = own["hypervolume"].quantile([0.25, 0.5, 0.75])
+                seconds = f"{own['seconds'].median():.2f} s"
+                table.add_row(_shown(level), str(len(own)), f"{middle:.5f}", f"{low:.5f}, {high:.5f}", seconds)
+        _out.print(table)
+    if report.comparisons:
+        table = Table("factor", "levels", "pairs", "difference", "effect", "p", "p, Holm", box=SIMPLE)
+        for one in report.comparisons:
+            cells = f"{one.difference:.3g}", f"{one.effect:.2f}", f"{one.p:.3g}", f"{one.p_holm:.3g}"
+            table.add_row(one.factor, f"{_shown(one.first)} - {_shown(one.second)}", str(one.pairs), *cells)
+        _out.print("Wilcoxon signed-rank tests over matched cells, p values corrected by Holm's method:")
+        _out.print(table)
+    for note in report.notes:
+        _out.print(note, markup=False)
+    _out.print(f"written: {', '.join(map(str, report.files))}", markup=False)
+
+
+def _shown(level: object) -> str:
+    return f"{level:g}" if isinstance(level, int | float) else escape(str(level))

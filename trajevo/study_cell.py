@@ -1,0 +1,115 @@
+"""One cell of a study, run from plain data: the same code in this process, in a pool's and on a cluster."""
+
+from __future__ import annotations
+
+import platform
+import traceback
+from contextlib import suppress
+from pathlib import Path
+from typing import Literal, TypedDict
+
+from threadpoolctl import threadpool_limits
+
+from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.front import Front
+from trajevo.optimise import optimise
+from trajevo.registry import load_problem
+from trajevo.run_folder import RunFolder
+from trajevo.runs import resume
+from trajevo.study_folder import Failure, StudyFolder
+from trajevo.study_jobs import Job, solver_settings
+from trajevo.study_record import canonical
+
+
+class Outcome(TypedDict):
+    """What became of a cell that was handed out.
+
+    Attributes:
+        cell: its name.
+        state: ``held`` while another process runs it, ``interrupted`` if a signal stopped it.
+        said: why it failed, or which signal; else empty.
+    """
+
+    cell: str
+    state: Literal["finished", "failed", "held", "interrupted"]
+    said: str
+
+
+def run_cell(job: Job, folder: str) -> Outcome:
+    """Run a cell, go on with it where it was begun, or do nothing where it is finished or runs elsewhere.
+
+    Whatever the run raises is recorded in the cell's folder and returned, not raised.
+
+    Args:
+        job: the cell as plain data.
+        folder: the study's folder.
+
+    Raises:
+        InvalidInputError: the folder does not hold the study here, as on a machine that does not see it.
+    """
+    study, name = StudyFolder(folder), job["cell"]
+    if not study.study_file.exists():
+        raise InvalidInputError(
+            f"{folder}: the machine {platform.node()} does not see the study there; put it where all workers can"
+        )
+    try:
+        with study.claimed(name) as mine:
+            if not mine:
+                return Outcome(cell=name, state="held", said="")
+            if study.finished(name):
+                return Outcome(cell=name, state="finished", said="")
+            front = _run(job, study.cell(name))
+            study.forgive(name)
+            if front.run.interrupted:
+                return Outcome(cell=name, state="interrupted", said=front.run.stopped_by)
+            if not study.finished(name):
+                raise InvalidInputError(f"{study.cell(name)}: the front could not be written there")
+            return Outcome(cell=name, state="finished", said="")
+    except Exception as error:  # noqa: BLE001 - whatever one cell raises must not end the others
+        said = str(error) if isinstance(error, TrajevoError) else f"{type(error).__name__}: {error}"
+        return _failed(study, name, said, traceback.format_exc())
+
+
+def run_cell_in_worker(job: Job, folder: str) -> Outcome:
+    """Run a cell in a process that does nothing else: matrix products have one thread from now on.
+
+    Two cells in threads of one process would otherwise undo each other's limit.
+
+    Args:
+        job: as for :func:`run_cell`.
+        folder: as for :func:`run_cell`.
+
+    Raises:
+        InvalidInputError: as for :func:`run_cell`.
+    """
+    threadpool_limits(limits=1, user_api="blas")
+    return run_cell(job, folder)
+
+
+def lost_cell(job: Job, folder: str, said: str) -> Outcome:
+    """Record that a cell failed which could not tell so itself.
+
+    Args:
+        job: the cell.
+        folder: the study's folder.
+        said: what happened to it.
+    """
+    return _failed(StudyFolder(folder), job["cell"], said, "")
+
+
+def _failed(study: StudyFolder, name: str, said: str, trace: str) -> Outcome:
+    with suppress(OSError):
+        study.fail(name, Failure(sentence=said, traceback=trace, host=platform.node()))
+    return Outcome(cell=name, state="failed", said=said)
+
+
+def _run(job: Job, folder: Path) -> Front:
+    run = RunFolder(folder)
+    if run.begun:
+        manifest = run.manifest()
+        if manifest.seed != job["seed"] or canonical(manifest.problem.settings) != canonical(job["arguments"]):
+            raise InvalidInputError(f"{folder} holds another run than this cell's; remove it")
+        return resume(folder, progress=False)
+    run.clear()
+    problem = load_problem(job["problem"], **job["arguments"])
+    return optimise(problem, seed=job["seed"], out=folder, progress=False, **solver_settings(job["search"], problem))

@@ -1,0 +1,161 @@
+"""Cells of a study on a Dask cluster: one of this machine's own, or any whose scheduler has an address."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, final
+
+from trajevo.errors import InvalidInputError
+from trajevo.stopping import Stopping
+from trajevo.study_cell import Outcome, lost_cell, run_cell_in_worker
+from trajevo.study_engines import DYING, POLL, Engine, checked_workers
+from trajevo.study_folder import STUDY_FILE
+from trajevo.study_jobs import Job
+
+#: How long a scheduler and its first worker are waited for [s].
+_PATIENCE = 30.0
+
+
+@final
+class DaskCluster(Engine):
+    """Cells on a cluster of ``dask.distributed``; a worker that dies is replaced and its cell goes on elsewhere.
+
+    Args:
+        workers: of a cluster on this machine, made for the study and closed after it; as many as there are cores if
+            None. A script that uses it needs ``if __name__ == "__main__":``.
+        scheduler: address of a cluster that is there, such as ``"tcp://host:8786"``, in place of workers. All its
+            workers need trajevo of the same version and must see the study's folder.
+
+    Raises:
+        InvalidInputError: ``distributed`` is not installed, no worker, or workers and a scheduler.
+    """
+
+    def __init__(self, workers: int | None = None, *, scheduler: str | None = None) -> None:
+        _distributed()
+        if scheduler is not None and workers is not None:
+            raise InvalidInputError("workers: the cluster behind a scheduler has workers of its own")
+        if scheduler is not None and not isinstance(scheduler, str):
+            raise InvalidInputError(f"scheduler: expected an address such as 'tcp://host:8786', got {scheduler!r}")
+        self._scheduler = scheduler
+        self._workers = None if scheduler else checked_workers(os.cpu_count() if workers is None else workers)
+
+    @property
+    def workers(self) -> int | None:
+        """Workers of its own; those of a cluster that is there come and go."""
+        return self._workers
+
+    def run(self, jobs: Sequence[Job], folder: str, stopping: Stopping) -> Iterator[Outcome]:
+        """See :meth:`Engine.run`. Cells that run behind a scheduler are not stopped: they end there."""
+        with ExitStack() as stack:
+            client = self._client(stack, any("time_limit" in job["search"] for job in jobs))
+            _check(client, folder)
+            waiting = {client.submit(run_cell_in_worker, job, folder, pure=False): job for job in jobs}
+            stack.callback(_cancel, client, waiting)
+            ended = _distributed().as_completed(list(waiting))
+            while waiting and not stopping:
+                for future in ended.next_batch(block=False):
+                    yield _outcome(future, waiting.pop(future), folder)
+                time.sleep(POLL / 2.0)
+
+    def _client(self, stack: ExitStack, processes: bool) -> Any:
+        distributed = _distributed()
+        if self._workers is not None:
+            own: AbstractContextManager[Any] = _own_cluster(stack, self._workers, processes)
+            return stack.enter_context(distributed.Client(stack.enter_context(own)))
+        try:
+            client = stack.enter_context(distributed.Client(self._scheduler, timeout=_PATIENCE))
+        except (OSError, ValueError, TypeError) as error:
+            raise InvalidInputError(f"scheduler: none answers at {self._scheduler!r}: {error}") from error
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except TimeoutError as error:
+            raise InvalidInputError(f"scheduler: {self._scheduler} has no workers") from error
+        return client
+
+
+def _own_cluster(stack: ExitStack, workers: int, processes: bool) -> Any:
+    import dask
+
+    settings: dict[str, Any] = {
+        # The allocator gives every freed block back to the system with it, which costs 8 to 16 % of the time.
+        "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
+        # Imports what cells need, and leaves the keyboard to the process that hands them out.
+        "distributed.worker.preload": [__name__],
+    }
+    if processes:
+        settings["distributed.worker.daemon"] = False
+    stack.enter_context(dask.config.set(settings))
+    try:
+        return _distributed().LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            # Any free port, as several clusters may run on a machine.
+            dashboard_address=":0",
+            # What happens to workers is told by the outcomes of their cells.
+            silence_logs=logging.CRITICAL,
+        )
+    except RuntimeError as error:
+        raise InvalidInputError(DYING) from error
+
+
+def dask_setup(worker: Any) -> None:
+    """What Dask calls in each worker of an own cluster as it begins.
+
+    Args:
+        worker: the worker.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _check(client: Any, folder: str) -> None:
+    """Make sure that every worker sees the study and has the same trajevo."""
+    content = (Path(folder) / STUDY_FILE).read_bytes()
+    for worker, seen in client.run(_seen, folder, on_error="return").items():
+        if isinstance(seen, Exception):
+            raise InvalidInputError(f"worker {worker}: cannot use trajevo: {type(seen).__name__}: {seen}")
+        if seen[0] != version("trajevo"):
+            raise InvalidInputError(f"worker {worker}: has trajevo {seen[0]}, this is {version('trajevo')}")
+        if seen[1] != content:
+            raise InvalidInputError(
+                f"worker {worker}: does not see the study's folder {folder}; put it where all workers can"
+            )
+
+
+def _seen(folder: str) -> tuple[str, bytes | None]:
+    file = Path(folder) / STUDY_FILE
+    return version("trajevo"), file.read_bytes() if file.is_file() else None
+
+
+def _outcome(future: Any, job: Job, folder: str) -> Outcome:
+    error = future.exception()
+    if error is None:
+        outcome: Outcome = future.result()
+        return outcome
+    if isinstance(error, InvalidInputError):
+        raise error
+    if isinstance(error, _distributed().scheduler.KilledWorker):
+        return lost_cell(job, folder, "the workers that ran it died, as when memory runs out")
+    return lost_cell(job, folder, f"{type(error).__name__}: {error}")
+
+
+def _cancel(client: Any, waiting: dict[Any, Job]) -> None:
+    if waiting:
+        client.cancel(list(waiting))
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError as error:
+        raise InvalidInputError(
+            "a Dask cluster needs the package distributed: pip install 'trajevo[cluster]'"
+        ) from error
+    return distributed

@@ -1,0 +1,198 @@
+"""The folder of a study: ``study.json``, and in ``cells`` a run's folder for every cell, with its failure and lock."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, final
+
+import pydantic
+
+from trajevo.errors import InvalidInputError
+from trajevo.files import write_whole
+from trajevo.records import Record
+from trajevo.run_folder import RunFolder, locked
+from trajevo.study_record import Cell, StudyRecord, canonical, cells_of
+
+STUDY_FILE, CELLS_FOLDER, FAILURE_FILE, CLAIM_FILE = "study.json", "cells", "failure.json", ".claim"
+
+#: What a cell can be: ``stopped`` is begun and not running, it goes on when the study is run again.
+State = Literal["finished", "running", "failed", "stopped", "waiting"]
+STATES: tuple[State, ...] = ("finished", "running", "failed", "stopped", "waiting")
+
+
+class Failure(Record):
+    """Why a cell failed: one sentence, the whole traceback, and the machine it ran on."""
+
+    sentence: str
+    traceback: str
+    host: str
+
+
+@dataclass(frozen=True)
+class CellStanding:
+    """Where a cell stands.
+
+    Attributes:
+        cell: the cell.
+        state: what it is, one of :data:`STATES`.
+        failure: why it failed, or None.
+    """
+
+    cell: Cell
+    state: State
+    failure: Failure | None
+
+
+@final
+class StudyFolder:
+    """Reads and writes the folder of one study.
+
+    Args:
+        folder: the folder.
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder).absolute()
+
+    @property
+    def study_file(self) -> Path:
+        """Where the study is kept as data."""
+        return self.folder / STUDY_FILE
+
+    def cell(self, name: str) -> Path:
+        """Folder of a cell by its name: that of its run."""
+        return self.folder / CELLS_FOLDER / name
+
+    def record(self) -> StudyRecord:
+        """The study.
+
+        Raises:
+            InvalidInputError: the folder holds none, or one of another version of trajevo.
+        """
+        try:
+            return StudyRecord.model_validate_json(self.study_file.read_text(encoding="utf-8"))
+        except FileNotFoundError as error:
+            raise InvalidInputError(f"{self.folder} holds no study: it has no {STUDY_FILE}") from error
+        except (OSError, UnicodeDecodeError) as error:
+            raise InvalidInputError(f"{self.study_file}: cannot be read: {error}") from error
+        except pydantic.ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(map(str, first["loc"])) or "content"
+            raise InvalidInputError(
+                f"{self.study_file}: is no study of this version of trajevo: {place}: {first['msg']}"
+            ) from error
+
+    def keep(self, record: StudyRecord) -> None:
+        """Write a study into the folder; one that is there already may have fewer levels and repeats, nothing else.
+
+        Raises:
+            InvalidInputError: the folder holds another study, or cannot be written; the message says what differs.
+        """
+        if self.study_file.exists():
+            difference = _difference(self.record(), record)
+            if difference:
+                raise InvalidInputError(f"{self.folder} holds another study: {difference}; choose another folder")
+        try:
+            (self.folder / CELLS_FOLDER).mkdir(parents=True, exist_ok=True)
+            write_whole(self.study_file, record.model_dump_json(indent=1).encode())
+        except OSError as error:
+            raise InvalidInputError(f"{self.folder}: the study cannot be written there: {error.strerror}") from error
+
+    def finished(self, name: str) -> bool:
+        """Whether the run of a cell has come to its end."""
+        file = RunFolder(self.cell(name)).front_file
+        try:
+            return not json.loads(file.read_text(encoding="utf-8"))["run"]["interrupted"]
+        except (OSError, ValueError, KeyError, TypeError):
+            return False
+
+    def failure(self, name: str) -> Failure | None:
+        """Why a cell failed when it was run last, or None."""
+        try:
+            return Failure.model_validate_json((self.cell(name) / FAILURE_FILE).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+
+    def fail(self, name: str, failure: Failure) -> None:
+        """Record why a cell failed.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        self.cell(name).mkdir(parents=True, exist_ok=True)
+        write_whole(self.cell(name) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
+
+    def forgive(self, name: str) -> None:
+        """Forget a cell's failure."""
+        (self.cell(name) / FAILURE_FILE).unlink(missing_ok=True)
+
+    @contextmanager
+    def claimed(self, name: str) -> Iterator[bool]:
+        """Whether a cell is this process's while the context lasts; it is not while another process runs it.
+
+        The system lets go of the claim when the process dies, whatever kills it.
+
+        Raises:
+            OSError: the cell's folder cannot be written.
+        """
+        self.cell(name).mkdir(parents=True, exist_ok=True)
+        with (self.cell(name) / CLAIM_FILE).open("ab") as claim:
+            yield locked(claim.fileno())
+
+    def running(self, name: str) -> bool:
+        """Whether another process runs a cell now."""
+        try:
+            with (self.cell(name) / CLAIM_FILE).open("ab") as claim:
+                return not locked(claim.fileno())
+        except OSError:
+            return False
+
+    def standings(self) -> tuple[CellStanding, ...]:
+        """Where every cell stands.
+
+        Raises:
+            InvalidInputError: the folder holds no study.
+        """
+        return tuple(self._standing(cell) for cell in cells_of(self.record()))
+
+    def _standing(self, cell: Cell) -> CellStanding:
+        if self.finished(cell.name):
+            return CellStanding(cell, "finished", None)
+        if self.running(cell.name):
+            return CellStanding(cell, "running", None)
+        failure = self.failure(cell.name)
+        if failure is not None:
+            return CellStanding(cell, "failed", failure)
+        return CellStanding(cell, "stopped" if RunFolder(self.cell(cell.name)).begun else "waiting", None)
+
+
+def _difference(old: StudyRecord, new: StudyRecord) -> str:
+    """What makes a study another one than that in a folder, or nothing."""
+    tasks = [None if record.task is None else canonical(record.task.content) for record in (old, new)]
+    for what, before, now in (
+        ("problem", old.problem, new.problem),
+        ("task", *tasks),
+        ("seed", old.seed, new.seed),
+        ("factors", list(old.factors), list(new.factors)),
+        ("fixed", canonical(old.fixed), canonical(new.fixed)),
+    ):
+        if before != now:
+            shown = "" if what == "task" else f", {before} there and {now} here"
+            return f"its {what} differs{shown}"
+    for factor, levels in old.factors.items():
+        known = [(level.label, canonical(level.value)) for level in new.factors[factor]]
+        lost = [level.label for level in levels if (level.label, canonical(level.value)) not in known]
+        if lost:
+            return f"its factor {factor} has the level {lost[0]}, which is missing here"
+    if new.repeats < old.repeats:
+        return f"it has {old.repeats} repeats, more than {new.repeats}"
+    changed = [one for one, digest in old.problems.items() if new.problems.get(one) != digest]
+    if changed:
+        return (
+            f"what {changed[0] or 'a cell'} solves is no longer the same (a file that it reads, or trajevo's version)"
+        )
+    return ""

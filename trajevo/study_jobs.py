@@ -1,0 +1,169 @@
+"""What the cells of a study solve: every distinct problem is made once, before anything runs."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypedDict
+
+import pydantic
+
+from trajevo.algorithms import algorithm_settings
+from trajevo.errors import InvalidInputError, TrajevoError, checked_name
+from trajevo.optimise import nsga2
+from trajevo.problem import TrajectoryProblem
+from trajevo.registry import load_problem
+from trajevo.study_record import Cell, StudyRecord, canonical
+from trajevo.task import task_problem
+from trajevo.task_file import AlgorithmSettings, Places, TaskSettings, checked_settings
+
+#: Settings of the search, which a factor may vary as it does an argument of the problem.
+SEARCH = (*("algorithm" if name == "name" else name for name in AlgorithmSettings.model_fields), "time_limit")
+
+#: Keys of a task that no factor may be: every cell has a seed of its own, and the search has names of its own.
+_NOT_IN_TASKS = ("seed", "format", "algorithm")
+
+
+class Job(TypedDict):
+    """A cell as plain data, all that a worker needs.
+
+    Attributes:
+        cell: name of the cell.
+        problem: name of the registered problem.
+        arguments: its arguments, files read and units converted.
+        search: settings of the search by name.
+        seed: seed of the run.
+    """
+
+    cell: str
+    problem: str
+    arguments: dict[str, Any]
+    search: dict[str, Any]
+    seed: int
+
+
+def jobs_of(record: StudyRecord, cells: Sequence[Cell]) -> tuple[Job, ...]:
+    """What every cell of a study solves, in the order of the cells.
+
+    Raises:
+        InvalidInputError: an argument that the problem does not take or a value that it refuses, or a setting of the
+            search that the algorithm does not have; the message begins with its place, as ``factors.payload``.
+    """
+    problems: dict[str, TrajectoryProblem] = {}
+    searches: dict[str, dict[str, Any]] = {}
+    jobs: list[Job] = []
+    for cell in cells:
+        given = record.fixed | dict(cell.values)
+        arguments = {name: value for name, value in given.items() if name not in SEARCH}
+        search = {name: value for name, value in given.items() if name in SEARCH}
+        one, key = canonical(arguments), canonical(given)
+        try:
+            if one not in problems:
+                problems[one] = _problem(record, arguments)
+            if key not in searches:
+                searches[key] = _search(record, search, problems[one])
+        except TrajevoError as error:
+            raise InvalidInputError(_blamed(str(error), record, cell)) from error
+        problem = problems[one]
+        jobs.append(
+            Job(
+                cell=cell.name,
+                problem=problem.registered_name,
+                arguments=problem.settings,
+                search=searches[key],
+                seed=cell.seed,
+            )
+        )
+    return tuple(jobs)
+
+
+def solver_settings(search: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:
+    """Keyword arguments of :func:`trajevo.optimise.optimise` for the settings of a search by name.
+
+    Args:
+        search: settings, their names in :data:`SEARCH`.
+        problem: what is solved, for what is usual there.
+
+    Raises:
+        UnknownNameError: no such algorithm.
+        InvalidInputError: a setting that cannot be used or that the algorithm does not have.
+    """
+    own = {"name" if name == "algorithm" else name: value for name, value in search.items()}
+    limit = own.pop("time_limit", None)
+    if limit is not None and (isinstance(limit, bool) or not isinstance(limit, int | float) or limit <= 0.0):
+        raise InvalidInputError(f"time_limit: expected a positive time [s], got {limit!r}")
+    try:
+        given = AlgorithmSettings.model_validate(own).model_dump(exclude_none=True)
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        name = "algorithm" if first["loc"][0] == "name" else first["loc"][0]
+        raise InvalidInputError(f"{name}: {first['msg']}, got {first['input']!r}") from error
+    name, generations = given.pop("name"), given.pop("generations", None)
+    if name == "nsga2":
+        nsga2(problem.evolution, given)
+    settings = algorithm_settings(name, given, problem)
+    return {"generations": generations, "time_limit": limit} | settings
+
+
+def _problem(record: StudyRecord, arguments: dict[str, Any]) -> TrajectoryProblem:
+    if record.task is None:
+        folder = Path(record.folder)
+        resolved = {name: _beside(folder, value) for name, value in arguments.items()}
+        return load_problem(record.problem or "", **resolved)
+    content = copy.deepcopy(record.task.content)
+    for name, value in arguments.items():
+        _put(content, name, value)
+    # The lines of the task's file are not those of what a factor puts into it.
+    places = Places(Path(record.task.folder) / "task.toml", {})
+    try:
+        return task_problem(checked_settings(content, places), places)
+    except TrajevoError as error:
+        raise InvalidInputError(str(error).removeprefix(places.prefix(()))) from error
+
+
+def _search(record: StudyRecord, given: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:
+    usual = {} if record.task is None else dict(record.task.content.get("algorithm", {}))
+    if "name" in usual:
+        usual["algorithm"] = usual.pop("name")
+    search = usual | given
+    solver_settings(search, problem)
+    return search
+
+
+def _beside(folder: Path, value: Any) -> Any:
+    """A text that names a file or a robot's folder beside the study's file as its path; anything else as it is."""
+    if not isinstance(value, str) or not value or "\0" in value:
+        return value
+    place = folder / value
+    return str(place) if (place.suffix and place.is_file()) or (place / "robot.toml").is_file() else value
+
+
+def _put(content: dict[str, Any], name: str, value: Any) -> None:
+    """Set a key of a task, ``payload.mass`` in its table."""
+    keys = name.split(".")
+    if keys[0] in _NOT_IN_TASKS:
+        raise InvalidInputError(f"{name}: a study does not vary this key of a task; the search has {', '.join(SEARCH)}")
+    checked_name("key of a task", keys[0], [key for key in TaskSettings.model_fields if key not in _NOT_IN_TASKS])
+    table = content
+    for depth, key in enumerate(keys[:-1], start=1):
+        table = table.setdefault(key, {})
+        if not isinstance(table, dict):
+            raise InvalidInputError(f"{name}: {'.'.join(keys[:depth])} is no table in this task, but {table!r}")
+    table[keys[-1]] = value
+
+
+def _blamed(said: str, record: StudyRecord, cell: Cell) -> str:
+    """What was said, with the place of the factor or fixed argument it is about in front, where that can be told."""
+    begins = said.split(":")[0]
+    places = {f"factors.{name}": (name, cell.values[name]) for name in cell.values}
+    places |= {f"fixed.{name}": (name, value) for name, value in record.fixed.items()}
+    for place, (name, _) in places.items():
+        if begins == name or begins.split(".")[0] == name.split(".")[0]:
+            return f"{place}: {said.removeprefix(f'{begins}: ')}"
+    for place, (name, value) in places.items():
+        if f"no {name!r}" in said or f"key of a task {name.split('.')[0]!r}" in said:
+            return f"{place}: {said}; the search: {', '.join(SEARCH)}"
+        if isinstance(value, str) and repr(value) in said:
+            return f"{place}: {said}"
+    return f"{cell.combination}: {said}" if cell.combination else said

@@ -1,0 +1,245 @@
+"""Pictures of a study: each function draws into the axes it is given, or makes its own, and returns them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import Any
+
+import matplotlib.pyplot as plt
+import moocore
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.study_results import CellResult, StudyResults
+from trajevo.units import pretty
+
+_COLOURS = plt.get_cmap("tab10").colors  # type: ignore[attr-defined]
+_VOLUME = "hypervolume (share of the reference box)"
+
+#: From this ratio of worst to best on, an objective is drawn on a logarithmic axis.
+_LOGARITHMIC_FROM = 50.0
+
+#: Shares of the runs whose attainment is drawn: a line for half of them, a band between the quarters.
+_QUARTERS = (25.0, 50.0, 75.0)
+
+
+def hypervolume_boxes(results: StudyResults, factor: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """Hypervolume of all runs of each level of a factor: quartiles, median and whiskers, every run as a point.
+
+    Args:
+        results: what :func:`trajevo.study_collect.collect` gave.
+        factor: the factor; all runs in one box if None.
+        ax: where to draw.
+
+    Raises:
+        UnknownNameError: no such factor.
+    """
+    groups = _groups(results, factor)
+    ax = ax or plt.subplots(figsize=(max(4.0, 1.1 * len(groups) + 1.5), 4.0), layout="constrained")[1]
+    values = [[result.hypervolume[-1] for result in group] for group in groups.values()]
+    boxes = ax.boxplot(values, widths=0.5, showfliers=False, patch_artist=True, medianprops={"color": "black"})
+    ax.set_xticks(np.arange(1, len(groups) + 1), list(groups))
+    for i, (box, own) in enumerate(zip(boxes["boxes"], values, strict=True)):
+        box.set(facecolor=_colour(i), alpha=0.45)
+        # A fixed pattern spreads the points, the same at every drawing.
+        spread = 0.12 * np.sin(2.4 * np.arange(len(own)))
+        ax.plot(i + 1 + spread, own, linestyle="none", marker="o", markersize=3.5, color=_colour(i), zorder=3)
+    ax.set(xlabel=factor or "", ylabel=_VOLUME)
+    if sum(map(len, groups)) > 40:
+        ax.tick_params(axis="x", labelrotation=30)
+    ax.grid(alpha=0.3, axis="y")
+    return ax
+
+
+def hypervolume_bands(results: StudyResults, factor: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """Hypervolume as runs go on: median and quartiles over the runs of each level of a factor.
+
+    By generation where all runs evaluate as many individuals in each, else by individuals evaluated: a generation of
+    another population is another effort. A band ends where the first run of its level does; runs whose history is not
+    known are left out.
+
+    Args:
+        results: what :func:`trajevo.study_collect.collect` gave.
+        factor: the factor; all runs in one band if None.
+        ax: where to draw.
+
+    Raises:
+        UnknownNameError: no such factor.
+    """
+    groups = _groups(results, factor)
+    ax = ax or plt.subplots(figsize=(6.4, 4.0), layout="constrained")[1]
+    longest = max((result.evaluations for result in results.cells), key=len)
+    alike = all(np.array_equal(result.evaluations, longest[: len(result.evaluations)]) for result in results.cells)
+    for i, (label, group) in enumerate(groups.items()):
+        grid = _grid(group, longest if alike else None)
+        histories = [_at(result, grid) for result in group if np.isfinite(result.hypervolume).all()]
+        if not histories:
+            continue
+        low, middle, high = np.quantile(histories, (0.25, 0.5, 0.75), axis=0)
+        instants = np.arange(1, len(grid) + 1) if alike else grid
+        ax.fill_between(instants, low, high, color=_colour(i), alpha=0.2, linewidth=0)
+        ax.plot(instants, middle, color=_colour(i), label=label)
+    ax.set(xlabel="generation" if alike else "individuals evaluated", ylabel=_VOLUME)
+    if alike:
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    if factor:
+        ax.legend(title=factor, frameon=False)
+    ax.grid(alpha=0.3)
+    return ax
+
+
+def attainment(
+    results: StudyResults,
+    factor: str | None = None,
+    *,
+    objectives: Sequence[str] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Attainment surfaces of two objectives: what half of the runs of a level reach, between what three quarters and
+    one quarter reach.
+
+    Of more than two objectives two are named; a run then reaches what any of its solutions reaches in these two. A run
+    that found nothing feasible reaches nothing, and counts.
+
+    Args:
+        results: what :func:`trajevo.study_collect.collect` gave.
+        factor: the factor; all runs together if None.
+        objectives: two names; both if there are no more.
+        ax: where to draw.
+
+    Raises:
+        UnknownNameError: no such factor or objective.
+        InvalidInputError: not two objectives, or no run that found anything feasible.
+    """
+    columns = _two(results, objectives)
+    shown = [results.display(column) for column in columns]
+    factors = np.array([by for _, _, by in shown])
+    groups = {
+        label: [surface * factors for surface in attained(group, columns)]
+        for label, group in _groups(results, factor).items()
+    }
+    every = np.concatenate([surface for surfaces in groups.values() for surface in surfaces])
+    every = every[np.isfinite(every).all(axis=1)]
+    if not len(every):
+        raise InvalidInputError("attainment: too few runs of the study have found anything feasible")
+    ax = ax or plt.subplots(figsize=(5.6, 4.4), layout="constrained")[1]
+    logarithmic, lower, upper = _window(every)
+    for i, (label, surfaces) in enumerate(groups.items()):
+        best, half, most = (_stairs(surface, upper) for surface in surfaces)
+        ax.fill(*np.concatenate([best, most[::-1]]).T, color=_colour(i), alpha=0.2, linewidth=0)
+        ax.plot(*half.T, color=_colour(i), label=label)
+    for k, (axis, (name, unit, _)) in enumerate(zip("xy", shown, strict=True)):
+        ax.set(**{f"{axis}scale": "log" if logarithmic[k] else "linear", f"{axis}lim": (lower[k], upper[k])})
+        ax.set(**{f"{axis}label": f"{name} [{pretty(unit)}]"})
+    if factor:
+        ax.legend(title=factor, frameon=False)
+    ax.grid(alpha=0.3)
+    return ax
+
+
+def attainments(results: StudyResults, factor: str | None = None, *, axes: Any = None) -> Any:
+    """:func:`attainment` of every pair of objectives.
+
+    Args:
+        results: what :func:`trajevo.study_collect.collect` gave.
+        factor: the factor; all runs together if None.
+        axes: one Axes per pair, in the order (0, 1), (0, 2), (1, 2), ...
+
+    Returns:
+        Array of Axes.
+
+    Raises:
+        InvalidInputError: a single objective, or another number of axes.
+    """
+    pairs = list(combinations([one.name for one in results.objectives], 2))
+    if not pairs:
+        raise InvalidInputError("attainments: expected at least 2 objectives, the study has 1")
+    if axes is None:
+        rows = -(-len(pairs) // 3)
+        across = -(-len(pairs) // rows)
+        axes = plt.subplots(rows, across, figsize=(4.8 * across, 4.0 * rows), layout="constrained", squeeze=False)[1]
+    panels = np.atleast_1d(np.asarray(axes, dtype=object)).ravel()
+    if len(panels) != len(pairs):
+        raise InvalidInputError(f"axes: expected {len(pairs)}, got {len(panels)}")
+    for k, (panel, pair) in enumerate(zip(panels, pairs, strict=True)):
+        attainment(results, factor, objectives=pair, ax=panel)
+        if k and panel.get_legend():
+            panel.get_legend().remove()
+    return panels
+
+
+def attained(group: Sequence[CellResult], columns: Sequence[int]) -> list[Array]:
+    """What a quarter, half and three quarters of the runs reach in two objectives, each shape (N, 2), SI.
+
+    Args:
+        group: the runs.
+        columns: the two objectives.
+    """
+    sets = [result.F[:, list(columns)] if len(result.F) else np.full((1, 2), np.inf) for result in group]
+    numbers = np.concatenate([np.full(len(points), i) for i, points in enumerate(sets)])
+    surfaces = moocore.eaf(np.concatenate(sets), numbers, percentiles=_QUARTERS)
+    return [surfaces[surfaces[:, -1] == share][:, :2] for share in _QUARTERS]
+
+
+def _window(points: Array) -> tuple[Array, Array, Array]:
+    """Which of two axes are logarithmic, and their lower and upper ends around points of shape (N, 2)."""
+    best, worst = points.min(axis=0), points.max(axis=0)
+    logarithmic = (best > 0.0) & (worst > _LOGARITHMIC_FROM * np.maximum(best, 1e-300))
+    low, high = (np.log(np.where(logarithmic, end, 1.0)) for end in (best, worst))
+    low, high = np.where(logarithmic, low, best), np.where(logarithmic, high, worst)
+    margin = 0.05 * np.where(high > low, high - low, np.maximum(np.abs(high), 1.0))
+    lower, upper = low - margin, high + margin
+    return logarithmic, *(np.where(logarithmic, np.exp(np.minimum(end, 700.0)), end) for end in (lower, upper))
+
+
+def _stairs(points: Array, corner: Array) -> Array:
+    """Border of what points dominate, from the upper to the right end of the picture, shape (2 N + 1, 2)."""
+    inside = np.minimum(points[np.argsort(points[:, 0])], corner)
+    across = np.append(np.repeat(inside[:, 0], 2), corner[0])
+    up = np.concatenate([[corner[1]], np.repeat(inside[:, 1], 2)])
+    return np.stack([across, up], axis=1)
+
+
+def _groups(results: StudyResults, factor: str | None) -> Mapping[str, list[CellResult]]:
+    """Label of each level -> its runs, levels without one left out."""
+    if factor is None:
+        return {"all runs": list(results.cells)}
+    checked_name("factor", factor, results.record.factors)
+    groups = {
+        level.label: [result for result in results.cells if result.cell.labels[factor] == level.label]
+        for level in results.record.factors[factor]
+    }
+    return {label: group for label, group in groups.items() if group}
+
+
+def _two(results: StudyResults, objectives: Sequence[str] | None) -> list[int]:
+    names = [one.name for one in results.objectives]
+    chosen = names if objectives is None else list(objectives)
+    if len(chosen) != 2 or len(set(chosen)) != 2:
+        raise InvalidInputError(
+            f"objectives: attainment surfaces are drawn of 2 objectives; name two of {', '.join(names)}"
+        )
+    return [names.index(checked_name("objective", name, names)) for name in chosen]
+
+
+def _grid(group: Sequence[CellResult], common: Array | None) -> Array:
+    """Numbers of individuals at which all runs of a group are still going on, or all that they have in common."""
+    shortest = min(float(result.evaluations[-1]) for result in group)
+    own = np.unique(np.concatenate([result.evaluations for result in group])) if common is None else common
+    grid: Array = own[own <= shortest]
+    return grid
+
+
+def _at(result: CellResult, grid: Array) -> Array:
+    """Hypervolume of a run after numbers of individuals; 0 before its first generation."""
+    after = np.searchsorted(result.evaluations, grid, side="right")
+    volumes: Array = np.concatenate([[0.0], result.hypervolume])[after]
+    return volumes
+
+
+def _colour(number: int) -> Any:
+    return _COLOURS[number % len(_COLOURS)]

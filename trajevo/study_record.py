@@ -1,0 +1,223 @@
+"""What a study is, as plain data: levels of factors, the cells they make, and the seed and name of every cell."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import pydantic
+
+from trajevo.errors import InvalidInputError
+
+#: Longest name of a cell's folder; file systems allow 255 bytes.
+_LONGEST_NAME = 120
+_LONGEST_LABEL = 60
+
+#: What tables and datasets have a column or dimension for already.
+_RESERVED = ("cell", "repeat", "seed", "generation", "point", "objective")
+
+_FACTOR_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
+
+
+class _Record(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Level(_Record):
+    """A value that a factor takes, and the short text that stands for it in names, tables and pictures."""
+
+    label: str
+    value: Any
+
+
+class TaskContent(_Record):
+    """A task's file: what stands in it, and the folder from which relative paths in it count."""
+
+    content: dict[str, Any]
+    folder: str
+
+
+class StudyRecord(_Record):
+    """A study as data, the content of ``study.json``.
+
+    Attributes:
+        problem: name of the registered problem, None with a task.
+        task: the task, None with a problem.
+        seed: seed from which those of all cells are derived.
+        repeats: runs for each combination of levels.
+        fixed: arguments of the problem and settings of the search that do not vary.
+        factors: name -> its levels.
+        folder: from where relative paths among the arguments count.
+        problems: combination of levels -> digest of the settings of the problem that it makes.
+    """
+
+    format: Literal["trajevo study"] = "trajevo study"
+    version: Literal[1] = 1
+    problem: str | None = None
+    task: TaskContent | None = None
+    seed: Annotated[int, pydantic.Field(strict=True, ge=0)]
+    repeats: Annotated[int, pydantic.Field(strict=True, ge=1)]
+    fixed: dict[str, Any]
+    factors: dict[str, tuple[Level, ...]]
+    folder: str = "."
+    problems: dict[str, str] = {}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One run of a study.
+
+    Attributes:
+        name: name of its folder.
+        combination: its levels, as the name has them; empty for a study without factors.
+        labels: factor -> label of its level.
+        values: factor -> value of its level.
+        repeat: number of the repeat, from 1.
+        seed: seed of the run.
+    """
+
+    name: str
+    combination: str
+    labels: Mapping[str, str]
+    values: Mapping[str, Any]
+    repeat: int
+    seed: int
+
+
+def cells_of(record: StudyRecord) -> tuple[Cell, ...]:
+    """All cells of a study: the product of the levels of its factors, each as often as it is repeated."""
+    names = list(record.factors)
+    made = []
+    for levels in product(*record.factors.values()):
+        labels = {name: level.label for name, level in zip(names, levels, strict=True)}
+        values = {name: level.value for name, level in zip(names, levels, strict=True)}
+        combination = _folder_name(labels)
+        for repeat in range(1, record.repeats + 1):
+            name = ",".join(filter(None, (combination, f"repeat={repeat:02d}")))
+            made.append(Cell(name, combination, labels, values, repeat, cell_seed(record.seed, values, repeat)))
+    return tuple(made)
+
+
+def cell_seed(seed: int, values: Mapping[str, Any], repeat: int) -> int:
+    """Seed of a cell, from the study's seed and the cell's own levels and repeat alone.
+
+    What other levels, factors' orders or repeats a study has does not matter, so that adding some changes no cell.
+
+    Args:
+        seed: of the study.
+        values: factor -> value of its level.
+        repeat: number of the repeat.
+    """
+    own = int.from_bytes(hashlib.sha256(canonical(values).encode()).digest()[:16])
+    sequence = np.random.SeedSequence(seed, spawn_key=(own, repeat))
+    return int(sequence.generate_state(1, np.uint32)[0])
+
+
+def canonical(value: Any) -> str:
+    """One text for equal data: keys sorted, numbers that are equal written alike, ``5`` and ``5.0`` as well."""
+    return json.dumps(_plain(value), sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def digest(value: Any) -> str:
+    """Sixteen hexadecimal digits that tell data apart."""
+    return hashlib.sha256(canonical(value).encode()).hexdigest()[:16]
+
+
+def levels_of(factor: str, given: Any) -> tuple[Level, ...]:
+    """Levels of a factor as users write them: values, or mappings of ``label`` and ``value``.
+
+    Raises:
+        InvalidInputError: no list of at least one level, a level that is no plain data, a table without a label, or
+            levels or labels that repeat.
+    """
+    place = f"factors.{factor}"
+    if not _FACTOR_NAME.fullmatch(factor):
+        raise InvalidInputError(f"{place}: expected the name of an argument, got {factor!r}")
+    if factor in _RESERVED:
+        raise InvalidInputError(f"{place}: this name has a meaning of its own in studies")
+    if not isinstance(given, list | tuple) or not given:
+        raise InvalidInputError(f"{place}: expected a list of at least one level, got {given!r}")
+    levels = tuple(_level(place, value) for value in given)
+    for what, keys in (
+        ("level", [canonical(level.value) for level in levels]),
+        # Folders differ by more than case on every file system.
+        ("label", [level.label.casefold() for level in levels]),
+    ):
+        twice = next((level for level, key in zip(levels, keys, strict=True) if keys.count(key) > 1), None)
+        if twice is not None:
+            raise InvalidInputError(f"{place}: the {what} {twice.label!r} is given twice")
+    return levels
+
+
+def plain_data(place: str, value: Any) -> Any:
+    """Numbers, texts, lists and tables, with arrays turned into lists.
+
+    Raises:
+        InvalidInputError: anything else, or a number that is not finite; the message begins with the place.
+    """
+    if isinstance(value, Mapping):
+        return {str(key): plain_data(place, entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [plain_data(place, entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        raise InvalidInputError(f"{place}: expected finite numbers, got {value}; write no limit as the text 'inf'")
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    raise InvalidInputError(f"{place}: expected a number, text, list or table, got {type(value).__name__}")
+
+
+def _level(place: str, given: Any) -> Level:
+    if isinstance(given, Level):
+        return given
+    value = plain_data(place, given)
+    if isinstance(value, dict):
+        if set(value) != {"label", "value"} or not isinstance(value["label"], str):
+            raise InvalidInputError(
+                f"{place}: a table needs a label, {{ label = ..., value = ... }}, got {_shortened(value)}"
+            )
+        label, value = value["label"], value["value"]
+    else:
+        label = _label(value)
+    if not label.strip() or len(label) > _LONGEST_LABEL or not label.isprintable():
+        raise InvalidInputError(
+            f"{place}: expected levels whose labels are one line of at most {_LONGEST_LABEL} characters, "
+            f"got {_shortened(label)}; give a label of your own: {{ label = ..., value = ... }}"
+        )
+    return Level(label=label, value=value)
+
+
+def _label(value: Any) -> str:
+    if isinstance(value, list):
+        return "+".join(_label(entry) for entry in value)
+    return value if isinstance(value, str) else json.dumps(_plain(value), sort_keys=True)
+
+
+def _folder_name(labels: Mapping[str, str]) -> str:
+    """Levels as part of a folder's name; a digest is added where characters had to be replaced or left out."""
+    written = ",".join(f"{name}={label}" for name, label in labels.items())
+    safe = ",".join(f"{name}={re.sub(r'[^A-Za-z0-9._+-]', '-', label)}" for name, label in labels.items())
+    if safe == written and len(safe) <= _LONGEST_NAME:
+        return safe
+    return f"{safe[: _LONGEST_NAME - 9]}-{digest(dict(labels))[:8]}"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _shortened(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 2 * _LONGEST_LABEL else text[: 2 * _LONGEST_LABEL] + "…"

@@ -1,0 +1,93 @@
+"""Everything that `trajevo study collect` writes: tables, a dataset, comparisons of levels, pictures."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+
+from trajevo.errors import InvalidInputError
+from trajevo.files import write_whole
+from trajevo.study_plots import attainments, hypervolume_bands, hypervolume_boxes
+from trajevo.study_results import StudyResults
+from trajevo.study_statistics import Comparison, compare_levels
+
+COMPARISONS_FILE, PLOTS_FOLDER = "comparisons.csv", "plots"
+
+
+@dataclass(frozen=True)
+class StudyReport:
+    """What was written of a study.
+
+    Attributes:
+        files: the files.
+        comparisons: every pair of levels of every factor.
+        notes: what could not be compared or drawn, a sentence each.
+    """
+
+    files: tuple[Path, ...]
+    comparisons: tuple[Comparison, ...]
+    notes: tuple[str, ...]
+
+
+def write_study(results: StudyResults, folder: str | Path | None = None) -> StudyReport:
+    """Write table, dataset, comparisons and pictures of a study.
+
+    Args:
+        results: what :func:`trajevo.study_collect.collect` gave.
+        folder: where to; the study's folder if None.
+
+    Raises:
+        InvalidInputError: the folder cannot be written.
+    """
+    place = results.folder if folder is None else Path(folder)
+    files = list(results.save(place))
+    comparisons: list[Comparison] = []
+    notes: list[str] = []
+    for factor in results.record.factors:
+        try:
+            comparisons += compare_levels(results, factor)
+        except InvalidInputError as error:
+            notes.append(f"not compared: {error}")
+    try:
+        write_whole(place / COMPARISONS_FILE, _table(comparisons).encode())
+        files += [place / COMPARISONS_FILE, *_pictures(results, place / PLOTS_FOLDER, notes)]
+    except OSError as error:
+        raise InvalidInputError(f"{place}: the results cannot be written there: {error.strerror}") from error
+    return StudyReport(tuple(files), tuple(comparisons), tuple(notes))
+
+
+def _table(comparisons: list[Comparison]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream)
+    writer.writerow([field.name for field in fields(Comparison)])
+    writer.writerows(astuple(comparison) for comparison in comparisons)
+    return stream.getvalue()
+
+
+def _pictures(results: StudyResults, folder: Path, notes: list[str]) -> list[Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    drawings: dict[str, Callable[[StudyResults, str | None], Any]] = {
+        "hypervolume": hypervolume_boxes,
+        "generations": hypervolume_bands,
+        "attainment": lambda results, factor: attainments(results, factor)[0],
+    }
+    factors: list[str | None] = [*results.record.factors]
+    written = []
+    for factor in factors or [None]:
+        for name, draw in drawings.items():
+            file = folder / f"{name}_{factor or 'all'}.png"
+            try:
+                figure = draw(results, factor).figure
+            except InvalidInputError as error:
+                notes.append(f"not drawn: {file.name}: {error}")
+                continue
+            figure.savefig(file, dpi=150)
+            plt.close(figure)
+            written.append(file)
+    return written

@@ -1,0 +1,204 @@
+"""What a study has found: one table, one dataset along its factors, hypervolumes all of the same box."""
+
+from __future__ import annotations
+
+import io
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trajevo.archive import hypervolume
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError
+from trajevo.files import SCRATCH, write_whole
+from trajevo.records import ObjectiveRecord
+from trajevo.study_record import Cell, StudyRecord
+from trajevo.units import display
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+TABLE_FILE, DATASET_FILE = "results.csv", "results.nc"
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """The box whose dominated share is the hypervolume of every run of a study.
+
+    Attributes:
+        lower: corner of the best values, shape (n_obj,), SI.
+        upper: corner of the worst values, shape (n_obj,), SI.
+        origin: where it comes from, one sentence.
+    """
+
+    lower: Array
+    upper: Array
+    origin: str
+
+    def share(self, F: Array) -> float:
+        """Hypervolume of objective values, shape (N, n_obj), SI."""
+        return hypervolume(F - self.lower, self.upper - self.lower)
+
+
+@dataclass(frozen=True, eq=False)
+class CellResult:
+    """What a finished cell has found.
+
+    Attributes:
+        cell: the cell.
+        F: objective values of its front, shape (N, n_obj), SI.
+        knee: objective values of its knee, shape (n_obj,), or NaN where nothing is feasible.
+        evaluations: individuals evaluated by the end of each generation, shape (generations,).
+        hypervolume: share of the study's box, by generation, shape (generations,); NaN but for the last where the
+            run had another box and its individuals are no longer there.
+        seconds: wall time [s].
+        failures: individuals whose evaluation gave no numbers.
+    """
+
+    cell: Cell
+    F: Array
+    knee: Array
+    evaluations: Array
+    hypervolume: Array
+    seconds: float
+    failures: int
+
+
+@dataclass(frozen=True, eq=False)
+class StudyResults:
+    """Everything that the finished cells of a study have found.
+
+    Attributes:
+        folder: the study's folder.
+        record: the study.
+        unfinished: cells that are not finished and so not among the results.
+        objectives: names and SI units of the columns of F.
+        angle: unit in which people read the problem's angles.
+        length: unit in which people read its lengths.
+        box: box of the hypervolume, None if no cell has found anything feasible.
+        cells: the results, in the order of the study's cells.
+    """
+
+    folder: Path
+    record: StudyRecord
+    unfinished: int
+    objectives: tuple[ObjectiveRecord, ...]
+    angle: str
+    length: str
+    box: Box | None
+    cells: tuple[CellResult, ...]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Column of the table -> its unit, of those that have one."""
+        named = {f"{kind}_{one.name}": one.unit for kind in ("least", "knee") for one in self.objectives}
+        return {"seconds": "s"} | named
+
+    def levels(self, factor: str) -> tuple[Any, ...]:
+        """Levels of a factor as the table has them: their values where all are numbers, else their labels."""
+        levels = self.record.factors[factor]
+        numeric = all(isinstance(level.value, int | float) and not isinstance(level.value, bool) for level in levels)
+        if not numeric:
+            return tuple(level.label for level in levels)
+        whole = all(isinstance(level.value, int) for level in levels)
+        return tuple(level.value if whole else float(level.value) for level in levels)
+
+    def table(self) -> pd.DataFrame:
+        """One row per finished cell: factors, repeat, seed, what it took and what it found, SI; see :attr:`units`."""
+        import pandas as pd
+
+        names = [one.name for one in self.objectives]
+        rows = []
+        for result in self.cells:
+            row: dict[str, Any] = {"cell": result.cell.name} | self._levels_of(result.cell)
+            row |= {"repeat": result.cell.repeat, "seed": result.cell.seed}
+            row |= {"hypervolume": result.hypervolume[-1], "generations": len(result.evaluations)}
+            row |= {"evaluations": int(result.evaluations[-1]), "seconds": result.seconds}
+            row |= {"front_size": len(result.F), "failures": result.failures}
+            least = result.F.min(axis=0) if len(result.F) else np.full(len(names), np.nan)
+            row |= {f"least_{name}": float(value) for name, value in zip(names, least, strict=True)}
+            row |= {f"knee_{name}": float(value) for name, value in zip(names, result.knee, strict=True)}
+            rows.append(row)
+        return pd.DataFrame(rows)
+
+    def dataset(self) -> xr.Dataset:
+        """The same along the dimensions of the study, its factors and ``repeat``; NaN where a cell is not finished.
+
+        ``hypervolume_history`` and ``evaluations_history`` have the dimension ``generation`` too; all points of all
+        fronts stand below each other in ``front``, and ``front_cell`` names the cell of each.
+        """
+        import pandas as pd
+        import xarray as xr
+
+        table = self.table().drop(columns="cell").set_index([*self.record.factors, "repeat"])
+        data: xr.Dataset = xr.Dataset.from_dataframe(table)
+        for name in ("hypervolume", "evaluations"):
+            columns = [pd.Series(getattr(result, name), dtype=np.float64) for result in self.cells]
+            history = pd.concat(columns, axis=1, keys=table.index).rename_axis(index="generation")
+            history.index += 1
+            data[f"{name}_history"] = history.unstack().to_xarray()
+        order = {factor: list(self.levels(factor)) for factor in self.record.factors}
+        data = data.reindex(order | {"repeat": np.arange(1, self.record.repeats + 1)})
+        points = np.concatenate([result.F for result in self.cells])
+        owners = [result.cell.name for result in self.cells for _ in range(len(result.F))]
+        data["front"] = (("point", "objective"), points)
+        data = data.assign_coords(
+            objective=[one.name for one in self.objectives],
+            front_cell=("point", np.array(owners, dtype=object)),
+            objective_unit=("objective", [one.unit for one in self.objectives]),
+        )
+        for name, unit in self.units.items():
+            data[name].attrs["units"] = unit
+        data["hypervolume"].attrs["long_name"] = "share of the reference box"
+        data.attrs = {"title": "trajevo study", "problem": self.record.problem or "via-points", "box": str(self.origin)}
+        return data
+
+    @property
+    def origin(self) -> str:
+        """Box of the hypervolume in one sentence."""
+        if self.box is None:
+            return "no cell has found anything feasible"
+        corners = (", ".join(f"{value:.6g}" for value in corner) for corner in (self.box.lower, self.box.upper))
+        return "hypervolume: share of the box from ({}) to ({}), {}".format(*corners, self.box.origin)
+
+    def save(self, folder: str | Path | None = None) -> tuple[Path, Path]:
+        """Write the table, units in its header, and the dataset.
+
+        Args:
+            folder: where to; the study's folder if None.
+
+        Returns:
+            The files: ``results.csv`` and ``results.nc`` (netCDF-4).
+
+        Raises:
+            InvalidInputError: they cannot be written.
+        """
+        place = self.folder if folder is None else Path(folder)
+        units = {name: f"{name} [{unit}]" for name, unit in self.units.items()}
+        stream = io.StringIO()
+        self.table().rename(columns=units).to_csv(stream, index=False)
+        scratch = place / (DATASET_FILE + SCRATCH)
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+            write_whole(place / TABLE_FILE, stream.getvalue().encode())
+            self.dataset().to_netcdf(scratch, format="NETCDF4")
+            os.replace(scratch, place / DATASET_FILE)
+        except OSError as error:
+            raise InvalidInputError(f"{place}: the results cannot be written there: {error.strerror}") from error
+        return place / TABLE_FILE, place / DATASET_FILE
+
+    def display(self, objective: int) -> tuple[str, str, float]:
+        """Name of an objective, the unit that people read, and the factor from SI to it."""
+        one = self.objectives[objective]
+        return one.name, *display(one.unit, angle=self.angle, length=self.length)
+
+    def _levels_of(self, cell: Cell) -> dict[str, Any]:
+        found = {}
+        for factor, label in cell.labels.items():
+            labels = [level.label for level in self.record.factors[factor]]
+            found[factor] = self.levels(factor)[labels.index(label)]
+        return found

@@ -1,0 +1,113 @@
+"""Whether the levels of a factor differ: Wilcoxon's signed-rank test of every pair, Holm's correction, effect size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from scipy.stats import rankdata, wilcoxon
+
+from trajevo.arrays import Array, numbers
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.study_results import StudyResults
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two levels of a factor over matched cells.
+
+    Attributes:
+        factor: the factor.
+        first: one level.
+        second: the other.
+        pairs: matched cells, those that do not differ included.
+        difference: median of first minus second over the pairs.
+        effect: matched-pairs rank-biserial correlation, from -1 (first always below second) to 1 (always above).
+        p: probability of so great a difference if neither level were better, two-sided.
+        p_holm: the same, corrected for the number of pairs of levels of the factor.
+    """
+
+    factor: str
+    first: Any
+    second: Any
+    pairs: int
+    difference: float
+    effect: float
+    p: float
+    p_holm: float
+
+
+def compare_levels(results: StudyResults, factor: str, *, measure: str = "hypervolume") -> tuple[Comparison, ...]:
+    """Compare every pair of levels of a factor over cells that are matched in all other factors and the repeat.
+
+    Matched, because other factors move the measure too: a heavy payload makes every front worse, whatever the
+    interpolant, and that spread would hide the difference that is asked about. Within a pair only the factor differs.
+    Signed ranks, because differences of hypervolumes are not normally distributed. With fewer than six pairs no result
+    can fall below 0.05.
+
+    Args:
+        results: what :func:`trajevo.study_collect.collect` gave.
+        factor: the factor.
+        measure: a column of the table that is a number.
+
+    Returns:
+        The comparisons, in the order of the levels.
+
+    Raises:
+        UnknownNameError: no such factor or measure.
+        InvalidInputError: no cells that match.
+    """
+    checked_name("factor", factor, results.record.factors)
+    table = results.table()
+    columns = [name for name in table.columns if name not in (*results.record.factors, "cell", "repeat", "seed")]
+    checked_name("measure", measure, columns)
+    others = [name for name in results.record.factors if name != factor]
+    wide = table.pivot(index=[*others, "repeat"], columns=factor, values=measure)
+    found = []
+    for first, second in combinations(results.levels(factor), 2):
+        both = wide.reindex(columns=[first, second]).dropna().to_numpy(dtype=np.float64)
+        if not len(both):
+            raise InvalidInputError(f"{factor}: no finished cells match in all but {first} and {second}")
+        effect, p = signed_rank(both[:, 0], both[:, 1])
+        found.append((first, second, len(both), float(np.median(both[:, 0] - both[:, 1])), effect, p))
+    corrected = holm([row[-1] for row in found])
+    return tuple(Comparison(factor, *row, p_holm=float(q)) for row, q in zip(found, corrected, strict=True))
+
+
+def signed_rank(first: Array, second: Array) -> tuple[float, float]:
+    """Matched-pairs rank-biserial correlation and p value of Wilcoxon's signed-rank test, two-sided.
+
+    Pairs that do not differ are left out; where none differs the effect is 0 and p is 1.
+
+    Args:
+        first: values, shape (N,).
+        second: values matched with them, shape (N,).
+
+    Raises:
+        InvalidInputError: another shape, or values that are not finite.
+    """
+    x = numbers(first, name="first", shape=("N",))
+    d = x - numbers(second, name="second", shape=(len(x),))
+    d = d[d != 0.0]
+    if not len(d):
+        return 0.0, 1.0
+    ranks = rankdata(np.abs(d))
+    effect = float((ranks[d > 0.0].sum() - ranks[d < 0.0].sum()) / ranks.sum())
+    return effect, float(wilcoxon(d).pvalue)
+
+
+def holm(p: Sequence[float]) -> Array:
+    """P values of several tests, corrected by Holm's step-down method: the chance of any false one stays bounded.
+
+    Args:
+        p: p values, shape (N,).
+    """
+    values = numbers(p, name="p", shape=("N",))
+    order = np.argsort(values)
+    stepped = np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1))
+    corrected = np.empty(len(values))
+    corrected[order] = np.minimum(stepped, 1.0)
+    return corrected
