@@ -45,6 +45,7 @@ bench: $(READY)  ## print the speed ratios
 	$(BIN)/python tests/benchmarks/bench_pointing_mechanism.py
 	$(BIN)/python tests/benchmarks/bench_hybrid_manipulator.py
 	$(BIN)/python tests/benchmarks/bench_time_jerk_reparameterisation.py
+	$(BIN)/python tests/benchmarks/bench_study.py
 	$(BIN)/python tests/benchmarks/bench_run_folder.py
 
 notebooks: $(READY)  ## execute every notebook at full size, next to its source, into build/
