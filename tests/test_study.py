@@ -8,10 +8,10 @@ import pytest
 from problems import HybridManipulator, PointingMechanism
 from tests.helpers import refused
 from trajevo import load_task
-from trajevo.study import Study
-from trajevo.study_file import load_study
-from trajevo.study_folder import StudyFolder
-from trajevo.study_record import cell_seed
+from trajevo.study.definition import Study
+from trajevo.study.file import load_study
+from trajevo.study.folder import StudyFolder
+from trajevo.study.record import cell_seed
 
 TASK = """\
 format = 1
@@ -126,7 +126,7 @@ def test_a_study_without_factors_repeats_the_problem():
 def test_every_distinct_problem_is_made_once(monkeypatch):
     made = []
     monkeypatch.setattr(
-        "trajevo.study_jobs.load_problem", lambda name, **given: made.append(given) or HybridManipulator(**given)
+        "trajevo.study.jobs.load_problem", lambda name, **given: made.append(given) or HybridManipulator(**given)
     )
     hybrid(repeats=5, factors={"payload": [5, 10], "population": [8, 12, 16]})
     assert made == [{"payload": 5}, {"payload": 10}]

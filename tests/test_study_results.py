@@ -22,15 +22,15 @@ from trajevo.archive import hypervolume
 from trajevo.cli_study import app
 from trajevo.example_task import write_example
 from trajevo.objectives import Objective, summed_rms_jerk, total_time
-from trajevo.study import Study
-from trajevo.study_collect import collect, common_box
-from trajevo.study_file import load_study
-from trajevo.study_folder import StudyFolder
-from trajevo.study_plots import attained, attainment, attainments, hypervolume_bands, hypervolume_boxes
-from trajevo.study_report import write_study
-from trajevo.study_results import CellResult
-from trajevo.study_run import run_study
-from trajevo.study_statistics import compare_levels, holm, signed_rank
+from trajevo.study.collection import collect, common_box
+from trajevo.study.definition import Study
+from trajevo.study.file import load_study
+from trajevo.study.folder import StudyFolder
+from trajevo.study.plots import attained, attainment, attainments, hypervolume_bands, hypervolume_boxes
+from trajevo.study.report import write_study
+from trajevo.study.results import CellResult
+from trajevo.study.run import run_study
+from trajevo.study.statistics import compare_levels, holm, signed_rank
 
 SIZES = {"seed": 5, "repeats": 3, "generations": 6, "population": 12}
 

@@ -18,12 +18,12 @@ from typer.testing import CliRunner
 from tests.helpers import refused, trajevo
 from trajevo import Front, TrajevoError, load_problem, optimise
 from trajevo.cli_study import app
-from trajevo.study import Study
-from trajevo.study_cell import run_cell
-from trajevo.study_cluster import DaskCluster
-from trajevo.study_engines import InProcess, Processes
-from trajevo.study_folder import StudyFolder
-from trajevo.study_run import run_study, study_standing
+from trajevo.study.cell import run_cell
+from trajevo.study.cluster import DaskCluster
+from trajevo.study.definition import Study
+from trajevo.study.engines import InProcess, Processes
+from trajevo.study.folder import StudyFolder
+from trajevo.study.run import run_study, study_standing
 
 #: Cells that take long enough for a process to be killed in the midst of them.
 LONG = {"generations": 60, "population": 60}
@@ -138,7 +138,7 @@ def test_a_failed_cell_is_recorded_stops_no_other_and_is_tried_again(tmp_path, m
             raise KeyError("no such table")
         return optimise(problem, seed=seed, **settings)
 
-    monkeypatch.setattr("trajevo.study_cell.optimise", fails)
+    monkeypatch.setattr("trajevo.study.cell.optimise", fails)
     stands = run_study(study, folder)
     assert str(stands) == "4 cells: 3 finished, 1 failed"
     assert f"failed: {broken.name}: KeyError: 'no such table'" in capsys.readouterr().err
@@ -183,7 +183,7 @@ def test_the_cell_that_kills_its_process_is_found(tmp_path, monkeypatch):
             os.kill(os.getpid(), signal.SIGKILL)
         return optimise(problem, seed=seed, **settings)
 
-    monkeypatch.setattr("trajevo.study_cell.optimise", dies)
+    monkeypatch.setattr("trajevo.study.cell.optimise", dies)
     stands = run(study, folder, Processes(2, start_method="fork"))
     assert str(stands) == "4 cells: 3 finished, 1 failed"
     assert stands.cells[0].failure.sentence == "its process died 3 times, as when memory runs out"
@@ -202,19 +202,19 @@ def test_a_killed_worker_of_a_cluster_loses_no_cell(tmp_path, cluster, expected_
 
 
 def test_a_cluster_that_does_not_see_the_folder_is_told(tmp_path, cluster, monkeypatch):
-    monkeypatch.setattr("trajevo.study_cluster.STUDY_FILE", "study.other")
+    monkeypatch.setattr("trajevo.study.cluster.STUDY_FILE", "study.other")
     folder = tmp_path / "study"
     folder.mkdir()
     (folder / "study.other").write_text("seen here")
-    monkeypatch.setattr("trajevo.study_cluster._seen", _blind)
+    monkeypatch.setattr("trajevo.study.cluster._seen", _blind)
     engine = DaskCluster(scheduler=cluster.scheduler_address)
     refused(lambda: run(small(), folder, engine), f"worker tcp.*: does not see the study's folder {folder}")
 
 
 def _blind(folder):
-    import trajevo.study_cluster
+    import trajevo.study.cluster
 
-    return trajevo.study_cluster.version("trajevo"), None
+    return trajevo.study.cluster.version("trajevo"), None
 
 
 def test_a_worker_that_does_not_see_the_study_says_so(tmp_path):
@@ -282,7 +282,7 @@ def test_bad_engines_are_refused(tmp_path, monkeypatch):
     refused(lambda: DaskCluster(scheduler=8786), "scheduler: expected an address such as 'tcp://host:8786', got 8786")
     refused(lambda: run("hybrid", tmp_path), "study: expected a Study, got str")
     refused(lambda: run(small(), tmp_path, 2), "engine: expected InProcess, Processes or DaskCluster, got 2")
-    monkeypatch.setattr("trajevo.study_cluster._PATIENCE", 0.2)
+    monkeypatch.setattr("trajevo.study.cluster._PATIENCE", 0.2)
     nowhere = DaskCluster(scheduler="tcp://127.0.0.1:1")
     refused(lambda: run(small(), tmp_path / "study", nowhere), "scheduler: none answers at 'tcp://127.0.0.1:1'")
     monkeypatch.setitem(sys.modules, "distributed", None)
@@ -294,9 +294,9 @@ def test_bad_engines_are_refused(tmp_path, monkeypatch):
 def test_a_script_that_lacks_its_guard_is_told(tmp_path, engine):
     script = tmp_path / "script.py"
     script.write_text(
-        "from trajevo.study import Study\nfrom trajevo.study_cluster import DaskCluster\n"
-        "from trajevo.study_engines import Processes\n"
-        "from trajevo.study_run import run_study\n"
+        "from trajevo.study.definition import Study\nfrom trajevo.study.cluster import DaskCluster\n"
+        "from trajevo.study.engines import Processes\n"
+        "from trajevo.study.run import run_study\n"
         f"run_study(Study('pointing', seed=1, repeats=1), 'study', engine={engine}, progress=False)\n"
     )
     result = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=60)

@@ -15,15 +15,15 @@ from rich.table import Column, Table
 from trajevo.errors import InvalidInputError
 from trajevo.run_folder import RunFolder
 from trajevo.runs import standing
-from trajevo.study import Study
-from trajevo.study_cluster import DaskCluster
-from trajevo.study_collect import collect as collect_results
-from trajevo.study_engines import START_METHODS, Engine, InProcess, Processes
-from trajevo.study_file import load_study
-from trajevo.study_folder import STATES, StudyFolder
-from trajevo.study_report import StudyReport, write_study
-from trajevo.study_results import StudyResults
-from trajevo.study_run import StudyStanding, run_study, study_standing
+from trajevo.study.cluster import DaskCluster
+from trajevo.study.collection import collect as collect_results
+from trajevo.study.definition import Study
+from trajevo.study.engines import START_METHODS, Engine, InProcess, Processes
+from trajevo.study.file import load_study
+from trajevo.study.folder import STATES, StudyFolder
+from trajevo.study.report import StudyReport, write_study
+from trajevo.study.results import StudyResults
+from trajevo.study.run import StudyStanding, run_study, study_standing
 
 app = typer.Typer(help="Many runs: the product of factors, on one machine or a cluster.", no_args_is_help=True)
 _out = Console(soft_wrap=True, highlight=False)

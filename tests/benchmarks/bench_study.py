@@ -17,11 +17,11 @@ import time
 from pathlib import Path
 
 from trajevo import Front
-from trajevo.study import Study
-from trajevo.study_cluster import DaskCluster
-from trajevo.study_engines import Engine, InProcess
-from trajevo.study_folder import StudyFolder
-from trajevo.study_run import run_study
+from trajevo.study.cluster import DaskCluster
+from trajevo.study.definition import Study
+from trajevo.study.engines import Engine, InProcess
+from trajevo.study.folder import StudyFolder
+from trajevo.study.run import run_study
 
 STUDY = {
     "problem": "hybrid",

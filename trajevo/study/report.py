@@ -13,9 +13,9 @@ import matplotlib.pyplot as plt
 
 from trajevo.errors import InvalidInputError
 from trajevo.files import write_whole
-from trajevo.study_plots import attainments, hypervolume_bands, hypervolume_boxes
-from trajevo.study_results import StudyResults
-from trajevo.study_statistics import Comparison, compare_levels
+from trajevo.study.plots import attainments, hypervolume_bands, hypervolume_boxes
+from trajevo.study.results import StudyResults
+from trajevo.study.statistics import Comparison, compare_levels
 
 COMPARISONS_FILE, PLOTS_FOLDER = "comparisons.csv", "plots"
 
@@ -39,7 +39,7 @@ def write_study(results: StudyResults, folder: str | Path | None = None) -> Stud
     """Write table, dataset, comparisons and pictures of a study.
 
     Args:
-        results: what :func:`trajevo.study_collect.collect` gave.
+        results: what :func:`trajevo.study.collection.collect` gave.
         folder: where to; the study's folder if None.
 
     Raises:

@@ -15,7 +15,7 @@ from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.files import SCRATCH, write_whole
 from trajevo.records import ObjectiveRecord
-from trajevo.study_record import Cell, StudyRecord
+from trajevo.study.record import Cell, StudyRecord
 from trajevo.units import display
 
 if TYPE_CHECKING:

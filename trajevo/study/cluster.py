@@ -14,10 +14,10 @@ from typing import Any, final
 
 from trajevo.errors import InvalidInputError
 from trajevo.stopping import Stopping
-from trajevo.study_cell import Outcome, lost_cell, run_cell_in_worker
-from trajevo.study_engines import DYING, POLL, Engine, checked_workers
-from trajevo.study_folder import STUDY_FILE
-from trajevo.study_jobs import Job
+from trajevo.study.cell import Outcome, lost_cell, run_cell_in_worker
+from trajevo.study.engines import DYING, POLL, Engine, checked_workers
+from trajevo.study.folder import STUDY_FILE
+from trajevo.study.jobs import Job
 
 #: How long a scheduler and its first worker are waited for [s].
 _PATIENCE = 30.0

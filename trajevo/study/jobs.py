@@ -14,7 +14,7 @@ from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.optimise import nsga2
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
-from trajevo.study_record import Cell, StudyRecord, canonical
+from trajevo.study.record import Cell, StudyRecord, canonical
 from trajevo.task import task_problem
 from trajevo.task_file import AlgorithmSettings, Places, TaskSettings, checked_settings
 

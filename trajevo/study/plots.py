@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.study_results import CellResult, StudyResults
+from trajevo.study.results import CellResult, StudyResults
 from trajevo.units import pretty
 
 _COLOURS = plt.get_cmap("tab10").colors  # type: ignore[attr-defined]
@@ -31,7 +31,7 @@ def hypervolume_boxes(results: StudyResults, factor: str | None = None, *, ax: A
     """Hypervolume of all runs of each level of a factor: quartiles, median and whiskers, every run as a point.
 
     Args:
-        results: what :func:`trajevo.study_collect.collect` gave.
+        results: what :func:`trajevo.study.collection.collect` gave.
         factor: the factor; all runs in one box if None.
         ax: where to draw.
 
@@ -63,7 +63,7 @@ def hypervolume_bands(results: StudyResults, factor: str | None = None, *, ax: A
     known are left out.
 
     Args:
-        results: what :func:`trajevo.study_collect.collect` gave.
+        results: what :func:`trajevo.study.collection.collect` gave.
         factor: the factor; all runs in one band if None.
         ax: where to draw.
 
@@ -106,7 +106,7 @@ def attainment(
     that found nothing feasible reaches nothing, and counts.
 
     Args:
-        results: what :func:`trajevo.study_collect.collect` gave.
+        results: what :func:`trajevo.study.collection.collect` gave.
         factor: the factor; all runs together if None.
         objectives: two names; both if there are no more.
         ax: where to draw.
@@ -145,7 +145,7 @@ def attainments(results: StudyResults, factor: str | None = None, *, axes: Any =
     """:func:`attainment` of every pair of objectives.
 
     Args:
-        results: what :func:`trajevo.study_collect.collect` gave.
+        results: what :func:`trajevo.study.collection.collect` gave.
         factor: the factor; all runs together if None.
         axes: one Axes per pair, in the order (0, 1), (0, 2), (1, 2), ...
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
-from trajevo.study_cell import Outcome
+from trajevo.study.cell import Outcome
 
 #: Plain lines per study.
 _LINES = 20

@@ -11,8 +11,8 @@ import pydantic
 
 from trajevo.errors import InvalidInputError
 from trajevo.registry import problem_class
-from trajevo.study_jobs import Job, jobs_of
-from trajevo.study_record import Cell, StudyRecord, TaskContent, cells_of, digest, levels_of, plain_data
+from trajevo.study.jobs import Job, jobs_of
+from trajevo.study.record import Cell, StudyRecord, TaskContent, cells_of, digest, levels_of, plain_data
 from trajevo.task import load_task
 from trajevo.task_file import read_toml
 

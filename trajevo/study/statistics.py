@@ -12,7 +12,7 @@ from scipy.stats import rankdata, wilcoxon
 
 from trajevo.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.study_results import StudyResults
+from trajevo.study.results import StudyResults
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def compare_levels(results: StudyResults, factor: str, *, measure: str = "hyperv
     can fall below 0.05.
 
     Args:
-        results: what :func:`trajevo.study_collect.collect` gave.
+        results: what :func:`trajevo.study.collection.collect` gave.
         factor: the factor.
         measure: a column of the table that is a number.
 

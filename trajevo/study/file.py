@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from trajevo.errors import InvalidInputError, TrajevoError
-from trajevo.study import Study
+from trajevo.study.definition import Study
 from trajevo.task_file import Places, read_toml
 
 _Whole = Annotated[int, pydantic.Field(strict=True)]

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from trajevo.errors import InvalidInputError
 from trajevo.stopping import Stopping
-from trajevo.study import Study
-from trajevo.study_cell import Outcome
-from trajevo.study_engines import POLL, Engine, InProcess
-from trajevo.study_folder import STATES, CellStanding, State, StudyFolder
-from trajevo.study_jobs import Job
-from trajevo.study_progress import CellsShown
+from trajevo.study.cell import Outcome
+from trajevo.study.definition import Study
+from trajevo.study.engines import POLL, Engine, InProcess
+from trajevo.study.folder import STATES, CellStanding, State, StudyFolder
+from trajevo.study.jobs import Job
+from trajevo.study.progress import CellsShown
 
 #: How long a front that a worker has written may take to be seen here, through a network's file system [s].
 _LAG = 60.0
@@ -39,7 +39,7 @@ class StudyStanding:
         return f"{len(self.cells)} cells: " + ", ".join(f"{count} {state}" for state, count in counts if count)
 
     def count(self, state: State) -> int:
-        """Cells in a state, see :data:`trajevo.study_folder.STATES`."""
+        """Cells in a state, see :data:`trajevo.study.folder.STATES`."""
         return sum(cell.state == state for cell in self.cells)
 
     @property

@@ -13,9 +13,9 @@ from trajevo.errors import InvalidInputError
 from trajevo.front import Front
 from trajevo.registry import load_problem
 from trajevo.run_folder import RunFolder
-from trajevo.study_folder import StudyFolder
-from trajevo.study_record import Cell
-from trajevo.study_results import Box, CellResult, StudyResults
+from trajevo.study.folder import StudyFolder
+from trajevo.study.record import Cell
+from trajevo.study.results import Box, CellResult, StudyResults
 
 
 def collect(folder: str | Path) -> StudyResults:

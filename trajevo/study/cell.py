@@ -16,9 +16,9 @@ from trajevo.optimise import optimise
 from trajevo.registry import load_problem
 from trajevo.run_folder import RunFolder
 from trajevo.runs import resume
-from trajevo.study_folder import Failure, StudyFolder
-from trajevo.study_jobs import Job, solver_settings
-from trajevo.study_record import canonical
+from trajevo.study.folder import Failure, StudyFolder
+from trajevo.study.jobs import Job, solver_settings
+from trajevo.study.record import canonical
 
 
 class Outcome(TypedDict):

@@ -18,8 +18,8 @@ from typing import Any, final
 
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.stopping import Stopping
-from trajevo.study_cell import Outcome, lost_cell, run_cell, run_cell_in_worker
-from trajevo.study_jobs import Job
+from trajevo.study.cell import Outcome, lost_cell, run_cell, run_cell_in_worker
+from trajevo.study.jobs import Job
 
 START_METHODS = ("spawn", "forkserver", "fork")
 
