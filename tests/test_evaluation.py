@@ -208,6 +208,15 @@ def test_a_checkpoint_that_failed_is_written_as_soon_as_there_is_room(name, tmp_
     np.testing.assert_array_equal(read_run(tmp_path / "run").X, front.X)
 
 
+def test_what_pymoo_says_of_its_own_is_not_repeated_and_ours_is_heard(tmp_path):
+    before = list(warnings.filters)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for name in ("RVEA", "NSGA3"):
+            begin("pointing", name, 12, 1, tmp_path / name)
+    assert warnings.filters == before
+
+
 def test_too_little_space_is_told_before_anything_is_computed(tmp_path, monkeypatch):
     monkeypatch.setattr(RunFolder, "free", lambda self: 10**6)
     says = r"run: the run needs about 17 MB, 1 MB are free"

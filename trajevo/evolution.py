@@ -64,11 +64,15 @@ def evolve(
     keeper.go_on()
     shown = reporter(manifest.generations, enabled=progress, done=len(watch.evaluations))
     try:
-        with shown, one_blas_thread(), Stopping() as stopping:
+        with shown, one_blas_thread(), warnings.catch_warnings(), Stopping() as stopping:
+            # RVEA's angle between a point and its own direction, by rounding; NaN wins there as 0 would.
+            warnings.filterwarnings("ignore", "invalid value encountered in arccos", RuntimeWarning, r"pymoo\.")
+            heard = list(warnings.filters)
             while solver.has_next() and not stopping:
-                # pymoo's NSGA-III silences all warnings of Python, ours among them.
-                with warnings.catch_warnings():
-                    solver.next()
+                solver.next()
+                if warnings.filters != heard:
+                    # pymoo's NSGA-III silences all warnings of Python, ours among them.
+                    warnings.filters = list(heard)
                 shown.update(watch.close(len(watch.evaluations) + 1, evaluator.n_eval))
                 keeper.generation_done()
             keeper.save()
