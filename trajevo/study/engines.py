@@ -82,9 +82,8 @@ class Processes(Engine):
     Args:
         workers: processes.
         start_method: how they are started. ``"spawn"`` starts afresh, ``"forkserver"`` copies a process that did;
-            ``"fork"`` copies this one, with everything that was registered by hand, and must not be used where this
-            process has run Pinocchio on several threads. With the first two a script that starts a study needs
-            ``if __name__ == "__main__":``.
+            ``"fork"`` copies this one, with everything that was registered by hand; Pinocchio has one thread there.
+            With the first two a script that starts a study needs ``if __name__ == "__main__":``.
 
     Raises:
         InvalidInputError: no worker.

@@ -15,6 +15,7 @@ import numpy as np
 import pydantic
 
 from trajevo.errors import InvalidInputError
+from trajevo.records import Record
 
 #: Longest name of a cell's folder; file systems allow 255 bytes.
 _LONGEST_NAME = 120
@@ -26,25 +27,21 @@ _RESERVED = ("cell", "repeat", "seed", "generation", "point", "objective")
 _FACTOR_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 
 
-class _Record(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Level(_Record):
+class Level(Record):
     """A value that a factor takes, and the short text that stands for it in names, tables and pictures."""
 
     label: str
     value: Any
 
 
-class TaskContent(_Record):
+class TaskContent(Record):
     """A task's file: what stands in it, and the folder from which relative paths in it count."""
 
     content: dict[str, Any]
     folder: str
 
 
-class StudyRecord(_Record):
+class StudyRecord(Record):
     """A study as data, the content of ``study.json``.
 
     Attributes:
@@ -67,7 +64,7 @@ class StudyRecord(_Record):
     fixed: dict[str, Any]
     factors: dict[str, tuple[Level, ...]]
     folder: str = "."
-    problems: dict[str, str] = {}
+    problems: dict[str, str] = pydantic.Field(default_factory=dict)
 
 
 @dataclass(frozen=True)
