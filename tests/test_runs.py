@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -216,3 +217,11 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     assert (run / "report.html").exists()
     whole = optimise(read_run(run).problem, seed=3, generations=150, population=40, progress=False)
     assert same(Front.load(run / "front.json"), whole)
+
+
+def test_what_the_docs_show_runs(tmp_path):
+    docs = (Path(__file__).parents[1] / "docs" / "runs.md").read_text()
+    (script,) = re.findall(r"```python\n(.*?)```", docs, re.DOTALL)
+    result = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.rstrip().endswith("(40,)")
