@@ -59,7 +59,7 @@ def complain():
 @pytest.mark.parametrize(
     ("misbehave", "said"),
     [
-        (hang, "took longer than 0.2 s"),
+        (hang, "took longer than 0.6 s"),
         (die, "the process that evaluated it died: signal SIGKILL"),
         (leave, "the process that evaluated it died: exit code 3"),
         (complain, "LookupError: no such torque"),
@@ -72,11 +72,11 @@ def test_individuals_that_misbehave_are_listed_with_their_x_and_touch_no_other(m
         seed=1,
         generations=2,
         population=8,
-        time_limit=0.2,
+        time_limit=0.6,
         out=tmp_path / "run",
         progress=False,
     )
-    assert time.perf_counter() - began < 20.0
+    assert time.perf_counter() - began < 45.0
     assert 0 < front.run.failures < front.run.evaluations
     assert len(front.run.failed) == front.run.failures
     assert {one.said for one in front.run.failed} == {said}
