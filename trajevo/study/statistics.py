@@ -8,7 +8,6 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.stats import rankdata, wilcoxon
 
 from trajevo.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, checked_name
@@ -89,6 +88,9 @@ def signed_rank(first: Array, second: Array) -> tuple[float, float]:
     Raises:
         InvalidInputError: another shape, or values that are not finite.
     """
+    # A quarter of a second that every command would take longer to start.
+    from scipy.stats import rankdata, wilcoxon
+
     x = numbers(first, name="first", shape=("N",))
     d = x - numbers(second, name="second", shape=(len(x),))
     d = d[d != 0.0]
