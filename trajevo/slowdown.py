@@ -50,7 +50,7 @@ class Slowdown:
         joint: name of the binding joint.
         time: instant of the scaled motion at which it binds [s].
         utilisation: greatest share of each limit of each joint at ``factor``, shape (4, n_joints), rows in the order
-            of :data:`SCALED_LIMITS`; 0 where there is no limit.
+            of :data:`SCALED_LIMITS`; 0 where there is no limit. Effort below 90 % is that at samples.
         allowed: all factors that every limit allows, intervals, ascending, shape (K, 2), the last end usually inf.
         motion: the motion as it is, carrying the payload.
     """
