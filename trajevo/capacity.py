@@ -217,10 +217,10 @@ def _held_at_rest(problem: TrajectoryProblem) -> float:
     unloaded, per_kilogram = (
         effort(q, still, still) for effort in (problem.dynamics.unloaded_effort, problem.dynamics.effort_per_kilogram)
     )
-    return float(_greatest_masses(unloaded, per_kilogram, problem.robot.limits.effort).min())
+    return float(greatest_masses(unloaded, per_kilogram, problem.robot.limits.effort).min())
 
 
-def _greatest_masses(unloaded: Array, per_kilogram: Array, limit: Array) -> Array:
+def greatest_masses(unloaded: Array, per_kilogram: Array, limit: Array) -> Array:
     """Greatest mass per instant and joint [kg], shapes (T, n_joints); -inf where a limit is broken without payload."""
     felt = np.abs(per_kilogram)
     # (limit - τ₀)/τ₁ where the payload pushes up, (limit + τ₀)/(-τ₁) where it pushes down.
@@ -254,7 +254,7 @@ def _efforts(motion: Any, samples: int) -> _Efforts:
 
 
 def _closed_form(efforts: _Efforts) -> Capacity:
-    masses = _greatest_masses(efforts.unloaded, efforts.per_kilogram, efforts.dynamics.robot.limits.effort)
+    masses = greatest_masses(efforts.unloaded, efforts.per_kilogram, efforts.dynamics.robot.limits.effort)
     per_joint = masses.min(axis=0)
     if np.isneginf(per_joint).any():
         used = efforts.used(0.0)

@@ -1,4 +1,4 @@
-"""The command ``trajevo``: init, check-robot, list, solve, resume, show, report, export, animate, capacity, verify."""
+"""The command ``trajevo``: init, check-robot, list, solve, resume, show, report, export, animate, capacity, ..."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from rich.table import Table
 
 from trajevo.animation import animate
 from trajevo.capacity import dlcc, dlcc_iterative
+from trajevo.cli_capacity import slowdown, workspace
 from trajevo.cli_solve import REPORT_FILE, resume, solve
 from trajevo.cli_study import app as study_app
 from trajevo.errors import TrajevoError
@@ -40,6 +41,8 @@ _out = Console(soft_wrap=True, highlight=False)
 app.command()(solve)
 app.add_typer(study_app, name="study")
 app.command()(resume)
+app.command()(slowdown)
+app.command("workspace-capacity")(workspace)
 
 _RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]
 _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as the problem has it if not given.")]

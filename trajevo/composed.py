@@ -11,7 +11,7 @@ from trajevo.arrays import Array, frozen, read_only
 from trajevo.course import Course
 from trajevo.errors import InvalidInputError
 from trajevo.hull import ORDERS
-from trajevo.trajectory import TrajectoryBatch, checked_order, chosen_rows
+from trajevo.trajectory import TrajectoryBatch, checked_factor, checked_order, chosen_rows
 
 
 @final
@@ -49,6 +49,10 @@ class ComposedBatch(TrajectoryBatch):
     def __getitem__(self, index: SupportsIndex | slice) -> ComposedBatch:
         rows = chosen_rows(len(self), index)
         return ComposedBatch(self.course.rows(rows), self.durations[rows])
+
+    def slowed(self, factor: float) -> ComposedBatch:
+        """The same ways in ``factor`` times the durations."""
+        return ComposedBatch(self.course, self.durations * checked_factor(factor))
 
     @property
     def n_joints(self) -> int:

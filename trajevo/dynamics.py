@@ -206,16 +206,23 @@ class Rollout:
     def effort_in(self, q: Array, v: Array, a: Array) -> Array:
         """Effort with the payload in other states than the samples', shapes (B, T, n_joints) [N·m or N].
 
-        A joint that only rounding moves counts as standing: at the end of a motion and in one that it does not take
-        part in, dry friction would point either way by chance.
+        A joint that only rounding moves counts as standing, see :meth:`without_rounding`.
         """
-        duration = self.trajectory.duration[:, None]
-        slowest = _ROUNDING * (self.trajectory.peak(1) + self.trajectory.peak(0) / duration)
-        v = np.where(np.abs(v) <= slowest[:, None, :], 0.0, v)
+        v = self.without_rounding(v)
         if self.masses is None:
             return frozen(self.dynamics.effort(q, v, a))
         each = self.dynamics.effort_per_kilogram(q, v, a)
         return frozen(self.dynamics.unloaded_effort(q, v, a) + self.masses[:, None, None] * each)
+
+    def without_rounding(self, v: Array) -> Array:
+        """Velocities, shape (B, T, n_joints), with those that are nothing but rounding set to 0.
+
+        At the end of a motion and in one that a joint does not take part in, dry friction would point either way by
+        chance.
+        """
+        duration = self.trajectory.duration[:, None]
+        slowest = _ROUNDING * (self.trajectory.peak(1) + self.trajectory.peak(0) / duration)
+        return np.where(np.abs(v) <= slowest[:, None, :], 0.0, v)
 
     @property
     def power(self) -> Array:

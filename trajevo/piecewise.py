@@ -11,7 +11,7 @@ import numpy as np
 from trajevo import polynomials
 from trajevo.arrays import Array, frozen, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.trajectory import DERIVATIVES, TrajectoryBatch, checked_order, chosen_rows
+from trajevo.trajectory import DERIVATIVES, TrajectoryBatch, checked_factor, checked_order, chosen_rows
 
 
 @final
@@ -67,6 +67,12 @@ class PolynomialBatch(TrajectoryBatch):
     def __getitem__(self, index: SupportsIndex | slice) -> PolynomialBatch:
         rows = chosen_rows(len(self), index)
         return PolynomialBatch(self.breaks[rows], self.coefficients[rows])
+
+    def slowed(self, factor: float) -> PolynomialBatch:
+        """The same paths in ``factor`` times the time: coefficient k is divided by its k-th power."""
+        stretch = checked_factor(factor)
+        powers = stretch ** np.arange(self.coefficients.shape[-1])
+        return PolynomialBatch(self.breaks * stretch, self.coefficients / powers)
 
     @property
     def n_joints(self) -> int:

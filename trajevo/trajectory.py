@@ -10,7 +10,7 @@ from typing import Any, SupportsIndex
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
+from trajevo.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 
 #: Position, velocity, acceleration, jerk: the derivatives that limits speak of.
@@ -115,6 +115,14 @@ class TrajectoryBatch(ABC):
     def definition(self, index: int) -> dict[str, Any]:
         """What makes one trajectory, as plain data that another program can evaluate."""
 
+    @abstractmethod
+    def slowed(self, factor: float) -> TrajectoryBatch:
+        """The same paths in ``factor`` times the time, below 1 for faster ones: q(t / factor).
+
+        Raises:
+            InvalidInputError: a factor that is not positive and finite.
+        """
+
     @property
     def duration(self) -> Array:
         """Total time of each trajectory, shape (B,) [s]."""
@@ -159,6 +167,14 @@ def chosen_rows(count: int, index: SupportsIndex | slice) -> slice:
     if not -count <= place < count:
         raise IndexError(f"trajectory {place} of a batch of {count}")
     return slice(place, place + 1 or None)
+
+
+def checked_factor(factor: float) -> float:
+    """A factor of time as a positive finite number."""
+    checked = float(numbers(factor, name="factor", shape=()))
+    if not checked > 0.0:
+        raise InvalidInputError(f"factor: expected a positive number, got {factor!r}")
+    return checked
 
 
 def checked_order(derivative: int) -> int:

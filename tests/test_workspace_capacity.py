@@ -1,0 +1,197 @@
+"""Capacity over planes of tool positions: cells against Pinocchio's statics, reach, reference value, bad input."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from tests.helpers import refused, trajevo
+from tests.test_kinematics import ROBOTS
+from trajevo import capacity_plots, load_robot
+from trajevo.inverse_kinematics import Pose
+from trajevo.payload import Payload
+from trajevo.workspace_capacity import ToolPlane, workspace_capacity
+
+DOWN = np.diag([1.0, -1.0, -1.0])
+STATIC_BOUND = 12.510810648896424
+MIDDLE = np.array([0.366209868, 0.383288194, 0.201385220, -1.206252974, 0.661853632])
+
+
+def hybrid_pose():
+    position, rotation = (values[0] for values in load_robot("hybrid_manipulator").tool_poses(MIDDLE[None]))
+    return Pose(position, rotation)
+
+
+def found_for(name, cells=4, **options):
+    robot = load_robot(name, **ROBOTS[name])
+    if name == "hybrid_manipulator":
+        plane, options = ToolPlane.around(hybrid_pose(), "xy", reach=0.1, cells=cells), {"start": MIDDLE} | options
+    else:
+        plane = ToolPlane.around(Pose([0.55, 0.1, 0.3], DOWN), "xz", reach=0.5, cells=cells)
+    return robot, workspace_capacity(robot, plane, **options)
+
+
+@pytest.fixture(params=["ur5", "panda", "hybrid_manipulator"], scope="module")
+def cells(request):
+    return found_for(request.param)
+
+
+def effort_of_pinocchio(robot, mass, q, a):
+    """Effort of one configuration at rest, with a point mass that is part of the tool's body."""
+    model = robot.model.copy()
+    frame = model.frames[model.getFrameId(robot.tool)]
+    model.appendBodyToJoint(frame.parentJoint, pin.Inertia(mass, np.zeros(3), np.zeros((3, 3))), frame.placement)
+    states = robot.transmission.motion(q, np.zeros_like(q), a)
+    torque = robot.transmission.effort(q, pin.rnea(model, model.createData(), *states))
+    return torque + robot.friction.armature * a
+
+
+def test_the_binding_joint_of_a_cell_is_at_its_limit(cells):
+    robot, found = cells
+    still = np.zeros(robot.dof)
+    bound = np.argwhere(np.isfinite(found.mass) & (found.mass > 0.0))
+    assert len(bound) >= 4
+    for row, column in bound:
+        used = np.abs(effort_of_pinocchio(robot, found.mass[row, column], found.q[row, column], still))
+        used = used / robot.limits.effort
+        assert used.max() == pytest.approx(1.0, abs=1e-9)
+        assert used[found.joint[row, column]] == pytest.approx(1.0, abs=1e-9)
+        assert found.per_joint[row, column].min() == found.mass[row, column]
+
+
+def test_the_tool_is_where_the_cell_says(cells):
+    robot, found = cells
+    positions, rotations = robot.tool_poses(found.q[found.reached])
+    np.testing.assert_allclose(positions, found.plane.positions[found.reached], atol=1e-6)
+    np.testing.assert_allclose(rotations - found.plane.pose.rotation, 0.0, atol=2e-6)
+    assert (found.q[found.reached] >= robot.limits.lower).all()
+    assert (found.q[found.reached] <= robot.limits.upper).all()
+
+
+def test_cells_out_of_reach_are_nan():
+    for name in ("ur5", "panda"):
+        _, found = found_for(name, 3)
+        far = np.linalg.norm(found.plane.positions, axis=-1) > 1.3
+        assert far.any()
+        assert np.isnan(found.mass[far]).all()
+        assert (found.joint[far] == -1).all()
+        assert np.isnan(found.per_joint[far]).all()
+        assert not found.reached[far].any()
+        assert found.reached.any()
+        assert f"in {found.reached.sum()} of 9 cells" in str(found)
+
+
+def test_static_bound_of_the_hybrid_manipulator_everywhere():
+    _, found = found_for("hybrid_manipulator")
+    assert found.reached.all()
+    np.testing.assert_allclose(found.mass, STATIC_BOUND, atol=1e-8)
+    assert (found.joint == 2).all()
+    open_orientation = ToolPlane.around(Pose(hybrid_pose().position), "xy", reach=0.05, cells=2)
+    anyhow = workspace_capacity(load_robot("hybrid_manipulator"), open_orientation, start=MIDDLE)
+    assert anyhow.reached.all()
+    np.testing.assert_allclose(anyhow.mass, STATIC_BOUND, atol=1e-8)
+
+
+def test_an_accelerated_tool(cells):
+    """Joint accelerations, checked by finite differences of the tool's position, give the wanted one."""
+    robot, still = cells
+    wanted = np.array([1.0, -0.5, 1.5])
+    start = still.q[still.reached][0]
+    position, rotation = (values[0] for values in robot.tool_poses(start[None]))
+    here = ToolPlane(Pose(position, rotation), "xy", position[:1], position[1:2])
+    found = workspace_capacity(robot, here, acceleration=wanted, start=start)
+    q = found.q[0, 0]
+    gravity = workspace_capacity(robot, here, start=start)
+    assert found.acceleration.tolist() == wanted.tolist()
+    # The least joint accelerations that give it, from the Jacobian by central differences.
+    step = 1e-6
+    poses = [robot.tool_poses(q + sign * step * np.eye(robot.dof))[0] for sign in (1.0, -1.0)]
+    jacobian = ((poses[0] - poses[1]) / (2.0 * step)).T
+    turns = [robot.tool_poses(q + sign * step * np.eye(robot.dof))[1].reshape(robot.dof, 9) for sign in (1.0, -1.0)]
+    full = np.vstack([jacobian, ((turns[0] - turns[1]) / (2.0 * step)).T])
+    a = np.linalg.lstsq(full, np.concatenate([wanted, np.zeros(9)]), rcond=1e-7)[0]
+    np.testing.assert_allclose(jacobian @ a, wanted, atol=1e-6)
+    used = np.abs(effort_of_pinocchio(robot, found.mass[0, 0], q, a)) / robot.limits.effort
+    assert used.max() == pytest.approx(1.0, abs=1e-5)
+    assert found.mass[0, 0] != pytest.approx(gravity.mass[0, 0], rel=1e-6)
+
+
+def test_an_acceleration_that_the_mechanism_cannot_give_is_nan():
+    """A stretched elbow cannot pull the tool back at once."""
+    robot = load_robot("ur5", **ROBOTS["ur5"])
+    q = np.array([0.0, 0.0, 0.0, -1.0, -1.4, 0.2])  # the elbow stretched
+    position, rotation = (values[0] for values in robot.tool_poses(q[None]))
+    plane = ToolPlane(Pose(position, rotation), "xz", position[:1], position[2:])
+    stretched = workspace_capacity(robot, plane, start=q, acceleration=[1.0, 0.0, 0.0])
+    assert stretched.reached.all()
+    assert workspace_capacity(robot, plane, start=q).mass[0, 0] > 0.0
+    assert np.isnan(stretched.mass[0, 0])
+
+
+def test_centre_of_mass_and_a_heavy_robot():
+    _, point = found_for("ur5", 2)
+    _, far = found_for("ur5", 2, payload=Payload(1.0, (0.0, 0.0, 0.3)))
+    known = point.reached
+    assert (far.q[known] == point.q[known]).all()
+    assert (far.mass[known] != point.mass[known]).any()
+    weak = load_robot("ur5", **{**ROBOTS["ur5"], "limits": {**ROBOTS["ur5"]["limits"], "effort": 1e-3}})
+    found = workspace_capacity(weak, point.plane)
+    assert (found.mass[found.reached] == 0.0).all()
+    free = load_robot("ur5", **{**ROBOTS["ur5"], "limits": {**ROBOTS["ur5"]["limits"], "effort": np.inf}})
+    unlimited = workspace_capacity(free, point.plane)
+    assert np.isinf(unlimited.mass[unlimited.reached]).all()
+    assert (unlimited.joint == -1).all()
+
+
+def test_coordinates_of_a_plane():
+    plane = ToolPlane({"position": [9.0, 0.2, 0.3]}, "zx", [0.1, 0.4, 0.5], [1.0, 2.0])
+    assert plane.positions.shape == (2, 3, 3)
+    assert plane.positions[1, 2].tolist() == [2.0, 0.2, 0.5]
+    around = ToolPlane.around(Pose([1.0, 2.0, 3.0]), "yz", reach=0.5, cells=3)
+    assert around.columns.tolist() == [1.5, 2.0, 2.5]
+    assert around.rows.tolist() == [2.5, 3.0, 3.5]
+
+
+CASES = {
+    "another plane": (lambda: ToolPlane.around(Pose([0.0] * 3), "xx"), "unknown plane 'xx'; known: xy"),
+    "falling": (lambda: ToolPlane(Pose([0.0] * 3), "xy", [1.0, 0.0], [0.0]), "columns: expected increasing"),
+    "none": (lambda: ToolPlane(Pose([0.0] * 3), "xy", [1.0], []), "rows: expected increasing"),
+    "no pose": (lambda: ToolPlane(5, "xy", [1.0], [1.0]), "pose: expected a Pose"),
+    "reach": (lambda: ToolPlane.around(Pose([0.0] * 3), "xy", reach=0.0), "reach: expected a positive length"),
+    "cells": (lambda: ToolPlane.around(Pose([0.0] * 3), "xy", cells=1), "cells: expected a whole number"),
+    "no plane": (lambda: workspace_capacity(load_robot("puma560"), 5), "plane: expected a ToolPlane, got int"),
+    "acceleration": (lambda: found_for("ur5", 2, acceleration=[1.0]), r"acceleration: expected shape \(3\)"),
+    "start": (lambda: found_for("ur5", 2, start=[1.0]), r"start: expected shape \(6\)"),
+    "starts": (lambda: found_for("ur5", 2, starts=-1), "starts: expected a whole number"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_bad_input_is_refused(case):
+    refused(*CASES[case])
+
+
+def test_pictures(cells):
+    robot, found = cells
+    ax = capacity_plots.workspace_capacity(found)
+    assert ax.get_xlabel() == f"tool {found.plane.axes[0]} [m]"
+    joints = capacity_plots.workspace_capacity(found, show="joint")
+    labels = [text.get_text() for text in joints.get_legend().get_texts()]
+    bound = np.unique(found.joint[found.joint >= 0])
+    assert labels == [*(robot.joint_names[k] for k in bound), "not reached"]
+    refused(lambda: capacity_plots.workspace_capacity(found, show="torque"), "unknown thing to show 'torque'")
+
+
+def test_command_line(tmp_path):
+    options = ["--position", 0.5, 0.0, 0.4, "--rpy", 3.14159265, 0, 0, "--cells", 2, "--reach", 0.1]
+    fingers = ["--lock", "panda_finger_joint1=0", "--lock", "panda_finger_joint2=0", "--tool", "panda_hand_tcp"]
+    done = trajevo("workspace-capacity", "panda", *options, *fingers, "--out", tmp_path / "map.png")
+    assert done.returncode == 0, done.stderr
+    assert "held at rest in 4 of 4 cells" in done.stdout
+    assert "panda_joint" in done.stdout
+    assert (tmp_path / "map.png").is_file()
+    bad = trajevo("workspace-capacity", "panda", *options, "--lock", "panda_finger_joint1")
+    assert bad.returncode == 2
+    assert bad.stderr == "error: lock: expected JOINT=POSITION [rad or m], got 'panda_finger_joint1'\n"
+    unwritable = trajevo("workspace-capacity", "ur5", *options, "--tool", "tool0", "--out", tmp_path / "no" / "map.png")
+    assert unwritable.returncode == 2
+    assert "cannot be written" in unwritable.stderr

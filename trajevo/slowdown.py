@@ -1,0 +1,297 @@
+"""Faster or slower along the same path: the least time in which a motion, scaled uniformly, carries a payload.
+
+Closed form in the speed, see :mod:`trajevo.time_scaling`; instants are added where the effort peaks between samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen, numbers
+from trajevo.capacity import SAMPLES, greatest_masses
+from trajevo.dynamics import Rollout, rollout_of
+from trajevo.errors import InvalidInputError
+from trajevo.front import Solution
+from trajevo.payload import Payload
+from trajevo.time_scaling import EffortOfPath, allowed_speeds
+from trajevo.weighted import WeightedOptimum
+
+#: What can bound the speed, in the order of :attr:`Slowdown.utilisation`.
+SCALED_LIMITS = ("velocity", "acceleration", "jerk", "effort")
+
+#: Share of an effort limit that counts as rounding.
+_ROUNDING = 1e-12
+
+#: Utilisation at which a peak of effort between samples is looked for, and how many peaks at a time.
+_NEAR, _PEAKS = 0.9, 64
+
+#: New instants between the neighbours of a peak, and how often.
+_ZOOM, _ROUNDS = 21, 16
+
+#: Relative change of the speed that ends the search.
+_SETTLED = 1e-11
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Slowdown:
+    """The least time in which a motion along a fixed path carries a payload.
+
+    Attributes:
+        payload: what is carried.
+        factor: least duration over that of the motion as it is; below 1 the motion can be faster.
+        duration: least duration [s].
+        limit: what binds, one of :data:`SCALED_LIMITS`.
+        joint: name of the binding joint.
+        time: instant of the scaled motion at which it binds [s].
+        utilisation: greatest share of each limit of each joint at ``factor``, shape (4, n_joints), rows in the order
+            of :data:`SCALED_LIMITS`; 0 where there is no limit. Effort below 90 % is that at samples.
+        allowed: all factors that every limit allows, intervals, ascending, shape (K, 2), the last end usually inf.
+        motion: the motion as it is, carrying the payload.
+    """
+
+    payload: Payload
+    factor: float
+    duration: float
+    limit: str
+    joint: str
+    time: float
+    utilisation: Array
+    allowed: Array
+    motion: Rollout
+
+    @cached_property
+    def rollout(self) -> Rollout:
+        """The robot on the scaled motion, carrying the payload."""
+        return replace(self.motion, trajectory=self.motion.trajectory.slowed(self.factor))
+
+    def __str__(self) -> str:
+        percent = 100.0 * (self.factor - 1.0)
+        change = (
+            "as now" if abs(percent) < 1e-6 else f"{abs(percent):.3g} % {'more' if percent > 0.0 else 'less'} than now"
+        )
+        return (
+            f"{self.payload.mass:g} kg ({self.payload.model} payload) takes at least {self.duration:.4f} s, {change}, "
+            f"limited by the {self.limit} of {self.joint} at {self.time:.4f} s"
+        )
+
+
+def slowdown_for(
+    motion: Solution | Rollout | WeightedOptimum, payload: Payload | float, *, samples: int = SAMPLES
+) -> Slowdown:
+    """The least uniform scaling of time with which a motion carries a payload inside the robot's limits.
+
+    Limits are those of velocity, acceleration, jerk (exact peaks) and effort. Limits of position do not depend on time;
+    constraints of a problem's own, such as a tool speed, are not looked at.
+
+    Args:
+        motion: a solution of a front, an optimum, or a rollout (of its batch the first trajectory counts).
+        payload: a payload, or a mass [kg] of the shape and model of the motion's own.
+        samples: instants per segment to begin with, both ends included.
+
+    Raises:
+        InvalidInputError: a payload that the robot cannot hold at rest somewhere on the path (the message says what it
+            can hold) or that no speed suits, or a robot without any limit.
+    """
+    own = rollout_of(motion).dynamics.payload
+    carried = payload if isinstance(payload, Payload) else own.with_mass(Payload(payload).mass)
+    return _Path(motion, samples, carried).slowdown(carried)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SlowdownCurve:
+    """The least time of a motion along a fixed path for each payload.
+
+    Attributes:
+        payloads: [kg], ascending, shape (N,).
+        factors: least duration over that of the motion as it is, shape (N,); NaN where the payload cannot be carried.
+        durations: least duration, shape (N,) [s]; NaN likewise.
+        limits: what binds, one of :data:`SCALED_LIMITS`, empty where the payload cannot be carried, N of them.
+        joints: names of the binding joints, N of them.
+        static_bound: the greatest payload that can be held at rest everywhere on the path [kg]; may be inf.
+        present_duration: of the motion as it is [s].
+        payload_model: how the payload acts.
+    """
+
+    payloads: Array
+    factors: Array
+    durations: Array
+    limits: tuple[str, ...]
+    joints: tuple[str, ...]
+    static_bound: float
+    present_duration: float
+    payload_model: str
+
+
+def slowdown_curve(
+    motion: Solution | Rollout | WeightedOptimum, payloads: Sequence[float] | None = None, *, samples: int = SAMPLES
+) -> SlowdownCurve:
+    """:func:`slowdown_for` over masses.
+
+    Args:
+        motion: as for :func:`slowdown_for`; the shape and the model of the payload are its own.
+        payloads: masses [kg]; 40 from 0 to just below what the robot can hold at rest if None.
+        samples: as for :func:`slowdown_for`.
+
+    Raises:
+        InvalidInputError: no payloads, negative ones, or none given where nothing bounds what the robot can hold.
+    """
+    path = _Path(motion, samples)
+    own, now = path.rollout.dynamics.payload, float(path.rollout.trajectory.duration[0])
+    if payloads is None:
+        if not 0.0 < path.static_bound < np.inf:
+            raise InvalidInputError(
+                f"payloads: expected masses [kg], as the robot can hold {max(path.static_bound, 0.0):g} kg at rest"
+            )
+        payloads = np.linspace(0.0, path.static_bound, 41)[:-1].tolist()
+    masses = np.sort(numbers(payloads, name="payloads", shape=("N",)))
+    if not len(masses) or masses[0] < 0.0:
+        raise InvalidInputError(f"payloads: expected at least one mass from 0 on [kg], got {masses.tolist()}")
+    found = [path.slowdown(own.with_mass(mass)) if path.carries(mass) else None for mass in masses.tolist()]
+    factors = np.array([np.nan if one is None else one.factor for one in found])
+    return SlowdownCurve(
+        payloads=frozen(masses),
+        factors=frozen(factors),
+        durations=frozen(now * factors),
+        limits=tuple("" if one is None else one.limit for one in found),
+        joints=tuple("" if one is None else one.joint for one in found),
+        static_bound=path.static_bound,
+        present_duration=now,
+        payload_model=own.model,
+    )
+
+
+class _Path:
+    """One motion, its effort by powers of the speed at instants that grow in number, and its kinematic bounds."""
+
+    def __init__(
+        self, motion: Solution | Rollout | WeightedOptimum, samples: int, shape: Payload | None = None
+    ) -> None:
+        given = rollout_of(motion)
+        dynamics = given.dynamics.sampled(samples)
+        self.rollout = Rollout(
+            dynamics if shape in (None, dynamics.payload) else replace(dynamics, payload=shape), given.trajectory[0]
+        )
+        self.limits = given.robot.limits
+        self.t: Array = self.rollout.t[0]
+        v = self.rollout.without_rounding(self.rollout.v)
+        self.effort = EffortOfPath.of(self.rollout, self.rollout.q[0], v[0], self.rollout.a[0])
+        limit = np.stack([self.limits.velocity, self.limits.acceleration, self.limits.jerk])
+        peaks = np.concatenate([self.rollout.trajectory.peak(order) for order in (1, 2, 3)])
+        #: Share of the limit at the speed of now, rows velocity, acceleration, jerk.
+        self.shares = peaks / limit
+        with np.errstate(divide="ignore"):
+            self.greatest_speeds = self.shares ** (-1.0 / np.array([[1.0], [2.0], [3.0]]))
+
+    @property
+    def _masses_at_rest(self) -> Array:
+        return greatest_masses(self.effort.held, self.effort.held_per_kilogram, self.limits.effort)
+
+    @cached_property
+    def static_bound(self) -> float:
+        """The greatest payload [kg] held at rest at all instants; -inf if the robot alone is too heavy."""
+        return float(self._masses_at_rest.min())
+
+    def carries(self, mass: float) -> bool:
+        """Whether any speed carries a mass [kg]."""
+        return self._held(mass) and len(self._greatest_speed(mass)[0]) > 0
+
+    def slowdown(self, payload: Payload) -> Slowdown:
+        """The least time with a payload of the path's shape."""
+        if not self._held(payload.mass):
+            instant, joint = (int(i) for i in np.unravel_index(self._masses_at_rest.argmin(), self.effort.held.shape))
+            name = self.rollout.robot.joint_names[joint]
+            raise InvalidInputError(
+                f"payload: expected at most {max(self.static_bound, 0.0):.6f} kg, which {name} can hold at rest at "
+                f"{self.t[instant]:.4f} s of this motion, got {payload.mass:g} kg: no slower motion can carry it"
+            )
+        speeds, bound = self._greatest_speed(payload.mass)
+        if not len(speeds):
+            raise InvalidInputError(
+                f"payload: expected one that some speed along this path suits, got {payload.mass:g} kg: the robot "
+                "holds it at rest, but moving it breaks an effort limit however slowly"
+            )
+        if bound < 0:
+            raise InvalidInputError(
+                f"motion: expected one that a limit of velocity, acceleration, jerk or effort bounds, but "
+                f"{self.rollout.robot.name!r} has none that this motion would reach"
+            )
+        return self._bound(payload, speeds, bound)
+
+    def _greatest_speed(self, mass: float) -> tuple[Array, int]:
+        """What :meth:`_speeds` says, with as many more instants as the greatest speed takes to settle."""
+        before = -1.0
+        for _ in range(_ROUNDS):
+            speeds, bound = self._speeds(mass)
+            if bound < 0 or abs(float(speeds[-1, 1]) - before) <= _SETTLED * before:
+                break
+            before = float(speeds[-1, 1])
+            self._look_closer(mass, before)
+        return speeds, bound
+
+    def _held(self, mass: float) -> bool:
+        held = self.effort.held + mass * self.effort.held_per_kilogram
+        return bool((np.abs(held) <= self.limits.effort * (1.0 + _ROUNDING)).all())
+
+    def _speeds(self, mass: float) -> tuple[Array, int]:
+        """Allowed speeds, and the interval that bounds the greatest: kinematic ones first, then those of effort."""
+        lower, upper = self.effort.carrying(mass).excluded(self.limits.effort * (1.0 + _ROUNDING))
+        kinematic = self.greatest_speeds.ravel()
+        return allowed_speeds(
+            np.concatenate([kinematic, lower.ravel()]),
+            np.concatenate([np.full_like(kinematic, np.inf), upper.ravel()]),
+        )
+
+    def _look_closer(self, mass: float, speed: float) -> None:
+        """Add instants around the greatest peaks of effort at a speed."""
+        used = np.abs(self.effort.carrying(mass).at(speed)) / self.limits.effort
+        padded = np.pad(used, ((1, 1), (0, 0)), constant_values=-np.inf)
+        peaks = np.where((used >= padded[:-2]) & (used >= padded[2:]) & (used >= _NEAR), used, -np.inf).max(axis=1)
+        order = np.argsort(-peaks, kind="stable")[:_PEAKS]
+        chosen = order[peaks[order] > -np.inf]
+        if not len(chosen):
+            return
+        low, high = self.t[np.maximum(chosen - 1, 0)], self.t[np.minimum(chosen + 1, len(self.t) - 1)]
+        shares = np.linspace(0.0, 1.0, _ZOOM + 2)[1:-1]
+        # Breaks stand twice among the instants, so none of these crosses one.
+        new = np.setdiff1d(low[:, None] + (high - low)[:, None] * shares, self.t)
+        if not len(new):
+            return
+        trajectory = self.rollout.trajectory
+        q, v, a = (trajectory.evaluate(new[None], order) for order in range(3))
+        extra = EffortOfPath.of(self.rollout, q[0], self.rollout.without_rounding(v)[0], a[0])
+        sorted_places = np.argsort(np.concatenate([self.t, new]), kind="stable")
+        self.t = np.concatenate([self.t, new])[sorted_places]
+        self.effort = self.effort.joined(extra, sorted_places)
+
+    def _bound(self, payload: Payload, speeds: Array, bound: int) -> Slowdown:
+        """The slowdown at the greatest allowed speed."""
+        speed, names = float(speeds[-1, 1]), self.rollout.robot.joint_names
+        used = np.abs(self.effort.carrying(payload.mass).at(speed)) / self.limits.effort
+        kind, joint = divmod(min(bound, self.shares.size), len(names))
+        if kind < len(self.shares):
+            derivative = self.rollout.trajectory.evaluate(self.t[None], kind + 1)[0, :, joint]
+            instant = int(np.abs(derivative).argmax())
+        else:
+            instant, joint = np.unravel_index(bound - self.shares.size, (4, *used.shape))[1:]
+        scaled = self.shares * speed ** np.array([[1.0], [2.0], [3.0]])
+        with np.errstate(divide="ignore"):
+            allowed = 1.0 / speeds[::-1, ::-1]
+        now = float(self.rollout.trajectory.duration[0])
+        return Slowdown(
+            payload=payload,
+            factor=1.0 / speed,
+            duration=now / speed,
+            limit=SCALED_LIMITS[min(kind, len(self.shares))],
+            joint=names[int(joint)],
+            time=float(self.t[instant]) / speed,
+            utilisation=frozen(np.vstack([scaled, used.max(axis=0)])),
+            allowed=frozen(allowed),
+            motion=replace(self.rollout, dynamics=replace(self.rollout.dynamics, payload=payload)),
+        )

@@ -1,0 +1,155 @@
+"""Effort along a path that is run through in another time: a quadratic in the speed, and the speeds that limits leave.
+
+With u = 1/s the speed and s the factor of time, q(t/s) takes of every joint the effort
+
+    τ(u) = g(q) ± dry friction + (viscous friction) u + (M q'' + C q' q' + armature q'') u²,
+
+dashes by the time of the motion as it is. The velocity-dependent term of a transmission is quadratic in u as well, so
+it is part of the last. Both sides of -limit <= τ(u) <= limit are quadratic inequalities, whose solutions are intervals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.dynamics import Rollout
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Effort:
+    """Effort constant + linear u + quadratic u² at the speed u, arrays of shape (T, n_joints) [N·m or N].
+
+    Attributes:
+        constant: what the robot holds at rest and what its dry friction takes.
+        linear: viscous friction.
+        quadratic: everything that inertia asks for.
+    """
+
+    constant: Array
+    linear: Array
+    quadratic: Array
+
+    def at(self, speed: float) -> Array:
+        """Effort at a speed over that of the motion as it is, shape (T, n_joints)."""
+        effort: Array = self.constant + speed * (self.linear + speed * self.quadratic)
+        return effort
+
+    def excluded(self, limit: Array) -> tuple[Array, Array]:
+        """Speeds at which the effort exceeds a limit of shape (n_joints,), which may be inf.
+
+        Returns:
+            Lower and upper ends of open intervals, two for each side of the limit, shapes (4, T, n_joints); an
+            interval whose ends are equal is empty.
+        """
+        bounded = np.where(np.isfinite(limit), limit, 0.0)
+        above = _positive(self.constant - bounded, self.linear, self.quadratic)
+        below = _positive(-self.constant - bounded, -self.linear, -self.quadratic)
+        lower, upper = (np.concatenate(ends) for ends in zip(above, below, strict=True))
+        return np.where(np.isfinite(limit), lower, 0.0), np.where(np.isfinite(limit), upper, 0.0)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class EffortOfPath:
+    """Effort at instants of a motion by powers of its speed, without payload and per kilogram, (T, n_joints).
+
+    Attributes:
+        held: at rest, without payload [N·m or N].
+        held_per_kilogram: what each kilogram adds to it [N·m/kg or N/kg].
+        dry: dry friction in the direction of motion.
+        viscous: viscous friction at the speed of the motion as it is.
+        inertial: what inertia asks for at that speed, without payload.
+        inertial_per_kilogram: what each kilogram adds to it [N·m/kg or N/kg].
+    """
+
+    held: Array
+    held_per_kilogram: Array
+    dry: Array
+    viscous: Array
+    inertial: Array
+    inertial_per_kilogram: Array
+
+    @classmethod
+    def of(cls, rollout: Rollout, q: Array, v: Array, a: Array) -> EffortOfPath:
+        """The terms in given states of a rollout's one trajectory, shapes (T, n_joints); its payload gives the shape.
+
+        Velocities that are nothing but rounding should be 0, see :meth:`~trajevo.dynamics.Rollout.without_rounding`.
+        """
+        dynamics, still = rollout.dynamics, np.zeros_like(v)
+        held, held_per_kilogram = (
+            effort(q, still, still) for effort in (dynamics.unloaded_effort, dynamics.effort_per_kilogram)
+        )
+        friction = rollout.robot.friction
+        rubbing, viscous = friction.effort(v, still), friction.viscous * v
+        return cls(
+            held=held,
+            held_per_kilogram=held_per_kilogram,
+            dry=rubbing - viscous,
+            viscous=viscous,
+            inertial=dynamics.unloaded_effort(q, v, a) - held - rubbing,
+            inertial_per_kilogram=dynamics.effort_per_kilogram(q, v, a) - held_per_kilogram,
+        )
+
+    def joined(self, other: EffortOfPath, places: Array) -> EffortOfPath:
+        """This and another motion's instants in a given order, shape (T + T of the other,)."""
+        return EffortOfPath(
+            *(
+                np.concatenate([getattr(self, field.name), getattr(other, field.name)])[places]
+                for field in fields(EffortOfPath)
+            )
+        )
+
+    def carrying(self, mass: float) -> Effort:
+        """Effort with a payload [kg]."""
+        return Effort(
+            self.held + mass * self.held_per_kilogram + self.dry,
+            self.viscous,
+            self.inertial + mass * self.inertial_per_kilogram,
+        )
+
+
+def allowed_speeds(lower: Array, upper: Array) -> tuple[Array, int]:
+    """What is left of [0, inf) when open intervals are taken away.
+
+    Args:
+        lower: their lower ends, shape (N,).
+        upper: their upper ends, shape (N,).
+
+    Returns:
+        Closed intervals of more than one speed, ascending, shape (K, 2), and the index of the interval that bounds the
+        last of them from above, -1 if nothing does or none is left.
+    """
+    real = np.flatnonzero(upper > lower)
+    order = real[np.argsort(lower[real], kind="stable")]
+    ends = np.append(lower[order], np.inf)
+    begins = np.append(0.0, np.maximum.accumulate(upper[order]))
+    gaps = np.flatnonzero(ends > begins)
+    bound = int(order[gaps[-1]]) if len(gaps) and gaps[-1] < len(order) else -1
+    return np.column_stack([begins[gaps], ends[gaps]]), bound
+
+
+def _positive(constant: Array, linear: Array, quadratic: Array) -> tuple[Array, Array]:
+    """Where constant + linear u + quadratic u² > 0 for u >= 0: ends of two open intervals, shapes (2, ...)."""
+    discriminant = linear**2 - 4.0 * quadratic * constant
+    real = discriminant > 0.0
+    # The root of the greater size first: the other one would be a difference of almost equal numbers.
+    sum_of_both = -0.5 * (linear + np.copysign(np.sqrt(np.where(real, discriminant, 0.0)), linear))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        roots = sum_of_both / quadratic, constant / sum_of_both
+    low, high = np.fmin(*roots), np.fmax(*roots)
+    line = constant / np.where(linear != 0.0, -linear, 1.0)
+    # Opened upwards positive outside the roots, downwards between them, a line on one side of its one root.
+    up, down, rising, falling = quadratic > 0.0, quadratic < 0.0, linear > 0.0, linear < 0.0
+    flat = (quadratic == 0.0) & (linear == 0.0)
+    straight = (quadratic == 0.0) & ~flat
+    everywhere = (up & ~real) | (flat & (constant > 0.0))
+    first = np.select([everywhere, straight & rising, up, down & real], [0.0, line, high, low], 0.0)
+    first_end = np.select([everywhere | (straight & rising) | up, down & real], [np.inf, high], 0.0)
+    second_end = np.select([everywhere, straight & falling, up], [0.0, line, low], 0.0)
+    lower = np.maximum(np.stack([first, np.zeros_like(first)]), 0.0)
+    return lower, np.maximum(np.stack([first_end, second_end]), lower)
