@@ -47,6 +47,7 @@ bench: $(READY)  ## print the speed ratios
 	$(BIN)/python tests/benchmarks/bench_time_jerk_reparameterisation.py
 	$(BIN)/python tests/benchmarks/bench_study.py
 	$(BIN)/python tests/benchmarks/bench_run_folder.py
+	$(BIN)/python tests/benchmarks/bench_payload_diagram.py
 
 notebooks: $(READY)  ## execute every notebook at full size, next to its source, into build/
 	TRAJEVO_FULL=1 $(BIN)/python notebooks/execute.py

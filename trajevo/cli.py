@@ -1,4 +1,4 @@
-"""The command ``trajevo``: init, check-robot, list, solve, resume, show, report, export, animate, capacity, ..."""
+"""The command ``trajevo``, its parts by the names that ``trajevo --help`` lists."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from rich.table import Table
 from trajevo.animation import animate
 from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.cli_capacity import slowdown, workspace
+from trajevo.cli_payload import DiagramOptions, draw_payload_diagrams
 from trajevo.cli_solve import REPORT_FILE, resume, solve
 from trajevo.cli_study import app as study_app
 from trajevo.errors import TrajevoError
@@ -132,6 +133,32 @@ def capacity(
     for name, alone, margin in zip(chosen.front.problem.robot.joint_names, found.per_joint, found.margin, strict=True):
         table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
     _out.print(table)
+
+
+@app.command("payload-diagram")
+def payload_diagram(
+    run: _RunArgument,
+    solution: Annotated[
+        list[str] | None,
+        typer.Option(help="knee if not given, utopia, weighted, least_OBJECTIVE or a row; repeatable, then overlaid."),
+    ] = None,
+    offset_xy: Annotated[float, typer.Option(help="Greatest distance from the tool's z axis [m].")] = 0.3,
+    offset_z: Annotated[tuple[float, float], typer.Option(help="Range along the tool's z axis [m].")] = (0.0, 0.3),
+    grid: Annotated[int, typer.Option(help="Cells along either.")] = 61,
+    direction: Annotated[
+        float | None, typer.Option(help="Of the offset from the tool's x axis [deg]; the worst if not given.")
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="Also tell the payload whose centre of mass is known but to this, along every axis [m]."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="PNG file; payload_diagram.png beside the front if not given.")
+    ] = None,
+) -> None:
+    """Tell and draw what a motion can carry by how far off the tool the load's centre of mass is."""
+    options = DiagramOptions(offset_xy, offset_z, grid, direction, tolerance)
+    draw_payload_diagrams(_out, _front(run), solution or ["knee"], options, out or _beside(run, "payload_diagram.png"))
 
 
 @app.command("verify")

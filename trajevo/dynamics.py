@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from trajevo.arrays import Array, frozen, usable_threads
 from trajevo.errors import InvalidInputError
-from trajevo.payload import Payload, carrying, kilogram, probe
+from trajevo.payload import Payload, carrying, kilogram, probe, tool_regressor
 from trajevo.robot import Friction, Robot
 from trajevo.trajectory import TrajectoryBatch
 
@@ -84,6 +84,22 @@ class Dynamics:
         along_axis = np.sum([torque[..., :-1] * torque[..., -1:] for torque in held], axis=0)
         gravity = float(np.linalg.norm(self.robot.model.gravity.linear))
         return self.robot.transmission.effort(q, -gravity * along_axis)
+
+    def effort_per_parameter(self, q: Array, v: Array, a: Array) -> Array:
+        """Effort that each of a payload's ten parameters adds, per unit, shapes (T, n_joints) -> (T, n_joints, 10).
+
+        The order is that of :data:`trajevo.payload.PARAMETERS`; neither the payload's mass nor its shape plays a part.
+
+        Raises:
+            InvalidInputError: the payload's model is one that knows no centre of mass.
+        """
+        if self.payload.model == "tool_axis":
+            raise InvalidInputError("payload.model: 'tool_axis' acts at the tool's origin, it has no centre of mass")
+        if self.payload.model == "weight_only":
+            v, a = np.zeros_like(v), np.zeros_like(a)
+        transmission = self.robot.transmission
+        torque = tool_regressor(self.robot, *transmission.motion(q, v, a))
+        return np.moveaxis(transmission.effort(q, np.moveaxis(torque, -1, 0)), 0, -1)
 
     def _actuated(self, model: str, q: Array, v: Array, a: Array, friction: Friction | None) -> Array:
         transmission = self.robot.transmission

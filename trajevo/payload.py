@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import numbers
+from trajevo.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.robot import Robot
 
@@ -19,6 +19,9 @@ LOAD_MODELS = {
     "weight_only": "its weight as a vertical force at the tool, no inertia (Guo 2016)",
     "tool_axis": "its weight as a force along the tool's z axis, no inertia (the conjectured convention of Guo 2016)",
 }
+
+#: What effort is affine in: mass [kg], mass times centre of mass [kg·m], inertia about the tool's origin [kg·m²].
+PARAMETERS = ("m", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 
 
 @final
@@ -123,6 +126,53 @@ def probe(robot: Robot) -> Any:
     joint = model.addJoint(frame.parentJoint, pin.JointModelPZ(), frame.placement, "probe")
     model.appendBodyToJoint(joint, pin.Inertia(1.0, np.zeros(3), np.zeros((3, 3))), pin.SE3.Identity())
     return model
+
+
+def tool_regressor(robot: Robot, q: Array, v: Array, a: Array) -> Array:
+    """What each of the ten parameters of something fixed to the tool adds to the model's torque, per unit.
+
+    The loop over Pinocchio's regressor takes half the time of ten batched runs of inverse dynamics, one per parameter.
+
+    Args:
+        robot: the robot; its own masses play no part.
+        q: positions in model coordinates, shape (T, n_joints) [rad or m].
+        v: velocities, the same shape.
+        a: accelerations, the same shape.
+
+    Returns:
+        Shape (T, n_joints, 10), parameters in the order of :data:`PARAMETERS`.
+    """
+    model, data = robot.model, robot.model.createData()
+    frame = model.frames[model.getFrameId(robot.tool)]
+    body = slice(10 * (frame.parentJoint - 1), 10 * frame.parentJoint)
+    at_joint = np.empty((*q.shape, 10))
+    for i, state in enumerate(zip(q, v, a, strict=True)):
+        at_joint[i] = pin.computeJointTorqueRegressor(model, data, *state)[:, body]
+    return at_joint @ _at_joint(frame.placement.rotation, frame.placement.translation)
+
+
+def _at_joint(rotation: Array, position: Array) -> Array:
+    """The ten parameters in a frame of a body -> in the body's own, shape (10, 10)."""
+    columns = np.empty((10, 10))
+    for k, unit in enumerate(np.eye(10)):
+        mass, moment, inertia = unit[0], rotation @ unit[1:4], rotation @ tensor_of(unit[4:]) @ rotation.T
+        shift = 2.0 * moment @ position + mass * position @ position
+        inertia += shift * np.eye(3) - np.outer(position, moment) - np.outer(moment, position)
+        inertia -= mass * np.outer(position, position)
+        columns[:, k] = [mass, *(moment + mass * position), *entries_of(inertia)]
+    return columns
+
+
+def tensor_of(entries: Array) -> Array:
+    """Symmetric tensors (..., 3, 3) of their entries xx, xy, yy, xz, yz, zz, shape (..., 6)."""
+    tensors: Array = entries[..., [[0, 1, 3], [1, 2, 4], [3, 4, 5]]]
+    return tensors
+
+
+def entries_of(tensors: Array) -> Array:
+    """Entries xx, xy, yy, xz, yz, zz (..., 6) of symmetric tensors, shape (..., 3, 3)."""
+    entries: Array = tensors[..., [0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    return entries
 
 
 def _body(payload: Payload) -> Any:

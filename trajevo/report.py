@@ -123,9 +123,17 @@ def save_figures(front: Front, folder: Path) -> list[Path]:
     """
     files = []
     for stem, _, figure in figures(front) if len(front) else ():
-        files.append(folder / f"{stem}.png")
-        _written(files[-1], _png(figure, 150))
+        files.append(save_figure(figure, folder / f"{stem}.png"))
     return files
+
+
+def save_figure(figure: Any, file: Path) -> Path:
+    """Write one picture as PNG.
+
+    Raises:
+        InvalidInputError: it cannot be written.
+    """
+    return _written(file, _png(figure, 150))
 
 
 def report(front: Front, file: str | Path) -> Path:

@@ -1,0 +1,163 @@
+"""The vendors' payload diagram for one's own motion: what it can carry, by how far off the flange the load sits.
+
+At an offset L from the tool's z axis and L_z along it the centre of mass is (L cos φ, L sin φ, L_z). Along φ every
+effort per kilogram is a trigonometric polynomial of degree 2, so the worst direction is found for each by itself, and
+exactly: a bound in closed form first tells the few efforts that can be the worst at all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen, numbers
+from trajevo.errors import InvalidInputError
+from trajevo.payload_effort import MassRange, PayloadEffort, quadratic_forms
+
+#: Directions from which Newton's method sets out, and its steps; from 11° off a peak five are enough.
+_STARTS, _STEPS = 32, 6
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PayloadDiagram:
+    """Masses that a motion can carry on a grid of offsets from the tool: W away from its z axis, H along it.
+
+    Attributes:
+        offset_xy: distances of the centre of mass from the tool's z axis, ascending, shape (W,) [m].
+        offset_z: its places along the tool's z axis, ascending, shape (H,) [m].
+        mass: greatest mass, inf where nothing limits it, NaN where no mass is feasible, shape (H, W) [kg].
+        least: least mass; above 0 where the motion needs a counterweight, shape (H, W) [kg].
+        joint: index of the joint that binds at ``mass``, -1 where none does, shape (H, W).
+        time: when it binds, NaN where none does, shape (H, W) [s].
+        direction: about the tool's z axis from its x axis, the given one or the worst of each cell, shape (H, W) [rad].
+        worst: whether it is the worst of each cell.
+        joint_names: of the robot.
+        payload_model: how the payload acts.
+    """
+
+    offset_xy: Array
+    offset_z: Array
+    mass: Array
+    least: Array
+    joint: Array
+    time: Array
+    direction: Array
+    worst: bool
+    joint_names: tuple[str, ...]
+    payload_model: str
+
+
+def payload_diagram(
+    effort: PayloadEffort,
+    offset_xy: Any,
+    offset_z: Any,
+    *,
+    direction: float | None = None,
+) -> PayloadDiagram:
+    """What a motion can carry, by the offset of the load.
+
+    Args:
+        effort: along the motion.
+        offset_xy: distances from the tool's z axis, ascending from 0 on, shape (W,) [m].
+        offset_z: places along the tool's z axis, ascending, shape (H,) [m].
+        direction: of the offset about the tool's z axis from its x axis [rad]; the worst for each cell if None: the
+            masses then hold in every direction.
+
+    Raises:
+        InvalidInputError: offsets that do not rise or a negative distance, a direction that is not finite, or a robot
+            without effort limits.
+    """
+    xy, z = _rising(offset_xy, "offset_xy"), _rising(offset_z, "offset_z")
+    if xy[0] < 0.0:
+        raise InvalidInputError(f"offset_xy: expected distances from 0 on [m], got {xy[0]}")
+    if direction is None:
+        found, angle = _in_every_direction(effort, xy, z)
+    else:
+        turn = float(numbers(direction, name="direction", shape=()))
+        high, wide = (grid.ravel() for grid in np.meshgrid(z, xy, indexing="ij"))
+        found = effort.mass_range(np.column_stack([wide * np.cos(turn), wide * np.sin(turn), high]))
+        angle = np.full(len(high), turn)
+    shape = (len(z), len(xy))
+    return PayloadDiagram(
+        offset_xy=frozen(xy.copy()),
+        offset_z=frozen(z.copy()),
+        mass=found.upper.reshape(shape),
+        least=found.lower.reshape(shape),
+        joint=found.joint.reshape(shape),
+        time=found.time.reshape(shape),
+        direction=frozen(angle.reshape(shape)),
+        worst=direction is None,
+        joint_names=effort.robot.joint_names,
+        payload_model=effort.payload_model,
+    )
+
+
+def _in_every_direction(effort: PayloadEffort, xy: Array, z: Array) -> tuple[MassRange, Array]:
+    """The masses that hold in every direction, and the direction that binds, all of shape (H W,)."""
+    rows = effort.rows
+    above, index, angle = _greatest_round(rows.above, xy, z, effort.inertia)
+    below = _greatest_round(rows.below, xy, z, effort.inertia)[0]
+    return rows.mass_range(above.ravel(), index.ravel(), below.ravel()), angle.ravel()
+
+
+def _greatest_round(rows: Array, xy: Array, z: Array, inertia: Array) -> tuple[Array, Array, Array]:
+    """Greatest value over all directions and rows, the row and the direction [rad], each of shape (H, W)."""
+    value, index, angle = np.full((len(z), len(xy)), -np.inf), np.zeros((len(z), len(xy)), dtype=np.int64), None
+    angle = np.zeros(value.shape)
+    if not len(rows):
+        return value, index, angle
+    a, b, Q = quadratic_forms(rows, inertia)
+    along = 0.5 * (Q[:, 0, 0] + Q[:, 1, 1])  # of L², in every direction
+    second = np.stack([0.5 * (Q[:, 0, 0] - Q[:, 1, 1]), Q[:, 0, 1]])  # of L² cos 2φ and L² sin 2φ
+    for i, height in enumerate(z):
+        still = a + height * (b[:, 2] + height * Q[:, 2, 2])
+        first = (b[:, :2] + 2.0 * height * Q[:, 2, :2]).T  # of L cos φ and L sin φ
+        value[i], index[i], angle[i] = _worst_rows(still, first, along, second, xy)
+    return value, index, angle
+
+
+def _worst_rows(still: Array, first: Array, along: Array, second: Array, xy: Array) -> tuple[Array, Array, Array]:
+    """As :func:`_greatest_round`, at one height: shapes (R,), (2, R), (R,), (2, R) and (W,) -> each (W,)."""
+    round_twice = np.hypot(*second)
+    bound = still + xy[:, None] * np.hypot(*first) + (xy**2)[:, None] * (along + round_twice)
+    leader = bound.argmax(axis=1)
+    if not round_twice.any():
+        return bound.max(axis=1), leader, np.arctan2(*first[::-1, leader])
+    reached = still[leader] + xy**2 * along[leader] + _peak(xy * first[:, leader], xy**2 * second[:, leader])[0]
+    bound[np.arange(len(xy)), leader] = np.inf  # a candidate, whatever the rounding
+    cell, row = np.nonzero(bound >= reached[:, None])
+    peak, angle = _peak(xy[cell] * first[:, row], xy[cell] ** 2 * second[:, row])
+    value = still[row] + xy[cell] ** 2 * along[row] + peak
+    order = np.lexsort((value, cell))
+    last = order[np.append(np.flatnonzero(np.diff(cell[order])), len(order) - 1)]
+    return value[last], row[last], angle[last]
+
+
+def _peak(first: Array, second: Array) -> tuple[Array, Array]:
+    """Greatest value and its φ [rad], each (P,), of first · (cos φ, sin φ) + second · (cos 2φ, sin 2φ), both (2, P)."""
+    starts = np.arange(_STARTS) * (2.0 * np.pi / _STARTS)
+    once, twice = (np.stack([np.cos(k * starts), np.sin(k * starts)]) for k in (1, 2))
+    sampled = first.T @ once + second.T @ twice
+    top = (sampled >= np.roll(sampled, 1, axis=1)) & (sampled >= np.roll(sampled, -1, axis=1))
+    which, start = np.nonzero(top)
+    (b, c), (d, e), angle = first[:, which], second[:, which], starts[start]
+    for _ in range(_STEPS):
+        x, y, x2, y2 = np.cos(angle), np.sin(angle), np.cos(2.0 * angle), np.sin(2.0 * angle)
+        slope = c * x - b * y + 2.0 * (e * x2 - d * y2)
+        bend = b * x + c * y + 4.0 * (d * x2 + e * y2)  # minus the second derivative
+        bends = bend > 0.0
+        angle = np.where(bends, angle + np.clip(slope / np.where(bends, bend, 1.0), -0.2, 0.2), angle)
+    value = b * np.cos(angle) + c * np.sin(angle) + d * np.cos(2.0 * angle) + e * np.sin(2.0 * angle)
+    order = np.lexsort((value, which))
+    last = order[np.append(np.flatnonzero(np.diff(which[order])), len(order) - 1)]
+    return value[last], angle[last]
+
+
+def _rising(given: Any, name: str) -> Array:
+    offsets = numbers(given, name=name, shape=("N",))
+    if not len(offsets) or (np.diff(offsets) <= 0.0).any():
+        raise InvalidInputError(f"{name}: expected rising offsets [m], at least one, got {offsets.tolist()}")
+    return offsets

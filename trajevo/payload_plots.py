@@ -1,0 +1,163 @@
+"""Pictures of loads off centre: the payload diagram of one or several motions, and where a centre of mass may lie."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from trajevo.arrays import Array
+from trajevo.centre_of_mass import allowed_centres
+from trajevo.errors import InvalidInputError
+from trajevo.payload_diagram import PayloadDiagram
+from trajevo.payload_effort import PayloadEffort
+
+#: White over the colour of a joint in the band of the least and of the greatest masses.
+_LIGHTEST, _DARKEST = 0.78, 0.05
+
+_LINE_STYLES: tuple[Literal["solid", "dashed", "dotted", "dashdot"], ...] = ("solid", "dashed", "dotted", "dashdot")
+_NOTHING_LIMITS, _NO_MASS = "white", "0.6"
+
+
+def payload_contours(
+    diagrams: PayloadDiagram | Mapping[str, PayloadDiagram], *, levels: int = 8, ax: Axes | None = None
+) -> Axes:
+    """The payload diagram: masses by the offset of the load, the binding joint as colour.
+
+    Args:
+        diagrams: one, or label -> diagram; the first is filled, of the others there are lines at the same masses.
+        levels: about how many masses lines are drawn at; fewer where several motions are overlaid.
+        ax: axes.
+
+    Returns:
+        The axes; lengths in mm, dark where the mass is great, grey where no mass is feasible, white where nothing
+        limits it.
+
+    Raises:
+        InvalidInputError: no diagram, more of them than there are styles of lines, or ones that belong to different
+            directions or payload models.
+    """
+    named = {"": diagrams} if isinstance(diagrams, PayloadDiagram) else dict(diagrams)
+    if not 1 <= len(named) <= len(_LINE_STYLES):
+        raise InvalidInputError(f"diagrams: expected 1 to {len(_LINE_STYLES)} of them, got {len(named)}")
+    first = next(iter(named.values()))
+    for label, diagram in named.items():
+        if (diagram.worst, diagram.payload_model) != (first.worst, first.payload_model):
+            raise InvalidInputError(f"diagrams: {label!r} differs from the first in its direction or payload model")
+    ax = ax or plt.subplots(figsize=(7.6, 5.2), layout="constrained")[1]
+    masses = _levels(list(named.values()), levels if len(named) == 1 else max(levels // 2, 2))
+    handles = _fill(first, masses, ax)
+    for style, (label, diagram) in zip(_LINE_STYLES, named.items(), strict=False):
+        _lines(diagram, masses, style, ax)
+        if label:
+            handles.append(Line2D([], [], color="black", linestyle=style, label=label))
+    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    where = "in the worst direction" if first.worst else f"at {np.degrees(first.direction.flat[0]):g}°"
+    ax.set(xlabel=f"L_xy, off the tool's z axis, {where} [mm]", ylabel="L_z, along the tool's z axis [mm]")
+    ax.set_title(f"largest payload [kg] ({first.payload_model})")
+    return ax
+
+
+def allowed_region(
+    effort: PayloadEffort,
+    masses: Sequence[float],
+    *,
+    within: float,
+    axis: str = "z",
+    at: float = 0.0,
+    ax: Axes | None = None,
+) -> Axes:
+    """Where the centre of mass of payloads may lie in a plane of the tool frame: one polygon per mass.
+
+    Args:
+        effort: affine in the centre of mass, see :func:`trajevo.centre_of_mass.allowed_centres`.
+        masses: of the payloads [kg].
+        within: how far from the tool's axes the plane is drawn [m].
+        axis: of the tool frame, normal to the plane.
+        at: place of the plane along it [m].
+        ax: axes.
+
+    Returns:
+        The axes, in mm; a mass without a polygon has only its place in the legend.
+    """
+    ax = ax or plt.subplots(figsize=(6.0, 5.2), layout="constrained")[1]
+    colours = plt.get_cmap("viridis_r")(np.linspace(0.1, 0.9, max(len(masses), 1)))
+    for mass, colour in sorted(zip(masses, colours, strict=True), key=lambda pair: pair[0]):
+        corners = 1e3 * allowed_centres(effort, mass).section(axis, at, within=within)
+        label = f"{mass:g} kg" if len(corners) else f"{mass:g} kg: nowhere"
+        ax.fill(*corners.T, facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5, label=label)
+    horizontal, vertical = (name for name in "xyz" if name != axis)
+    ax.plot(0.0, 0.0, "k+", markersize=10)
+    bound = 1.05e3 * within
+    ax.set(
+        xlabel=f"{horizontal} of the centre of mass [mm]",
+        ylabel=f"{vertical} of the centre of mass [mm]",
+        title=f"allowed centres of mass at {axis} = {1e3 * at:g} mm",
+        xlim=(-bound, bound),
+        ylim=(-bound, bound),
+        aspect="equal",
+    )
+    ax.grid(alpha=0.3)
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return ax
+
+
+def _levels(diagrams: Sequence[PayloadDiagram], count: int) -> Array:
+    """Round masses over the range of all cells; the few that all but nothing limits do not stretch it."""
+    finite = np.concatenate([diagram.mass[np.isfinite(diagram.mass)] for diagram in diagrams])
+    if not len(finite):
+        return np.empty(0)
+    low, high = np.percentile(finite, [0.0, 98.0])
+    return np.asarray(MaxNLocator(count).tick_values(low, max(high, low + 1e-9)))
+
+
+def _fill(diagram: PayloadDiagram, masses: Array, ax: Axes) -> list[Any]:
+    """Colours of the joints, lightened by bands of mass; returns what the legend says of them."""
+    colours = plt.get_cmap("tab10")(np.arange(len(diagram.joint_names)) % 10)[:, :3]
+    cells = np.ones((*diagram.mass.shape, 3))
+    binds, nothing = diagram.joint >= 0, np.isnan(diagram.mass)
+    cells[binds] = colours[diagram.joint[binds]]
+    cells[nothing] = to_rgb(_NO_MASS)
+    x, y = 1e3 * diagram.offset_xy, 1e3 * diagram.offset_z
+    ax.pcolormesh(x, y, cells, shading="nearest", rasterized=True)
+    if len(masses) > 1 and min(diagram.mass.shape) > 1:
+        white = np.linspace(_LIGHTEST, _DARKEST, len(masses) + 1)
+        bands = [(1.0, 1.0, 1.0, share) for share in white]
+        finite = np.ma.masked_invalid(diagram.mass)
+        ax.contourf(x, y, finite, masses, colors=bands, extend="both", antialiased=False)
+    handles: list[Any] = [
+        Patch(color=colours[joint], label=f"{diagram.joint_names[joint]} binds")
+        for joint in np.unique(diagram.joint[binds])
+    ]
+    if nothing.any():
+        handles.append(Patch(color=_NO_MASS, label="no mass is feasible"))
+    if np.isinf(diagram.mass).any():
+        handles.append(Patch(facecolor=_NOTHING_LIMITS, edgecolor="black", label="nothing limits it"))
+    ax.set(xlim=(x[0], x[-1]) if len(x) > 1 else None, ylim=(y[0], y[-1]) if len(y) > 1 else None)
+    return handles
+
+
+def _lines(diagram: PayloadDiagram, masses: Array, style: str, ax: Axes) -> None:
+    if not len(masses) or min(diagram.mass.shape) < 2:
+        return
+    finite = np.ma.masked_invalid(diagram.mass)
+    inside = masses[(masses > finite.min()) & (masses < finite.max())] if finite.count() else masses[:0]
+    if not len(inside):
+        return
+    lines = ax.contour(
+        1e3 * diagram.offset_xy,
+        1e3 * diagram.offset_z,
+        finite,
+        inside,
+        colors="black",
+        linewidths=1.0,
+        linestyles=style,
+    )
+    ax.clabel(lines, fmt="%g kg", fontsize=8)

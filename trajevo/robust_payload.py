@@ -1,0 +1,168 @@
+"""Payloads known only to intervals: feasible means feasible for every mass and centre of mass that they allow.
+
+Effort is τ₀ + m f(c). For a fixed c it is affine in m, for a fixed m it grows with f(c), so its extremes over
+intervals of both are at an end of the mass's and at an extreme of f over the box of centres of mass. Where f is affine
+(a bare weight, a robot at rest, the inertia about the tool's origin known) that is a vertex: effort is bilinear in mass
+and centre of mass, and the vertices are all that need be looked at. In motion, an inertia about the centre of mass
+makes f quadratic; its extremes are then among the stationary points of the box's faces and edges, of which all are
+looked at too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.arrays import Array, numbers
+from trajevo.errors import InvalidInputError
+from trajevo.payload_effort import PayloadEffort, limited_efforts, quadratic_forms
+
+#: Stands for a coordinate that is free on a face of the box; 0 and 1 are its ends.
+_FREE = 2
+
+
+@final
+@dataclass(frozen=True)
+class WorstCase:
+    """The payload, of all that intervals allow, that comes closest to a limit or exceeds one most.
+
+    Attributes:
+        used: effort over limit.
+        joint: name of the joint.
+        time: instant [s].
+        mass: of that payload [kg].
+        com: its centre of mass in the tool frame [m].
+    """
+
+    used: float
+    joint: str
+    time: float
+    mass: float
+    com: tuple[float, float, float]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every payload of the intervals keeps every limit."""
+        return self.used <= 1.0
+
+
+@final
+@dataclass(frozen=True)
+class RobustCapacity:
+    """The masses that a motion can carry wherever in a box the centre of mass is.
+
+    Attributes:
+        lower: [kg]; above 0 where the motion needs the payload as a counterweight, NaN where no mass is feasible.
+        upper: [kg]; inf where nothing limits it, NaN where no mass is feasible.
+        joint: name of the joint that binds at ``upper``, empty where none does.
+        time: when it binds [s], NaN where none does.
+        com: centre of mass in the tool frame for which it binds [m]; the middle of the box where none does.
+    """
+
+    lower: float
+    upper: float
+    joint: str
+    time: float
+    com: tuple[float, float, float]
+
+
+def worst_case(effort: PayloadEffort, *, mass: Any, com: Any) -> WorstCase:
+    """The worst payload of intervals of mass and centre of mass.
+
+    Args:
+        effort: along the motion.
+        mass: least and greatest mass, shape (2,) [kg].
+        com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
+
+    Raises:
+        InvalidInputError: intervals that are not from a least to a greatest, a negative mass, or a robot without
+            effort limits.
+    """
+    masses, (low, high) = _interval(mass, "mass", (2,)), _interval(com, "com", (2, 3))
+    if masses[0] < 0.0:
+        raise InvalidInputError(f"mass: expected masses from 0 on [kg], got {masses.tolist()}")
+    base, slopes, limit, joint, time = limited_efforts(effort)
+    signed = np.concatenate([slopes, -slopes])
+    most, where = greatest_in_box(signed, low, high, effort.inertia)
+    used = (np.concatenate([base, -base]) + masses[:, None] * most) / np.tile(limit, 2)
+    end, row = (int(i) for i in np.unravel_index(used.argmax(), used.shape))
+    return WorstCase(
+        used=float(used[end, row]),
+        joint=effort.robot.joint_names[joint[row % len(joint)]],
+        time=float(time[row % len(time)]),
+        mass=float(masses[end]),
+        com=_point(where[row]),
+    )
+
+
+def robust_capacity(effort: PayloadEffort, *, com: Any) -> RobustCapacity:
+    """The masses that a motion can carry wherever in a box the centre of mass is, in closed form.
+
+    Args:
+        effort: along the motion.
+        com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
+
+    Raises:
+        InvalidInputError: a box that is none, or a robot without effort limits.
+    """
+    low, high = _interval(com, "com", (2, 3))
+    rows = effort.rows
+    above, where = greatest_in_box(rows.above, low, high, effort.inertia)
+    below = greatest_in_box(rows.below, low, high, effort.inertia)[0]
+    row = int(above.argmax()) if len(above) else 0
+    found = rows.mass_range(
+        np.array([above.max(initial=-np.inf)]), np.array([row]), np.array([below.max(initial=-np.inf)])
+    )
+    binds = int(found.joint[0])
+    return RobustCapacity(
+        lower=float(found.lower[0]),
+        upper=float(found.upper[0]),
+        joint=effort.robot.joint_names[binds] if binds >= 0 else "",
+        time=float(found.time[0]),
+        com=_point(where[row] if binds >= 0 else 0.5 * (low + high)),
+    )
+
+
+def greatest_in_box(rows: Array, low: Array, high: Array, inertia: Array) -> tuple[Array, Array]:
+    """Greatest value of every row over a box of centres of mass, and where.
+
+    Args:
+        rows: per kilogram, shape (R, 10).
+        low: least coordinates, shape (3,) [m].
+        high: greatest coordinates, shape (3,) [m].
+        inertia: per kilogram about the centre of mass, shape (3, 3) [m²].
+
+    Returns:
+        Values (R,) and centres of mass (R, 3) [m].
+    """
+    a, b, Q = quadratic_forms(rows, inertia)
+    best, where = np.full(len(rows), -np.inf), np.zeros((len(rows), 3))
+    for face in product((0, 1, _FREE), repeat=3):
+        free = np.flatnonzero(np.equal(face, _FREE))
+        if len(free) and not Q.any():
+            continue
+        com = np.broadcast_to(np.where(np.equal(face, 1), high, low), (len(rows), 3)).copy()
+        if len(free):
+            com[:, free] = 0.0
+            slope = b[:, free] + 2.0 * (Q[:, free] @ com[..., None])[..., 0]
+            inverse = np.linalg.pinv(2.0 * Q[:, free][:, :, free], hermitian=True)
+            com[:, free] = -(inverse @ slope[..., None])[..., 0]
+        value = a + (b * com).sum(axis=1) + ((Q @ com[..., None])[..., 0] * com).sum(axis=1)
+        better = (value > best) & (com >= low).all(axis=1) & (com <= high).all(axis=1)
+        best, where = np.where(better, value, best), np.where(better[:, None], com, where)
+    return best, where
+
+
+def _interval(given: Any, name: str, shape: tuple[int, ...]) -> Array:
+    ends = numbers(given, name=name, shape=shape)
+    if (ends[0] > ends[1]).any():
+        raise InvalidInputError(f"{name}: expected the least before the greatest, got {ends.tolist()}")
+    return ends
+
+
+def _point(com: Array) -> tuple[float, float, float]:
+    x, y, z = com.tolist()
+    return x, y, z
