@@ -31,11 +31,28 @@ class Constraint:
         names: one name per column.
         reference: where the limits stand.
         function: rollout of B trajectories -> (B, len(names)).
+        terms: what the columns are the greatest of, in as many columns as that takes, (B, K); None where the columns
+            are smooth themselves. A gradient solver goes astray where a greatest passes from one term to another.
     """
 
     names: tuple[str, ...]
     reference: str
     function: Callable[[Rollout], Array]
+    terms: Callable[[Rollout], Array] | None = None
+
+
+def in_terms(constraint: Constraint, example: Rollout) -> Constraint:
+    """A constraint with a column for each of its terms; the same where it has none.
+
+    Args:
+        constraint: any.
+        example: a rollout like those that it will be asked about, which tells how many terms there are.
+    """
+    if constraint.terms is None:
+        return constraint
+    count = constraint.terms(example).shape[1]
+    names = tuple(f"term {k} of {constraint.names[0]} and the like" for k in range(count))
+    return Constraint(names, constraint.reference, constraint.terms)
 
 
 def position_limits(robot: Robot) -> Constraint:
@@ -44,7 +61,7 @@ def position_limits(robot: Robot) -> Constraint:
     Where one end is infinite it is divided by the size of the other, or by 1 rad or m where that is 0.
     """
     kept = _bounded(robot)
-    return Constraint(_names("position", robot, kept), robot.reference, _position_excess)
+    return Constraint(_names("position", robot, kept), robot.reference, _position_excess, _position_terms)
 
 
 def velocity_limits(robot: Robot) -> Constraint:
@@ -80,8 +97,8 @@ def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
     if isinstance(margin, bool) or not isinstance(margin, int | float) or not 0.0 <= margin < 1.0:
         raise InvalidInputError(f"effort_margin: expected a share from 0 to below 1, got {margin!r}")
     kept = np.flatnonzero(np.isfinite(robot.limits.effort))
-    excess = partial(_effort_excess, share=1.0 - margin)
-    return Constraint(_names("effort", robot, kept), robot.reference, excess)
+    excess, terms = (partial(function, share=1.0 - margin) for function in (_effort_excess, _effort_terms))
+    return Constraint(_names("effort", robot, kept), robot.reference, excess, terms)
 
 
 def mean_velocity_limits(robot: Robot) -> Constraint:
@@ -199,21 +216,39 @@ def _effort_excess(rollout: Rollout, *, share: float) -> Array:
     return excess
 
 
+def _effort_terms(rollout: Rollout, *, share: float) -> Array:
+    limit = rollout.robot.limits.effort * share
+    kept = np.isfinite(limit)
+    effort = rollout.effort[..., kept]
+    excess: Array = effort * np.sign(effort.real) / limit[kept] - 1.0
+    return excess.reshape(len(excess), -1)
+
+
 def _peak_limits(robot: Robot, derivative: int) -> Constraint:
     kept = _kept(robot, derivative)
     names = _names(DERIVATIVES[derivative], robot, kept)
-    return Constraint(names, robot.reference, partial(_peak_excess, derivative=derivative))
+    excess, terms = (partial(function, derivative=derivative) for function in (_peak_excess, _peak_terms))
+    return Constraint(names, robot.reference, excess, terms)
 
 
 def _position_excess(rollout: Rollout) -> Array:
-    kept = _bounded(rollout.robot)
-    lower, upper = rollout.robot.limits.lower[kept], rollout.robot.limits.upper[kept]
-    least, greatest = (bound[:, kept] for bound in rollout.trajectory.extremes(0))
+    return _outside(rollout.robot, *rollout.trajectory.extremes(0))
+
+
+def _position_terms(rollout: Rollout) -> Array:
+    outside = _outside(rollout.robot, *rollout.trajectory.segment_extremes(0))
+    return outside.reshape(len(outside), -1)
+
+
+def _outside(robot: Robot, least: Array, greatest: Array) -> Array:
+    """How far least and greatest positions (..., n_joints) leave the ranges of the joints that have one."""
+    kept = _bounded(robot)
+    lower, upper = robot.limits.lower[kept], robot.limits.upper[kept]
     finite = np.where(np.isfinite(lower), lower, upper)
     one_sided = np.where(finite != 0.0, np.abs(finite), 1.0)
     both = np.isfinite(lower) & np.isfinite(upper)
     size = np.where(both, 0.5 * (np.where(both, upper, 0.0) - np.where(both, lower, 0.0)), one_sided)
-    excess: Array = np.maximum(greatest - upper, lower - least) / size
+    excess: Array = np.maximum(greatest[..., kept] - upper, lower - least[..., kept]) / size
     return excess
 
 
@@ -222,6 +257,13 @@ def _peak_excess(rollout: Rollout, *, derivative: int) -> Array:
     kept = np.isfinite(limit)
     excess: Array = rollout.trajectory.peak(derivative)[:, kept] / limit[kept] - 1.0
     return excess
+
+
+def _peak_terms(rollout: Rollout, *, derivative: int) -> Array:
+    limit = _limit(rollout.robot, derivative)
+    kept = np.isfinite(limit)
+    excess: Array = rollout.trajectory.segment_peaks(derivative)[..., kept] / limit[kept] - 1.0
+    return excess.reshape(len(excess), -1)
 
 
 def _bounded(robot: Robot) -> np.ndarray[Any, np.dtype[np.intp]]:

@@ -148,7 +148,7 @@ class _Division:
 
     def __post_init__(self) -> None:
         form = self.origin.smooth
-        self.smooth = self.origin if form is None else form.problem
+        self.smooth = self.origin.in_terms() if form is None else form.problem
         self.margin = _MARGIN if form is None else 0.0
         starts = random_starts(self.origin, self.seed, _STARTS)
         self.starts = starts if form is None else form.into(starts)

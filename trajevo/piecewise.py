@@ -104,14 +104,23 @@ class PolynomialBatch(TrajectoryBatch):
     def extremes(self, derivative: int) -> tuple[Array, Array]:
         """Exact: the values at the polynomials' stationary points."""
         lower, upper = self._extremes
-        order = checked_order(derivative)
-        if order >= len(lower):
-            raise InvalidInputError(f"derivative: expected 0 to {len(lower) - 1}, got {derivative}")
+        order = _within(derivative, lower)
+        return lower[order], upper[order]
+
+    def segment_extremes(self, derivative: int) -> tuple[Array, Array]:
+        """Exact extremes of every segment."""
+        lower, upper = self._segment_extremes
+        order = _within(derivative, lower)
         return lower[order], upper[order]
 
     def peak(self, derivative: int) -> Array:
         """Exact greatest absolute value."""
         lower, upper = self.extremes(derivative)
+        return frozen(np.maximum(-lower, upper))
+
+    def segment_peaks(self, derivative: int) -> Array:
+        """Exact greatest absolute value in every segment."""
+        lower, upper = self.segment_extremes(derivative)
         return frozen(np.maximum(-lower, upper))
 
     def integral_of_square(self, derivative: int) -> Array:
@@ -149,13 +158,26 @@ class PolynomialBatch(TrajectoryBatch):
 
     @cached_property
     def _extremes(self) -> tuple[Array, Array]:
+        lower, upper = self._segment_extremes
+        return frozen(lower.min(axis=2)), frozen(upper.max(axis=2))
+
+    @cached_property
+    def _segment_extremes(self) -> tuple[Array, Array]:
         unit = np.ascontiguousarray(np.moveaxis(self._unit_coefficients, 2, 0)).reshape(self.degree + 1, -1)
         shape = (len(DERIVATIVES), len(self), self.segment_durations.shape[1], self.n_joints)
         per_second = self.segment_durations[..., None] ** -np.arange(len(DERIVATIVES), dtype=np.float64).reshape(
             -1, 1, 1, 1
         )
         lower, upper = (bound.reshape(shape) * per_second for bound in polynomials.extremes(unit, len(DERIVATIVES)))
-        return frozen(lower.min(axis=2)), frozen(upper.max(axis=2))
+        return frozen(lower), frozen(upper)
+
+
+def _within(derivative: int, extremes: Array) -> int:
+    """A derivative's order, one of those that there are extremes of."""
+    order = checked_order(derivative)
+    if order >= len(extremes):
+        raise InvalidInputError(f"derivative: expected 0 to {len(extremes) - 1}, got {derivative}")
+    return order
 
 
 @lru_cache(maxsize=64)

@@ -11,7 +11,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from trajevo.arrays import Array, keep_heap, numbers, read_only
-from trajevo.constraints import Constraint
+from trajevo.constraints import Constraint, in_terms
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.evaluation import TimeLimited, evaluate_each
@@ -226,6 +226,14 @@ class TrajectoryProblem(Problem):
             return type(self)(**(self.settings | {"payload": payload.settings}))
         other = copy.copy(self)
         other.dynamics = replace(self.dynamics, payload=payload)
+        return other
+
+    def in_terms(self) -> TrajectoryProblem:
+        """The same problem for gradient solvers: every limit in the terms that it is the greatest of."""
+        middle = self.rollout(0.5 * (self.xl + self.xu))
+        other = copy.copy(self)
+        other.constraints = tuple(in_terms(constraint, middle) for constraint in self.constraints)
+        other.n_ieq_constr = len(other.constraint_names)
         return other
 
     def under_time_limit(self, seconds: float) -> TrajectoryProblem:

@@ -103,6 +103,21 @@ class TrajectoryBatch(ABC):
     def peak(self, derivative: int) -> Array:
         """Greatest absolute value over the whole motion, not at samples, shape (B, n_joints) [rad/s^d or m/s^d]."""
 
+    def segment_extremes(self, derivative: int) -> tuple[Array, Array]:
+        """Least and greatest value in every part of the motion that is told apart, two arrays (B, parts, n_joints).
+
+        Those of all parts together are :meth:`extremes`.
+
+        Args:
+            derivative: 0 position, 1 velocity, 2 acceleration, 3 jerk.
+        """
+        lower, upper = self.extremes(derivative)
+        return lower[:, None], upper[:, None]
+
+    def segment_peaks(self, derivative: int) -> Array:
+        """Greatest absolute value in every part of the motion that is told apart, shape (B, parts, n_joints)."""
+        return self.peak(derivative)[:, None]
+
     @abstractmethod
     def integral_of_square(self, derivative: int) -> Array:
         """∫ (d-th derivative)² dt over the whole motion, exact, shape (B, n_joints) [rad²/s^(2d-1)]."""

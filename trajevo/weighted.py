@@ -85,7 +85,7 @@ def minimise_weighted(
         raise InvalidInputError(f"weights: expected non-negative numbers that are not all zero, got {share.tolist()}")
     if (scales <= 0.0).any():
         raise InvalidInputError(f"scales: expected positive numbers, got {scales.tolist()}")
-    search = Search(problem, share / scales)
+    search = Search(problem.in_terms(), share / scales)
     points = (
         random_starts(problem, seed, starts)
         if initial is None
