@@ -26,7 +26,8 @@ from problems import HybridManipulator
 from problems.hybrid_kinematics import forward_kinematics, saddle_line, tracking_error
 from problems.hybrid_manipulator import CONVENTIONS, cost, paper_solution
 from trajevo import load_plots, optimise, plots
-from trajevo.capacity import capacity_front, dlcc, dlcc_iterative
+from trajevo.capacity import dlcc, dlcc_iterative
+from trajevo.payload_time import capacity_front
 from trajevo.weighted import minimise_weighted
 
 # The paper's size takes seconds per run; set TRAJEVO_FULL=1 for it. The default is a quick look.

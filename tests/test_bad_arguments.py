@@ -7,8 +7,9 @@ from problems import HybridManipulator, PointingMechanism
 from problems.hybrid_manipulator import paper_solution
 from tests.helpers import refused
 from trajevo import Front, ViaPoints, load_robot, optimise, plots, selection
-from trajevo.capacity import capacity_front, dlcc, dlcc_iterative
+from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.interpolants import THROUGH_POINTS, HybridQuartic, QuinticSpline, SepticSpline, stop_and_go
+from trajevo.payload_time import capacity_front
 from trajevo.robot import Friction
 
 POINTS = ViaPoints(np.arange(8.0).reshape(4, 2) ** 2)

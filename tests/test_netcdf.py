@@ -13,11 +13,11 @@ from tests.helpers import small_problem
 from tests.test_export import read
 from trajevo import Front, load_robot, optimise
 from trajevo import netcdf as module
-from trajevo.capacity import max_payload_problem
 from trajevo.dynamics import Dynamics
 from trajevo.export import export
 from trajevo.netcdf import dataset
 from trajevo.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.payload_time import max_payload_problem
 from trajevo.trajectory import DERIVATIVES
 
 SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}

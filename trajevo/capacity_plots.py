@@ -12,7 +12,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from trajevo.arrays import Array
 from trajevo.errors import checked_name
-from trajevo.slowdown import SlowdownCurve
+from trajevo.slowdown_curve import SlowdownCurve
 from trajevo.workspace_capacity import WorkspaceCapacity
 
 #: What a picture of the workspace can show.

@@ -19,7 +19,8 @@ from trajevo.inverse_kinematics import Pose
 from trajevo.robot import load_robot
 from trajevo.runs import read_run
 from trajevo.sensitivity import sensitivity
-from trajevo.slowdown import SlowdownCurve, slowdown_curve, slowdown_for
+from trajevo.slowdown import slowdown_for
+from trajevo.slowdown_curve import SlowdownCurve, slowdown_curve
 from trajevo.workspace_capacity import PLANES, ToolPlane, workspace_capacity
 
 _out = Console(soft_wrap=True, highlight=False)

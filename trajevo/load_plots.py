@@ -9,10 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from trajevo.arrays import Array, numbers
-from trajevo.capacity import SAMPLES, Capacity, PayloadCurve, dlcc
+from trajevo.capacity import SAMPLES, Capacity, dlcc
 from trajevo.dynamics import Dynamics, Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
+from trajevo.payload_time import PayloadCurve
 from trajevo.weighted import WeightedOptimum
 
 

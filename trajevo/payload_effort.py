@@ -19,10 +19,11 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.arrays import Array, frozen, numbers, row_products
-from trajevo.capacity import NEGLIGIBLE, SAMPLES
+from trajevo.capacity import SAMPLES
 from trajevo.dynamics import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
+from trajevo.mass_bounds import NEGLIGIBLE
 from trajevo.payload import Payload, entries_of, tensor_of
 from trajevo.robot import Robot
 from trajevo.weighted import WeightedOptimum

@@ -8,10 +8,11 @@ from typing import final
 import numpy as np
 
 from trajevo.arrays import Array
-from trajevo.capacity import SAMPLES, dlcc, greatest_masses
+from trajevo.capacity import SAMPLES, dlcc
 from trajevo.dynamics import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
+from trajevo.mass_bounds import mass_bounds
 from trajevo.time_scaling import EffortOfPath
 from trajevo.weighted import WeightedOptimum
 
@@ -59,13 +60,13 @@ def sensitivity(motion: Solution | Rollout | WeightedOptimum, *, samples: int = 
         InvalidInputError: nothing limits the payload of this motion, or it breaks a limit without any.
     """
     capacity = dlcc(motion, samples=samples)
-    if not np.isfinite(capacity.mass) or capacity.margin.min() < -1e-12:
+    if not (np.isfinite(capacity.mass) and capacity.feasible):
         raise InvalidInputError(f"motion: expected one whose capacity a joint sets, got {capacity}")
     given = rollout_of(motion)
     rollout = Rollout(given.dynamics.sampled(samples), given.trajectory[0])
     joint = rollout.robot.joint_names.index(capacity.joint)
     limit = float(rollout.robot.limits.effort[joint])
-    masses = greatest_masses(rollout.unloaded_effort[0], rollout.effort_per_kilogram[0], rollout.robot.limits.effort)
+    masses = mass_bounds(rollout.unloaded_effort[0], rollout.effort_per_kilogram[0], rollout.robot.limits.effort)[1]
     instant = int(masses[:, joint].argmin())
     per_kilogram = float(rollout.effort_per_kilogram[0, instant, joint])
     state = (values[0, instant : instant + 1] for values in (rollout.q, rollout.v, rollout.a))

@@ -5,18 +5,18 @@ Closed form in the speed, see :mod:`trajevo.time_scaling`; instants are added wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, numbers
-from trajevo.capacity import SAMPLES, greatest_masses
+from trajevo.arrays import Array, frozen
+from trajevo.capacity import SAMPLES
 from trajevo.dynamics import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
+from trajevo.mass_bounds import mass_bounds
 from trajevo.payload import Payload
 from trajevo.time_scaling import EffortOfPath, allowed_speeds
 from trajevo.weighted import WeightedOptimum
@@ -100,74 +100,10 @@ def slowdown_for(
     """
     own = rollout_of(motion).dynamics.payload
     carried = payload if isinstance(payload, Payload) else own.with_mass(Payload(payload).mass)
-    return _Path(motion, samples, carried).slowdown(carried)
+    return ScaledPath(motion, samples, carried).slowdown(carried)
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class SlowdownCurve:
-    """The least time of a motion along a fixed path for each payload.
-
-    Attributes:
-        payloads: [kg], ascending, shape (N,).
-        factors: least duration over that of the motion as it is, shape (N,); NaN where the payload cannot be carried.
-        durations: least duration, shape (N,) [s]; NaN likewise.
-        limits: what binds, one of :data:`SCALED_LIMITS`, empty where the payload cannot be carried, N of them.
-        joints: names of the binding joints, N of them.
-        static_bound: the greatest payload that can be held at rest everywhere on the path [kg]; may be inf.
-        present_duration: of the motion as it is [s].
-        payload_model: how the payload acts.
-    """
-
-    payloads: Array
-    factors: Array
-    durations: Array
-    limits: tuple[str, ...]
-    joints: tuple[str, ...]
-    static_bound: float
-    present_duration: float
-    payload_model: str
-
-
-def slowdown_curve(
-    motion: Solution | Rollout | WeightedOptimum, payloads: Sequence[float] | None = None, *, samples: int = SAMPLES
-) -> SlowdownCurve:
-    """:func:`slowdown_for` over masses.
-
-    Args:
-        motion: as for :func:`slowdown_for`; the shape and the model of the payload are its own.
-        payloads: masses [kg]; 40 from 0 to just below what the robot can hold at rest if None.
-        samples: as for :func:`slowdown_for`.
-
-    Raises:
-        InvalidInputError: no payloads, negative ones, or none given where nothing bounds what the robot can hold.
-    """
-    path = _Path(motion, samples)
-    own, now = path.rollout.dynamics.payload, float(path.rollout.trajectory.duration[0])
-    if payloads is None:
-        if not 0.0 < path.static_bound < np.inf:
-            raise InvalidInputError(
-                f"payloads: expected masses [kg], as the robot can hold {max(path.static_bound, 0.0):g} kg at rest"
-            )
-        payloads = np.linspace(0.0, path.static_bound, 41)[:-1].tolist()
-    masses = np.sort(numbers(payloads, name="payloads", shape=("N",)))
-    if not len(masses) or masses[0] < 0.0:
-        raise InvalidInputError(f"payloads: expected at least one mass from 0 on [kg], got {masses.tolist()}")
-    found = [path.slowdown(own.with_mass(mass)) if path.carries(mass) else None for mass in masses.tolist()]
-    factors = np.array([np.nan if one is None else one.factor for one in found])
-    return SlowdownCurve(
-        payloads=frozen(masses),
-        factors=frozen(factors),
-        durations=frozen(now * factors),
-        limits=tuple("" if one is None else one.limit for one in found),
-        joints=tuple("" if one is None else one.joint for one in found),
-        static_bound=path.static_bound,
-        present_duration=now,
-        payload_model=own.model,
-    )
-
-
-class _Path:
+class ScaledPath:
     """One motion, its effort by powers of the speed at instants that grow in number, and its kinematic bounds."""
 
     def __init__(
@@ -190,13 +126,14 @@ class _Path:
             self.greatest_speeds = self.shares ** (-1.0 / np.array([[1.0], [2.0], [3.0]]))
 
     @property
-    def _masses_at_rest(self) -> Array:
-        return greatest_masses(self.effort.held, self.effort.held_per_kilogram, self.limits.effort)
+    def _masses_at_rest(self) -> tuple[Array, Array]:
+        return mass_bounds(self.effort.held, self.effort.held_per_kilogram, self.limits.effort)
 
     @cached_property
     def static_bound(self) -> float:
-        """The greatest payload [kg] held at rest at all instants; -inf if the robot alone is too heavy."""
-        return float(self._masses_at_rest.min())
+        """The greatest payload [kg] held at rest at all instants; -inf if none is, not even no payload."""
+        least, greatest = (masses.ravel() for masses in self._masses_at_rest)
+        return float(greatest.min()) if least.max() <= greatest.min() else -np.inf
 
     def carries(self, mass: float) -> bool:
         """Whether any speed carries a mass [kg]."""
@@ -205,12 +142,7 @@ class _Path:
     def slowdown(self, payload: Payload) -> Slowdown:
         """The least time with a payload of the path's shape."""
         if not self._held(payload.mass):
-            instant, joint = (int(i) for i in np.unravel_index(self._masses_at_rest.argmin(), self.effort.held.shape))
-            name = self.rollout.robot.joint_names[joint]
-            raise InvalidInputError(
-                f"payload: expected at most {max(self.static_bound, 0.0):.6f} kg, which {name} can hold at rest at "
-                f"{self.t[instant]:.4f} s of this motion, got {payload.mass:g} kg: no slower motion can carry it"
-            )
+            raise InvalidInputError(f"payload: {self._not_held(payload.mass)}: no slower motion can carry it")
         speeds, bound = self._greatest_speed(payload.mass)
         if not len(speeds):
             raise InvalidInputError(
@@ -223,6 +155,21 @@ class _Path:
                 f"{self.rollout.robot.name!r} has none that this motion would reach"
             )
         return self._bound(payload, speeds, bound)
+
+    def _not_held(self, mass: float) -> str:
+        """What the robot cannot hold at rest, and what it can."""
+        least, greatest = self._masses_at_rest
+        binding, short = (least, mass < least.max()) if mass < least.max() else (-greatest, False)
+        instant, joint = (int(i) for i in np.unravel_index(binding.argmax(), binding.shape))
+        where = f"{self.rollout.robot.joint_names[joint]} can hold at rest at {self.t[instant]:.4f} s of this motion"
+        if np.isinf(least.max()):
+            return f"expected a path along which the robot can hold itself, but no mass is what {where}"
+        bound = (
+            f"at least {least.max():.6f} kg as a counterweight, the least that"
+            if short
+            else (f"at most {greatest.min():.6f} kg, which")
+        )
+        return f"expected {bound} {where}, got {mass:g} kg"
 
     def _greatest_speed(self, mass: float) -> tuple[Array, int]:
         """What :meth:`_speeds` says, with as many more instants as the greatest speed takes to settle."""

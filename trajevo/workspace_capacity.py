@@ -14,11 +14,11 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.arrays import Array, frozen, numbers, read_only
-from trajevo.capacity import greatest_masses
 from trajevo.dynamics import Dynamics
 from trajevo.errors import InvalidInputError, UnreachableError, checked_name
 from trajevo.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.kinematics import ToolKinematics
+from trajevo.mass_bounds import mass_bounds
 from trajevo.payload import Payload
 from trajevo.robot import Robot
 
@@ -177,8 +177,8 @@ def workspace_capacity(
         a, possible = _joint_accelerations(robot, at, wanted, turning=plane.pose.rotation is None)
         dynamics, still = Dynamics(robot, payload or Payload(1.0)), np.zeros_like(at)
         unloaded, per_kilogram = dynamics.unloaded_effort(at, still, a), dynamics.effort_per_kilogram(at, still, a)
-        greatest = greatest_masses(unloaded, per_kilogram, robot.limits.effort)
-        per_joint[reached] = np.where(possible[:, None], np.maximum(greatest, 0.0), np.nan)
+        least, greatest = mass_bounds(unloaded, per_kilogram, robot.limits.effort)
+        per_joint[reached] = np.where(possible[:, None], np.where(least > 0.0, 0.0, greatest), np.nan)
     mass = per_joint.min(axis=-1)
     joint = np.where(np.isfinite(mass), np.argmin(per_joint, axis=-1), -1)
     joint.setflags(write=False)

@@ -1,0 +1,204 @@
+"""Payload against time, by optimisation: the least time for each payload, the greatest payload of any motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen, numbers
+from trajevo.constraints import time_limit
+from trajevo.dynamics import Rollout
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.payload_variable import PayloadVariable
+from trajevo.problem import TrajectoryProblem
+from trajevo.selection import Weights
+from trajevo.sqp import FEASIBLE
+from trajevo.weighted import minimise_weighted
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PayloadCurve:
+    """The least time of a motion for each payload.
+
+    Attributes:
+        payloads: [kg], ascending, shape (N,).
+        times: least duration, inf where no feasible motion was found, shape (N,) [s].
+        X: decision vectors, shape (N, n_var); the last one tried where none is feasible.
+        payload_model: how the payload acts.
+    """
+
+    payloads: Array
+    times: Array
+    X: Array
+    payload_model: str
+
+
+def capacity_front(
+    problem: TrajectoryProblem, payloads: Sequence[float], *, seed: int, starts: int = 4
+) -> PayloadCurve:
+    """Re-optimise for least time at each payload, by SLSQP from random starts and from the neighbour's solution.
+
+    A motion for a heavier load carries the lighter one too, so the curve is made to rise: where a heavier payload was
+    found a faster motion that is feasible for the lighter one, that motion is taken.
+
+    Args:
+        problem: a problem whose first objective is the time [s].
+        payloads: masses [kg]; shape and model are those of the problem's payload.
+        seed: seed of the random starts.
+        starts: random starts per payload.
+
+    Raises:
+        InvalidInputError: no payloads, or a problem whose first objective is not the time.
+    """
+    masses = np.sort(numbers(payloads, name="payloads", shape=("N",)))
+    if not len(masses):
+        raise InvalidInputError("payloads: expected at least one mass [kg]")
+    shape = problem.dynamics.payload
+    loaded = [problem.with_payload(shape.with_mass(mass)) for mass in masses.tolist()]
+    times, X = least_times(loaded, seed=seed, starts=starts)
+    return PayloadCurve(frozen(masses), times, X, shape.model)
+
+
+def least_times(problems: Sequence[TrajectoryProblem], *, seed: int, starts: int) -> tuple[Array, Array]:
+    """The least time of problems that get harder and harder, each warm-started from its neighbours.
+
+    What is feasible for a problem is feasible for the easier ones before it, so the times are made to rise: where a
+    harder problem was found a faster motion that the easier one allows, that motion is where it begins again.
+
+    Args:
+        problems: the same variables, the time [s] as first objective; N of them, from the easiest to the hardest.
+        seed: of the random starts.
+        starts: random starts for each.
+
+    Returns:
+        Times, inf where no feasible motion was found, shape (N,) [s], and decision vectors (N, n_var).
+
+    Raises:
+        InvalidInputError: a problem whose first objective is not the time.
+    """
+    for problem in problems:
+        if problem.objective_names[0] != "time":
+            raise InvalidInputError(
+                f"problem: expected the time as first objective, got {problem.objective_names[0]!r}"
+            )
+    times, X = np.full(len(problems), np.inf), np.empty((len(problems), problems[0].n_var))
+    for i, problem in enumerate(problems):
+        weights = Weights((1.0, *([0.0] * (problem.n_obj - 1))))
+        best = minimise_weighted(problem, weights, seed=seed + i, starts=starts)
+        if i > 0 and np.isfinite(times[i - 1]):
+            warm = minimise_weighted(problem, weights, seed=seed, initial=X[i - 1][None])
+            best = min(best, warm, key=lambda optimum: optimum.cost)
+        times[i], X[i] = best.cost, best.x
+    for i in range(len(problems) - 2, -1, -1):
+        G = problems[i].evaluate(X[i + 1][None], return_values_of=["F", "G"])[1]
+        if times[i + 1] < times[i] and G.max(initial=-np.inf) <= FEASIBLE:
+            weights = Weights((1.0, *([0.0] * (problems[i].n_obj - 1))))
+            warm = minimise_weighted(problems[i], weights, seed=seed, initial=X[i + 1][None])
+            times[i], X[i] = min((times[i + 1], X[i + 1]), (warm.cost, warm.x), key=lambda found: found[0])
+    return frozen(times), frozen(X)
+
+
+def max_payload_problem(
+    problem: TrajectoryProblem,
+    payload_range: tuple[float, float] | None = None,
+    *,
+    objectives: Sequence[str] | None = None,
+) -> TrajectoryProblem:
+    """The same problem with the payload's mass as its last variable, and the payload left unused as an objective.
+
+    Args:
+        problem: whose payload gives shape and model.
+        payload_range: least and greatest mass [kg]; if None from 0 to what the robot can hold at rest at the first and
+            the last point, which no motion that rests there exceeds.
+        objectives: names of the problem's objectives that are kept, such as ``["time", "energy"]``; all if None.
+
+    Raises:
+        UnknownNameError: an objective that the problem has not.
+        InvalidInputError: a range that is not 0 <= least < greatest, or none given where nothing limits the payload.
+    """
+    names = problem.objective_names if objectives is None else tuple(objectives)
+    kept = [problem.objective_names.index(checked_name("objective", name, problem.objective_names)) for name in names]
+    variable = PayloadVariable.of(problem.dynamics, problem.interpolant, payload_range)
+    corner = problem.reference_point
+    return TrajectoryProblem(
+        dynamics=variable.dynamics,
+        interpolant=problem.interpolant,
+        objectives=(*(problem.objectives[place] for place in kept), variable.objective),
+        constraints=problem.constraints,
+        payload_range=variable.range,
+        reference_point=None if corner is None else (*corner[kept], variable.range[1] - variable.range[0]),
+        angle=problem.angle,
+        length=problem.length,
+    )
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LargestPayload:
+    """The largest payload that was found for any motion of a problem.
+
+    Attributes:
+        mass: [kg].
+        time: duration of the motion [s].
+        at_rest: what the robot can hold at rest at the first and the last point [kg]; no motion exceeds it.
+        x: decision vector of the motion, shape (n_var,).
+        rollout: the robot on the motion, carrying the payload.
+    """
+
+    mass: float
+    time: float
+    at_rest: float
+    x: Array
+    rollout: Rollout
+
+    def __str__(self) -> str:
+        return f"{self.mass:.6f} kg in {self.time:.4f} s; held at rest at both ends: {self.at_rest:.6f} kg"
+
+
+def largest_payload(
+    problem: TrajectoryProblem, *, within: float | None = None, seed: int, starts: int = 4
+) -> LargestPayload:
+    """The largest payload that any motion through the points can carry, by SLSQP from random starts.
+
+    Args:
+        problem: whose limits, and shape and model of the payload, count; its objectives play no part.
+        within: the longest time allowed [s]; if None what the problem allows.
+        seed: of the random starts.
+        starts: how many.
+
+    Raises:
+        InvalidInputError: a time that is not positive, nothing that limits the payload, or no feasible motion found.
+    """
+    loaded = max_payload_problem(problem, objectives=())
+    if within is not None:
+        longest = float(numbers(within, name="within", shape=()))
+        if not longest > 0.0:
+            raise InvalidInputError(f"within: expected a positive time [s], got {within!r}")
+        loaded = TrajectoryProblem(
+            dynamics=loaded.dynamics,
+            interpolant=loaded.interpolant,
+            objectives=loaded.objectives,
+            constraints=(*loaded.constraints, replace(time_limit(longest), names=("largest payload within",))),
+            payload_range=loaded.payload_range,
+        )
+    best = minimise_weighted(loaded, Weights((1.0,)), seed=seed, starts=starts)
+    if not np.isfinite(best.cost):
+        name, excess = max(best.G.items(), key=lambda item: item[1])
+        raise InvalidInputError(
+            f"problem: expected a feasible motion, none found from {starts} starts; the last exceeds {name!r} by "
+            f"{100.0 * excess:.3g} %"
+        )
+    mass = float(best.x[-1])
+    rollout = best.rollout
+    carried = Rollout(replace(rollout.dynamics, payload=rollout.dynamics.payload.with_mass(mass)), rollout.trajectory)
+    return LargestPayload(
+        mass=mass,
+        time=float(rollout.trajectory.duration[0]),
+        at_rest=loaded.payload_range[1] if loaded.payload_range else np.inf,
+        x=frozen(best.x[:-1].copy()),
+        rollout=carried,
+    )

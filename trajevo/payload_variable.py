@@ -1,0 +1,65 @@
+"""The payload's mass as a decision variable, and what is left of the greatest one as an objective."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.arrays import numbers
+from trajevo.dynamics import Dynamics
+from trajevo.errors import InvalidInputError
+from trajevo.interpolants import Interpolant
+from trajevo.mass_bounds import masses_held
+from trajevo.objectives import Objective, unused_payload
+from trajevo.payload import Payload
+
+#: Name of the objective.
+UNUSED_PAYLOAD = "unused_payload"
+
+
+@final
+@dataclass(frozen=True)
+class PayloadVariable:
+    """What a problem needs to have the payload's mass as its last variable.
+
+    Attributes:
+        dynamics: with a payload of the shape, whose mass plays no part.
+        range: least and greatest mass [kg].
+        objective: the greatest mass minus the mass [kg]; minimising it maximises the payload.
+    """
+
+    dynamics: Dynamics
+    range: tuple[float, float]
+    objective: Objective
+
+    @classmethod
+    def of(cls, dynamics: Dynamics, interpolant: Interpolant, payload_range: Any = None) -> PayloadVariable:
+        """The variable of a robot on the motions of an interpolant.
+
+        Args:
+            dynamics: of the robot; its payload gives shape and model.
+            interpolant: of the motions.
+            payload_range: least and greatest mass [kg]; if None from 0 to what the robot can hold at rest at the first
+                and the last point, which no motion that rests there exceeds.
+
+        Raises:
+            InvalidInputError: a range that is not 0 <= least < greatest, or none given where nothing limits it.
+        """
+        shape = dynamics.payload
+        unit = shape if shape.mass > 0.0 else Payload(1.0, shape.com, None, shape.model)
+        carrying = replace(dynamics, payload=unit)
+        given = (0.0, greatest_at_rest(carrying, interpolant)) if payload_range is None else payload_range
+        low, high = numbers(given, name="payload_range", shape=(2,)).tolist()
+        if not 0.0 <= low < high:
+            raise InvalidInputError(f"payload_range: expected 0 <= least < greatest [kg], got {low} and {high}")
+        objective = Objective(UNUSED_PAYLOAD, "kg", f"{high:g} kg minus mass", unused_payload(high))
+        return cls(carrying, (low, high), objective)
+
+
+def greatest_at_rest(dynamics: Dynamics, interpolant: Interpolant) -> float:
+    """The greatest payload [kg] that effort limits allow at rest at the first and the last point of the motions."""
+    middle = [0.5 * (variable.lower + variable.upper) for variable in interpolant.variables]
+    trajectory = interpolant(np.array([middle]))
+    return masses_held(dynamics, trajectory.evaluate(np.array([0.0, trajectory.duration[0]]))[0])[1]
