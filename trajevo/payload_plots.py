@@ -130,9 +130,7 @@ def allowed_region(
     colours = plt.get_cmap("viridis_r")(np.linspace(0.1, 0.9, max(len(masses), 1)))
     for mass, colour in sorted(zip(masses, colours, strict=True), key=lambda pair: pair[0]):
         draw = _polygon if effort.affine else _contour
-        found = draw(effort, mass, axis, at, within, colour, ax)
-        label = f"{mass:g} kg" if found else f"{mass:g} kg: nowhere"
-        ax.fill([], [], facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5, label=label)
+        draw(effort, mass, axis, at, within, colour, ax)
     horizontal, vertical = (name for name in "xyz" if name != axis)
     ax.plot(0.0, 0.0, "k+", markersize=10)
     bound = 1.05e3 * within
@@ -149,15 +147,15 @@ def allowed_region(
     return ax
 
 
-def _polygon(effort: PayloadEffort, mass: float, axis: str, at: float, within: float, colour: Any, ax: Axes) -> bool:
-    """Fill the exact section of a region; whether there is one."""
+def _polygon(effort: PayloadEffort, mass: float, axis: str, at: float, within: float, colour: Any, ax: Axes) -> None:
+    """Fill the exact section of a region."""
     corners = 1e3 * allowed_centres(effort, mass).section(axis, at, within=within)
-    ax.fill(*corners.T, facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5)
-    return len(corners) > 0
+    label = _region_label(mass, len(corners) > 0)
+    ax.fill(*corners.T, facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5, label=label)
 
 
-def _contour(effort: PayloadEffort, mass: float, axis: str, at: float, within: float, colour: Any, ax: Axes) -> bool:
-    """Fill where a grid's greatest effort keeps its limit; whether there is such a place."""
+def _contour(effort: PayloadEffort, mass: float, axis: str, at: float, within: float, colour: Any, ax: Axes) -> None:
+    """Fill where a grid's greatest effort keeps its limit."""
     sides = np.linspace(-within, within, _GRID)
     across = [k for k, name in enumerate("xyz") if name != axis]
     com = np.full((_GRID, _GRID, 3), at)
@@ -165,7 +163,12 @@ def _contour(effort: PayloadEffort, mass: float, axis: str, at: float, within: f
     used = effort.used(mass, com.reshape(-1, 3)).reshape(_GRID, _GRID)
     ax.contourf(1e3 * sides, 1e3 * sides, used, [-np.inf, 1.0], colors=[(*colour[:3], 0.25)])
     ax.contour(1e3 * sides, 1e3 * sides, used, [1.0], colors=[colour], linewidths=1.5)
-    return bool((used <= 1.0).any())
+    label = _region_label(mass, bool((used <= 1.0).any()))
+    ax.fill([], [], facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5, label=label)
+
+
+def _region_label(mass: float, anywhere: bool) -> str:
+    return f"{mass:g} kg" if anywhere else f"{mass:g} kg: nowhere"
 
 
 def _levels(diagrams: Sequence[PayloadDiagram], count: int) -> Array:
