@@ -174,6 +174,7 @@ def test_poses_out_of_reach_have_no_postures():
     assert nothing.q.shape == (0, 6)
     assert nothing.pose.shape == nothing.worth.shape == (0,)
     assert not nothing.pose.flags.writeable
+    assert len(find_postures(ur5(), np.zeros((0, 3)), rotation).q) == 0
 
 
 @pytest.mark.parametrize(
@@ -191,6 +192,9 @@ def test_poses_out_of_reach_have_no_postures():
         (lambda: find_postures(ur5(), [[0.0] * 3], None, starts=1.5), "starts: expected a whole number"),
         (lambda: find_postures(ur5(), [[0.0] * 3], None, neighbours=[0]), r"whole numbers of shape \(1, K\)"),
         (lambda: find_postures(ur5(), [[0.0] * 3], None, neighbours=[[1]]), "numbers from -1 to 0, got 1 to 1"),
+        (lambda: find_postures(ur5(), [[0.0] * 3] * 2, None, neighbours=[[0], [0, 1]]), "neighbours: expected whole"),
+        (lambda: find_postures(ur5(), line(1)[0], None, worth=lambda q: q), "worth: expected one number per posture"),
+        (lambda: find_postures(ur5(), line(1)[0], None, worth=lambda q: q[:, 0] * np.nan), "worth: expected one num"),
     ],
 )
 def test_bad_input_is_refused(call, says):

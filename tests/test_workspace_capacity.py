@@ -1,6 +1,7 @@
 """Capacity over planes of tool positions: cells against Pinocchio's statics, reach, reference value, bad input."""
 
 import contextlib
+import re
 
 import numpy as np
 import pinocchio as pin
@@ -256,6 +257,7 @@ def test_command_line(tmp_path):
     done = trajevo("workspace-capacity", "panda", *options, *fingers, "--out", tmp_path / "map.png")
     assert done.returncode == 0, done.stderr
     assert "held at rest in 4 of 4 cells" in done.stdout
+    assert re.search(r"postures found per cell: [1-9]\d* to \d+, of which the best was taken", done.stdout)
     assert "panda_joint" in done.stdout
     assert (tmp_path / "map.png").is_file()
     bad = trajevo("workspace-capacity", "panda", *options, "--lock", "panda_finger_joint1")

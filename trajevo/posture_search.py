@@ -100,7 +100,10 @@ def find_postures(
 
 
 def _checked_neighbours(given: Any, count: int) -> Array:
-    near = np.asarray(given)
+    try:
+        near = np.asarray(given)
+    except ValueError as error:
+        raise InvalidInputError(f"neighbours: expected whole numbers of shape ({count}, K), got {given!r}") from error
     if near.ndim != 2 or len(near) != count or near.dtype.kind not in "iu":
         raise InvalidInputError(f"neighbours: expected whole numbers of shape ({count}, K), got shape {near.shape}")
     if near.size and not (near.min() >= -1 and near.max() < count):
@@ -185,8 +188,19 @@ class _Search:
         kept = np.flatnonzero(self._first_of_their_kind(both, all_q))
         kept = kept[kept >= before]
         self.pose, self.q = np.concatenate([self.pose, both[kept]]), np.concatenate([self.q, all_q[kept]])
-        self.worths = np.concatenate([self.worths, self.worth(all_q[kept])])
+        self.worths = np.concatenate([self.worths, self._worth_of(all_q[kept])])
         return np.arange(before, len(self.pose))
+
+    def _worth_of(self, q: Array) -> Array:
+        """What joint positions are worth, shape (P,).
+
+        Raises:
+            InvalidInputError: not one number each.
+        """
+        values = np.asarray(self.worth(q), dtype=np.float64) if len(q) else np.zeros(0)
+        if values.shape != (len(q),) or np.isnan(values).any():
+            raise InvalidInputError(f"worth: expected one number per posture ({len(q)}), got {values!r}")
+        return values
 
     def _first_of_their_kind(self, pose: Array, q: Array) -> Array:
         """Whether no earlier row is the same posture of the same pose, shape (P,).

@@ -251,7 +251,7 @@ class _Carried:
     def __call__(self, q: Array) -> Array:
         """Largest payload by each joint alone, shape (P, n_joints) [kg]; NaN if the tool cannot be accelerated so."""
         if not len(q):
-            return np.empty_like(q)
+            return np.empty_like(q)  # no batch for Pinocchio
         a, possible = _joint_accelerations(self.robot, q, self.acceleration, turning=self.turning)
         still = np.zeros_like(q)
         unloaded = self.dynamics.unloaded_effort(q, still, a)
@@ -261,7 +261,7 @@ class _Carried:
 
     def most(self, q: Array) -> Array:
         """Largest payload, shape (P,) [kg]; -1 if the tool cannot be accelerated so."""
-        mass = self(q).min(axis=1, initial=np.inf)
+        mass = self(q).min(axis=1)
         return np.where(np.isnan(mass), -1.0, mass)
 
 
