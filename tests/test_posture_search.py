@@ -187,6 +187,8 @@ def test_poses_out_of_reach_have_no_postures():
         (lambda: solve_postures(ur5(), [[0.0] * 3], None, [[0.0] * 6], tolerance=-1.0), "tolerance: expected a pos"),
         (lambda: find_postures(ur5(), [[np.nan] * 3], None), "positions: expected finite numbers"),
         (lambda: find_postures(ur5(), [[0.0] * 3], np.eye(2)), r"rotation: expected shape \(3, 3\)"),
+        (lambda: find_postures(ur5(), [[0.0] * 3], 2.0 * np.eye(3)), "rotation: expected a rotation matrix"),
+        (lambda: solve_postures(ur5(), [[0.0] * 3], -np.eye(3), [[0.0] * 6]), "rotation: expected a rotation matrix"),
         (lambda: find_postures(ur5(), [[0.0] * 3], None, start=[0.0]), r"start: expected shape \(6\)"),
         (lambda: find_postures(ur5(), [[0.0] * 3], None, seed=-1), "seed: expected a whole number"),
         (lambda: find_postures(ur5(), [[0.0] * 3], None, starts=1.5), "starts: expected a whole number"),

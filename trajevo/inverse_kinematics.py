@@ -17,11 +17,8 @@ from scipy.spatial.transform import Rotation
 from trajevo.arrays import Array, frozen, numbers, read_only
 from trajevo.errors import InvalidInputError, UnreachableError, checked_name
 from trajevo.kinematics import ToolKinematics
-from trajevo.posture import TOLERANCE, JointRanges, check_search, missed
+from trajevo.posture import ROUNDED, TOLERANCE, JointRanges, check_search, missed, rotation_matrix
 from trajevo.robot import Robot
-
-#: How far a rotation matrix or a quaternion may be from unit length, as people type rounded numbers.
-_ROUNDED = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +40,8 @@ class Pose:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", read_only(numbers(self.position, name="position", shape=(3,))))
-        if self.rotation is None:
-            return
-        given = numbers(self.rotation, name="rotation", shape=(3, 3))
-        if np.abs(given @ given.T - np.eye(3)).max() > _ROUNDED or np.linalg.det(given) < 0.0:
-            raise InvalidInputError(f"rotation: expected a rotation matrix, got {given.tolist()}")
-        object.__setattr__(self, "rotation", read_only(Rotation.from_matrix(given).as_matrix()))
+        if self.rotation is not None:
+            object.__setattr__(self, "rotation", rotation_matrix(self.rotation))
 
     @classmethod
     def of(cls, given: Pose | Mapping[str, Any]) -> Pose:
@@ -77,7 +70,7 @@ class Pose:
             rotation = Rotation.from_euler("xyz", numbers(given["rpy"], name="rpy", shape=(3,))).as_matrix()
         elif "quaternion" in given:
             quaternion = numbers(given["quaternion"], name="quaternion", shape=(4,))
-            if abs(np.linalg.norm(quaternion) - 1.0) > _ROUNDED:
+            if abs(np.linalg.norm(quaternion) - 1.0) > ROUNDED:
                 raise InvalidInputError(f"quaternion: expected x, y, z, w of norm 1, got {quaternion.tolist()}")
             rotation = Rotation.from_quat(quaternion).as_matrix()
         return cls(given["position"], rotation, str(given.get("name", "")))

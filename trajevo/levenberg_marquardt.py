@@ -14,7 +14,7 @@ import numpy as np
 from trajevo.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.kinematics import ToolKinematics
-from trajevo.posture import TOLERANCE, JointRanges, check_search, missed
+from trajevo.posture import TOLERANCE, JointRanges, check_search, missed, rotation_matrix
 from trajevo.robot import Robot
 
 #: Error at which a start leaves the batch as met: far below any tolerance, so that starts with one aim agree.
@@ -54,11 +54,11 @@ def solve_postures(
         Joint positions inside the limits, shape (N, n_joints) [rad or m], and whether they meet the pose, (N,).
 
     Raises:
-        InvalidInputError: shapes that do not fit, or numbers that are none.
+        InvalidInputError: shapes that do not fit, no rotation matrix, or numbers that are none.
     """
     check_search(0, 0, tolerance)
     wanted = numbers(positions, name="positions", shape=("N", 3))
-    turned = None if rotation is None else numbers(rotation, name="rotation", shape=(3, 3))
+    turned = None if rotation is None else rotation_matrix(rotation)
     begun = numbers(starts, name="starts", shape=("N", robot.dof))
     if len(begun) != len(wanted):
         raise InvalidInputError(f"starts: expected one per position ({len(wanted)}), got {len(begun)}")

@@ -7,17 +7,21 @@ rotation vector.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from trajevo.arrays import Array, read_only
+from trajevo.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.kinematics import ToolKinematics
 from trajevo.robot import Robot
 
 #: Greatest error of position [m] and of orientation [rad] of a pose that counts as met.
 TOLERANCE = 1e-6
+
+#: How far a rotation matrix or a quaternion may be from unit length.
+ROUNDED = 1e-3
 
 _TURN = 2.0 * np.pi
 
@@ -99,6 +103,22 @@ def missed(position: Array, rotation: Array, wanted: Array, wanted_rotation: Arr
         return distance, np.zeros_like(distance)
     half = np.linalg.norm((rotation - wanted_rotation).reshape(-1, 9), axis=1) / np.sqrt(8.0)
     return distance, 2.0 * np.arcsin(np.minimum(half, 1.0))
+
+
+def rotation_matrix(values: Any, name: str = "rotation") -> Array:
+    """A rotation matrix, made orthogonal, as people type rounded numbers.
+
+    Args:
+        values: shape (3, 3).
+        name: name of the argument, for the message.
+
+    Raises:
+        InvalidInputError: another shape, or no rotation matrix.
+    """
+    given = numbers(values, name=name, shape=(3, 3))
+    if np.abs(given @ given.T - np.eye(3)).max() > ROUNDED or np.linalg.det(given) < 0.0:
+        raise InvalidInputError(f"{name}: expected a rotation matrix, got {given.tolist()}")
+    return read_only(Rotation.from_matrix(given).as_matrix())
 
 
 def check_search(starts: int, seed: int, tolerance: float) -> None:

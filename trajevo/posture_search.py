@@ -12,7 +12,7 @@ from trajevo.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.kinematics import ToolKinematics
 from trajevo.levenberg_marquardt import PostureSolver
-from trajevo.posture import TOLERANCE, JointRanges, check_search
+from trajevo.posture import TOLERANCE, JointRanges, check_search, rotation_matrix
 from trajevo.robot import Robot
 
 #: Rounds of random starts, each for the poses where the round before found something new.
@@ -68,8 +68,9 @@ def find_postures(
 
     Every pose is tried from the start, the middle of the joint ranges and random starts, then from what was found for
     its neighbours until nothing new comes of it; where random starts found something new, more of them follow. An arm
-    with as many joints as the pose has coordinates has few postures per pose, and these are found. A redundant arm has
-    endless ones: what is found is a sample of them, followed by starts around the best of every pose, ever nearer.
+    with as many joints as the pose has coordinates has few postures per pose, and rarely is one missed, though nothing
+    proves it. A redundant arm has endless ones: what is found is a sample of them, followed by starts around the best
+    of every pose, ever nearer.
 
     Args:
         robot: the robot whose tool and position limits count.
@@ -84,12 +85,12 @@ def find_postures(
         tolerance: greatest error of position [m] and of orientation [rad].
 
     Raises:
-        InvalidInputError: shapes that do not fit, or numbers that are none.
+        InvalidInputError: shapes that do not fit, no rotation matrix, or numbers that are none.
     """
     wanted = numbers(positions, name="positions", shape=("C", 3))
     count = max(_STARTS, -(-_STARTS_IN_ALL // max(len(wanted), 1))) if starts is None else starts
     check_search(count, seed, tolerance)
-    turned = None if rotation is None else numbers(rotation, name="rotation", shape=(3, 3))
+    turned = None if rotation is None else rotation_matrix(rotation)
     near = np.full((len(wanted), 0), -1) if neighbours is None else _checked_neighbours(neighbours, len(wanted))
     kinematics = ToolKinematics.of(robot)
     ranges = JointRanges.of(robot, kinematics)
@@ -199,7 +200,7 @@ class _Search:
         """
         values = np.asarray(self.worth(q), dtype=np.float64) if len(q) else np.zeros(0)
         if values.shape != (len(q),) or np.isnan(values).any():
-            raise InvalidInputError(f"worth: expected one number per posture ({len(q)}), got {values!r}")
+            raise InvalidInputError(f"worth: expected one number per posture ({len(q)}), got {values.tolist()}")
         return values
 
     def _first_of_their_kind(self, pose: Array, q: Array) -> Array:
