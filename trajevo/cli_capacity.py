@@ -76,13 +76,16 @@ def workspace(
     show: Annotated[str, typer.Option(help="mass, or joint: the one that binds.")] = "mass",
     out: Annotated[Path, typer.Option(help="Picture.")] = Path("workspace.png"),
 ) -> None:
-    """Draw what a robot can hold, or accelerate, at every tool position of a plane."""
+    """Draw what a robot can hold, or accelerate, in its best posture at every tool position of a plane."""
     unlimited = {"acceleration": float("inf"), "jerk": float("inf")}  # no part of this, and missing in a URDF
     loaded = load_robot(robot, lock=_locked(lock or ()), tool=tool, limits=unlimited)
     given: dict[str, Any] = {"position": position} | ({} if rpy is None else {"rpy": rpy})
     square = ToolPlane.around(Pose.of(given), plane, reach=reach, cells=cells)
     found = workspace_capacity(loaded, square, acceleration=acceleration)
     _out.print(f"{loaded.name}: {found}")
+    if found.reached.any():
+        counts = found.postures[found.reached]
+        _out.print(f"postures found per cell: {counts.min()} to {counts.max()}, of which the best was taken")
     table = Table("binding joint", "cells", box=SIMPLE)
     for k, name in enumerate(found.joint_names):
         if (found.joint == k).any():
