@@ -7,6 +7,9 @@ import pytest
 
 from trajevo.watch import Watch
 
+#: The command line's consoles take their width from here when they are made.
+os.environ["COLUMNS"] = "160"
+
 
 @pytest.fixture
 def stopped_after(monkeypatch):
