@@ -249,7 +249,10 @@ def test_what_cannot_be_held_at_rest_is_refused_with_the_bound():
     says = r"expected at most 12\.510811 kg, which screw_3 can hold at rest .*, got 12\.6 kg: no slower motion"
     refused(lambda: slowdown_for(table_7(), 12.6), says)
     weak = with_limits(HYBRID, effort=[500.0, 500.0, 300.0, 17.0, 17.0])
-    refused(lambda: slowdown_for(table_7(robot=weak), 0.0), "along which the robot can hold itself, but no mass is what screw_3 can hold")
+    refused(
+        lambda: slowdown_for(table_7(robot=weak), 0.0),
+        "along which the robot can hold itself, but no mass is what screw_3 can hold",
+    )
     refused(lambda: slowdown_curve(table_7(robot=weak)), "payloads: expected masses .* can hold 0 kg at rest")
 
 

@@ -1,4 +1,4 @@
-"""Pictures of loads off centre: the payload diagram of one or several motions, and where a centre of mass may lie."""
+"""Pictures of loads off centre: the payload diagram, where a centre of mass may lie, what not knowing it costs."""
 
 from __future__ import annotations
 
@@ -18,11 +18,15 @@ from trajevo.centre_of_mass import allowed_centres
 from trajevo.errors import InvalidInputError
 from trajevo.payload_diagram import PayloadDiagram
 from trajevo.payload_effort import PayloadEffort
+from trajevo.uncertainty import UncertaintyPrice
 
 #: White over the colour of a joint in the band of the least and of the greatest masses.
 _LIGHTEST, _DARKEST = 0.78, 0.05
 
 _LINE_STYLES: tuple[Literal["solid", "dashed", "dotted", "dashdot"], ...] = ("solid", "dashed", "dotted", "dashdot")
+#: Share of the time that counts as no price.
+_NO_PRICE = 1e-6
+
 _NOTHING_LIMITS, _NO_MASS = "white", "0.6"
 
 
@@ -107,6 +111,62 @@ def allowed_region(
     ax.grid(alpha=0.3)
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax
+
+
+def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice], *, ax: Axes | None = None) -> Axes:
+    """The price in time of a payload known to intervals: least time by the tolerance of the centre of mass.
+
+    Args:
+        prices: one, or label -> price.
+        ax: axes.
+
+    Returns:
+        The axes; beside each point the share by which it is slower than the known payload, and a cross on the lower
+        edge where no feasible motion was found. The legend says where the mass is uncertain too.
+
+    Raises:
+        InvalidInputError: no price.
+    """
+    named = {"": prices} if isinstance(prices, UncertaintyPrice) else dict(prices)
+    if not named:
+        raise InvalidInputError("prices: expected at least one, got none")
+    ax = ax or plt.subplots(figsize=(7.0, 4.6), layout="constrained")[1]
+    for label, price in named.items():
+        found, x = np.isfinite(price.times), 1e3 * price.tolerances
+        (line,) = ax.plot(x[found], price.times[found], "o-", label=", ".join(filter(None, (label, _masses(price)))))
+        for place, time, share in zip(x[found], price.times[found], price.price[found], strict=True):
+            ax.annotate(
+                f"{100.0 * share:+.2g} %" if share > _NO_PRICE else "0 %",
+                (place, time),
+                (0, 7),
+                textcoords="offset points",
+                ha="right",
+                fontsize=8,
+                color=line.get_color(),
+            )
+        if not found.all():
+            missed = np.zeros((~found).sum())
+            edge = ax.get_xaxis_transform()
+            ax.plot(
+                x[~found], missed, "x", color=line.get_color(), transform=edge, clip_on=False, label="no motion found"
+            )
+    ax.set(
+        xlabel="tolerance of each coordinate of the centre of mass, to either side [mm]",
+        ylabel="least time [s]",
+        title=f"the price of not knowing the payload ({next(iter(named.values())).payload_model})",
+    )
+    ax.margins(y=0.12)
+    ax.grid(alpha=0.3)
+    ax.legend()
+    return ax
+
+
+def _masses(price: UncertaintyPrice) -> str:
+    """What is known of the mass, in words."""
+    (low, high), nominal = price.masses[-1], price.masses[0, 0]
+    if low == high:
+        return f"{nominal:g} kg"
+    return f"{nominal:g} kg, at the end {low:g} to {high:g} kg"
 
 
 def _levels(diagrams: Sequence[PayloadDiagram], count: int) -> Array:
