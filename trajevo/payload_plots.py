@@ -24,8 +24,8 @@ from trajevo.uncertainty import UncertaintyPrice
 _LIGHTEST, _DARKEST = 0.78, 0.05
 
 _LINE_STYLES: tuple[Literal["solid", "dashed", "dotted", "dashdot"], ...] = ("solid", "dashed", "dotted", "dashdot")
-#: Share of the time that counts as no price.
-_NO_PRICE = 1e-6
+#: Share of the time below which nothing is written beside a point.
+_NO_PRICE = 5e-4
 
 _NOTHING_LIMITS, _NO_MASS = "white", "0.6"
 
@@ -121,8 +121,8 @@ def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice],
         ax: axes.
 
     Returns:
-        The axes; beside each point the share by which it is slower than the known payload, and a cross on the lower
-        edge where no feasible motion was found. The legend says where the mass is uncertain too.
+        The axes; beside each point the share by which it is slower than with the known payload, and a cross on the
+        lower edge where no feasible motion was found. The legend says where the mass is uncertain too.
 
     Raises:
         InvalidInputError: no price.
@@ -131,19 +131,16 @@ def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice],
     if not named:
         raise InvalidInputError("prices: expected at least one, got none")
     ax = ax or plt.subplots(figsize=(7.0, 4.6), layout="constrained")[1]
-    for label, price in named.items():
+    for k, (label, price) in enumerate(named.items()):
         found, x = np.isfinite(price.times), 1e3 * price.tolerances
         (line,) = ax.plot(x[found], price.times[found], "o-", label=", ".join(filter(None, (label, _masses(price)))))
         for place, time, share in zip(x[found], price.times[found], price.price[found], strict=True):
-            ax.annotate(
-                f"{100.0 * share:+.2g} %" if share > _NO_PRICE else "0 %",
-                (place, time),
-                (0, 7),
-                textcoords="offset points",
-                ha="right",
-                fontsize=8,
-                color=line.get_color(),
-            )
+            if share >= _NO_PRICE:
+                side: dict[str, Any] = (
+                    {"xytext": (4, -12), "ha": "left"} if k == 0 else {"xytext": (-4, 5), "ha": "right"}
+                )
+                words: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "color": line.get_color()}
+                ax.annotate(f"+{100.0 * share:.1f} %", (place, time), **(side | words))
         if not found.all():
             missed = np.zeros((~found).sum())
             edge = ax.get_xaxis_transform()

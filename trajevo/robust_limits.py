@@ -133,7 +133,8 @@ class PayloadBox:
 
 
 def _excess(rollout: Rollout, *, box: PayloadBox, share: float) -> Array:
-    return _over_limit(rollout, box, share).max(axis=(1, 3))
+    excess: Array = _over_limit(rollout, box, share).max(axis=(1, 3))
+    return excess
 
 
 def _terms(rollout: Rollout, *, box: PayloadBox, share: float) -> Array:

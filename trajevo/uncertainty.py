@@ -9,11 +9,17 @@ from typing import final
 import numpy as np
 
 from trajevo.arrays import Array, frozen, numbers
+from trajevo.capacity import SAMPLES
 from trajevo.constraints import effort_share
+from trajevo.dynamics import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
+from trajevo.front import Solution
+from trajevo.payload import Payload
 from trajevo.payload_time import least_times
 from trajevo.problem import TrajectoryProblem
 from trajevo.robust_limits import robust_effort_limits
+from trajevo.robust_slowdown import robust_slowdown
+from trajevo.weighted import WeightedOptimum
 
 
 @final
@@ -26,7 +32,7 @@ class UncertaintyPrice:
         masses: least and greatest mass, shape (N, 2) [kg].
         com: least and greatest coordinates of the centre of mass in the tool frame, shape (N, 2, 3) [m].
         times: least duration, inf where no feasible motion was found, shape (N,) [s].
-        X: decision vectors, shape (N, n_var); the last one tried where none is feasible.
+        X: decision vectors, shape (N, n_var), the last one tried where none is feasible; None along a fixed path.
         payload_model: how the payload acts.
     """
 
@@ -34,7 +40,7 @@ class UncertaintyPrice:
     masses: Array
     com: Array
     times: Array
-    X: Array
+    X: Array | None
     payload_model: str
 
     @property
@@ -111,8 +117,55 @@ def price_of_uncertainty(
             effort, or for whose payload no feasible motion is found.
     """
     payload = problem.dynamics.payload
+    widths, masses, com = _boxes(payload, tolerances, mass_tolerances)
+    robust = [robust_problem(problem, mass=m, com=c) for m, c in zip(masses, com, strict=True)]
+    times, X = least_times(robust, seed=seed, starts=starts)
+    if not np.isfinite(times[0]):
+        raise InvalidInputError(f"problem: expected a motion that carries its payload, none found from {starts} starts")
+    return UncertaintyPrice(widths, masses, com, times, X, payload.model)
+
+
+def price_along_path(
+    motion: Solution | Rollout | WeightedOptimum,
+    tolerances: Sequence[float],
+    *,
+    mass_tolerances: Sequence[float] | None = None,
+    samples: int = SAMPLES,
+) -> UncertaintyPrice:
+    """The same for one motion that keeps its path and is scaled in time uniformly.
+
+    Args:
+        motion: a solution of a front, an optimum, or a rollout (of its batch the first trajectory counts); its payload
+            is the nominal one.
+        tolerances: as for :func:`price_of_uncertainty`.
+        mass_tolerances: as for :func:`price_of_uncertainty`.
+        samples: instants per segment, both ends included.
+
+    Returns:
+        Times that are inf where some payload of the box cannot be carried along this path at any speed.
+
+    Raises:
+        InvalidInputError: tolerances as for :func:`price_of_uncertainty`, or a nominal payload that is none or cannot
+            be carried along this path.
+    """
+    payload = rollout_of(motion).dynamics.payload
+    widths, masses, com = _boxes(payload, tolerances, mass_tolerances)
+    times = np.full(len(widths), np.inf)
+    times[0] = robust_slowdown(motion, mass=masses[0], com=com[0], samples=samples).duration
+    for i in range(1, len(widths)):
+        try:
+            times[i] = robust_slowdown(motion, mass=masses[i], com=com[i], samples=samples).duration
+        except InvalidInputError:
+            break  # nor a wider box
+    return UncertaintyPrice(widths, masses, com, frozen(times), None, payload.model)
+
+
+def _boxes(
+    payload: Payload, tolerances: Sequence[float], mass_tolerances: Sequence[float] | None
+) -> tuple[Array, Array, Array]:
+    """Tolerances (N,), masses (N, 2) and centres of mass (N, 2, 3) round a payload, itself first."""
     if not payload.mass > 0.0:
-        raise InvalidInputError("problem: expected a payload with mass, as its tolerances are about it")
+        raise InvalidInputError("payload: expected one with mass, as the tolerances are about it, got 0 kg")
     widths = _ascending(tolerances, "tolerances")
     shares = np.zeros_like(widths) if mass_tolerances is None else _ascending(mass_tolerances, "mass_tolerances")
     if len(shares) != len(widths) or shares.max(initial=0.0) > 1.0:
@@ -124,11 +177,7 @@ def price_of_uncertainty(
     sides = np.array([-1.0, 1.0])
     masses = payload.mass * (1.0 + shares[:, None] * sides)
     com = np.array(payload.com) + widths[:, None, None] * sides[:, None]
-    robust = [robust_problem(problem, mass=m, com=c) for m, c in zip(masses, com, strict=True)]
-    times, X = least_times(robust, seed=seed, starts=starts)
-    if not np.isfinite(times[0]):
-        raise InvalidInputError(f"problem: expected a motion that carries its payload, none found from {starts} starts")
-    return UncertaintyPrice(frozen(widths), frozen(masses), frozen(com), times, X, payload.model)
+    return frozen(widths.copy()), frozen(masses), frozen(com)
 
 
 def _ascending(given: Sequence[float], name: str) -> Array:
