@@ -24,9 +24,6 @@ from trajevo.uncertainty import UncertaintyPrice
 _LIGHTEST, _DARKEST = 0.78, 0.05
 
 _LINE_STYLES: tuple[Literal["solid", "dashed", "dotted", "dashdot"], ...] = ("solid", "dashed", "dotted", "dashdot")
-#: Share of the time below which nothing is written beside a point.
-_NO_PRICE = 5e-4
-
 _NOTHING_LIMITS, _NO_MASS = "white", "0.6"
 
 
@@ -121,8 +118,8 @@ def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice],
         ax: axes.
 
     Returns:
-        The axes; beside each point the share by which it is slower than with the known payload, and a cross on the
-        lower edge where no feasible motion was found. The legend says where the mass is uncertain too.
+        The axes, on the right the share by which a motion is slower than the first curve's with the known payload; a
+        cross on the lower edge where no feasible motion was found. The legend says where the mass is uncertain too.
 
     Raises:
         InvalidInputError: no price.
@@ -131,30 +128,25 @@ def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice],
     if not named:
         raise InvalidInputError("prices: expected at least one, got none")
     ax = ax or plt.subplots(figsize=(7.0, 4.6), layout="constrained")[1]
-    for k, (label, price) in enumerate(named.items()):
+    known, edge = float(next(iter(named.values())).times[0]), ax.get_xaxis_transform()
+    for label, price in named.items():
         found, x = np.isfinite(price.times), 1e3 * price.tolerances
         (line,) = ax.plot(x[found], price.times[found], "o-", label=", ".join(filter(None, (label, _masses(price)))))
-        for place, time, share in zip(x[found], price.times[found], price.price[found], strict=True):
-            if share >= _NO_PRICE:
-                side: dict[str, Any] = (
-                    {"xytext": (4, -12), "ha": "left"} if k == 0 else {"xytext": (-4, 5), "ha": "right"}
-                )
-                words: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "color": line.get_color()}
-                ax.annotate(f"+{100.0 * share:.1f} %", (place, time), **(side | words))
         if not found.all():
-            missed = np.zeros((~found).sum())
-            edge = ax.get_xaxis_transform()
-            ax.plot(
-                x[~found], missed, "x", color=line.get_color(), transform=edge, clip_on=False, label="no motion found"
-            )
+            missed = x[~found]
+            ax.plot(missed, np.zeros(len(missed)), "x", color=line.get_color(), transform=edge, clip_on=False)
+    if not all(np.isfinite(price.times).all() for price in named.values()):
+        ax.plot([], [], "kx", label="no motion found")
+    in_percent: Any = (lambda time: 100.0 * (time / known - 1.0), lambda share: known * (1.0 + share / 100.0))
+    shares = ax.secondary_yaxis("right", functions=in_percent)
+    shares.set_ylabel("more than with the known payload [%]")
     ax.set(
         xlabel="tolerance of each coordinate of the centre of mass, to either side [mm]",
         ylabel="least time [s]",
         title=f"the price of not knowing the payload ({next(iter(named.values())).payload_model})",
     )
-    ax.margins(y=0.12)
     ax.grid(alpha=0.3)
-    ax.legend()
+    ax.legend(loc="upper left", fontsize=8)  # the curves rise
     return ax
 
 
@@ -163,7 +155,7 @@ def _masses(price: UncertaintyPrice) -> str:
     (low, high), nominal = price.masses[-1], price.masses[0, 0]
     if low == high:
         return f"{nominal:g} kg"
-    return f"{nominal:g} kg, at the end {low:g} to {high:g} kg"
+    return f"{nominal:g} kg, at the end {low:.4g} to {high:.4g} kg"
 
 
 def _levels(diagrams: Sequence[PayloadDiagram], count: int) -> Array:
