@@ -48,6 +48,8 @@ bench: $(READY)  ## print the speed ratios
 	$(BIN)/python tests/benchmarks/bench_study.py
 	$(BIN)/python tests/benchmarks/bench_run_folder.py
 	$(BIN)/python tests/benchmarks/bench_payload_diagram.py
+	$(BIN)/python tests/benchmarks/bench_limits_in_terms.py
+	$(BIN)/python tests/benchmarks/bench_workspace.py
 
 notebooks: $(READY)  ## execute every notebook at full size, next to its source, into build/
 	TRAJEVO_FULL=1 $(BIN)/python notebooks/execute.py

@@ -6,6 +6,7 @@ What can and cannot be reproduced: docs/hybrid_manipulator.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, final
 
@@ -26,6 +27,7 @@ from trajevo.objectives import (
 )
 from trajevo.path import ViaPoints
 from trajevo.payload import Payload
+from trajevo.payload_variable import UNUSED_PAYLOAD, PayloadVariable, greatest_at_rest
 from trajevo.problem import Evolution, TrajectoryProblem
 from trajevo.robot import Robot, load_robot
 from trajevo.selection import Weights
@@ -64,7 +66,9 @@ class HybridManipulator(TrajectoryProblem):
         payload_model: how the payload acts; if None as it says itself, or by its mass alone as in the convention
             (rigid, weight_only, tool_axis).
         payload_bounds: least and greatest payload [kg], eq. (123).
-        objectives: ``"all"`` four, or ``"cost"``: F_c of eq. (112) alone.
+        objectives: ``"all"`` four, ``"cost"``: F_c of eq. (112) alone, or names: time, energy, jerk, acceleration, and
+            unused_payload, which makes the payload's mass a variable between its bounds, as far as the manipulator can
+            hold it at rest at both ends.
         positions: via points of the tool, shape (K, 3) [m]; the eleven of Table 6 if None. The tool axis is the path's
             normal in its vertical plane.
         duration_bounds: least and greatest interval [s].
@@ -89,14 +93,13 @@ class HybridManipulator(TrajectoryProblem):
         convention: str = "continuous",
         payload_model: str | None = None,
         payload_bounds: tuple[float, float] = PAYLOAD_BOUNDS,
-        objectives: str = "all",
+        objectives: str | Sequence[str] = "all",
         positions: Any = None,
         duration_bounds: tuple[float, float] = DURATION_BOUNDS,
         samples: int = 6,
         threads: int = 1,
     ) -> None:
         checked_name("convention", convention, CONVENTIONS)
-        checked_name("set of objectives", objectives, ("all", "cost"))
         self.convention, self.objective_set = convention, objectives
         carried = Payload.of(payload, model=payload_model, usual=CONVENTIONS[convention])
         self.payload_bounds = tuple(numbers(payload_bounds, name="payload_bounds", shape=(2,)).tolist())
@@ -110,14 +113,34 @@ class HybridManipulator(TrajectoryProblem):
         self.duration_bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         robot = load_robot("hybrid_manipulator")
         joints = inverse_kinematics(self.positions, path_normals(self.positions))
-        chosen = _objectives(convention)
+        spline = CubicSpline(ViaPoints.for_robot(robot, joints), duration_bounds=self.duration_bounds)
+        dynamics = Dynamics(robot, carried, samples=samples, threads=threads)
+        mass = self._payload_variable(dynamics, spline)
+        chosen = self._chosen(mass)
         super().__init__(
-            dynamics=Dynamics(robot, carried, samples=samples, threads=threads),
-            interpolant=CubicSpline(ViaPoints.for_robot(robot, joints), duration_bounds=self.duration_bounds),
-            objectives=chosen if objectives == "all" else (_cost(chosen),),
+            dynamics=dynamics if mass is None else mass.dynamics,
+            interpolant=spline,
+            objectives=chosen,
             constraints=(*kinematic_limits(robot), effort_limits(robot), _interval_bound(robot)),
-            reference_point=REFERENCE_POINT if objectives == "all" else None,
+            payload_range=None if mass is None else mass.range,
+            reference_point=_reference_point(chosen, mass),
         )
+
+    def _payload_variable(self, dynamics: Dynamics, spline: CubicSpline) -> PayloadVariable | None:
+        """The payload's mass where it is an objective, between its bounds and no more than what is held at rest."""
+        if isinstance(self.objective_set, str) or UNUSED_PAYLOAD not in self.objective_set:
+            return None
+        low, high = self.payload_bounds
+        return PayloadVariable.of(dynamics, spline, (low, min(high, greatest_at_rest(dynamics, spline))))
+
+    def _chosen(self, mass: PayloadVariable | None) -> tuple[Objective, ...]:
+        """The objectives that are asked for."""
+        at_hand = _objectives(self.convention)
+        if isinstance(self.objective_set, str):
+            checked_name("set of objectives", self.objective_set, ("all", "cost"))
+            return at_hand if self.objective_set == "all" else (_cost(at_hand),)
+        named = {objective.name: objective for objective in at_hand + (() if mass is None else (mass.objective,))}
+        return tuple(named[checked_name("objective", name, named)] for name in self.objective_set)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -126,7 +149,7 @@ class HybridManipulator(TrajectoryProblem):
             "payload": self.dynamics.payload.settings,
             "convention": self.convention,
             "payload_bounds": list(self.payload_bounds),
-            "objectives": self.objective_set,
+            "objectives": self.objective_set if isinstance(self.objective_set, str) else list(self.objective_set),
             "positions": self.positions.tolist(),
             "duration_bounds": list(self.duration_bounds),
             "samples": self.dynamics.samples,
@@ -165,6 +188,15 @@ def _objectives(convention: str) -> tuple[Objective, ...]:
 
 def _cost(objectives: tuple[Objective, ...]) -> Objective:
     return Objective("cost", "1", "Guo 2016, eq. (112), F_c", _Cost(objectives))
+
+
+def _reference_point(objectives: tuple[Objective, ...], mass: PayloadVariable | None) -> tuple[float, ...] | None:
+    """The far corner of the objectives that have one; F_c has none."""
+    corner = dict(zip(("time", "energy", "jerk", "acceleration"), REFERENCE_POINT, strict=True))
+    if mass is not None:
+        corner[UNUSED_PAYLOAD] = mass.range[1] - mass.range[0]
+    names = [objective.name for objective in objectives]
+    return tuple(corner[name] for name in names) if set(names) <= set(corner) else None
 
 
 class _Cost:

@@ -21,6 +21,7 @@ from trajevo.interpolants import THROUGH_POINTS, Interpolant
 from trajevo.moving import MovingPoints
 from trajevo.path import ViaPoints
 from trajevo.payload import Payload
+from trajevo.payload_variable import UNUSED_PAYLOAD, PayloadVariable
 from trajevo.problem import TrajectoryProblem
 from trajevo.robot import Robot, robot_of
 from trajevo.scene import Scene
@@ -82,7 +83,10 @@ class ViaPointProblem(TrajectoryProblem):
         tool_height: least z of the tool in the base frame [m].
         longest_time: greatest duration [s].
         scene: obstacles and clearances, a :class:`~trajevo.scene.Scene` or its settings.
-        payload: mass [kg], a :class:`~trajevo.payload.Payload`, or its settings.
+        payload: mass [kg], a :class:`~trajevo.payload.Payload`, or its settings; where ``"unused_payload"`` is an
+            objective its mass is a variable, and this gives its shape and model.
+        payload_range: least and greatest mass [kg] of a payload that is a variable; if None from 0 to what the robot
+            can hold at rest at the first and the last point.
         reference_point: far corner of the hypervolume's box, SI; taken from the first feasible points if None.
         samples: instants per segment at which effort and tool are looked at, both ends included.
         threads: threads of Pinocchio.
@@ -113,6 +117,7 @@ class ViaPointProblem(TrajectoryProblem):
         longest_time: float | None = None,
         scene: Scene | Mapping[str, Any] | None = None,
         payload: float | Payload | dict[str, Any] = 0.0,
+        payload_range: tuple[float, float] | None = None,
         reference_point: Sequence[float] | None = None,
         samples: int = 6,
         threads: int = 1,
@@ -131,13 +136,15 @@ class ViaPointProblem(TrajectoryProblem):
             "tool_height": tool_height,
             "longest_time": longest_time,
         }
+        mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         held = constraints_of(constraints, named, via, scene=obstacles, **extra)
         reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
         super().__init__(
-            dynamics=dynamics,
+            dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,
-            objectives=objectives_of(objectives, named, reference="by name"),
+            objectives=objectives_of(objectives, named, reference="by name", payload=mass),
             constraints=(*held, *reach),
+            payload_range=None if mass is None else mass.range,
             reference_point=reference_point,
             length=length_unit(named),
         )
@@ -151,7 +158,8 @@ class ViaPointProblem(TrajectoryProblem):
             "constraints": list(constraints),
             **extra,
             "scene": None if obstacles is None else obstacles.settings,
-            "payload": dynamics.payload.settings,
+            "payload": self.dynamics.payload.settings,
+            "payload_range": None if payload_range is None else list(payload_range),
             "reference_point": None if reference_point is None else list(reference_point),
             "samples": dynamics.samples,
             "threads": dynamics.threads,
@@ -166,6 +174,25 @@ class ViaPointProblem(TrajectoryProblem):
 def via_points(points: Any, robot: Robot) -> ViaPoints:
     """What is visited as via points, see :func:`trajevo.visits.joint_points`; for the PUMA 560 those of Raji 2022."""
     return joint_points(TABLE_1_JOINTS if points is None and robot.name == "puma560" else points, robot)
+
+
+def _payload_variable(
+    dynamics: Dynamics,
+    interpolant: Interpolant,
+    objectives: Sequence[str],
+    constraints: Sequence[str],
+    payload_range: tuple[float, float] | None,
+) -> PayloadVariable | None:
+    """The payload's mass as a variable, where it is an objective."""
+    if UNUSED_PAYLOAD not in objectives:
+        if payload_range is not None:
+            raise InvalidInputError(
+                f"payload_range: expected {UNUSED_PAYLOAD!r} among the objectives, got {objectives}"
+            )
+        return None
+    if "effort" not in constraints:
+        raise InvalidInputError(f"objectives: {UNUSED_PAYLOAD!r} needs 'effort' among the constraints, which bounds it")
+    return PayloadVariable.of(dynamics, interpolant, payload_range)
 
 
 def _interpolant(

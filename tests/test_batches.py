@@ -10,6 +10,7 @@ from trajevo import TrajectoryProblem, load_problem, load_robot
 from trajevo.arrays import row_products
 from trajevo.collision import Collision
 from trajevo.interpolants import THROUGH_POINTS
+from trajevo.payload import LOAD_MODELS
 from trajevo.registry import list_problems
 from trajevo.scene import Scene
 
@@ -73,6 +74,10 @@ CASES = (
     *(("hybrid", {"convention": name}) for name in ("printed", "as_run")),
     *(("hybrid", {"payload_model": name}) for name in ("weight_only", "tool_axis")),
     *(("hybrid", {"objectives": "cost", "samples": 5}), ("hybrid", {"payload": 0.0})),
+    *(
+        ("hybrid", {"objectives": ["time", "energy", "unused_payload"], "payload_model": model})
+        for model in LOAD_MODELS
+    ),
     *(("pointing", {"interpolant": name}) for name in ("printed", "quintic", "septic_spline")),
     *(("pick-place", {"interpolant": name, "overshoot": 0.5}) for name in THROUGH_POINTS),
     *(("reparam", {"path": path, "limits": "hull"}) for path in ("gemini", "s")),

@@ -8,7 +8,7 @@ import pytest
 from problems import HybridManipulator
 from tests.guo2016 import GUO2016, TABLE_7, bisected_capacity
 from trajevo import PolynomialBatch, load_robot, optimise
-from trajevo.capacity import Capacity, dlcc, dlcc_iterative
+from trajevo.capacity import Capacity, capacities, dlcc, dlcc_iterative
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.payload import LOAD_MODELS, Payload
@@ -268,3 +268,76 @@ def test_capacity_is_frozen_and_read_only():
     assert not found.per_joint.flags.writeable
     with pytest.raises(AttributeError):
         found.mass = 1.0
+
+
+def counterweighted():
+    """A joint with less effort than its own links need at some instant, where the payload brings it back."""
+    for rollout in random_rollouts(200, "rigid", seed=30, low=0.1):
+        unloaded, per_kilogram = efforts(rollout, 4)
+        for joint in range(5):
+            worst = int(np.abs(unloaded[:, joint]).argmax())
+            limits = np.full(5, np.inf)
+            limits[joint] = 0.99 * abs(unloaded[worst, joint])
+            weak = Rollout(Dynamics(with_effort(limits), Payload(1.0)), rollout.trajectory)
+            if dlcc(weak, samples=4).feasible:
+                return weak, unloaded[:, joint], per_kilogram[:, joint], limits[joint]
+    return pytest.fail("no motion on which a payload is a counterweight")
+
+
+def test_a_counterweight_gives_an_interval_and_the_iteration_says_where_to_start():
+    weak, unloaded, per_kilogram, limit = counterweighted()
+    found = dlcc(weak, samples=4)
+    assert 0.0 < found.least < found.mass
+    for mass, feasible in (
+        (0.0, False),
+        (0.999 * found.least, False),
+        (1.001 * found.least, True),
+        (0.999 * found.mass, True),
+        (1.001 * found.mass, False),
+    ):
+        assert bool((np.abs(unloaded + mass * per_kilogram) <= limit).all()) is feasible
+    assert str(found).startswith(
+        f"{found.least:.6f} to {found.mass:.6f} kg (rigid payload), limited by {found.joint} at "
+    )
+    early = dlcc_iterative(weak, samples=4)
+    assert (early.mass, len(early.history)) == (0.0, 1)
+    assert str(early).endswith(f"already breaks the limit of {found.joint}; start at {found.least:.6g} kg")
+    step = (found.mass - found.least) / 5.5
+    later = dlcc_iterative(weak, start=found.least, step=step, samples=4)
+    assert later.mass == pytest.approx(found.least + 5 * step)
+
+
+@every_model
+def test_margins_over_time(model):
+    found = dlcc(table_7(model))
+    unloaded, per_kilogram = efforts(table_7(model), 50)
+    expected = 1.0 - np.abs(unloaded + found.mass * per_kilogram) / ROBOT.limits.effort
+    np.testing.assert_allclose(found.margins, expected, rtol=1e-12, atol=1e-12)
+    assert found.times.shape == found.margins.shape[:1]
+    assert (found.margin == found.margins.min(axis=0)).all()
+    assert found.times[found.margins[:, 2].argmin()] == found.time
+    assert found.joint_names == ROBOT.joint_names
+
+
+def test_capacities_of_a_front_are_those_of_its_solutions():
+    front = optimise(HybridManipulator(), seed=1, generations=30, population=20, progress=False)
+    found = capacities(front, samples=6)
+    each = [dlcc(front.problem.rollout(x), samples=6) for x in front.X]
+    assert found.mass.tolist() == [one.mass for one in each]
+    assert found.least.tolist() == [one.least for one in each]
+    assert [ROBOT.joint_names[joint] for joint in found.joint] == [one.joint for one in each]
+    assert (found.mass >= 10.0).all()
+    again = capacities(front.problem.rollout(front.X), samples=6)
+    assert (again.mass == found.mass).all()
+
+
+def test_capacities_where_nothing_binds_or_nothing_is_feasible():
+    trajectories = HybridManipulator().decode(np.stack([TABLE_7, 0.7 * TABLE_7]))
+    free = capacities(Rollout(Dynamics(with_effort([np.inf] * 5)), trajectories))
+    assert np.isinf(free.mass).all()
+    assert (free.joint == -1).all()
+    weak = capacities(Rollout(Dynamics(with_effort([500.0, 500.0, 300.0, 17.0, 17.0])), trajectories))
+    assert (weak.mass == 0.0).all()
+    assert np.isnan(weak.least).all()
+    with pytest.raises(InvalidInputError, match="motion: expected"):
+        capacities("front")

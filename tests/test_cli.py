@@ -12,7 +12,8 @@ import pytest
 from tests.helpers import trajevo
 from trajevo import Front
 from trajevo.capacity import dlcc
-from trajevo.report import FIGURES
+from trajevo.payload_figures import PAYLOAD_FIGURES
+from trajevo.pictures import FIGURES
 
 SMALL = ["--generations", "8", "--population", "20"]
 
@@ -29,7 +30,7 @@ def test_solve_writes_front_pictures_and_report(run):
     assert len(Front.load(run / "front.json")) > 0
     names = {file.stem for file in (run / "plots").iterdir()}
     assert names == {"front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path"}
-    assert names == set(FIGURES) - {"effort", "path", "parameter", "rivals"}
+    assert names == set(FIGURES) - {*PAYLOAD_FIGURES, "path", "parameter", "rivals"}
     for file in (run / "plots").iterdir():
         picture = matplotlib.image.imread(file)[..., :3]
         assert min(picture.shape[:2]) > 300

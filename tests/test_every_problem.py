@@ -9,6 +9,7 @@ import pytest
 
 from trajevo import TrajectoryProblem, load_problem
 from trajevo.registry import list_problems
+from trajevo.sqp import differentiated
 
 
 @pytest.fixture(params=list_problems())
@@ -41,6 +42,17 @@ def test_settings_are_plain_data_that_make_an_equal_problem(problem, x):
     again = load_problem(problem.registered_name, **json.loads(json.dumps(problem.settings)))
     np.testing.assert_array_equal(again.evaluate(x)[0], problem.evaluate(x)[0])
     assert again.settings == problem.settings
+
+
+def test_limits_in_terms_are_the_same_limits(problem, x):
+    """Whatever is feasible in terms is feasible, and the other way round; and gradient solvers can take the terms."""
+    terms = problem.in_terms()
+    assert terms.n_ieq_constr >= problem.n_ieq_constr
+    np.testing.assert_array_equal(terms.evaluate(x)[0], problem.evaluate(x)[0])
+    G, in_terms = problem.evaluate(x)[1], terms.evaluate(x)[1]
+    if problem.n_ieq_constr:
+        np.testing.assert_allclose(in_terms.max(axis=1), G.max(axis=1), rtol=1e-12)
+    assert differentiated(terms, x[:3])[1] == "complex step"
 
 
 def test_via_points_are_passed(problem, x):

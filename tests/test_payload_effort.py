@@ -42,25 +42,6 @@ def random_effort(name, rng, *, speed=1.0, model="rigid", samples=6, inertia=Non
     return rollout, payload_effort(rollout, samples=samples)
 
 
-def bisected(unloaded, per_kilogram, limit, inside, steps=200):
-    """Ends of the interval of masses with |τ₀ + m τ₁| <= limit that holds a given mass, by bisection."""
-
-    def feasible(mass):
-        return bool((np.abs(unloaded + mass * per_kilogram) <= limit).all())
-
-    ends = []
-    for outside in (0.0, 1e5):
-        low, high = inside, outside
-        if feasible(high):
-            ends.append(high)
-            continue
-        for _ in range(steps):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if feasible(middle) else (low, middle)
-        ends.append(low)
-    return ends
-
-
 @every_robot
 @every_com_model
 def test_effort_is_that_of_the_payload_attached(name, model):
@@ -103,48 +84,6 @@ def test_regressor_is_that_of_unit_bodies(name):
         data = model.createData()
         expected = [pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)]
         np.testing.assert_allclose(found[..., k], expected, rtol=1e-9, atol=1e-11)
-
-
-@pytest.mark.parametrize(("name", "seed"), [(name, seed) for seed, name in enumerate(ROBOTS)])
-def test_closed_form_equals_bisection(name, seed):
-    """667 centres of mass on each of three robots; on every third motion one limit is less than what the arm needs."""
-    rng, kinds = np.random.default_rng(seed), {"empty": 0, "counterweight": 0, "from 0": 0}
-    for number in range(23):
-        model = ("rigid", "weight_only")[number % 2]
-        rollout = random_effort(name, rng, speed=rng.uniform(0.05, 0.8), model=model)[0]
-        robot = ROBOTS[name]
-        if number % 3 == 2:
-            limits, joint = robot.limits.effort.copy(), rng.integers(robot.dof)
-            limits[joint] = 0.97 * np.abs(rollout.unloaded_effort[0, :, joint]).max()
-            robot = replace(robot, limits=replace(robot.limits, effort=limits))
-        com = rng.uniform(-1.0, 1.0, (29, 3))
-        dynamics = Dynamics(robot, Payload(1.0, model=model), samples=3)
-        found = payload_effort(Rollout(dynamics, rollout.trajectory), samples=3).mass_range(com)
-        for i, at in enumerate(com):
-            own = Rollout(replace(dynamics, payload=Payload(1.0, tuple(at), model=model)), rollout.trajectory)
-            kinds[assert_bisection_finds_the_same(found, i, own)] += 1
-    assert sum(kinds.values()) == 667
-    assert min(kinds.values()) > 5, kinds
-
-
-def assert_bisection_finds_the_same(found, i, rollout):
-    unloaded, per_kilogram, limit = (
-        rollout.unloaded_effort[0],
-        rollout.effort_per_kilogram[0],
-        rollout.robot.limits.effort,
-    )
-    low, high = found.lower[i], found.upper[i]
-    if np.isnan(high):
-        for mass in [0.0, *np.geomspace(1e-3, 1e3, 100)]:
-            assert (np.abs(unloaded + mass * per_kilogram) > limit).any()
-        return "empty"
-    expected = bisected(unloaded, per_kilogram, limit, 0.5 * (low + high))
-    assert [low, high] == pytest.approx(expected, rel=1e-12, abs=1e-8)
-    used = np.abs(unloaded + high * per_kilogram) / limit
-    assert used.max() == pytest.approx(1.0, abs=1e-9)
-    instant = int(np.flatnonzero(rollout.t[0] == found.time[i])[0])
-    assert used[instant : instant + 2, found.joint[i]].max() == pytest.approx(1.0, abs=1e-9)  # segments share instants
-    return "counterweight" if low > 0.0 else "from 0"
 
 
 @every_robot
@@ -214,6 +153,21 @@ def test_a_joint_at_its_limit_without_payload_leaves_nothing_that_loads_it():
     found = effort.mass_range(np.zeros((1, 3)))
     assert (found.lower[0], found.joint[0]) == (0.0, 1)
     assert found.upper[0] < 1e-100
+
+
+@every_robot
+@every_com_model
+def test_used_is_the_effort_over_its_limit(name, model):
+    rng = np.random.default_rng(11)
+    for _ in range(5):
+        effort = random_effort(name, rng, speed=0.5, model=model)[1]
+        com = rng.uniform(-0.3, 0.3, (7, 3))
+        found, masses = effort.used(1.5, com), effort.mass_range(com)
+        limit = effort.robot.limits.effort
+        for at, used in zip(com, found, strict=True):
+            expected = np.abs(effort.effort(Payload(1.5, tuple(at), model=model)) / limit).max()
+            assert used == pytest.approx(expected, rel=1e-9)
+        assert ((found <= 1.0) == ((masses.lower <= 1.5) & (masses.upper >= 1.5))).all()
 
 
 def test_what_no_joint_feels_is_unlimited():

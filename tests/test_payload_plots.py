@@ -97,7 +97,17 @@ def test_regions_are_sections_of_the_polyhedra(effort):
         corners = allowed_centres(fixed, mass).section("y", 0.1, within=0.6)
         np.testing.assert_allclose(patch.get_xy()[:-1], 1e3 * corners)
     assert (ax.get_xlabel()[0], ax.get_ylabel()[0]) == ("x", "z")
-    refused(lambda: allowed_region(effort, [2.0], within=0.6), "^effort: quadratic")
+
+
+def test_regions_that_are_no_polygons_are_contours_of_the_limit(effort):
+    assert not effort.affine
+    ax = allowed_region(effort, [4.0, 1000.0], within=0.6, axis="z", at=0.05)
+    assert labels(ax) == ["4 kg", "1000 kg: nowhere"]
+    edges = [path.vertices for lines in ax.collections for path in lines.get_paths() if not lines.get_fill()]
+    edge = 1e-3 * np.concatenate([points for points in edges if len(points)])
+    used = effort.used(4.0, np.column_stack([edge, np.full(len(edge), 0.05)]))
+    np.testing.assert_allclose(used, 1.0, atol=0.02)  # straight between the cells of the grid
+    assert len(edge) > 20
 
 
 @pytest.fixture(scope="module")

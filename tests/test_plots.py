@@ -8,7 +8,8 @@ from problems.hybrid_manipulator import paper_solution
 from tests.helpers import impossible, small_problem
 from tests.reference import TABLE_4_DURATIONS
 from trajevo import TrajevoError, load_plots, load_robot, optimise, plots
-from trajevo.capacity import PayloadCurve, dlcc, dlcc_iterative
+from trajevo.capacity import dlcc, dlcc_iterative
+from trajevo.payload_time import PayloadCurve
 
 SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}
 

@@ -1,5 +1,8 @@
 """Capacity over planes of tool positions: cells against Pinocchio's statics, reach, reference value, bad input."""
 
+import contextlib
+import re
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -7,7 +10,9 @@ import pytest
 from tests.helpers import refused, trajevo
 from tests.test_kinematics import ROBOTS
 from trajevo import capacity_plots, load_robot
-from trajevo.inverse_kinematics import Pose
+from trajevo.errors import UnreachableError
+from trajevo.inverse_kinematics import Pose, inverse_kinematics
+from trajevo.kinematics import ToolKinematics
 from trajevo.payload import Payload
 from trajevo.workspace_capacity import ToolPlane, workspace_capacity
 
@@ -76,6 +81,7 @@ def test_cells_out_of_reach_are_nan():
         assert (found.joint[far] == -1).all()
         assert np.isnan(found.per_joint[far]).all()
         assert not found.reached[far].any()
+        assert (found.postures[far] == 0).all()
         assert found.reached.any()
         assert f"in {found.reached.sum()} of 9 cells" in str(found)
 
@@ -116,22 +122,86 @@ def test_an_accelerated_tool(cells):
 
 
 def test_an_acceleration_that_the_mechanism_cannot_give_is_nan():
-    """A stretched elbow cannot pull the tool back at once."""
+    """A point of the pointing mechanism stays on its sphere: from rest it can go along it, and not inwards."""
+    robot = load_robot("pointing_mechanism")
+    q = np.array([[0.4, -0.3]])
+    position = robot.tool_poses(q)[0][0]
+    plane = ToolPlane(Pose(position), "xz", position[:1], position[2:])
+    along = workspace_capacity(robot, plane, acceleration=ToolKinematics.of(robot).jacobian(q)[0, :3, 0])
+    assert not np.isnan(along.mass[0, 0])
+    inwards = workspace_capacity(robot, plane, acceleration=-position)
+    assert inwards.reached.all()
+    assert np.isnan(inwards.mass[0, 0])
+    assert inwards.joint[0, 0] == -1
+    assert inwards.postures[0, 0] > 0
+
+
+def test_a_posture_that_cannot_be_accelerated_so_is_not_taken():
+    """A stretched elbow cannot pull the tool back at once, another posture of the same pose can."""
     robot = load_robot("ur5", **ROBOTS["ur5"])
     q = np.array([0.0, 0.0, 0.0, -1.0, -1.4, 0.2])  # the elbow stretched
     position, rotation = (values[0] for values in robot.tool_poses(q[None]))
     plane = ToolPlane(Pose(position, rotation), "xz", position[:1], position[2:])
-    stretched = workspace_capacity(robot, plane, start=q, acceleration=[1.0, 0.0, 0.0])
-    assert stretched.reached.all()
-    assert workspace_capacity(robot, plane, start=q).mass[0, 0] > 0.0
-    assert np.isnan(stretched.mass[0, 0])
+    found = workspace_capacity(robot, plane, start=q, acceleration=[1.0, 0.0, 0.0])
+    assert found.mass[0, 0] > 0.0
+    assert np.abs(found.q[0, 0, 2]) > 0.1
+    assert found.postures[0, 0] > 1
+
+
+def test_no_posture_found_elsewhere_carries_more():
+    """Postures by least squares from random starts: with the cell's payload none has a joint's effort to spare."""
+    robot, found = found_for("ur5")
+    generator, still = np.random.default_rng(5), np.zeros(6)
+    cells, others = np.argwhere(found.reached)[::3], 0
+    for row, column in cells:
+        pose = Pose(found.plane.positions[row, column], DOWN)
+        for start in generator.uniform(-np.pi, np.pi, (10, 6)):
+            with contextlib.suppress(UnreachableError):
+                q = inverse_kinematics(robot, [pose], start=start, starts=0)[0]
+                effort = effort_of_pinocchio(robot, found.mass[row, column], q, still)
+                assert (np.abs(effort) / robot.limits.effort).max() >= 1.0 - 1e-8
+                others += bool(np.abs(q - found.q[row, column]).max() > 0.1)
+    assert others >= 2 * len(cells) >= 4
+
+
+def test_the_seed_makes_no_difference_without_redundancy():
+    _, first = found_for("ur5")
+    for seed in (1, 2):
+        _, other = found_for("ur5", seed=seed)
+        np.testing.assert_array_equal(other.reached, first.reached)
+        np.testing.assert_array_equal(other.postures, first.postures)
+        np.testing.assert_allclose(other.mass, first.mass, rtol=1e-8)
+        np.testing.assert_allclose(other.q, first.q, rtol=0.0, atol=1e-6)
+    assert set(first.postures[first.reached].tolist()) <= {2, 4, 6, 8}
+    assert first.postures.max() == 8
+    assert (first.postures[~first.reached] == 0).all()
+
+
+def test_a_redundant_arm_carries_nearly_the_same_from_any_seed():
+    _, first = found_for("panda")
+    _, other = found_for("panda", seed=1)
+    np.testing.assert_array_equal(other.reached, first.reached)
+    np.testing.assert_allclose(other.mass, first.mass, rtol=1e-2)
+    assert first.postures.max() > 16
+
+
+def test_equal_postures_are_taken_near_the_start():
+    """A whole turn away carries the same."""
+    robot, found = found_for("ur5", 2)
+    row, column = np.argwhere(found.reached)[0]
+    wound = found.q[row, column].copy()
+    wound[0] -= 2.0 * np.pi * np.sign(wound[0])
+    again = workspace_capacity(robot, found.plane, start=wound)
+    np.testing.assert_allclose(again.mass, found.mass, rtol=1e-8)
+    np.testing.assert_allclose(again.q[row, column], wound, rtol=0.0, atol=1e-6)
 
 
 def test_centre_of_mass_and_a_heavy_robot():
     _, point = found_for("ur5", 2)
     _, far = found_for("ur5", 2, payload=Payload(1.0, (0.0, 0.0, 0.3)))
     known = point.reached
-    assert (far.q[known] == point.q[known]).all()
+    assert (far.reached == known).all()
+    assert (far.postures == point.postures).all()
     assert (far.mass[known] != point.mass[known]).any()
     weak = load_robot("ur5", **{**ROBOTS["ur5"], "limits": {**ROBOTS["ur5"]["limits"], "effort": 1e-3}})
     found = workspace_capacity(weak, point.plane)
@@ -187,6 +257,7 @@ def test_command_line(tmp_path):
     done = trajevo("workspace-capacity", "panda", *options, *fingers, "--out", tmp_path / "map.png")
     assert done.returncode == 0, done.stderr
     assert "held at rest in 4 of 4 cells" in done.stdout
+    assert re.search(r"postures found per cell: [1-9]\d* to \d+, of which the best was taken", done.stdout)
     assert "panda_joint" in done.stdout
     assert (tmp_path / "map.png").is_file()
     bad = trajevo("workspace-capacity", "panda", *options, "--lock", "panda_finger_joint1")

@@ -45,7 +45,9 @@ class Capacity:
         least: the least payload [kg]; above 0 where the motion breaks a limit without one and it is a counterweight,
             NaN where no payload is feasible, none included.
         times: instants at which effort was looked at, shape (T,) [s].
-        margins: share of each joint's effort limit that is left at ``mass`` over time, shape (T, n_joints).
+        margins: share of each joint's effort limit that is left at ``mass`` over time, shape (T, n_joints); where
+            nothing limits the mass that at ``least``.
+        joint_names: of the robot.
         history: for the iteration, every (mass [kg], greatest effort over limit, joint) tried, the last one infeasible.
     """
 
@@ -58,6 +60,7 @@ class Capacity:
     least: float
     times: Array
     margins: Array
+    joint_names: tuple[str, ...]
     history: tuple[tuple[float, float, str], ...] = ()
 
     @property
@@ -233,4 +236,5 @@ def _bound(efforts: _Efforts, mass: float, joint: int, instant: int, per_joint: 
         least=least,
         times=efforts.times,
         margins=margins,
+        joint_names=efforts.dynamics.robot.joint_names,
     )

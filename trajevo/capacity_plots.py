@@ -60,7 +60,7 @@ def workspace_capacity(found: WorkspaceCapacity, *, show: str = "mass", ax: Axes
         image = ax.pcolormesh(*mesh, masses, cmap="viridis", zorder=2)
         if masses.count() and np.ptp(masses.compressed()) <= 1e-6 * float(masses.max()):
             image.set_clim(0.0, 2.0 * float(masses.max()) or 1.0)  # not a scale of rounding errors
-        ax.figure.colorbar(image, ax=ax, label=f"payload [kg] ({found.payload_model})")
+        ax.figure.colorbar(image, ax=ax, shrink=0.8, label=f"payload [kg] ({found.payload_model})")
     else:
         count = len(found.joint_names)
         colours = plt.get_cmap("tab10")(np.arange(count) % 10)
@@ -70,7 +70,8 @@ def workspace_capacity(found: WorkspaceCapacity, *, show: str = "mass", ax: Axes
         present = np.unique(binding.compressed()).tolist()
         handles = [*(Patch(color=colours[k], label=found.joint_names[k]) for k in present), *handles]
     third = next(k for k, name in enumerate("xyz") if name not in plane.axes)
-    moving = "held at rest" if not found.acceleration.any() else f"accelerated at {found.acceleration.tolist()} m/s²"
+    accelerated = f"accelerated at ({', '.join(f'{value:g}' for value in found.acceleration)}) m/s²"
+    moving = accelerated if found.acceleration.any() else "held at rest"
     title = f"{moving}, tool {'xyz'[third]} = {plane.pose.position[third]:g} m"
     ax.set(xlabel=f"tool {plane.axes[0]} [m]", ylabel=f"tool {plane.axes[1]} [m]", title=title, aspect="equal")
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.12), ncols=3, frameon=False)

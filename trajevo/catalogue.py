@@ -31,6 +31,7 @@ from trajevo.objectives import (
     summed_rms_jerk,
     total_time,
 )
+from trajevo.payload_variable import UNUSED_PAYLOAD, PayloadVariable
 from trajevo.robot import Robot
 from trajevo.tool import tool_path_length
 
@@ -66,25 +67,38 @@ LIMITS: dict[str, Callable[[Robot], Constraint]] = {
 
 def objective_names() -> list[str]:
     """Names of all objectives at hand, those of other packages last."""
-    return [*OBJECTIVES, *(point.name for point in sorted(entry_points(group=OBJECTIVE_GROUP), key=lambda p: p.name))]
+    return [
+        *OBJECTIVES,
+        UNUSED_PAYLOAD,
+        *(point.name for point in sorted(entry_points(group=OBJECTIVE_GROUP), key=lambda p: p.name)),
+    ]
 
 
-def objectives_of(names: Sequence[str], robot: Robot, *, reference: str) -> tuple[Objective, ...]:
+def objectives_of(
+    names: Sequence[str], robot: Robot, *, reference: str, payload: PayloadVariable | None = None
+) -> tuple[Objective, ...]:
     """Objectives by name.
 
     They are time, acceleration and jerk (Σ RMS), square_acceleration and square_jerk (∫ Σ), energy (∫ Σ |power|),
     square_power, square_effort and square_effort_rate (∫ Σ), effort_ratio (the greatest share of an effort limit),
-    joint_travel (Σ ∫ |v|), tool_path (∫ |tool velocity|), and those that packages register in the entry-point group
+    joint_travel (Σ ∫ |v|), tool_path (∫ |tool velocity|), unused_payload (the greatest payload minus that of the
+    solution, where the payload's mass is a variable), and those that packages register in the entry-point group
     ``trajevo.objectives``.
+
+    Args:
+        names: of the objectives.
+        robot: whose units count.
+        reference: what the objectives say of where they come from.
+        payload: the variable that unused_payload belongs to, where there is one.
 
     Raises:
         UnknownNameError: no such objective.
-        InvalidInputError: the names are no list, a registered objective is none, or effort_ratio of a robot without
-            effort limits.
+        InvalidInputError: the names are no list, a registered objective is none, effort_ratio of a robot without
+            effort limits, or unused_payload where the payload's mass is no variable.
     """
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise InvalidInputError(f"objectives: expected a list of names, got {names!r}")
-    return tuple(_objective(name, robot, reference) for name in names)
+    return tuple(_unused(payload) if name == UNUSED_PAYLOAD else _objective(name, robot, reference) for name in names)
 
 
 def limits_of(names: Sequence[str], robot: Robot) -> tuple[Constraint, ...]:
@@ -111,6 +125,12 @@ def _objective(name: str, robot: Robot, reference: str) -> Objective:
     powered = f"({effort})" if "*" in effort else effort
     shown = unit.replace("e^", f"{powered}^") if unit.startswith("e") else unit.replace("q", joint)
     return Objective(name, shown, reference, function)
+
+
+def _unused(payload: PayloadVariable | None) -> Objective:
+    if payload is None:
+        raise InvalidInputError(f"objectives: {UNUSED_PAYLOAD} needs the payload's mass as a variable")
+    return payload.objective
 
 
 def _registered(name: str) -> Objective:

@@ -17,17 +17,17 @@ from rich.table import Table
 from trajevo.animation import animate
 from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.cli_capacity import slowdown, workspace
-from trajevo.cli_payload import DiagramOptions, draw_payload_diagrams
+from trajevo.cli_files import SOLUTION_HELP, RunArgument, beside, front_of
+from trajevo.cli_payload import diagram, payload_time
 from trajevo.cli_solve import REPORT_FILE, resume, solve
 from trajevo.cli_study import app as study_app
 from trajevo.errors import TrajevoError
 from trajevo.example_task import write_example
 from trajevo.export import FORMATS, FRONT_FORMATS, extension
 from trajevo.export import export as write
-from trajevo.front import Front
 from trajevo.report import report as write_report
 from trajevo.robot_report import examine
-from trajevo.runs import read_run
+from trajevo.sensitivity import sensitivity
 from trajevo.terminal import print_examination, print_list, print_run, print_verifications
 from trajevo.verify import verify, verify_all
 
@@ -44,8 +44,9 @@ app.add_typer(study_app, name="study")
 app.command()(resume)
 app.command()(slowdown)
 app.command("workspace-capacity")(workspace)
+app.command("payload-diagram")(diagram)
+app.command("payload-time")(payload_time)
 
-_RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]
 _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as the problem has it if not given.")]
 
 
@@ -64,23 +65,23 @@ def init(
 
 
 @app.command()
-def show(run: _RunArgument, angle: _Angle = None) -> None:
+def show(run: RunArgument, angle: _Angle = None) -> None:
     """Show a run in the terminal."""
-    print_run(_out, _front(run), angle)
+    print_run(_out, front_of(run), angle)
 
 
 @app.command()
 def report(
-    run: _RunArgument,
+    run: RunArgument,
     out: Annotated[Path | None, typer.Option(help="HTML file; report.html beside the front if not given.")] = None,
 ) -> None:
     """Write a run's report, one HTML file that needs no network."""
-    _out.print(f"written: {write_report(_front(run), out or _beside(run, REPORT_FILE))}")
+    _out.print(f"written: {write_report(front_of(run), out or beside(run, REPORT_FILE))}")
 
 
 @app.command()
 def export(
-    run: _RunArgument,
+    run: RunArgument,
     solution: Annotated[
         str | None,
         typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee, in netcdf all of them."),
@@ -95,81 +96,57 @@ def export(
     ] = None,
 ) -> None:
     """Write the motion of one solution for a controller or a spreadsheet, or the whole front for other programs."""
-    front, ending = _front(run), extension(format)
+    front, ending = front_of(run), extension(format)
     if solution is None and format not in FRONT_FORMATS:
         solution = "knee"
-    target = out or _beside(run, f"{solution or 'front'}.{ending}")
+    target = out or beside(run, f"{solution or 'front'}.{ending}")
     source = front if solution is None else front.pick(solution)
     _out.print(f"written: {write(source, target, format=format, step=step, angle=angle)}")
 
 
 @app.command("animate")
 def animate_motion(
-    run: _RunArgument,
-    solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
+    run: RunArgument,
+    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
     rate: Annotated[float, typer.Option(help="Frames per second.")] = 25.0,
     out: Annotated[Path | None, typer.Option(help="HTML file; SOLUTION.html beside the front if not given.")] = None,
 ) -> None:
     """Write the robot along one solution in real time, one HTML file that needs no network."""
-    chosen = _front(run).pick(solution)
-    _out.print(f"written: {animate(chosen, out or _beside(run, f'{solution}.html'), rate=rate)}")
+    chosen = front_of(run).pick(solution)
+    _out.print(f"written: {animate(chosen, out or beside(run, f'{solution}.html'), rate=rate)}")
 
 
 @app.command()
 def capacity(
-    run: _RunArgument,
-    solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
+    run: RunArgument,
+    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
     iterative: Annotated[
         bool, typer.Option("--iterative", help="By the paper's iteration, not in closed form.")
     ] = False,
     step: Annotated[float, typer.Option(help="Payload added at each iteration [kg].")] = 0.05,
 ) -> None:
     """Tell what a motion can carry, which actuator limits it and when."""
-    chosen = _front(run).pick(solution)
+    chosen = front_of(run).pick(solution)
     found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
     _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
     _out.print(f"capacity: {found}")
+    if found.joint and found.feasible:
+        _out.print(f"sensitivity: {sensitivity(chosen)}")
     table = Table("joint", "alone it could carry [kg]", "effort limit left", box=SIMPLE)
     for name, alone, margin in zip(chosen.front.problem.robot.joint_names, found.per_joint, found.margin, strict=True):
         table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
     _out.print(table)
 
 
-@app.command("payload-diagram")
-def payload_diagram(
-    run: _RunArgument,
-    solution: Annotated[
-        list[str] | None,
-        typer.Option(help="knee if not given, utopia, weighted, least_OBJECTIVE or a row; repeatable, then overlaid."),
-    ] = None,
-    offset_xy: Annotated[float, typer.Option(help="Greatest distance from the tool's z axis [m].")] = 0.3,
-    offset_z: Annotated[tuple[float, float], typer.Option(help="Range along the tool's z axis [m].")] = (0.0, 0.3),
-    grid: Annotated[int, typer.Option(help="Cells along either.")] = 61,
-    direction: Annotated[
-        float | None, typer.Option(help="Of the offset from the tool's x axis [deg]; the worst if not given.")
-    ] = None,
-    tolerance: Annotated[
-        float | None,
-        typer.Option(help="Also tell the payload whose centre of mass is known but to this, along every axis [m]."),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="PNG file; payload_diagram.png beside the front if not given.")
-    ] = None,
-) -> None:
-    """Tell and draw what a motion can carry by how far off the tool the load's centre of mass is."""
-    options = DiagramOptions(offset_xy, offset_z, grid, direction, tolerance)
-    draw_payload_diagrams(_out, _front(run), solution or ["knee"], options, out or _beside(run, "payload_diagram.png"))
-
-
 @app.command("verify")
 def verify_motions(
-    run: _RunArgument,
-    solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
+    run: RunArgument,
+    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
     density: Annotated[int, typer.Option(help="Samples over those of the problem.")] = 20,
     every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
 ) -> None:
     """Check a motion between its samples against every limit; exit code 1 if one is exceeded."""
-    front = _front(run)
+    front = front_of(run)
     found = verify_all(front, density=density) if every else (verify(front.pick(solution), density=density),)
     print_verifications(_out, found)
     if not all(verification.passed for verification in found):
@@ -201,13 +178,3 @@ def main() -> None:
     except TrajevoError as error:
         console.print(f"error: {error}", markup=False)
         sys.exit(2)
-
-
-def _front(run: Path) -> Front:
-    """Front of a run's folder, finished or not, or of a front's file."""
-    return read_run(run) if run.is_dir() else Front.load(run)
-
-
-def _beside(run: Path, name: str) -> Path:
-    """A file in a run's folder, or beside a front's file."""
-    return run / name if run.is_dir() else run.with_name(name)

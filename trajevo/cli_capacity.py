@@ -13,11 +13,11 @@ from rich.table import Table
 
 from trajevo import capacity_plots
 from trajevo.capacity import dlcc
+from trajevo.cli_files import SOLUTION_HELP, RunArgument, beside, front_of
 from trajevo.errors import InvalidInputError
-from trajevo.front import Front
 from trajevo.inverse_kinematics import Pose
+from trajevo.pictures import save_figure
 from trajevo.robot import load_robot
-from trajevo.runs import read_run
 from trajevo.sensitivity import sensitivity
 from trajevo.slowdown import slowdown_for
 from trajevo.slowdown_curve import SlowdownCurve, slowdown_curve
@@ -30,16 +30,15 @@ _ROWS = 12
 
 
 def slowdown(
-    run: Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")],
-    solution: Annotated[str, typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row.")] = "knee",
+    run: RunArgument,
+    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
     payload: Annotated[
         float | None, typer.Option(help="Mass [kg] of the shape of the run's payload; the run's own.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Picture; slowdown.png beside the front if not given.")] = None,
 ) -> None:
     """Tell how long one motion's path takes with another payload, and draw payload against time."""
-    front = read_run(run) if run.is_dir() else Front.load(run)
-    chosen = front.pick(solution)
+    chosen = front_of(run).pick(solution)
     rollout = chosen.rollout
     own = rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
     found = slowdown_for(chosen, own if payload is None else payload)
@@ -49,12 +48,12 @@ def slowdown(
     _out.print(f"capacity as it is: {capacity}")
     if not capacity.joint:
         return
-    if capacity.margin.min() >= -1e-12:
+    if capacity.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
     curve = slowdown_curve(chosen)
     _out.print(_table(curve))
-    target = out or (run / "slowdown.png" if run.is_dir() else run.with_name("slowdown.png"))
-    _out.print(f"written: {_drawn(capacity_plots.slowdown_curve(curve), target)}")
+    figure = capacity_plots.slowdown_curve(curve).figure
+    _out.print(f"written: {save_figure(figure, out or beside(run, 'slowdown.png'))}")
 
 
 def workspace(
@@ -77,19 +76,22 @@ def workspace(
     show: Annotated[str, typer.Option(help="mass, or joint: the one that binds.")] = "mass",
     out: Annotated[Path, typer.Option(help="Picture.")] = Path("workspace.png"),
 ) -> None:
-    """Draw what a robot can hold, or accelerate, at every tool position of a plane."""
+    """Draw what a robot can hold, or accelerate, in its best posture at every tool position of a plane."""
     unlimited = {"acceleration": float("inf"), "jerk": float("inf")}  # no part of this, and missing in a URDF
     loaded = load_robot(robot, lock=_locked(lock or ()), tool=tool, limits=unlimited)
     given: dict[str, Any] = {"position": position} | ({} if rpy is None else {"rpy": rpy})
     square = ToolPlane.around(Pose.of(given), plane, reach=reach, cells=cells)
     found = workspace_capacity(loaded, square, acceleration=acceleration)
     _out.print(f"{loaded.name}: {found}")
+    if found.reached.any():
+        counts = found.postures[found.reached]
+        _out.print(f"postures found per cell: {counts.min()} to {counts.max()}, of which the best was taken")
     table = Table("binding joint", "cells", box=SIMPLE)
     for k, name in enumerate(found.joint_names):
         if (found.joint == k).any():
             table.add_row(name, str(int((found.joint == k).sum())))
     _out.print(table)
-    _out.print(f"written: {_drawn(capacity_plots.workspace_capacity(found, show=show), out)}")
+    _out.print(f"written: {save_figure(capacity_plots.workspace_capacity(found, show=show).figure, out)}")
 
 
 def _table(curve: SlowdownCurve) -> Table:
@@ -113,16 +115,3 @@ def _locked(given: Sequence[str]) -> dict[str, float]:
         except ValueError:
             raise InvalidInputError(f"lock: expected JOINT=POSITION [rad or m], got {text!r}") from None
     return locked
-
-
-def _drawn(ax: Any, target: Path) -> Path:
-    """Write the picture that axes belong to.
-
-    Raises:
-        InvalidInputError: it cannot be written.
-    """
-    try:
-        ax.figure.savefig(target, dpi=150)
-    except (OSError, ValueError) as error:
-        raise InvalidInputError(f"{target}: cannot be written: {error}") from error
-    return target

@@ -1,25 +1,35 @@
-"""What ``trajevo payload-diagram`` does: numbers in the terminal, a picture in a file."""
+"""``trajevo payload-diagram`` and ``trajevo payload-time``: numbers in the terminal, a picture in a file."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import final
+from typing import Annotated, final
 
 import numpy as np
+import typer
 from rich.box import SIMPLE
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from trajevo import load_plots
+from trajevo.cli_files import RunArgument, beside, front_of
 from trajevo.errors import InvalidInputError
-from trajevo.front import Front, Solution
+from trajevo.front import Solution
 from trajevo.payload_diagram import PayloadDiagram, payload_diagram
 from trajevo.payload_effort import PayloadEffort, payload_effort
 from trajevo.payload_plots import payload_contours
-from trajevo.report import save_figure
+from trajevo.payload_time import capacity_front, largest_payload
+from trajevo.pictures import save_figure
+from trajevo.problem import TrajectoryProblem
 from trajevo.robust_payload import robust_capacity
+
+_out = Console(soft_wrap=True, highlight=False)
+
+#: Payloads that are looked at, over the largest: close where the time rises steeply.
+_SHARES = (0.0, 0.3, 0.5, 0.65, 0.8, 0.9, 0.95, 0.985)
 
 #: Rows and columns of the printed table at most; the picture has all cells.
 _SHOWN = 5
@@ -62,35 +72,78 @@ class DiagramOptions:
             raise InvalidInputError(f"--tolerance: expected a length from 0 on [m], got {self.tolerance}")
 
 
-def draw_payload_diagrams(
-    out: Console, front: Front, rules: Sequence[str], options: DiagramOptions, file: Path
+def diagram(
+    run: RunArgument,
+    solution: Annotated[
+        list[str] | None,
+        typer.Option(help="knee if not given, utopia, weighted, least_OBJECTIVE or a row; repeatable, then overlaid."),
+    ] = None,
+    offset_xy: Annotated[float, typer.Option(help="Greatest distance from the tool's z axis [m].")] = 0.3,
+    offset_z: Annotated[tuple[float, float], typer.Option(help="Range along the tool's z axis [m].")] = (0.0, 0.3),
+    grid: Annotated[int, typer.Option(help="Cells along either.")] = 61,
+    direction: Annotated[
+        float | None, typer.Option(help="Of the offset from the tool's x axis [deg]; the worst if not given.")
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="Also tell the payload whose centre of mass is known but to this, along every axis [m]."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="PNG file; payload_diagram.png beside the front if not given.")
+    ] = None,
 ) -> None:
-    """Print and draw the payload diagrams of solutions, overlaid.
-
-    Args:
-        out: where to print.
-        front: of the solutions.
-        rules: what :meth:`~trajevo.front.Front.pick` picks them by.
-        options: what the diagrams are of.
-        file: PNG to write.
-
-    Raises:
-        InvalidInputError: a robot without effort limits, a payload that has no centre of mass, or a file that cannot
-            be written.
-    """
+    """Tell and draw what a motion can carry by how far off the tool the load's centre of mass is."""
+    options = DiagramOptions(offset_xy, offset_z, grid, direction, tolerance)
+    front, rules = front_of(run), solution or ["knee"]
     chosen = {rule: front.pick(rule) for rule in rules}
     efforts = {rule: payload_effort(solution) for rule, solution in chosen.items()}
     xy = np.linspace(0.0, options.offset_xy, options.grid)
     z = np.linspace(*options.offset_z, options.grid)
-    direction = None if options.direction is None else float(np.radians(options.direction))
-    diagrams = {rule: payload_diagram(effort, xy, z, direction=direction) for rule, effort in efforts.items()}
-    for rule, solution in chosen.items():
-        out.print(f"{solution.rule} (row {solution.index}), time {solution.F.get('time', float('nan')):.4f} s")
-        _print_diagram(out, diagrams[rule])
+    turn = None if options.direction is None else float(np.radians(options.direction))
+    diagrams = {rule: payload_diagram(effort, xy, z, direction=turn) for rule, effort in efforts.items()}
+    for rule, picked in chosen.items():
+        _out.print(f"{picked.rule} (row {picked.index}), time {picked.F.get('time', float('nan')):.4f} s")
+        _print_diagram(_out, diagrams[rule])
         if options.tolerance is not None:
-            _print_robust(out, efforts[rule], solution.front.problem.dynamics.payload.com, options.tolerance)
+            _print_robust(_out, efforts[rule], front.problem.dynamics.payload.com, options.tolerance)
     figure = payload_contours(_labelled(chosen, diagrams)).figure
-    out.print(f"written: {save_figure(figure, file)}")
+    _out.print(f"written: {save_figure(figure, out or beside(run, 'payload_diagram.png'))}")
+
+
+def payload_time(
+    run: RunArgument,
+    payload: Annotated[
+        list[float] | None, typer.Option(help="Mass [kg]; repeatable; eight up to what is held at rest if not given.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random starts.")] = 1,
+    starts: Annotated[int, typer.Option(min=1, help="Random starts for each payload.")] = 2,
+    out: Annotated[Path | None, typer.Option(help="PNG file; payload_time.png beside the front if not given.")] = None,
+) -> None:
+    """Optimise the motion again for each payload: tell and draw the least time, and the largest payload of all."""
+    problem = front_of(run).problem
+    largest = largest_payload(problem, seed=seed, starts=starts)
+    _out.print(f"largest payload of any motion found: {largest}")
+    masses = payload or _admitted(problem, [float(f"{share * largest.mass:.4g}") for share in _SHARES])
+    curve = capacity_front(problem, masses, seed=seed, starts=starts)
+    table = Table("payload [kg]", "least time [s]", box=SIMPLE)
+    for mass, least in zip(curve.payloads, curve.times, strict=True):
+        table.add_row(f"{mass:.4g}", f"{least:.4f}" if np.isfinite(least) else "none found")
+    _out.print(table)
+    figure = load_plots.payload_curve(curve, at_rest=largest.at_rest).figure
+    _out.print(f"written: {save_figure(figure, out or beside(run, 'payload_time.png'))}")
+
+
+def _admitted(problem: TrajectoryProblem, masses: Sequence[float]) -> list[float]:
+    """Those masses that a problem takes; what it says of the others is printed."""
+    admitted = []
+    for mass in masses:
+        try:
+            problem.with_payload(problem.dynamics.payload.with_mass(mass))
+        except InvalidInputError as error:
+            _out.print(f"left out: {error}")
+        else:
+            admitted.append(mass)
+    return admitted
 
 
 def _labelled(

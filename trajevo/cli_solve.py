@@ -17,9 +17,9 @@ from trajevo.front import Front
 from trajevo.nnc import needs_two_objectives, solve_nnc
 from trajevo.optimise import optimise
 from trajevo.payload import LOAD_MODELS
+from trajevo.pictures import FIGURES, draw_all, save_pictures
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
-from trajevo.report import FIGURES, save_figures
 from trajevo.report import report as write_report
 from trajevo.run_folder import FRONT_FILE, RunFolder
 from trajevo.runs import resume as resume_run
@@ -151,8 +151,9 @@ def _write(front: Front, folder: Path) -> None:
             f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there"
         )
         raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
-    pictures = save_figures(front, folder / PLOTS_FOLDER)
-    write_report(front, folder / REPORT_FILE)
+    pictures = draw_all(front)
+    save_pictures(pictures, folder / PLOTS_FOLDER)
+    write_report(front, folder / REPORT_FILE, pictures=pictures)
     _out.print(
         f"written: {folder / FRONT_FILE}, {folder / REPORT_FILE}, {len(pictures)} pictures in {folder / PLOTS_FOLDER}"
     )

@@ -205,7 +205,7 @@ class Rollout:
     @cached_property
     def unloaded_effort(self) -> Array:
         """Effort without payload at the samples, shape (B, T, n_joints) [N·m or N]."""
-        return frozen(self.dynamics.unloaded_effort(self.q, self.v, self.a))
+        return frozen(self.dynamics.unloaded_effort(self.q, self._moving, self.a))
 
     @cached_property
     def effort_per_kilogram(self) -> Array:
@@ -217,7 +217,12 @@ class Rollout:
         """Effort with the payload at the samples, shape (B, T, n_joints) [N·m or N]."""
         if self.masses is not None:
             return frozen(self.unloaded_effort + self.masses[:, None, None] * self.effort_per_kilogram)
-        return frozen(self.dynamics.effort(self.q, self.v, self.a))
+        return frozen(self.dynamics.effort(self.q, self._moving, self.a))
+
+    @cached_property
+    def _moving(self) -> Array:
+        """Velocities at the samples, without those that are rounding, which dry friction would take for a motion."""
+        return self.v if self.robot.friction.none else self.without_rounding(self.v)
 
     def effort_in(self, q: Array, v: Array, a: Array) -> Array:
         """Effort with the payload in other states than the samples', shapes (B, T, n_joints) [N·m or N].
@@ -237,8 +242,8 @@ class Rollout:
         chance.
         """
         duration = self.trajectory.duration[:, None]
-        slowest = _ROUNDING * (self.trajectory.peak(1) + self.trajectory.peak(0) / duration)
-        return np.where(np.abs(v) <= slowest[:, None, :], 0.0, v)
+        slowest = _ROUNDING * (self.trajectory.peak(1) + self.trajectory.peak(0) / duration).real
+        return np.where(np.abs(v.real) <= slowest[:, None, :], 0.0, v)
 
     @property
     def power(self) -> Array:

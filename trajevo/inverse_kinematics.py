@@ -1,7 +1,7 @@
 """Joint positions for poses of the tool, by bounded least squares from many starts, each point near the one before.
 
-A pose is met when the tool's origin and its angle to the wanted orientation are both within a tolerance. The error of
-orientation is (R - R*)/√2, whose norm 2 sin(θ/2) is smooth up to θ = π, unlike that of the rotation vector.
+A pose is met when the tool's origin and its angle to the wanted orientation are both within a tolerance. Many poses at
+once, from many starts each: :mod:`trajevo.posture_search`.
 """
 
 from __future__ import annotations
@@ -17,12 +17,8 @@ from scipy.spatial.transform import Rotation
 from trajevo.arrays import Array, frozen, numbers, read_only
 from trajevo.errors import InvalidInputError, UnreachableError, checked_name
 from trajevo.kinematics import ToolKinematics
+from trajevo.posture import ROUNDED, TOLERANCE, JointRanges, check_search, missed, rotation_matrix
 from trajevo.robot import Robot
-
-#: How far a rotation matrix or a quaternion may be from unit length, as people type rounded numbers.
-_ROUNDED = 1e-3
-
-_TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +40,8 @@ class Pose:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", read_only(numbers(self.position, name="position", shape=(3,))))
-        if self.rotation is None:
-            return
-        given = numbers(self.rotation, name="rotation", shape=(3, 3))
-        if np.abs(given @ given.T - np.eye(3)).max() > _ROUNDED or np.linalg.det(given) < 0.0:
-            raise InvalidInputError(f"rotation: expected a rotation matrix, got {given.tolist()}")
-        object.__setattr__(self, "rotation", read_only(Rotation.from_matrix(given).as_matrix()))
+        if self.rotation is not None:
+            object.__setattr__(self, "rotation", rotation_matrix(self.rotation))
 
     @classmethod
     def of(cls, given: Pose | Mapping[str, Any]) -> Pose:
@@ -78,7 +70,7 @@ class Pose:
             rotation = Rotation.from_euler("xyz", numbers(given["rpy"], name="rpy", shape=(3,))).as_matrix()
         elif "quaternion" in given:
             quaternion = numbers(given["quaternion"], name="quaternion", shape=(4,))
-            if abs(np.linalg.norm(quaternion) - 1.0) > _ROUNDED:
+            if abs(np.linalg.norm(quaternion) - 1.0) > ROUNDED:
                 raise InvalidInputError(f"quaternion: expected x, y, z, w of norm 1, got {quaternion.tolist()}")
             rotation = Rotation.from_quat(quaternion).as_matrix()
         return cls(given["position"], rotation, str(given.get("name", "")))
@@ -91,7 +83,7 @@ def inverse_kinematics(
     start: Any = None,
     seed: int = 0,
     starts: int = 20,
-    tolerance: float = 1e-6,
+    tolerance: float = TOLERANCE,
     first: int = 0,
 ) -> Array:
     """Joint positions that put the tool into poses, each the nearest found to the one before.
@@ -119,13 +111,9 @@ def inverse_kinematics(
     """
     if isinstance(poses, Mapping | str) or not isinstance(poses, Sequence) or not len(poses):
         raise InvalidInputError(f"poses: expected a sequence of at least 1 pose, got {poses!r}")
-    for name, value in (("starts", starts), ("seed", seed)):
-        if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 0:
-            raise InvalidInputError(f"{name}: expected a whole number from 0 on, got {value!r}")
-    if not (isinstance(tolerance, int | float) and 0.0 < tolerance < np.inf):
-        raise InvalidInputError(f"tolerance: expected a positive number [m and rad], got {tolerance!r}")
+    check_search(starts, seed, tolerance)
     search = _Search(robot, np.random.default_rng(seed), starts, float(tolerance))
-    before = search.middle if start is None else numbers(start, name="start", shape=(robot.dof,))
+    before = search.ranges.middle if start is None else numbers(start, name="start", shape=(robot.dof,))
     found = []
     for i, given in enumerate(poses, start=first):
         before = search.nearest(Pose.of(given), before, f"point {i}")
@@ -139,25 +127,13 @@ class _Search:
     def __init__(self, robot: Robot, generator: np.random.Generator, starts: int, tolerance: float) -> None:
         self.robot, self.generator, self.starts, self.tolerance = robot, generator, starts, tolerance
         self.kinematics = ToolKinematics.of(robot)
-        self.lower, self.upper = robot.limits.lower, robot.limits.upper
-        # Where a range has no end, a turn (or a metre of that number) is searched.
-        low = np.where(
-            np.isfinite(self.lower), self.lower, np.where(np.isfinite(self.upper), self.upper - _TURN, -np.pi)
-        )
-        self.box = low, np.where(np.isfinite(self.upper), self.upper, low + _TURN)
-        self.middle: Array = 0.5 * (self.box[0] + self.box[1])
-        turned = self.kinematics.pose(self.middle + _TURN * np.eye(robot.dof))
-        apart = [
-            np.abs(there - here).reshape(robot.dof, -1).max(axis=1)
-            for there, here in zip(turned, self.kinematics.pose(self.middle), strict=True)
-        ]
-        self.turning: Array = np.maximum(*apart) < 1e-9  # joints that a whole turn brings back to the same pose
+        self.ranges = JointRanges.of(robot, self.kinematics)
 
     def nearest(self, pose: Pose, before: Array, where: str) -> Array:
         """The solution nearest to the point before."""
-        random = self.generator.uniform(*self.box, (self.starts, self.robot.dof))
-        tries = np.stack([self._solve(pose, q) for q in (before, self.middle, *random)])
-        distance, angle = self._missed(pose, tries)
+        random = self.ranges.random(self.generator, self.starts)
+        tries = np.stack([self._solve(pose, q) for q in (before, self.ranges.middle, *random)])
+        distance, angle = missed(*self.kinematics.pose(tries), pose.position, pose.rotation)
         worst = np.maximum(distance, angle)
         if worst.min() > self.tolerance:
             best = int(np.argmin(distance + angle))
@@ -168,25 +144,17 @@ class _Search:
                 f"{pose.position.tolist()} m; the best of {len(tries)} tries misses it by "
                 f"{1e3 * distance[best]:.4g} mm{turned}"
             )
-        near = self._unwound(tries[worst <= self.tolerance], before)
+        near = self.ranges.unwound(tries[worst <= self.tolerance], before)
         chosen: Array = near[np.argmin(np.abs(near - before).max(axis=1))]
         return chosen
 
-    def _unwound(self, q: Array, before: Array) -> Array:
-        """Solutions (N, n_joints) shifted by the whole turns that bring every joint nearest to the point before."""
-        turns = np.where(self.turning, np.rint((before - q) / _TURN), 0.0)
-        least, most = np.ceil((self.lower - q) / _TURN), np.floor((self.upper - q) / _TURN)
-        shifted = q + _TURN * np.clip(turns, np.minimum(least, 0.0), np.maximum(most, 0.0))
-        unwound: Array = np.clip(shifted, self.lower, self.upper)  # rounding can put a joint just beyond its end
-        return unwound
-
     def _solve(self, pose: Pose, start: Array) -> Array:
-        inside = np.clip(start, self.lower, self.upper)
+        inside = np.clip(start, self.ranges.lower, self.ranges.upper)
         found = least_squares(
             self._error,
             inside,
             self._error_jacobian,
-            bounds=(self.lower, self.upper),
+            bounds=(self.ranges.lower, self.ranges.upper),
             args=(pose,),
             xtol=1e-14,
             ftol=1e-14,
@@ -208,12 +176,3 @@ class _Search:
             return jacobian[:3]
         turning = np.cross(jacobian[3:].T[:, None], rotation.T).reshape(self.robot.dof, 9)
         return np.concatenate([jacobian[:3], turning.T / np.sqrt(2.0)])
-
-    def _missed(self, pose: Pose, q: Array) -> tuple[Array, Array]:
-        """Errors of position [m] and of orientation [rad], shape (N,) each."""
-        position, rotation = self.kinematics.pose(q)
-        distance: Array = np.linalg.norm(position - pose.position, axis=-1)
-        if pose.rotation is None:
-            return distance, np.zeros_like(distance)
-        half = np.linalg.norm((rotation - pose.rotation).reshape(-1, 9), axis=1) / np.sqrt(8.0)
-        return distance, 2.0 * np.arcsin(np.minimum(half, 1.0))

@@ -9,11 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from trajevo.arrays import Array, numbers
-from trajevo.capacity import SAMPLES, Capacity, dlcc
+from trajevo.capacity import SAMPLES, Capacity, capacities, dlcc
 from trajevo.dynamics import Dynamics, Rollout, rollout_of
-from trajevo.errors import InvalidInputError
-from trajevo.front import Solution
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.front import Front, Solution
 from trajevo.payload_time import PayloadCurve
+from trajevo.payload_variable import UNUSED_PAYLOAD
+from trajevo.units import pretty
 from trajevo.weighted import WeightedOptimum
 
 
@@ -63,6 +65,78 @@ def effort_utilisation(
     return ax
 
 
+def capacity_margins(capacity: Capacity, *, ax: Axes | None = None) -> Axes:
+    """What is left of every joint's effort limit over time with the largest payload; the dot is where it binds."""
+    if not np.isfinite(capacity.margins).all():
+        raise InvalidInputError("capacity_margins: a payload without bound leaves no margins")
+    ax = ax or plt.subplots(figsize=(7.6, 4.2), layout="constrained")[1]
+    for name, margin in zip(capacity.joint_names, 100.0 * capacity.margins.T, strict=True):
+        if (margin < 100.0).any():
+            ax.plot(capacity.times, margin, label=f"{name}: {margin.min():.1f} %")
+    if capacity.joint:
+        ax.plot(capacity.time, 100.0 * capacity.margins.min(), "ko")
+    ax.axhspan(min(ax.get_ylim()[0], -5.0), 0.0, color="0.9", zorder=0)
+    ax.set(
+        xlabel="time [s]", ylabel="effort limit left [%]", title=f"{capacity.mass:.4g} kg ({capacity.payload_model})"
+    )
+    ax.grid(alpha=0.3)
+    ax.legend(title="least", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return ax
+
+
+def front_capacities(front: Front, *, ax: Axes | None = None) -> Axes:
+    """What every solution of a front can carry, against its time; the binding joint as colour, the knee ringed."""
+    found, times = capacities(front), front.problem.rollout(front.X).trajectory.duration
+    ax = ax or plt.subplots(figsize=(6.8, 4.2), layout="constrained")[1]
+    for joint in np.unique(found.joint):
+        chosen = (found.joint == joint) & np.isfinite(found.mass)
+        if chosen.any():
+            label = f"{found.joint_names[joint]} binds" if joint >= 0 else "none feasible"
+            ax.plot(times[chosen], found.mass[chosen], ".", label=label)
+    knee = front.knee().index
+    if np.isfinite(found.mass[knee]):
+        ax.plot(times[knee], found.mass[knee], "o", mfc="none", color="black", markersize=10, label="knee")
+    ax.set(xlabel="time [s]", ylabel=f"largest payload [kg] ({found.payload_model})")
+    ax.grid(alpha=0.3)
+    ax.legend()
+    return ax
+
+
+def payload_front(front: Front, *, colour: str | None = None, ax: Axes | None = None) -> Axes:
+    """Payload against time of a front whose payload is a variable, a third objective as colour.
+
+    Args:
+        front: its problem has the payload's mass as a variable.
+        colour: name of the objective that the colour shows; if None the first beside time and payload, if any.
+        ax: axes.
+
+    Raises:
+        UnknownNameError: no such objective.
+        InvalidInputError: the payload is no variable.
+    """
+    record = front.record
+    if front.problem.payload_range is None:
+        raise InvalidInputError("payload_front: expected a front whose payload is a variable")
+    names = [objective.name for objective in record.objectives]
+    if colour is not None:
+        checked_name("objective", colour, names)
+    third = colour or next((name for name in names if name not in ("time", UNUSED_PAYLOAD)), None)
+    ax = ax or plt.subplots(figsize=(6.8, 4.2), layout="constrained")[1]
+    times, masses = front.problem.rollout(front.X).trajectory.duration, front.X[:, -1]
+    if third is None:
+        ax.plot(times, masses, ".")
+    else:
+        place = names.index(third)
+        image = ax.scatter(times, masses, c=front.F[:, place], s=14, cmap="viridis_r")
+        ax.figure.colorbar(image, ax=ax, label=f"{third} [{pretty(record.objectives[place].unit)}]")
+    most = front.problem.payload_range[1]
+    ax.axhline(most, color="black", linestyle=":", linewidth=1.0, label=f"greatest allowed: {most:.4g} kg")
+    ax.set(xlabel="time [s]", ylabel=f"payload [kg] ({front.problem.dynamics.payload.model})")
+    ax.grid(alpha=0.3)
+    ax.legend()
+    return ax
+
+
 def dlcc_iteration(capacity: Capacity, *, ax: Axes | None = None) -> Axes:
     """Greatest effort over limit for every payload that the iteration tried, the joint that reaches it as colour."""
     if not capacity.history:
@@ -80,10 +154,20 @@ def dlcc_iteration(capacity: Capacity, *, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def payload_curve(curve: PayloadCurve, *, ax: Axes | None = None) -> Axes:
-    """Payload against the least time in which it can be carried along the points."""
+def payload_curve(curve: PayloadCurve, *, at_rest: float | None = None, ax: Axes | None = None) -> Axes:
+    """Payload against the least time in which it can be carried along the points.
+
+    Args:
+        curve: of least times.
+        at_rest: what the robot can hold at rest [kg], drawn as a bound.
+        ax: axes.
+    """
     ax = ax or plt.subplots(figsize=(6.4, 4.2), layout="constrained")[1]
     ax.plot(curve.times, curve.payloads, "o-")
+    if at_rest is not None:
+        label = f"held at rest: {at_rest:.4f} kg"
+        ax.axhline(at_rest, color="black", linestyle=":", linewidth=1.0, label=label)
+        ax.legend()
     ax.set(xlabel="least time [s]", ylabel=f"payload [kg] ({curve.payload_model})")
     ax.grid(alpha=0.3)
     return ax

@@ -18,7 +18,7 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, numbers, row_products
+from trajevo.arrays import Array, frozen, numbers, one_blas_thread, row_products
 from trajevo.capacity import SAMPLES
 from trajevo.dynamics import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
@@ -139,6 +139,32 @@ class PayloadEffort:
         above, index = _greatest(self.rows.above, features)
         return self.rows.mass_range(above, index, _greatest(self.rows.below, features)[0])
 
+    def used(self, mass: float, com: Any) -> Array:
+        """Greatest effort over limit of a payload at each centre of mass, shape (P,).
+
+        At most 1 is the exact set of allowed centres of mass, of any shape, for payloads whose inertia about the centre
+        of mass scales with the mass.
+
+        Args:
+            mass: of the payload [kg].
+            com: centres of mass in the tool frame, shape (P, 3) [m].
+
+        Raises:
+            InvalidInputError: a negative mass, another shape, or a robot without effort limits.
+        """
+        carried = Payload(mass).mass
+        features = com_features(numbers(com, name="com", shape=("P", 3)), self.inertia)
+        base, slopes, limit, _, _ = limited_efforts(self)
+        signed = np.concatenate([base / limit, -base / limit])
+        rows = np.concatenate([slopes, -slopes]) / np.tile(limit, 2)[:, None]
+        columns = np.ascontiguousarray(carried * rows.T)
+        greatest = np.empty(len(features))
+        with one_blas_thread():
+            for start in range(0, len(features), _BLOCK):
+                block = slice(start, start + _BLOCK)
+                greatest[block] = (row_products(features[block], columns) + signed).max(axis=1)
+        return frozen(greatest)
+
     def with_inertia_about_tool(self, inertia: Any) -> PayloadEffort:
         """The same for payloads whose inertia about the tool's origin is known, whatever their mass.
 
@@ -255,11 +281,12 @@ def _greatest(rows: Array, features: Array) -> tuple[Array, Array]:
     if not len(rows):
         return value, index
     columns = np.ascontiguousarray(rows.T)
-    for start in range(0, len(features), _BLOCK):
-        block = slice(start, start + _BLOCK)
-        products = row_products(features[block], columns)
-        index[block] = products.argmax(axis=1)
-        value[block] = np.take_along_axis(products, index[block, None], axis=1)[:, 0]
+    with one_blas_thread():
+        for start in range(0, len(features), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            products = row_products(features[block], columns)
+            index[block] = products.argmax(axis=1)
+            value[block] = np.take_along_axis(products, index[block, None], axis=1)[:, 0]
     return value, index
 
 

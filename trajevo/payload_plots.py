@@ -13,15 +13,19 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from trajevo.arrays import Array
+from trajevo.arrays import Array, numbers
 from trajevo.centre_of_mass import allowed_centres
 from trajevo.errors import InvalidInputError
 from trajevo.payload_diagram import PayloadDiagram
 from trajevo.payload_effort import PayloadEffort
+from trajevo.robust_payload import robust_capacity
 from trajevo.uncertainty import UncertaintyPrice
 
 #: White over the colour of a joint in the band of the least and of the greatest masses.
 _LIGHTEST, _DARKEST = 0.78, 0.05
+
+#: Places along either side of the grid on which a region that is no polygon is drawn.
+_GRID = 121
 
 _LINE_STYLES: tuple[Literal["solid", "dashed", "dotted", "dashdot"], ...] = ("solid", "dashed", "dotted", "dashdot")
 _NOTHING_LIMITS, _NO_MASS = "white", "0.6"
@@ -66,6 +70,40 @@ def payload_contours(
     return ax
 
 
+def robust_mass(
+    effort: PayloadEffort, *, com: Any = (0.0, 0.0, 0.0), within: float = 0.1, ax: Axes | None = None
+) -> Axes:
+    """The largest payload wherever the centre of mass is, by how well it is known; the binding joint as colour.
+
+    Args:
+        effort: along the motion.
+        com: middle of the boxes in which the centre of mass may be, in the tool frame, shape (3,) [m].
+        within: half of the side of the largest box [m].
+        ax: axes.
+
+    Returns:
+        The axes; lengths in mm.
+    """
+    middle, half = numbers(com, name="com", shape=(3,)), np.linspace(0.0, within, 26)
+    found = [robust_capacity(effort, com=np.stack([middle - by, middle + by])) for by in half]
+    masses = np.array([one.upper for one in found])
+    ax = ax or plt.subplots(figsize=(6.4, 4.2), layout="constrained")[1]
+    ax.plot(1e3 * half, masses, color="0.75", linewidth=1.0, zorder=1)
+    for joint in dict.fromkeys(one.joint for one in found if one.joint):
+        chosen = np.array([one.joint == joint for one in found])
+        ax.plot(1e3 * half[chosen], masses[chosen], ".", label=f"{joint} binds")
+    place = ", ".join(f"{1e3 * x:g}" for x in middle)
+    ax.set(
+        xlabel=f"centre of mass known to ± [mm], along every axis around ({place}) mm",
+        ylabel=f"largest payload, wherever it is [kg] ({effort.payload_model})",
+        ylim=(0.0, None),
+    )
+    ax.grid(alpha=0.3)
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend()
+    return ax
+
+
 def allowed_region(
     effort: PayloadEffort,
     masses: Sequence[float],
@@ -75,10 +113,11 @@ def allowed_region(
     at: float = 0.0,
     ax: Axes | None = None,
 ) -> Axes:
-    """Where the centre of mass of payloads may lie in a plane of the tool frame: one polygon per mass.
+    """Where the centre of mass of payloads may lie in a plane of the tool frame: one region per mass.
 
     Args:
-        effort: affine in the centre of mass, see :func:`trajevo.centre_of_mass.allowed_centres`.
+        effort: along the motion. Where it is affine in the centre of mass, see
+            :func:`trajevo.centre_of_mass.allowed_centres`, regions are exact polygons; else contours on a grid.
         masses: of the payloads [kg].
         within: how far from the tool's axes the plane is drawn [m].
         axis: of the tool frame, normal to the plane.
@@ -86,14 +125,13 @@ def allowed_region(
         ax: axes.
 
     Returns:
-        The axes, in mm; a mass without a polygon has only its place in the legend.
+        The axes, in mm; a mass without a region has only its place in the legend.
     """
     ax = ax or plt.subplots(figsize=(6.0, 5.2), layout="constrained")[1]
     colours = plt.get_cmap("viridis_r")(np.linspace(0.1, 0.9, max(len(masses), 1)))
     for mass, colour in sorted(zip(masses, colours, strict=True), key=lambda pair: pair[0]):
-        corners = 1e3 * allowed_centres(effort, mass).section(axis, at, within=within)
-        label = f"{mass:g} kg" if len(corners) else f"{mass:g} kg: nowhere"
-        ax.fill(*corners.T, facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5, label=label)
+        draw = _polygon if effort.affine else _contour
+        draw(effort, mass, axis, at, within, colour, ax)
     horizontal, vertical = (name for name in "xyz" if name != axis)
     ax.plot(0.0, 0.0, "k+", markersize=10)
     bound = 1.05e3 * within
@@ -108,6 +146,30 @@ def allowed_region(
     ax.grid(alpha=0.3)
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax
+
+
+def _polygon(effort: PayloadEffort, mass: float, axis: str, at: float, within: float, colour: Any, ax: Axes) -> None:
+    """Fill the exact section of a region."""
+    corners = 1e3 * allowed_centres(effort, mass).section(axis, at, within=within)
+    label = _region_label(mass, len(corners) > 0)
+    ax.fill(*corners.T, facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5, label=label)
+
+
+def _contour(effort: PayloadEffort, mass: float, axis: str, at: float, within: float, colour: Any, ax: Axes) -> None:
+    """Fill where a grid's greatest effort keeps its limit."""
+    sides = np.linspace(-within, within, _GRID)
+    across = [k for k, name in enumerate("xyz") if name != axis]
+    com = np.full((_GRID, _GRID, 3), at)
+    com[..., across[0]], com[..., across[1]] = np.meshgrid(sides, sides)
+    used = effort.used(mass, com.reshape(-1, 3)).reshape(_GRID, _GRID)
+    ax.contourf(1e3 * sides, 1e3 * sides, used, [-np.inf, 1.0], colors=[(*colour[:3], 0.25)])
+    ax.contour(1e3 * sides, 1e3 * sides, used, [1.0], colors=[colour], linewidths=1.5)
+    label = _region_label(mass, bool((used <= 1.0).any()))
+    ax.fill([], [], facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5, label=label)
+
+
+def _region_label(mass: float, anywhere: bool) -> str:
+    return f"{mass:g} kg" if anywhere else f"{mass:g} kg: nowhere"
 
 
 def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice], *, ax: Axes | None = None) -> Axes:

@@ -46,13 +46,13 @@ def capacity_front(
     found a faster motion that is feasible for the lighter one, that motion is taken.
 
     Args:
-        problem: a problem whose first objective is the time [s].
+        problem: with the time [s] among its objectives.
         payloads: masses [kg]; shape and model are those of the problem's payload.
         seed: seed of the random starts.
         starts: random starts per payload.
 
     Raises:
-        InvalidInputError: no payloads, or a problem whose first objective is not the time.
+        InvalidInputError: no payloads, or a problem without the time among its objectives.
     """
     masses = np.sort(numbers(payloads, name="payloads", shape=("N",)))
     if not len(masses):
@@ -70,7 +70,7 @@ def least_times(problems: Sequence[TrajectoryProblem], *, seed: int, starts: int
     harder problem was found a faster motion that the easier one allows, that motion is where it begins again.
 
     Args:
-        problems: the same variables, the time [s] as first objective; N of them, from the easiest to the hardest.
+        problems: the same variables, the time [s] among the objectives; N of them, from the easiest to the hardest.
         seed: of the random starts.
         starts: random starts for each.
 
@@ -78,16 +78,14 @@ def least_times(problems: Sequence[TrajectoryProblem], *, seed: int, starts: int
         Times, inf where no feasible motion was found, shape (N,) [s], and decision vectors (N, n_var).
 
     Raises:
-        InvalidInputError: a problem whose first objective is not the time.
+        InvalidInputError: a problem without the time among its objectives.
     """
     for problem in problems:
-        if problem.objective_names[0] != "time":
-            raise InvalidInputError(
-                f"problem: expected the time as first objective, got {problem.objective_names[0]!r}"
-            )
+        if "time" not in problem.objective_names:
+            raise InvalidInputError(f"problem: expected the time among the objectives, got {problem.objective_names}")
     times, X = np.full(len(problems), np.inf), np.empty((len(problems), problems[0].n_var))
     for i, problem in enumerate(problems):
-        weights = Weights((1.0, *([0.0] * (problem.n_obj - 1))))
+        weights = _time_alone(problem)
         best = minimise_weighted(problem, weights, seed=seed + i, starts=starts)
         if i > 0 and np.isfinite(times[i - 1]):
             warm = minimise_weighted(problem, weights, seed=seed, initial=X[i - 1][None])
@@ -96,10 +94,13 @@ def least_times(problems: Sequence[TrajectoryProblem], *, seed: int, starts: int
     for i in range(len(problems) - 2, -1, -1):
         G = problems[i].evaluate(X[i + 1][None], return_values_of=["F", "G"])[1]
         if times[i + 1] < times[i] and G.max(initial=-np.inf) <= FEASIBLE:
-            weights = Weights((1.0, *([0.0] * (problems[i].n_obj - 1))))
-            warm = minimise_weighted(problems[i], weights, seed=seed, initial=X[i + 1][None])
+            warm = minimise_weighted(problems[i], _time_alone(problems[i]), seed=seed, initial=X[i + 1][None])
             times[i], X[i] = min((times[i + 1], X[i + 1]), (warm.cost, warm.x), key=lambda found: found[0])
     return frozen(times), frozen(X)
+
+
+def _time_alone(problem: TrajectoryProblem) -> Weights:
+    return Weights(tuple(float(name == "time") for name in problem.objective_names))
 
 
 def max_payload_problem(

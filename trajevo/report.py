@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 import base64
-import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
 from typing import Any
 
-import matplotlib.pyplot as plt
-import numpy as np
-
-from trajevo import path_plots, plots
-from trajevo.composed import ComposedBatch
-from trajevo.errors import InvalidInputError
-from trajevo.files import write_whole
+from trajevo.capacity import dlcc
 from trajevo.front import Front, Solution
-from trajevo.load_plots import effort_utilisation
 from trajevo.payload import LOAD_MODELS
-from trajevo.records import Run
-from trajevo.rivals import RIVALS_NOTE, plot_rivals, rivals_of, rivals_table
+from trajevo.payload_figures import PAYLOAD_FIGURES
+from trajevo.pictures import Picture, draw_all, written
+from trajevo.records import ProblemRecord, Run
+from trajevo.rivals import RIVALS_NOTE, rivals_of, rivals_table
+from trajevo.sensitivity import sensitivity
 from trajevo.units import display, pretty
-
-#: Figures wider than this scroll sideways on a small screen instead of shrinking [inch].
-_WIDE = 10.0
 
 _TEMPLATE = Path(__file__).with_name("report.html")
 
@@ -50,7 +42,7 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
         ("problem", f"{record.title} ({record.name or 'not registered'})"),
         ("robot", f"{record.robot}: {record.robot_reference}"),
         ("problem settings (SI)", _listed(record.settings) or "none"),
-        ("payload", f"{record.payload['mass']:g} kg, {LOAD_MODELS[record.payload['model']]}"),
+        ("payload", f"{_carried(record)}, {LOAD_MODELS[record.payload['model']]}"),
         ("variables", ", ".join(f"{v.name} in [{v.lower:g}, {v.upper:g}] {v.unit}" for v in record.variables)),
         ("algorithm", run.algorithm),
         ("settings", _listed(run.settings)),
@@ -67,6 +59,12 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
     ]
 
 
+def _carried(record: ProblemRecord) -> str:
+    """The mass of the payload, or its range where it is a variable."""
+    variable = next((v for v in record.variables if (v.name, v.unit) == ("payload", "kg")), None)
+    return f"{record.payload['mass']:g} kg" if variable is None else f"{variable.lower:g} to {variable.upper:g} kg"
+
+
 def _interruption(run: Run) -> str:
     """Whether a run was stopped or has been resumed."""
     by = f" by {run.stopped_by}" if run.stopped_by else ""
@@ -75,83 +73,29 @@ def _interruption(run: Run) -> str:
     return f" ({'; '.join(told)})" if told else ""
 
 
-#: File stems of all pictures that a run may have.
-FIGURES = (
-    "front",
-    "front_3d",
-    "parallel",
-    "hypervolume",
-    "profiles",
-    "path",
-    "parameter",
-    "tool_path",
-    "effort",
-    "rivals",
-)
-
-
-def figures(front: Front) -> Iterator[tuple[str, str, Any]]:
-    """Every picture of a run, one at a time: file stem, caption, figure."""
-    knee = front.knee()
-    if front.F.shape[1] > 1:
-        yield "front", "The front, every pair of objectives", plots.front(front, mark=knee)[0].figure
-    if front.F.shape[1] > 2:
-        yield "front_3d", "The front, three objectives", plots.front_3d(front, mark=knee).figure
-    yield "parallel", "Trade-offs: one line per solution", plots.parallel_coordinates(front, mark=knee).figure
-    yield "hypervolume", "Hypervolume by generation", plots.hypervolume(front).figure
-    yield "profiles", "Joint motion of the knee inside its limits (dashed)", plots.profiles(knee)[0].figure
-    along = isinstance(knee.trajectory, ComposedBatch)
-    if along and knee.trajectory.n_joints == 2:
-        yield "path", "The path, its control polygon, and the speed of the knee", path_plots.path(knee).figure
-    else:
-        yield "tool_path", "Path of the tool at the knee", plots.tool_path(knee).figure
-    if along:
-        named = {solution.rule: solution for solution in front.choices()}
-        yield "parameter", "The path's parameter over time", path_plots.parameter(named).figure
-    if np.isfinite(front.problem.robot.limits.effort).any():
-        yield "effort", "Effort at the knee as a share of its limits", effort_utilisation(knee).figure
-    if front.problem.compares_rivals:
-        rivals = plot_rivals(rivals_of(front.problem))[0].figure
-        yield "rivals", "Interpolants at their least times under the same limits", rivals
-
-
-def save_figures(front: Front, folder: Path) -> list[Path]:
-    """Write every picture of a run as PNG; an empty front has none.
-
-    Raises:
-        InvalidInputError: one cannot be written.
-    """
-    files = []
-    for stem, _, figure in figures(front) if len(front) else ():
-        files.append(save_figure(figure, folder / f"{stem}.png"))
-    return files
-
-
-def save_figure(figure: Any, file: Path) -> Path:
-    """Write one picture as PNG.
-
-    Raises:
-        InvalidInputError: it cannot be written.
-    """
-    return _written(file, _png(figure, 150))
-
-
-def report(front: Front, file: str | Path) -> Path:
+def report(front: Front, file: str | Path, *, pictures: Sequence[Picture] | None = None) -> Path:
     """Write the report of a front.
+
+    Args:
+        front: the front.
+        file: HTML to write.
+        pictures: of the front, as :func:`~trajevo.pictures.draw_all` gives; drawn if None.
 
     Raises:
         InvalidInputError: the file cannot be written.
     """
     facts = _table(("", ""), [(label, escape(text)) for label, text in run_facts(front)])
     if len(front):
-        pictures = {stem: _picture(caption, figure) for stem, caption, figure in figures(front)}
-        wide = pictures.pop("front", "")
+        drawn = {picture.stem: _figure(picture) for picture in (draw_all(front) if pictures is None else pictures)}
+        about_payload = [drawn.pop(stem) for stem in PAYLOAD_FIGURES if stem in drawn]
+        wide = drawn.pop("front", "")
         body = [
             "<h2>Solutions</h2>",
             _choices_table(front),
             "<h2>Front</h2>",
             wide,
-            '<div class="pictures">' + "".join(pictures.values()) + "</div>",
+            _grid(drawn.values()),
+            *(["<h2>Payload</h2>", _payload(front), _grid(about_payload)] if about_payload else []),
             "<h2>Limits at the knee</h2>",
             _limits_table(front.knee()),
             *_rivals(front),
@@ -163,15 +107,23 @@ def report(front: Front, file: str | Path) -> Path:
         subtitle=escape(f"{front.run.algorithm}, seed {front.run.seed}, {len(front)} solutions"),
         body="\n".join([*body, *_failed(front), "<h2>Run</h2>", facts]),
     )
-    return _written(Path(file), text.encode())
+    return written(Path(file), text.encode())
 
 
-def _written(file: Path, content: bytes) -> Path:
-    try:
-        write_whole(file, content)
-    except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
-    return file
+def _grid(figures: Iterable[str]) -> str:
+    return '<div class="pictures">' + "".join(figures) + "</div>"
+
+
+def _payload(front: Front) -> str:
+    """What the chosen solutions can carry, and the sensitivities at the knee."""
+    rows = []
+    for solution in front.choices():
+        capacity = dlcc(solution)
+        bounded = bool(capacity.joint) and capacity.feasible
+        rows.append(
+            (escape(solution.rule), escape(str(capacity)), escape(str(sensitivity(solution))) if bounded else "")
+        )
+    return _table(("solution", "largest payload", "what would give more"), rows)
 
 
 def _listed(settings: dict[str, Any]) -> str:
@@ -249,15 +201,9 @@ def _table(
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
-def _picture(caption: str, figure: Any) -> str:
-    data = base64.b64encode(_png(figure, 110)).decode("ascii")
-    image = f'<img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
-    wide = ' class="wide"' if figure.get_figwidth() > _WIDE else ""
-    return f"<figure{wide}>{image}<figcaption>{escape(caption)}</figcaption></figure>"
-
-
-def _png(figure: Any, dpi: int) -> bytes:
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=dpi, bbox_inches="tight")
-    plt.close(figure)
-    return stream.getvalue()
+def _figure(picture: Picture) -> str:
+    data = base64.b64encode(picture.png).decode("ascii")
+    caption = escape(picture.caption)
+    wide = ' class="wide"' if picture.wide else ""
+    image = f'<img alt="{caption}" src="data:image/png;base64,{data}">'
+    return f"<figure{wide}>{image}<figcaption>{caption}</figcaption></figure>"

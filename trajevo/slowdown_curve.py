@@ -50,7 +50,7 @@ def slowdown_curve(
 
     Args:
         motion: as for :func:`slowdown_for`; the shape and the model of the payload are its own.
-        payloads: masses [kg]; 40 from 0 to just below what the robot can hold at rest if None.
+        payloads: masses [kg]; if None 40 from 0 to 99 % of what the robot can hold at rest, close where the time rises.
         samples: as for :func:`slowdown_for`.
 
     Raises:
@@ -63,7 +63,7 @@ def slowdown_curve(
             raise InvalidInputError(
                 f"payloads: expected masses [kg], as the robot can hold {max(path.static_bound, 0.0):g} kg at rest"
             )
-        payloads = np.linspace(0.0, path.static_bound, 41)[:-1].tolist()
+        payloads = (path.static_bound * (1.0 - np.linspace(1.0, 0.1, 40) ** 2)).tolist()
     masses = np.sort(numbers(payloads, name="payloads", shape=("N",)))
     if not len(masses) or masses[0] < 0.0:
         raise InvalidInputError(f"payloads: expected at least one mass from 0 on [kg], got {masses.tolist()}")

@@ -116,6 +116,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         **settings.constraints.model_dump(exclude={"limits"}),
         "scene": settings.scene,
         "payload": settings.payload if isinstance(settings.payload, float | int) else settings.payload.model_dump(),
+        "payload_range": settings.payload_range,
         "reference_point": settings.reference_point,
         "samples": settings.samples,
     }

@@ -114,6 +114,7 @@ class TaskSettings(_Strict):
     angle: Literal["rad", "deg"] = "rad"
     limits: _Limits = _Limits()
     payload: _Number | _Payload = 0.0
+    payload_range: tuple[_Number, _Number] | None = None
     points: str | list[list[_Number] | _Point]
     moving: list[MovingSettings] = []
     interpolant: str = "quintic_spline"

@@ -103,7 +103,7 @@ def price_of_uncertainty(
     faster motion, that one is where the narrower begins again.
 
     Args:
-        problem: with the time [s] as first objective and effort limits among its constraints; its payload is the
+        problem: with the time [s] among its objectives and effort limits among its constraints; its payload is the
             nominal one.
         tolerances: of every coordinate of the centre of mass, to either side, ascending [m]. The known payload itself
             always comes first and need not be among them.
@@ -113,7 +113,7 @@ def price_of_uncertainty(
 
     Raises:
         InvalidInputError: tolerances that are negative, descend or are of different numbers, masses that are more
-            uncertain than they are great, a problem that carries nothing, is not led by the time or does not limit
+            uncertain than they are great, a problem that carries nothing, has not the time as objective or does not limit
             effort, or for whose payload no feasible motion is found.
     """
     payload = problem.dynamics.payload

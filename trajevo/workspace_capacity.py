@@ -1,12 +1,11 @@
 """What a robot can carry where: the largest payload held at rest, or accelerated, over a plane of tool positions.
 
-Joint positions come from :mod:`trajevo.inverse_kinematics`, cell by cell from a neighbour; the effort of all cells is
-one batched call, and affine in the mass as along a motion.
+Every tool position takes, of all the postures that :mod:`trajevo.posture_search` finds for it, the one that carries
+most. The effort of all of them is one batched call, and affine in the mass as along a motion.
 """
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, final
@@ -15,11 +14,13 @@ import numpy as np
 
 from trajevo.arrays import Array, frozen, numbers, read_only
 from trajevo.dynamics import Dynamics
-from trajevo.errors import InvalidInputError, UnreachableError, checked_name
-from trajevo.inverse_kinematics import Pose, inverse_kinematics
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.inverse_kinematics import Pose
 from trajevo.kinematics import ToolKinematics
 from trajevo.mass_bounds import mass_bounds
 from trajevo.payload import Payload
+from trajevo.posture import JointRanges
+from trajevo.posture_search import Postures, find_postures
 from trajevo.robot import Robot
 
 #: Planes by the base frame's axes along their columns and rows.
@@ -28,8 +29,11 @@ PLANES = ("xy", "xz", "yx", "yz", "zx", "zy")
 #: Share of a tool acceleration that joint accelerations may miss at a reachable cell.
 _MISSED = 1e-6
 
-#: Neighbours from which a cell is tried at first.
-_NEIGHBOURS = 2
+#: Share of the most that is carried by which postures count as equal: the one nearest to the start is taken.
+_EQUAL = 1e-9
+
+#: Digits of joint positions by which they are put in order.
+_DIGITS = 6
 
 
 @final
@@ -103,11 +107,15 @@ class WorkspaceCapacity:
     Attributes:
         plane: the cells.
         joint_names: of the robot.
-        q: joint positions of the cells, shape (M, N, n_joints) [rad or m]; NaN where the tool does not reach.
+        q: joint positions that carry most, shape (M, N, n_joints) [rad or m]; NaN where the tool does not reach.
         mass: largest payload, shape (M, N) [kg]; NaN where the tool does not reach or cannot be accelerated so, inf
             where no limit is ever reached, 0 where one is broken without payload.
         joint: binding joint as a place in ``joint_names``, shape (M, N); -1 where there is none.
         per_joint: largest payload by each joint alone, shape (M, N, n_joints) [kg].
+        postures: number of distinct postures found, shape (M, N), of which the best was taken: for an arm with as many
+            joints as the tool has coordinates, the branches of its inverse kinematics inside the limits; for a
+            redundant arm, the size of the sample that its endless postures were judged by; 0 where the tool does not
+            reach.
         acceleration: of the tool, from rest, in the base frame, shape (3,) [m/s²].
         payload_model: how the payload acts.
     """
@@ -118,6 +126,7 @@ class WorkspaceCapacity:
     mass: Array
     joint: Array
     per_joint: Array
+    postures: Array
     acceleration: Array
     payload_model: str
 
@@ -143,13 +152,13 @@ def workspace_capacity(
     acceleration: Sequence[float] = (0.0, 0.0, 0.0),
     start: Sequence[float] | None = None,
     seed: int = 0,
-    starts: int = 4,
+    starts: int | None = None,
 ) -> WorkspaceCapacity:
-    """The largest payload that the effort limits allow at every tool position of a plane.
+    """The largest payload that the effort limits allow at every tool position of a plane, in whatever posture.
 
-    Every cell takes the joint positions nearest to a neighbour's, so one branch of the inverse kinematics is followed
-    as far as it goes. Where other joint positions put the tool into the same pose (another branch, a redundant arm, or
-    a plane without orientation), what they could carry is not looked at.
+    Of all postures found for a cell the one that carries most counts. For a redundant arm, and for a plane without
+    orientation, postures are endless: there it is the best of those that were found, and more may be possible; much
+    more where links can stand or hang straight with the load in line, as what they hold then grows without end.
 
     Args:
         robot: the robot.
@@ -157,11 +166,11 @@ def workspace_capacity(
         payload: its shape and model count; a point mass at the tool if None.
         acceleration: of the tool, from rest and without turning, in the base frame, shape (3,) [m/s²]; joint
             accelerations are the least that give it.
-        start: joint positions that the first cell, the one nearest to the plane's pose, shall be near, shape
-            (n_joints,); the middle of the joint ranges if None.
-        seed: of the random starts of the inverse kinematics.
-        starts: random starts per cell that is not reached from its neighbours; what none of them meets counts as not
-            reached.
+        start: joint positions to begin with, and to be near where postures carry the same, shape (n_joints,)
+            [rad or m]; the middle of the joint ranges if None.
+        seed: of the random starts.
+        starts: random starts per cell and round, as :func:`~trajevo.posture_search.find_postures` chooses if None; a
+            cell that neither they nor its neighbours' postures lead to counts as not reached.
 
     Raises:
         InvalidInputError: another type, a shape, or numbers that are none.
@@ -169,19 +178,28 @@ def workspace_capacity(
     if not isinstance(plane, ToolPlane):
         raise InvalidInputError(f"plane: expected a ToolPlane, got {type(plane).__name__}")
     wanted = read_only(numbers(acceleration, name="acceleration", shape=(3,)))
-    q = _joint_positions(robot, plane, start, seed, starts)
-    reached = np.isfinite(q).all(axis=-1)
-    per_joint = np.full_like(q, np.nan)
-    at = q[reached]
-    if len(at):
-        a, possible = _joint_accelerations(robot, at, wanted, turning=plane.pose.rotation is None)
-        dynamics, still = Dynamics(robot, payload or Payload(1.0)), np.zeros_like(at)
-        unloaded, per_kilogram = dynamics.unloaded_effort(at, still, a), dynamics.effort_per_kilogram(at, still, a)
-        least, greatest = mass_bounds(unloaded, per_kilogram, robot.limits.effort)
-        per_joint[reached] = np.where(possible[:, None], np.where(least > 0.0, 0.0, greatest), np.nan)
+    carried = _Carried(robot, Dynamics(robot, payload or Payload(1.0)), wanted, plane.pose.rotation is None)
+    positions = plane.positions
+    found = find_postures(
+        robot,
+        positions.reshape(-1, 3),
+        plane.pose.rotation,
+        neighbours=_neighbours(positions.shape[:2]),
+        worth=carried.most,
+        start=start,
+        seed=seed,
+        starts=starts,
+    )
+    q = np.full((*positions.shape[:2], robot.dof), np.nan)
+    per_joint = q.copy()
+    best = _best(found, JointRanges.of(robot, ToolKinematics.of(robot)).middle if start is None else start)
+    at = np.unravel_index(found.pose[best], positions.shape[:2])
+    q[at], per_joint[at] = found.q[best], carried(found.q[best])
     mass = per_joint.min(axis=-1)
     joint = np.where(np.isfinite(mass), np.argmin(per_joint, axis=-1), -1)
-    joint.setflags(write=False)
+    postures = np.bincount(found.pose, minlength=mass.size).reshape(mass.shape)
+    for array in (joint, postures):
+        array.setflags(write=False)
     return WorkspaceCapacity(
         plane=plane,
         joint_names=robot.joint_names,
@@ -189,6 +207,7 @@ def workspace_capacity(
         mass=frozen(mass),
         joint=joint,
         per_joint=frozen(per_joint),
+        postures=postures,
         acceleration=wanted,
         payload_model="rigid" if payload is None else payload.model,
     )
@@ -198,37 +217,55 @@ def _places(axes: str) -> tuple[int, int]:
     return "xyz".index(axes[0]), "xyz".index(axes[1])
 
 
-def _joint_positions(robot: Robot, plane: ToolPlane, start: Any, seed: int, starts: int) -> Array:
-    """Joint positions of every cell, shape (M, N, n_joints), NaN where the tool does not reach.
-
-    Cells are taken from the pose outwards, each from neighbours that were met before; a second time, also from those
-    further out.
-    """
-    positions = plane.positions
-    first = None if start is None else numbers(start, name="start", shape=(robot.dof,))
-    distance = np.linalg.norm(positions - plane.pose.position, axis=-1)
-    order = [divmod(flat, distance.shape[1]) for flat in np.argsort(distance, axis=None, kind="stable").tolist()]
-    q = np.full((*distance.shape, robot.dof), np.nan)
-    for again in (False, True):
-        for cell in (place for place in order if not np.isfinite(q[place]).all()):
-            near = _nearest_found(q, cell, distance)
-            # Random starts cost most of the time, so neighbours come first and alone.
-            chosen = near[_NEIGHBOURS:] if again else near[:_NEIGHBOURS]
-            tries: list[tuple[Array | None, int]] = [(before, 0) for before in chosen]
-            for before, count in tries if again else (*tries, (near[0] if near else first, starts)):
-                with contextlib.suppress(UnreachableError):
-                    pose = Pose(positions[cell], plane.pose.rotation)
-                    q[cell] = inverse_kinematics(robot, [pose], start=before, seed=seed, starts=count)[0]
-                    break
-    return q
+def _neighbours(shape: tuple[int, ...]) -> Array:
+    """Numbers of the cells beside each cell, shape (M N, 8), -1 beyond the edges."""
+    framed = np.full((shape[0] + 2, shape[1] + 2), -1)
+    framed[1:-1, 1:-1] = np.arange(shape[0] * shape[1]).reshape(shape)
+    around = np.lib.stride_tricks.sliding_window_view(framed, (3, 3)).reshape(-1, 9)
+    return np.delete(around, 4, axis=1)
 
 
-def _nearest_found(q: Array, cell: tuple[int, int], distance: Array) -> list[Array]:
-    """Joint positions of a cell's neighbours that have any, those nearest to the pose first."""
-    rows, columns = (slice(max(k - 1, 0), k + 2) for k in cell)
-    around = q[rows, columns].reshape(-1, q.shape[-1])
-    order = np.argsort(distance[rows, columns], axis=None, kind="stable")
-    return [around[k] for k in order if np.isfinite(around[k]).all()]
+def _best(found: Postures, near: Any) -> Array:
+    """Place of the posture of every pose that carries most, and among equal ones is nearest to joint positions."""
+    poses, begins = np.unique(found.pose, return_index=True)
+    if not len(poses):
+        return begins
+    most = np.maximum.reduceat(found.worth, begins)[np.searchsorted(poses, found.pose)]
+    equal = found.worth >= most - _EQUAL * np.abs(np.where(np.isfinite(most), most, 0.0))
+    # Rounded, and then by the joints themselves, so that rounding errors decide nothing between mirrored postures.
+    distance = np.round(np.abs(found.q - near).max(axis=1), _DIGITS)
+    order = np.lexsort((*np.round(found.q, _DIGITS).T, distance, ~equal, found.pose))
+    return np.asarray(order[begins])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Carried:
+    """What postures carry with the tool at rest or accelerated."""
+
+    robot: Robot
+    dynamics: Dynamics
+    acceleration: Array
+    turning: bool
+
+    def __call__(self, q: Array) -> Array:
+        """Largest payload by each joint alone, shape (P, n_joints) [kg]; NaN if the tool cannot be accelerated so."""
+        if not len(q):
+            return np.empty_like(q)  # no batch for Pinocchio
+        a, possible = _joint_accelerations(self.robot, q, self.acceleration, turning=self.turning)
+        still = np.zeros_like(q)
+        unloaded = self.dynamics.unloaded_effort(q, still, a)
+        per_kilogram = self.dynamics.effort_per_kilogram(q, still, a)
+        least, greatest = mass_bounds(unloaded, per_kilogram, self.robot.limits.effort)
+        # A joint that is over its limit without payload leaves nothing, unless a counterweight suits all of them.
+        held = least.max(axis=1) <= greatest.min(axis=1)
+        each = np.where(held[:, None] | (least == 0.0), greatest, 0.0)
+        return np.where(possible[:, None], each, np.nan)
+
+    def most(self, q: Array) -> Array:
+        """Largest payload, shape (P,) [kg]; -1 if the tool cannot be accelerated so."""
+        mass = self(q).min(axis=1)
+        return np.where(np.isnan(mass), -1.0, mass)
 
 
 def _joint_accelerations(robot: Robot, q: Array, wanted: Array, *, turning: bool) -> tuple[Array, Array]:

@@ -1,0 +1,82 @@
+"""Pictures of effort and payload of a run: which there are, that they show something, and that reports have them."""
+
+import io
+
+import matplotlib.image
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from problems import HybridManipulator, PickAndPlace, PointingMechanism
+from problems.hybrid_manipulator import paper_solution
+from tests.helpers import refused
+from trajevo import load_plots, optimise
+from trajevo.capacity import capacities, dlcc
+from trajevo.payload_figures import PAYLOAD_FIGURES, payload_figures
+from trajevo.pictures import FIGURES, draw_all, save_pictures
+from trajevo.report import report
+
+SMALL = {"seed": 1, "generations": 25, "population": 20, "progress": False}
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def front():
+    return optimise(HybridManipulator(objectives=["time", "energy", "unused_payload"]), **SMALL)
+
+
+def stems(front):
+    return [stem for stem, _, _ in payload_figures(front)]
+
+
+def test_every_picture_is_drawn_once_and_shows_something(front, tmp_path):
+    pictures = draw_all(front)
+    assert {*PAYLOAD_FIGURES} <= {picture.stem for picture in pictures} <= {*FIGURES}
+    for picture in pictures:
+        image = matplotlib.image.imread(io.BytesIO(picture.png))[..., :3]
+        assert min(image.shape[:2]) > 300
+        assert 0.02 < (image.min(axis=2) < 0.9).mean() < 0.95, f"{picture.stem} looks empty"
+    files = save_pictures(pictures, tmp_path)
+    assert [file.read_bytes() for file in files] == [picture.png for picture in pictures]
+    page = report(front, tmp_path / "report.html", pictures=pictures).read_text(encoding="utf-8")
+    assert page.count("data:image/png") == len(pictures)
+    assert "<h2>Payload</h2>" in page
+    assert "kg per % of the effort limit of" in page
+    assert "0 to 10 kg, a rigid body fixed to the tool" in page
+    assert "the payload" not in page.split("<h2>Run</h2>")[0].split("<h2>Payload</h2>")[0]
+
+
+def test_what_has_nothing_to_show_is_left_out():
+    fixed = optimise(HybridManipulator(), **SMALL)
+    assert stems(fixed) == [stem for stem in PAYLOAD_FIGURES if stem != "payload_front"]
+    along_axis = optimise(HybridManipulator(payload_model="tool_axis"), **SMALL)
+    assert stems(along_axis) == ["effort", "capacities", "margins", "slowdown"]
+    assert not {picture.stem for picture in draw_all(optimise(PointingMechanism(), **SMALL))} & {*PAYLOAD_FIGURES}
+
+
+def test_of_an_arm_with_friction_and_a_load_off_centre():
+    assert stems(optimise(PickAndPlace(payload=2.5), **SMALL))[1:] == [*PAYLOAD_FIGURES[2:]]
+
+
+def test_a_front_of_payloads_is_drawn_over_time(front):
+    ax = load_plots.payload_front(front)
+    shown = np.asarray(ax.collections[0].get_offsets())
+    np.testing.assert_allclose(shown, np.column_stack([front.F[:, 0], front.X[:, -1]]))
+    assert ax.figure.axes[1].get_ylabel().startswith("energy")
+    refused(lambda: load_plots.payload_front(front, colour="speed"), "unknown objective 'speed'")
+    fixed = optimise(HybridManipulator(), **SMALL)
+    refused(lambda: load_plots.payload_front(fixed), "expected a front whose payload is a variable")
+
+
+def test_capacities_and_margins_are_those_that_are_computed(front):
+    found, ax = capacities(front), load_plots.front_capacities(front)
+    drawn = np.concatenate([line.get_ydata() for line in ax.lines[:-1]])
+    np.testing.assert_allclose(np.sort(drawn), np.sort(found.mass))
+    capacity = dlcc(HybridManipulator().rollout(paper_solution()))
+    lines = {line.get_label().split(":")[0]: line.get_ydata() for line in load_plots.capacity_margins(capacity).lines}
+    np.testing.assert_allclose(lines["screw_3"], 100.0 * capacity.margins[:, 2])

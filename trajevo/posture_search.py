@@ -1,0 +1,222 @@
+"""All postures that put a tool into many poses: random starts in one batch, then what neighbouring poses have found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen, numbers
+from trajevo.errors import InvalidInputError
+from trajevo.kinematics import ToolKinematics
+from trajevo.levenberg_marquardt import PostureSolver
+from trajevo.posture import TOLERANCE, JointRanges, check_search, rotation_matrix
+from trajevo.robot import Robot
+
+#: Rounds of random starts, each for the poses where the round before found something new.
+_ROUNDS = 4
+
+#: Random starts per pose and round, and at least in all.
+_STARTS, _STARTS_IN_ALL = 16, 1024
+
+#: Sweeps over neighbours, and best postures of a pose that they are tried from: without redundancy only so many that a
+#: singular pose with endless postures ends; six-axis arms have sixteen branches at most.
+_SWEEPS, _PASSED_ON = 40, 16
+
+#: The same for redundant arms, whose postures have no end.
+_REDUNDANT_SWEEPS, _REDUNDANT_PASSED_ON = 10, 1
+
+#: Spread of starts around the best posture as shares of the joint ranges, one after the other, and starts for each.
+_AROUND, _AROUND_STARTS = np.geomspace(0.2, 0.002, 8), 4
+
+#: Projections by which postures are told apart, and the difference that makes two of them [rad or m].
+_PROJECTIONS, _APART = 3, 1e-3
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Postures:
+    """Distinct postures found for poses, in the order of the poses.
+
+    Attributes:
+        pose: number of the pose that each puts the tool into, shape (P,).
+        q: joint positions inside the limits, shape (P, n_joints) [rad or m]; joints that turn more than once are given
+            by the whole turn nearest to the start.
+        worth: what each is worth, shape (P,).
+    """
+
+    pose: Array
+    q: Array
+    worth: Array
+
+
+def find_postures(
+    robot: Robot,
+    positions: Any,
+    rotation: Any,
+    *,
+    neighbours: Any = None,
+    worth: Callable[[Array], Array] | None = None,
+    start: Sequence[float] | None = None,
+    seed: int = 0,
+    starts: int | None = None,
+    tolerance: float = TOLERANCE,
+) -> Postures:
+    """The distinct postures that put the tool into poses.
+
+    Every pose is tried from the start, the middle of the joint ranges and random starts, then from what was found for
+    its neighbours until nothing new comes of it; where random starts found something new, more of them follow. An arm
+    with as many joints as the pose has coordinates has few postures per pose, and rarely is one missed, though nothing
+    proves it. A redundant arm has endless ones: what is found is a sample of them, followed by starts around the best
+    of every pose, ever nearer.
+
+    Args:
+        robot: the robot whose tool and position limits count.
+        positions: of the tool, shape (C, 3) [m].
+        rotation: wanted rotation matrix of all, shape (3, 3); None if any orientation will do.
+        neighbours: numbers of the poses near each pose, shape (C, K), -1 where there is none; None if no pose has any.
+        worth: what joint positions (P, n_joints) are worth, shape (P,): neighbours are tried from the best; all are
+            worth the same if None.
+        start: joint positions to begin with, shape (n_joints,) [rad or m]; the middle of the joint ranges if None.
+        seed: of the random starts.
+        starts: random starts per pose and round; if None 16, and more where poses are few, 1024 in all.
+        tolerance: greatest error of position [m] and of orientation [rad].
+
+    Raises:
+        InvalidInputError: shapes that do not fit, no rotation matrix, or numbers that are none.
+    """
+    wanted = numbers(positions, name="positions", shape=("C", 3))
+    count = max(_STARTS, -(-_STARTS_IN_ALL // max(len(wanted), 1))) if starts is None else starts
+    check_search(count, seed, tolerance)
+    turned = None if rotation is None else rotation_matrix(rotation)
+    near = np.full((len(wanted), 0), -1) if neighbours is None else _checked_neighbours(neighbours, len(wanted))
+    kinematics = ToolKinematics.of(robot)
+    ranges = JointRanges.of(robot, kinematics)
+    begun = ranges.middle if start is None else numbers(start, name="start", shape=(robot.dof,))
+    solver = PostureSolver(kinematics, ranges, turned)
+    search = _Search(solver, wanted, near, worth or (lambda q: np.zeros(len(q))), begun, float(tolerance))
+    return search.found(np.random.default_rng(seed), count)
+
+
+def _checked_neighbours(given: Any, count: int) -> Array:
+    try:
+        near = np.asarray(given)
+    except ValueError as error:
+        raise InvalidInputError(f"neighbours: expected whole numbers of shape ({count}, K), got {given!r}") from error
+    if near.ndim != 2 or len(near) != count or near.dtype.kind not in "iu":
+        raise InvalidInputError(f"neighbours: expected whole numbers of shape ({count}, K), got shape {near.shape}")
+    if near.size and not (near.min() >= -1 and near.max() < count):
+        raise InvalidInputError(
+            f"neighbours: expected numbers from -1 to {count - 1}, got {near.min()} to {near.max()}"
+        )
+    return near
+
+
+@dataclass
+class _Search:
+    """Postures found so far, in the order they were found, and how more are looked for."""
+
+    solver: PostureSolver
+    wanted: Array
+    neighbours: Array
+    worth: Callable[[Array], Array]
+    start: Array
+    tolerance: float
+
+    def __post_init__(self) -> None:
+        self.pose = np.zeros(0, dtype=np.int64)
+        self.q, self.worths = np.zeros((0, len(self.start))), np.zeros(0)
+        anywhere = self.solver.ranges.random(np.random.default_rng(0), 1)
+        free = self.solver.kinematics.jacobian(anywhere)[0, : 3 if self.solver.rotation is None else 6]
+        self.redundant = bool(np.linalg.matrix_rank(free) < free.shape[1])
+        few, many = (_REDUNDANT_SWEEPS, _REDUNDANT_PASSED_ON), (_SWEEPS, _PASSED_ON)
+        self.sweeps, self.passed_on = few if self.redundant else many
+
+    def found(self, generator: np.random.Generator, starts: int) -> Postures:
+        """All that the search gets."""
+        poses = np.arange(len(self.wanted))
+        for first in np.stack([self.start, self.solver.ranges.middle]):
+            self._spread(self._add(poses, np.tile(first, (len(poses), 1))))
+        for _ in range(1 if self.redundant else _ROUNDS):
+            tried = np.repeat(poses, starts)
+            new = self._add(tried, self.solver.ranges.random(generator, len(tried)))
+            poses = np.unique(self.pose[new])
+            self._spread(new)
+            if not len(poses):
+                break
+        if self.redundant:
+            self._improve(generator)
+        order = np.argsort(self.pose, kind="stable")
+        pose = self.pose[order]
+        pose.setflags(write=False)
+        return Postures(pose, frozen(self.q[order]), frozen(self.worths[order]))
+
+    def _improve(self, generator: np.random.Generator) -> None:
+        """Try ever nearer around the best posture of every pose."""
+        width = self.solver.ranges.high - self.solver.ranges.low
+        for share in _AROUND:
+            best = np.repeat(np.flatnonzero(self._rank() == 0), _AROUND_STARTS)
+            moved = share * width * generator.standard_normal((len(best), len(width)))
+            self._add(self.pose[best], self.q[best] + moved)
+
+    def _spread(self, new: Array) -> None:
+        """Try neighbours from new postures, and theirs, until nothing new is found."""
+        for _ in range(self.sweeps):
+            best = new[self._rank()[new] < self.passed_on]
+            towards = self.neighbours[self.pose[best]]
+            there = towards >= 0
+            if not there.any():
+                return
+            new = self._add(towards[there], np.repeat(self.q[best], there.sum(axis=1), axis=0))
+
+    def _rank(self) -> Array:
+        """Place of every posture among those of its pose, the best 0, shape (P,)."""
+        order = np.lexsort((-self.worths, self.pose))
+        begins = np.searchsorted(self.pose[order], self.pose[order])
+        rank = np.empty(len(order), dtype=np.int64)
+        rank[order] = np.arange(len(order)) - begins
+        return rank
+
+    def _add(self, pose: Array, starts: Array) -> Array:
+        """Numbers of the new postures that starts for poses lead to."""
+        q, error = self.solver(self.wanted[pose], starts)
+        met = error <= self.tolerance
+        before = len(self.pose)
+        both = np.concatenate([self.pose, pose[met]])
+        all_q = np.concatenate([self.q, self.solver.ranges.unwound(q[met], self.start)])
+        kept = np.flatnonzero(self._first_of_their_kind(both, all_q))
+        kept = kept[kept >= before]
+        self.pose, self.q = np.concatenate([self.pose, both[kept]]), np.concatenate([self.q, all_q[kept]])
+        self.worths = np.concatenate([self.worths, self._worth_of(all_q[kept])])
+        return np.arange(before, len(self.pose))
+
+    def _worth_of(self, q: Array) -> Array:
+        """What joint positions are worth, shape (P,).
+
+        Raises:
+            InvalidInputError: not one number each.
+        """
+        values = np.asarray(self.worth(q), dtype=np.float64) if len(q) else np.zeros(0)
+        if values.shape != (len(q),) or np.isnan(values).any():
+            raise InvalidInputError(f"worth: expected one number per posture ({len(q)}), got {values.tolist()}")
+        return values
+
+    def _first_of_their_kind(self, pose: Array, q: Array) -> Array:
+        """Whether no earlier row is the same posture of the same pose, shape (P,).
+
+        Rows are the same where their numbers along fixed directions have no gap; whole turns make no difference.
+        """
+        turning = self.solver.ranges.turning
+        features = np.concatenate([q[:, ~turning], np.cos(q[:, turning]), np.sin(q[:, turning])], axis=1)
+        directions = np.random.default_rng(0).uniform(0.5, 1.5, (features.shape[1], _PROJECTIONS))
+        kind = pose
+        for along in (features @ directions).T:
+            order = np.lexsort((along, kind))
+            apart = (np.diff(kind[order]) != 0) | (np.diff(along[order]) > _APART)
+            kind = np.empty_like(kind)
+            kind[order] = np.concatenate([[0], np.cumsum(apart)])[: len(order)]
+        first = np.zeros(len(pose), dtype=bool)
+        first[np.unique(kind, return_index=True)[1]] = True
+        return first
