@@ -112,8 +112,8 @@ def price_of_uncertainty(
         starts: random starts for each.
 
     Raises:
-        InvalidInputError: tolerances that are negative, descend or are of different numbers, masses that are more
-            uncertain than they are great, a problem that carries nothing, has not the time as objective or does not limit
+        InvalidInputError: tolerances that are negative, descend or are of different numbers, a mass that is more
+            uncertain than it is great, or a problem that carries nothing, lacks the time as objective, does not limit
             effort, or for whose payload no feasible motion is found.
     """
     payload = problem.dynamics.payload
