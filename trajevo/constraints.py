@@ -172,6 +172,14 @@ def is_robot_limit(constraint: Constraint) -> bool:
     return function in (_position_excess, _peak_excess, _effort_excess, _hull_excess, _smooth_excess)
 
 
+def effort_share(constraint: Constraint) -> float | None:
+    """The share of the effort limits that :func:`effort_limits` leaves a motion; None of any other constraint."""
+    function = constraint.function
+    if isinstance(function, partial) and function.func is _effort_excess:
+        return float(function.keywords["share"])
+    return None
+
+
 def _time_excess(rollout: Rollout, *, longest: float) -> Array:
     excess: Array = rollout.trajectory.duration[:, None] / longest - 1.0
     return excess

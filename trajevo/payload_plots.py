@@ -1,4 +1,4 @@
-"""Pictures of loads off centre: the payload diagram of one or several motions, and where a centre of mass may lie."""
+"""Pictures of loads off centre: the payload diagram, where a centre of mass may lie, what not knowing it costs."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.payload_diagram import PayloadDiagram
 from trajevo.payload_effort import PayloadEffort
 from trajevo.robust_payload import robust_capacity
+from trajevo.uncertainty import UncertaintyPrice
 
 #: White over the colour of a joint in the band of the least and of the greatest masses.
 _LIGHTEST, _DARKEST = 0.78, 0.05
@@ -169,6 +170,54 @@ def _contour(effort: PayloadEffort, mass: float, axis: str, at: float, within: f
 
 def _region_label(mass: float, anywhere: bool) -> str:
     return f"{mass:g} kg" if anywhere else f"{mass:g} kg: nowhere"
+
+
+def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice], *, ax: Axes | None = None) -> Axes:
+    """The price in time of a payload known to intervals: least time by the tolerance of the centre of mass.
+
+    Args:
+        prices: one, or label -> price.
+        ax: axes.
+
+    Returns:
+        The axes, on the right the share by which a motion is slower than the first curve's with the known payload; a
+        cross on the lower edge where no feasible motion was found. The legend says where the mass is uncertain too.
+
+    Raises:
+        InvalidInputError: no price.
+    """
+    named = {"": prices} if isinstance(prices, UncertaintyPrice) else dict(prices)
+    if not named:
+        raise InvalidInputError("prices: expected at least one, got none")
+    ax = ax or plt.subplots(figsize=(7.0, 4.6), layout="constrained")[1]
+    known, edge = float(next(iter(named.values())).times[0]), ax.get_xaxis_transform()
+    for label, price in named.items():
+        found, x = np.isfinite(price.times), 1e3 * price.tolerances
+        (line,) = ax.plot(x[found], price.times[found], "o-", label=", ".join(filter(None, (label, _masses(price)))))
+        if not found.all():
+            missed = x[~found]
+            ax.plot(missed, np.zeros(len(missed)), "x", color=line.get_color(), transform=edge, clip_on=False)
+    if not all(np.isfinite(price.times).all() for price in named.values()):
+        ax.plot([], [], "kx", label="no motion found")
+    in_percent: Any = (lambda time: 100.0 * (time / known - 1.0), lambda share: known * (1.0 + share / 100.0))
+    shares = ax.secondary_yaxis("right", functions=in_percent)
+    shares.set_ylabel("more than with the known payload [%]")
+    ax.set(
+        xlabel="tolerance of each coordinate of the centre of mass, to either side [mm]",
+        ylabel="least time [s]",
+        title=f"the price of not knowing the payload ({next(iter(named.values())).payload_model})",
+    )
+    ax.grid(alpha=0.3)
+    ax.legend(loc="upper left", fontsize=8)  # the curves rise
+    return ax
+
+
+def _masses(price: UncertaintyPrice) -> str:
+    """What is known of the mass, in words."""
+    (low, high), nominal = price.masses[-1], price.masses[0, 0]
+    if low == high:
+        return f"{nominal:g} kg"
+    return f"{nominal:g} kg, at the end {low:.4g} to {high:.4g} kg"
 
 
 def _levels(diagrams: Sequence[PayloadDiagram], count: int) -> Array:

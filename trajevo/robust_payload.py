@@ -11,17 +11,13 @@ looked at too.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers
-from trajevo.errors import InvalidInputError
+from trajevo.arrays import Array
+from trajevo.intervals import greatest_quadratic, interval, mass_interval
 from trajevo.payload_effort import PayloadEffort, limited_efforts, quadratic_forms
-
-#: Stands for a coordinate that is free on a face of the box; 0 and 1 are its ends.
-_FREE = 2
 
 
 @final
@@ -81,9 +77,7 @@ def worst_case(effort: PayloadEffort, *, mass: Any, com: Any) -> WorstCase:
         InvalidInputError: intervals that are not from a least to a greatest, a negative mass, or a robot without
             effort limits.
     """
-    masses, (low, high) = _interval(mass, "mass", (2,)), _interval(com, "com", (2, 3))
-    if masses[0] < 0.0:
-        raise InvalidInputError(f"mass: expected masses from 0 on [kg], got {masses.tolist()}")
+    masses, (low, high) = np.array(mass_interval(mass)), interval(com, "com", (2, 3))
     base, slopes, limit, joint, time = limited_efforts(effort)
     signed = np.concatenate([slopes, -slopes])
     most, where = greatest_in_box(signed, low, high, effort.inertia)
@@ -108,7 +102,7 @@ def robust_capacity(effort: PayloadEffort, *, com: Any) -> RobustCapacity:
     Raises:
         InvalidInputError: a box that is none, or a robot without effort limits.
     """
-    low, high = _interval(com, "com", (2, 3))
+    low, high = interval(com, "com", (2, 3))
     rows = effort.rows
     above, where = greatest_in_box(rows.above, low, high, effort.inertia)
     below = greatest_in_box(rows.below, low, high, effort.inertia)[0]
@@ -138,29 +132,7 @@ def greatest_in_box(rows: Array, low: Array, high: Array, inertia: Array) -> tup
     Returns:
         Values (R,) and centres of mass (R, 3) [m].
     """
-    a, b, Q = quadratic_forms(rows, inertia)
-    best, where = np.full(len(rows), -np.inf), np.zeros((len(rows), 3))
-    for face in product((0, 1, _FREE), repeat=3):
-        free = np.flatnonzero(np.equal(face, _FREE))
-        if len(free) and not Q.any():
-            continue
-        com = np.broadcast_to(np.where(np.equal(face, 1), high, low), (len(rows), 3)).copy()
-        if len(free):
-            com[:, free] = 0.0
-            slope = b[:, free] + 2.0 * (Q[:, free] @ com[..., None])[..., 0]
-            inverse = np.linalg.pinv(2.0 * Q[:, free][:, :, free], hermitian=True)
-            com[:, free] = -(inverse @ slope[..., None])[..., 0]
-        value = a + (b * com).sum(axis=1) + ((Q @ com[..., None])[..., 0] * com).sum(axis=1)
-        better = (value > best) & (com >= low).all(axis=1) & (com <= high).all(axis=1)
-        best, where = np.where(better, value, best), np.where(better[:, None], com, where)
-    return best, where
-
-
-def _interval(given: Any, name: str, shape: tuple[int, ...]) -> Array:
-    ends = numbers(given, name=name, shape=shape)
-    if (ends[0] > ends[1]).any():
-        raise InvalidInputError(f"{name}: expected the least before the greatest, got {ends.tolist()}")
-    return ends
+    return greatest_quadratic(*quadratic_forms(rows, inertia), low, high)
 
 
 def _point(com: Array) -> tuple[float, float, float]:

@@ -1,0 +1,150 @@
+"""Effort limits that every payload of intervals keeps: mass and centre of mass known to a box.
+
+Effort is τ₀ + m f(c), f what each kilogram adds with its centre of mass at c. For masses from m₁ to m₂ and F the
+greatest value of f over the box, the greatest effort is τ₀ + max(m₁ F, m₂ F), and the same with -τ₀ and -f the other
+way. Along the box's coordinates u from -1 to 1,
+
+    f = a + b·u + uᵀ Q u
+
+without any error, since f is affine (a bare weight) or quadratic (a rigid body) in c. So a, b and Q follow from f at
+the middle of the box, at the middles of its faces and, for a rigid body, of three edges, and the greatest value from
+:func:`trajevo.intervals.greatest_quadratic`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.constraints import Constraint, effort_limits
+from trajevo.dynamics import Dynamics, Rollout
+from trajevo.errors import InvalidInputError
+from trajevo.intervals import greatest_quadratic, interval, mass_interval
+from trajevo.payload import Payload
+
+
+def robust_effort_limits(dynamics: Dynamics, *, mass: Any, com: Any, margin: float = 0.0) -> Constraint:
+    """Greatest |effort| of every joint at the samples, of all payloads of intervals, over its limit, minus 1.
+
+    Args:
+        dynamics: of the robot whose limits hold; its payload says how the load acts and gives the inertia per kilogram
+            about the centre of mass, its mass and its centre of mass play no part.
+        mass: least and greatest mass, shape (2,) [kg].
+        com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
+        margin: share of the limit that is kept free, from 0 to below 1.
+
+    Raises:
+        InvalidInputError: another margin, intervals that are not from a least to a greatest, a negative mass, or a
+            payload whose model knows no centre of mass.
+    """
+    ordinary = effort_limits(dynamics.robot, margin=margin)
+    box = PayloadBox.of(dynamics, mass, com)
+    excess, terms = (partial(function, box=box, share=1.0 - margin) for function in (_excess, _terms))
+    return replace(ordinary, function=excess, terms=terms)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PayloadBox:
+    """All payloads of intervals of mass and centre of mass.
+
+    Attributes:
+        masses: least and greatest [kg].
+        middle: the robot with one kilogram in the middle of the box.
+        faces: the same with it in the middle of faces, two per axis that the box extends along; the one on the low side
+            is None where effort is affine in the centre of mass.
+        edges: pairs of those axes, and the same with it in the middle of the edge on the high side of both; none where
+            effort is affine.
+    """
+
+    masses: tuple[float, float]
+    middle: Dynamics
+    faces: tuple[tuple[Dynamics, Dynamics | None], ...]
+    edges: tuple[tuple[int, int, Dynamics], ...]
+
+    @classmethod
+    def of(cls, dynamics: Dynamics, mass: Any, com: Any) -> PayloadBox:
+        """The box of intervals, see :func:`robust_effort_limits`."""
+        payload = dynamics.payload
+        if payload.model == "tool_axis":
+            raise InvalidInputError("payload.model: 'tool_axis' acts at the tool's origin, it has no centre of mass")
+        masses, (low, high) = mass_interval(mass), interval(com, "com", (2, 3))
+        kilogram = payload.with_mass(1.0) if payload.mass > 0.0 else Payload(1.0, model=payload.model)
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        steps = np.diag(half)[half > 0.0]
+
+        def carrying(offset: Array) -> Dynamics:
+            return replace(dynamics, payload=replace(kilogram, com=tuple((middle + offset).tolist())))
+
+        quadratic = payload.model == "rigid"
+        return cls(
+            masses=masses,
+            middle=carrying(np.zeros(3)),
+            faces=tuple((carrying(step), carrying(-step) if quadratic else None) for step in steps),
+            edges=tuple(
+                (i, j, carrying(steps[i] + steps[j])) for i, j in combinations(range(len(steps)), 2) if quadratic
+            ),
+        )
+
+    def greatest_efforts(self, rollout: Rollout, joints: Array) -> Array:
+        """Greatest effort one way and the other at the samples, of all payloads of the box.
+
+        Args:
+            rollout: of the robot; what it carries plays no part.
+            joints: indices of the joints asked for, shape (K,).
+
+        Returns:
+            Shape (B, T, K, 2) [N·m or N]: of τ and of -τ.
+        """
+        base = rollout.unloaded_effort[..., joints]
+        both = np.stack([base, -base], axis=-1)
+        if self.masses[1] == 0.0:
+            return both
+        a, b, Q = (np.concatenate([form, -form]) for form in self._forms(rollout, joints))
+        ends = np.ones(len(self.faces))
+        most = greatest_quadratic(a, b, Q, -ends, ends)[0].reshape(2, *base.shape)
+        most = np.moveaxis(most, 0, -1)
+        low, high = self.masses
+        greatest: Array = both + np.where(most.real > 0.0, high, low) * most
+        return greatest
+
+    def _forms(self, rollout: Rollout, joints: Array) -> tuple[Array, Array, Array]:
+        """Forms a (R,), b (R, D), Q (R, D, D) of what each kilogram adds, R = B x T x K."""
+
+        def each(dynamics: Dynamics) -> Array:
+            added: Array = dynamics.effort_per_kilogram(rollout.q, rollout.v, rollout.a)[..., joints].ravel()
+            return added
+
+        a, axes = each(self.middle), len(self.faces)
+        b, Q = np.zeros((len(a), axes), dtype=a.dtype), np.zeros((len(a), axes, axes), dtype=a.dtype)
+        above = [each(high) for high, _ in self.faces]
+        for i, (_, low) in enumerate(self.faces):
+            below = 2.0 * a - above[i] if low is None else each(low)
+            b[:, i] = 0.5 * (above[i] - below)
+            Q[:, i, i] = 0.0 if low is None else 0.5 * (above[i] - a) + 0.5 * (below - a)
+        for i, j, dynamics in self.edges:
+            Q[:, i, j] = Q[:, j, i] = 0.5 * ((each(dynamics) - above[i]) - (above[j] - a))
+        return a, b, Q
+
+
+def _excess(rollout: Rollout, *, box: PayloadBox, share: float) -> Array:
+    excess: Array = _over_limit(rollout, box, share).max(axis=(1, 3))
+    return excess
+
+
+def _terms(rollout: Rollout, *, box: PayloadBox, share: float) -> Array:
+    used = _over_limit(rollout, box, share)
+    return used.reshape(len(used), -1)
+
+
+def _over_limit(rollout: Rollout, box: PayloadBox, share: float) -> Array:
+    """Greatest efforts over what is left of the limits, minus 1, shape (B, T, K, 2)."""
+    limit = rollout.robot.limits.effort * share
+    kept = np.flatnonzero(np.isfinite(limit))
+    over: Array = box.greatest_efforts(rollout, kept) / limit[kept][:, None] - 1.0
+    return over
