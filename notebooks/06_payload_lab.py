@@ -25,7 +25,7 @@ import numpy as np
 
 from problems import HybridManipulator
 from problems.hybrid_manipulator import paper_solution
-from trajevo import capacity_plots, load_plots, load_robot, load_task, optimise, payload_plots
+from trajevo import Payload, capacity_plots, load_plots, load_robot, load_task, optimise, payload_plots
 from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.centre_of_mass import allowed_centres
 from trajevo.inverse_kinematics import Pose
@@ -37,6 +37,7 @@ from trajevo.robust_payload import robust_capacity, worst_case
 from trajevo.sensitivity import sensitivity
 from trajevo.slowdown import slowdown_for
 from trajevo.slowdown_curve import slowdown_curve
+from trajevo.uncertainty import price_along_path, price_of_uncertainty
 from trajevo.workspace_capacity import ToolPlane, workspace_capacity
 
 # Set TRAJEVO_FULL=1 for the full size; the default is a quick look.
@@ -114,6 +115,16 @@ box = [[-0.02, -0.02, 0.03], [0.02, 0.02, 0.07]]
 print(robust_capacity(efforts["knee"], com=box))
 print(worst_case(efforts["knee"], mass=(2.5, 3.5), com=box))
 payload_plots.robust_mass(efforts["knee"], com=(0.0, 0.0, 0.05), within=0.1);
+
+# %% [markdown]
+# What that costs in time, the motion optimised again for every payload of the intervals, and slowed along its path.
+
+# %%
+loaded = task.problem.with_payload(Payload(12.0, (0.0, 0.0, 0.05)))
+tolerances = np.linspace(0.0, 0.06, 7 if FULL else 4)
+again = price_of_uncertainty(loaded, tolerances, seed=1, starts=1)
+same_path = price_along_path(loaded.rollout(again.X[:1]), tolerances)
+payload_plots.uncertainty_price({"optimised again": again, "the same path": same_path});
 
 # %% [markdown]
 # ## Payload as an objective

@@ -20,16 +20,20 @@ from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
 from trajevo.payload_diagram import PayloadDiagram, payload_diagram
 from trajevo.payload_effort import PayloadEffort, payload_effort
-from trajevo.payload_plots import payload_contours
+from trajevo.payload_plots import payload_contours, uncertainty_price
 from trajevo.payload_time import capacity_front, largest_payload
 from trajevo.pictures import save_figure
 from trajevo.problem import TrajectoryProblem
 from trajevo.robust_payload import robust_capacity
+from trajevo.uncertainty import price_of_uncertainty
 
 _out = Console(soft_wrap=True, highlight=False)
 
 #: Payloads that are looked at, over the largest: close where the time rises steeply.
 _SHARES = (0.0, 0.3, 0.5, 0.65, 0.8, 0.9, 0.95, 0.985)
+
+#: Boxes whose price is asked for, the known payload counted.
+_TOLERANCES = 6
 
 #: Rows and columns of the printed table at most; the picture has all cells.
 _SHOWN = 5
@@ -117,6 +121,10 @@ def payload_time(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the random starts.")] = 1,
     starts: Annotated[int, typer.Option(min=1, help="Random starts for each payload.")] = 2,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="Tell too what it costs that the centre of mass is known but to this, along every axis [m]."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="PNG file; payload_time.png beside the front if not given.")] = None,
 ) -> None:
     """Optimise the motion again for each payload: tell and draw the least time, and the largest payload of all."""
@@ -130,7 +138,23 @@ def payload_time(
         table.add_row(f"{mass:.4g}", f"{least:.4f}" if np.isfinite(least) else "none found")
     _out.print(table)
     figure = load_plots.payload_curve(curve, at_rest=largest.at_rest).figure
-    _out.print(f"written: {save_figure(figure, out or beside(run, 'payload_time.png'))}")
+    target = out or beside(run, "payload_time.png")
+    _out.print(f"written: {save_figure(figure, target)}")
+    if tolerance is not None:
+        _print_price(problem, tolerance, seed, starts, target.with_stem(f"{target.stem}_uncertainty"))
+
+
+def _print_price(problem: TrajectoryProblem, tolerance: float, seed: int, starts: int, file: Path) -> None:
+    """What it costs in time that the centre of mass of the problem's payload is not known well."""
+    if not 0.0 < tolerance < np.inf:
+        raise InvalidInputError(f"--tolerance: expected a positive length [m], got {tolerance}")
+    price = price_of_uncertainty(problem, np.linspace(0.0, tolerance, _TOLERANCES).tolist(), seed=seed, starts=starts)
+    table = Table("centre of mass known to ± [mm]", "least time [s]", "price", box=SIMPLE)
+    for width, least, share in zip(price.tolerances, price.times, price.price, strict=True):
+        found = (f"{least:.4f}", f"{100.0 * share:+.2f} %") if np.isfinite(least) else ("none found", "")
+        table.add_row(f"{1e3 * width:.4g}", *found)
+    _out.print(table)
+    _out.print(f"written: {save_figure(uncertainty_price(price).figure, file)}")
 
 
 def _admitted(problem: TrajectoryProblem, masses: Sequence[float]) -> list[float]:

@@ -44,6 +44,13 @@ class WorstCase:
         """Whether every payload of the intervals keeps every limit."""
         return self.used <= 1.0
 
+    def __str__(self) -> str:
+        place = ", ".join(f"{1e3 * x:g}" for x in self.com)
+        return (
+            f"{100.0 * self.used:.2f} % of the effort limit of {self.joint} at {self.time:.4f} s, by {self.mass:g} kg "
+            f"with its centre at ({place}) mm"
+        )
+
 
 @final
 @dataclass(frozen=True)
@@ -63,6 +70,14 @@ class RobustCapacity:
     joint: str
     time: float
     com: tuple[float, float, float]
+
+    def __str__(self) -> str:
+        if np.isnan(self.upper):
+            return "no mass is feasible wherever its centre may be"
+        place = ", ".join(f"{1e3 * x:g}" for x in self.com)
+        least = f"{self.lower:.6f} to " if self.lower > 0.0 else ""
+        by = f", limited by {self.joint} at {self.time:.4f} s with its centre at ({place}) mm" if self.joint else ""
+        return f"{least}{self.upper:.6f} kg wherever the centre of mass is{by}"
 
 
 def worst_case(effort: PayloadEffort, *, mass: Any, com: Any) -> WorstCase:

@@ -30,7 +30,7 @@ from trajevo.weighted import WeightedOptimum
 #: Share of a limit from which the worst payload is looked at closer.
 _CLOSE = 0.98
 
-#: Payloads that are looked at before the search is given up; one or two for most motions, 17 for one of 484.
+#: Payloads that are looked at before the search is given up; one or two for most motions, 17 for one of 167.
 _PAYLOADS = 100
 
 
