@@ -34,7 +34,7 @@ from trajevo.weighted import minimise_weighted
 FULL = os.environ.get("TRAJEVO_FULL", "0") == "1"
 SIZE = {"generations": 200, "population": 100} if FULL else {"generations": 25, "population": 60}
 STARTS = 20 if FULL else 2
-PAYLOADS = [0.0, 4.0, 8.0, 10.0, 11.0, 11.5, 11.853, 12.1] if FULL else [0.0, 10.0]
+PAYLOADS = [0.0, 4.0, 8.0, 10.0, 11.0, 11.5, 11.853, 12.1] if FULL else [0.0, 8.0, 10.0, 11.0, 11.853]
 
 # %% [markdown]
 # ## The front, and the paper's weighted best

@@ -13,6 +13,7 @@ from tests.helpers import refused
 from trajevo import load_plots, optimise
 from trajevo.capacity import capacities, dlcc
 from trajevo.payload_figures import PAYLOAD_FIGURES, payload_figures
+from trajevo.payload_time import capacity_front
 from trajevo.pictures import FIGURES, draw_all, save_pictures
 from trajevo.report import report
 
@@ -31,12 +32,18 @@ def front():
 
 
 def stems(front):
-    return [stem for stem, _, _ in payload_figures(front)]
+    found = []
+    for stem, _, figure in payload_figures(front):
+        found.append(stem)
+        plt.close(figure)
+    return found
 
 
 def test_every_picture_is_drawn_once_and_shows_something(front, tmp_path):
     pictures = draw_all(front)
-    assert {*PAYLOAD_FIGURES} <= {picture.stem for picture in pictures} <= {*FIGURES}
+    drawn = {picture.stem for picture in pictures}
+    assert drawn & {*PAYLOAD_FIGURES} == {*PAYLOAD_FIGURES} - {"payload_time", "uncertainty"}  # the mass is a variable
+    assert drawn <= {*FIGURES}
     for picture in pictures:
         image = matplotlib.image.imread(io.BytesIO(picture.png))[..., :3]
         assert min(image.shape[:2]) > 300
@@ -55,12 +62,22 @@ def test_what_has_nothing_to_show_is_left_out():
     fixed = optimise(HybridManipulator(), **SMALL)
     assert stems(fixed) == [stem for stem in PAYLOAD_FIGURES if stem != "payload_front"]
     along_axis = optimise(HybridManipulator(payload_model="tool_axis"), **SMALL)
-    assert stems(along_axis) == ["effort", "capacities", "margins", "slowdown"]
+    assert stems(along_axis) == ["effort", "capacities", "margins", "slowdown", "payload_time", "workspace"]
+    unloaded = optimise(HybridManipulator(payload=0.0), **SMALL)
+    assert stems(unloaded) == [stem for stem in PAYLOAD_FIGURES if stem not in ("payload_front", "uncertainty")]
     assert not {picture.stem for picture in draw_all(optimise(PointingMechanism(), **SMALL))} & {*PAYLOAD_FIGURES}
 
 
 def test_of_an_arm_with_friction_and_a_load_off_centre():
     assert stems(optimise(PickAndPlace(payload=2.5), **SMALL))[1:] == [*PAYLOAD_FIGURES[2:]]
+
+
+def test_a_problem_without_gradient_or_time_has_no_curve():
+    fixed = optimise(HybridManipulator(objectives=["energy", "jerk"]), **SMALL)
+    assert "payload_time" not in stems(fixed)
+    refused(lambda: capacity_front(fixed.problem, [1.0], seed=1), "expected the time among the objectives")
+    loaded = HybridManipulator(objectives=["time", "unused_payload"])
+    refused(lambda: capacity_front(loaded, [1.0], seed=1), "its mass is a decision variable")
 
 
 def test_a_front_of_payloads_is_drawn_over_time(front):

@@ -72,7 +72,7 @@ def workspace_capacity(found: WorkspaceCapacity, *, show: str = "mass", ax: Axes
     third = next(k for k, name in enumerate("xyz") if name not in plane.axes)
     accelerated = f"accelerated at ({', '.join(f'{value:g}' for value in found.acceleration)}) m/s²"
     moving = accelerated if found.acceleration.any() else "held at rest"
-    title = f"{moving}, tool {'xyz'[third]} = {plane.pose.position[third]:g} m"
+    title = f"{moving}, tool {'xyz'[third]} = {plane.pose.position[third]:.4g} m"
     ax.set(xlabel=f"tool {plane.axes[0]} [m]", ylabel=f"tool {plane.axes[1]} [m]", title=title, aspect="equal")
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.12), ncols=3, frameon=False)
     return ax

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, final
@@ -21,16 +21,13 @@ from trajevo.front import Solution
 from trajevo.payload_diagram import PayloadDiagram, payload_diagram
 from trajevo.payload_effort import PayloadEffort, payload_effort
 from trajevo.payload_plots import payload_contours, uncertainty_price
-from trajevo.payload_time import capacity_front, largest_payload
+from trajevo.payload_time import capacity_front, largest_payload, payloads_up_to
 from trajevo.pictures import save_figure
 from trajevo.problem import TrajectoryProblem
 from trajevo.robust_payload import robust_capacity
 from trajevo.uncertainty import price_of_uncertainty
 
 _out = Console(soft_wrap=True, highlight=False)
-
-#: Payloads that are looked at, over the largest: close where the time rises steeply.
-_SHARES = (0.0, 0.3, 0.5, 0.65, 0.8, 0.9, 0.95, 0.985)
 
 #: Boxes whose price is asked for, the known payload counted.
 _TOLERANCES = 6
@@ -131,7 +128,9 @@ def payload_time(
     problem = front_of(run).problem
     largest = largest_payload(problem, seed=seed, starts=starts)
     _out.print(f"largest payload of any motion found: {largest}")
-    masses = payload or _admitted(problem, [float(f"{share * largest.mass:.4g}") for share in _SHARES])
+    masses, refusal = (payload, "") if payload else payloads_up_to(problem, largest.mass)
+    if refusal:
+        _out.print(f"heavier ones left out: {refusal}")
     curve = capacity_front(problem, masses, seed=seed, starts=starts)
     table = Table("payload [kg]", "least time [s]", box=SIMPLE)
     for mass, least in zip(curve.payloads, curve.times, strict=True):
@@ -155,19 +154,6 @@ def _print_price(problem: TrajectoryProblem, tolerance: float, seed: int, starts
         table.add_row(f"{1e3 * width:.4g}", *found)
     _out.print(table)
     _out.print(f"written: {save_figure(uncertainty_price(price).figure, file)}")
-
-
-def _admitted(problem: TrajectoryProblem, masses: Sequence[float]) -> list[float]:
-    """Those masses that a problem takes; what it says of the others is printed."""
-    admitted = []
-    for mass in masses:
-        try:
-            problem.with_payload(problem.dynamics.payload.with_mass(mass))
-        except InvalidInputError as error:
-            _out.print(f"left out: {error}")
-        else:
-            admitted.append(mass)
-    return admitted
 
 
 def _labelled(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,11 +10,17 @@ import numpy as np
 
 from trajevo import capacity_plots, load_plots, payload_plots
 from trajevo.capacity import Capacity, dlcc
+from trajevo.errors import InvalidInputError
 from trajevo.front import Front, Solution
+from trajevo.inverse_kinematics import Pose
 from trajevo.payload_diagram import payload_diagram
 from trajevo.payload_effort import payload_effort
+from trajevo.payload_time import capacity_front, largest_payload, payloads_up_to
+from trajevo.problem import TrajectoryProblem
 from trajevo.slowdown import ScaledPath
 from trajevo.slowdown_curve import slowdown_curve
+from trajevo.uncertainty import price_along_path
+from trajevo.workspace_capacity import ToolPlane, workspace_capacity
 
 #: File stems of all these pictures.
 PAYLOAD_FIGURES = (
@@ -22,13 +29,22 @@ PAYLOAD_FIGURES = (
     "capacities",
     "margins",
     "slowdown",
+    "payload_time",
     "payload_diagram",
     "allowed_centres",
     "robust_payload",
+    "uncertainty",
+    "workspace",
 )
 
 #: How far off the tool's axes loads are looked at [m], and cells of the diagram along either side.
 _REACH, _CELLS = 0.3, 41
+
+#: Variables times terms of the limits up to which optimising again takes seconds.
+_QUICK = 20_000
+
+#: Cells of the map along either side, and from its middle to its sides [m].
+_MAP_CELLS, _MAP_REACH = 15, 0.5
 
 #: Instants per segment, enough for pictures.
 _SAMPLES = 12
@@ -58,8 +74,33 @@ def payload_figures(front: Front) -> Iterator[tuple[str, str, Any]]:
         curve = slowdown_curve(knee, samples=_SAMPLES)
         caption = "Payload against the least time along the path of the knee"
         yield "slowdown", caption, capacity_plots.slowdown_curve(curve).figure
+    with contextlib.suppress(InvalidInputError):  # no gradient, or no time to minimise
+        yield from _optimised_again(front.problem)
     if front.problem.dynamics.payload.model != "tool_axis":
         yield from _off_centre(front, knee, capacity)
+    yield from _around(knee)
+
+
+def _optimised_again(problem: TrajectoryProblem) -> Iterator[tuple[str, str, Any]]:
+    if problem.payload_range is not None or problem.n_var * problem.in_terms().n_ieq_constr > _QUICK:
+        return
+    largest = largest_payload(problem, seed=1, starts=1)
+    curve = capacity_front(problem, payloads_up_to(problem, largest.mass)[0], seed=1, starts=1)
+    caption = "Payload against the least time, the motion optimised again for each"
+    yield "payload_time", caption, load_plots.payload_curve(curve, at_rest=largest.at_rest).figure
+
+
+def _around(knee: Solution) -> Iterator[tuple[str, str, Any]]:
+    """What is held at rest around the middle of the motion, in the upright plane along which the tool moves most."""
+    robot, q = knee.rollout.robot, knee.trajectory.sample(101).q[0]
+    positions, rotations = robot.tool_poses(q)
+    plane = "xz" if np.ptp(positions[:, 0]) >= np.ptp(positions[:, 1]) else "yz"
+    square = ToolPlane.around(Pose(positions[50], rotations[50]), plane, reach=_MAP_REACH, cells=_MAP_CELLS)
+    found = workspace_capacity(robot, square, payload=knee.rollout.dynamics.payload, start=q[50])
+    ax = capacity_plots.workspace_capacity(found)
+    along, up = ("xyz".index(axis) for axis in plane)
+    ax.plot(positions[:, along], positions[:, up], color="black", linewidth=1.0, zorder=3)
+    yield "workspace", "What can be held at rest around the knee's motion (line), the tool turned as midway", ax.figure
 
 
 def _off_centre(front: Front, knee: Solution, capacity: Capacity) -> Iterator[tuple[str, str, Any]]:
@@ -79,3 +120,8 @@ def _off_centre(front: Front, knee: Solution, capacity: Capacity) -> Iterator[tu
     com = front.problem.dynamics.payload.com
     robust = payload_plots.robust_mass(efforts["knee"], com=com, within=0.1)
     yield "robust_payload", "What the knee carries by how well the centre of mass is known", robust.figure
+    if front.problem.dynamics.payload.mass > 0.0 and front.problem.payload_range is None:
+        with contextlib.suppress(InvalidInputError):  # no speed along this path carries the payload as it is
+            price = price_along_path(knee, np.linspace(0.0, 0.1, 6).tolist(), samples=_SAMPLES)
+            caption = "Least time along the knee's path by how well the centre of mass is known"
+            yield "uncertainty", caption, payload_plots.uncertainty_price(price).figure

@@ -18,6 +18,9 @@ from trajevo.selection import Weights
 from trajevo.sqp import FEASIBLE
 from trajevo.weighted import minimise_weighted
 
+#: Payloads of a curve over the largest one.
+_SHARES = (0.0, 0.3, 0.5, 0.65, 0.8, 0.9, 0.95, 0.985)
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -52,8 +55,11 @@ def capacity_front(
         starts: random starts per payload.
 
     Raises:
-        InvalidInputError: no payloads, or a problem without the time among its objectives.
+        InvalidInputError: no payloads, a problem without the time among its objectives, or one whose payload is a
+            variable already.
     """
+    if problem.payload_range is not None:
+        raise InvalidInputError("problem: expected a payload that is given, its mass is a decision variable")
     masses = np.sort(numbers(payloads, name="payloads", shape=("N",)))
     if not len(masses):
         raise InvalidInputError("payloads: expected at least one mass [kg]")
@@ -61,6 +67,27 @@ def capacity_front(
     loaded = [problem.with_payload(shape.with_mass(mass)) for mass in masses.tolist()]
     times, X = least_times(loaded, seed=seed, starts=starts)
     return PayloadCurve(frozen(masses), times, X, shape.model)
+
+
+def payloads_up_to(problem: TrajectoryProblem, greatest: float) -> tuple[list[float], str]:
+    """Masses for a curve, close where the time rises steeply.
+
+    Args:
+        problem: of the curve.
+        greatest: the largest payload that any motion carries [kg].
+
+    Returns:
+        Those masses that the problem takes [kg], and what it says of the first that it does not take; empty if none.
+    """
+    taken: list[float] = []
+    for share in _SHARES:
+        mass = float(f"{share * greatest:.4g}")
+        try:
+            problem.with_payload(problem.dynamics.payload.with_mass(mass))
+        except InvalidInputError as error:
+            return taken, str(error)
+        taken.append(mass)
+    return taken, ""
 
 
 def least_times(problems: Sequence[TrajectoryProblem], *, seed: int, starts: int) -> tuple[Array, Array]:
