@@ -7,7 +7,7 @@ import pytest
 
 from problems import HybridManipulator, PointingMechanism, ViaPointProblem
 from tests.guo2016 import GUO2016, TABLE_7
-from tests.test_capacity import every_model
+from tests.test_capacity import every_model, with_effort
 from tests.test_hybrid_manipulator import assert_gradients_equal_central_differences
 from trajevo import optimise, payload_time
 from trajevo.capacity import dlcc
@@ -126,8 +126,12 @@ def test_the_10_86_kg_of_the_reference_at_2_5_s_break_a_velocity_limit_between_i
 
 
 def test_a_problem_without_effort_limits_has_no_largest_payload():
-    with pytest.raises(InvalidInputError, match="payload_range: expected finite numbers, got inf"):
+    with pytest.raises(InvalidInputError, match="payload_range: expected .* no effort limit bounds what"):
         largest_payload(PointingMechanism(), seed=1)
+    weak = max_payload_problem(HybridManipulator())
+    weak.dynamics = replace(weak.dynamics, robot=with_effort([500.0, 500.0, 300.0, 17.0, 17.0]))
+    with pytest.raises(InvalidInputError, match="payload_range: expected .* 'hybrid_manipulator' cannot hold itself"):
+        largest_payload(weak, seed=1)
     with pytest.raises(InvalidInputError, match=r"within: expected a positive time \[s\], got 0.0"):
         largest_payload(HybridManipulator(), within=0.0, seed=1)
     with pytest.raises(InvalidInputError, match="expected a feasible motion, none found from 1 starts"):
@@ -271,7 +275,7 @@ def test_the_range_of_a_payload_that_is_not_given_ends_at_what_is_held_at_rest()
     low, high = max_payload_problem(HybridManipulator(payload_model="weight_only")).payload_range
     assert low == 0.0
     assert high == pytest.approx(12.510810648896424, rel=1e-9)  # (500 N - weight of links 2 to 4) / g
-    with pytest.raises(InvalidInputError, match="payload_range: expected finite numbers, got inf"):
+    with pytest.raises(InvalidInputError, match="payload_range: expected .* no effort limit bounds what"):
         max_payload_problem(PointingMechanism())
 
 

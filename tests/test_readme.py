@@ -13,9 +13,17 @@ def test_the_lines_of_the_readme_run_and_make_their_pictures(tmp_path, monkeypat
     names = {}
     for code in re.findall(r"```python\n(.*?)```", README, re.DOTALL):
         exec(code, names)
-    assert {file.name for file in tmp_path.iterdir()} == {"front.png", "profiles.png", "effort.png", "path.png"}
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "front.png",
+        "profiles.png",
+        "effort.png",
+        "diagram.png",
+        "path.png",
+    }
     assert len(names["front"]) > 30
-    assert "limited by screw_3" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "limited by screw_3" in printed
+    assert "held at rest at both ends: 12.510811 kg" in printed
 
 
 def test_everything_the_readme_links_to_exists():

@@ -50,12 +50,22 @@ class PayloadVariable:
         shape = dynamics.payload
         unit = shape if shape.mass > 0.0 else Payload(1.0, shape.com, None, shape.model)
         carrying = replace(dynamics, payload=unit)
-        given = (0.0, greatest_at_rest(carrying, interpolant)) if payload_range is None else payload_range
-        low, high = numbers(given, name="payload_range", shape=(2,)).tolist()
+        if payload_range is None:
+            payload_range = (0.0, _bounded_at_rest(carrying, interpolant))
+        low, high = numbers(payload_range, name="payload_range", shape=(2,)).tolist()
         if not 0.0 <= low < high:
             raise InvalidInputError(f"payload_range: expected 0 <= least < greatest [kg], got {low} and {high}")
         objective = Objective(UNUSED_PAYLOAD, "kg", f"{high:g} kg minus mass", unused_payload(high))
         return cls(carrying, (low, high), objective)
+
+
+def _bounded_at_rest(dynamics: Dynamics, interpolant: Interpolant) -> float:
+    """The greatest payload [kg] held at rest at both ends, where there is one and it is bounded."""
+    greatest, name = greatest_at_rest(dynamics, interpolant), dynamics.robot.name
+    if np.isinf(greatest):
+        why = f"no effort limit bounds what {name!r} can hold" if greatest > 0.0 else f"{name!r} cannot hold itself"
+        raise InvalidInputError(f"payload_range: expected least and greatest mass [kg], since {why} at both ends")
+    return greatest
 
 
 def greatest_at_rest(dynamics: Dynamics, interpolant: Interpolant) -> float:
