@@ -133,7 +133,7 @@ payload_plots.uncertainty_price({"optimised again": again, "the same path": same
 # optimised again from its neighbour's motion. Weight only, as the paper has it; intervals up to 3 s.
 
 # %%
-wide = HybridManipulator(payload_model="weight_only", payload_bounds=(0.0, 13.0), duration_bounds=(0.005, 3.0))
+wide = HybridManipulator(payload_model="weight_only", payload_bounds=(0.0, 13.0), duration_bounds=(0.002, 3.0))
 problem = max_payload_problem(wide, objectives=["time"])
 evolved, exact = optimise(problem, seed=1, progress=False, **SIZE), solve_nnc(problem, seed=1, points=6)
 curve = capacity_front(wide, [0.0, 4.0, 8.0, 10.0, 11.0, 11.5, 12.0, 12.3, 12.44], seed=1, starts=1)
