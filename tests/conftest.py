@@ -3,6 +3,7 @@
 import os
 import signal
 
+import matplotlib.pyplot as plt
 import pytest
 
 from trajevo.watch import Watch
@@ -25,3 +26,10 @@ def stopped_after(monkeypatch):
         monkeypatch.setattr(Watch, "close", closing)
 
     return after
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    """No test draws into what another one left open."""
+    yield
+    plt.close("all")

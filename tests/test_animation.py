@@ -43,12 +43,6 @@ def hybrid():
     return HybridManipulator().rollout(paper_solution())
 
 
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
-
-
 def commands_of(file):
     """What the page tells the viewer, by kind."""
     found = {}

@@ -20,12 +20,6 @@ from trajevo.report import report
 SMALL = {"seed": 1, "generations": 25, "population": 20, "progress": False}
 
 
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
-
-
 @pytest.fixture(scope="module")
 def front():
     return optimise(HybridManipulator(objectives=["time", "energy", "unused_payload"]), **SMALL)

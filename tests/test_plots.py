@@ -19,12 +19,6 @@ def front():
     return optimise(PointingMechanism(), **SMALL)
 
 
-@pytest.fixture(autouse=True)
-def close_figures():
-    yield
-    plt.close("all")
-
-
 def test_front_draws_every_pair_with_units_and_the_mark(front):
     panels = plots.front(front, mark=front.knee())
     assert [(p.get_xlabel(), p.get_ylabel()) for p in panels] == [
