@@ -8,6 +8,10 @@ import pytest
 
 from trajevo.watch import Watch
 
+# A job in the background of a script ignores SIGINT, and so do its children, which would leave nothing to test.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 #: The command line's consoles take their width from here when they are made.
 os.environ["COLUMNS"] = "160"
 
