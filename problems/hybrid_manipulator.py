@@ -100,6 +100,8 @@ class HybridManipulator(TrajectoryProblem):
         threads: int = 1,
     ) -> None:
         checked_name("convention", convention, CONVENTIONS)
+        if not isinstance(objectives, Sequence):
+            raise InvalidInputError(f"objectives: expected 'all', 'cost' or a list of names, got {objectives!r}")
         self.convention, self.objective_set = convention, objectives
         carried = Payload.of(payload, model=payload_model, usual=CONVENTIONS[convention])
         self.payload_bounds = tuple(numbers(payload_bounds, name="payload_bounds", shape=(2,)).tolist())
@@ -139,8 +141,9 @@ class HybridManipulator(TrajectoryProblem):
         if isinstance(self.objective_set, str):
             checked_name("set of objectives", self.objective_set, ("all", "cost"))
             return at_hand if self.objective_set == "all" else (_cost(at_hand),)
+        known = (*(objective.name for objective in at_hand), UNUSED_PAYLOAD)
         named = {objective.name: objective for objective in at_hand + (() if mass is None else (mass.objective,))}
-        return tuple(named[checked_name("objective", name, named)] for name in self.objective_set)
+        return tuple(named[checked_name("objective", name, known)] for name in self.objective_set)
 
     @property
     def settings(self) -> dict[str, Any]:

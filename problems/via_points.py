@@ -136,8 +136,8 @@ class ViaPointProblem(TrajectoryProblem):
             "tool_height": tool_height,
             "longest_time": longest_time,
         }
-        mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         held = constraints_of(constraints, named, via, scene=obstacles, **extra)
+        mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,
@@ -184,7 +184,7 @@ def _payload_variable(
     payload_range: tuple[float, float] | None,
 ) -> PayloadVariable | None:
     """The payload's mass as a variable, where it is an objective."""
-    if UNUSED_PAYLOAD not in objectives:
+    if not isinstance(objectives, Sequence) or UNUSED_PAYLOAD not in objectives:  # what is no list is refused elsewhere
         if payload_range is not None:
             raise InvalidInputError(
                 f"payload_range: expected {UNUSED_PAYLOAD!r} among the objectives, got {objectives}"

@@ -189,8 +189,10 @@ def test_the_payload_as_an_objective_of_the_registered_problem():
     assert HybridManipulator(**problem.settings).payload_range == (0.0, 10.0)
     assert HybridManipulator(objectives=["jerk", "time"]).objective_names == ("jerk", "time")
     assert HybridManipulator(objectives=["jerk", "time"]).reference_point.tolist() == [100.0, 10.0]
-    with pytest.raises(UnknownNameError, match="unknown objective 'speed'"):
+    with pytest.raises(UnknownNameError, match="unknown objective 'speed'; known: .*unused_payload"):
         HybridManipulator(objectives=["speed"])
+    with pytest.raises(InvalidInputError, match="objectives: expected 'all', 'cost' or a list of names, got 3"):
+        HybridManipulator(objectives=3)
 
 
 def test_the_payload_as_an_objective_of_any_robot():
@@ -217,6 +219,9 @@ def test_the_payload_as_an_objective_of_any_robot():
     assert ViaPointProblem(**given, constraints=limits, payload_range=(1.0, 5.0)).payload_range == (1.0, 5.0)
     with pytest.raises(InvalidInputError, match="objectives: 'unused_payload' needs 'effort' among the constraints"):
         ViaPointProblem(**given)
+    for name in ("objectives", "constraints"):
+        with pytest.raises(InvalidInputError, match=f"{name}: expected a list of names, got 3"):
+            ViaPointProblem(**(given | {"constraints": limits, name: 3}))
     with pytest.raises(InvalidInputError, match="payload_range: expected 'unused_payload' among the objectives"):
         ViaPointProblem(**(given | {"objectives": ("time", "jerk")}), payload_range=(0.0, 5.0))
     with pytest.raises(InvalidInputError, match="objectives: unused_payload needs the payload's mass as a variable"):

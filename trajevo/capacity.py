@@ -203,11 +203,24 @@ class _Efforts:
         return share
 
 
-def _efforts(motion: Any, samples: int) -> _Efforts:
+def sampled_motion(motion: Solution | Rollout | WeightedOptimum, samples: int) -> Rollout:
+    """The robot on one motion, with the payload's own mass.
+
+    Args:
+        motion: a solution of a front, an optimum, or a rollout (of its batch the first trajectory counts).
+        samples: instants per segment, both ends included.
+
+    Raises:
+        InvalidInputError: something else, or fewer than 2 samples.
+    """
     rollout = rollout_of(motion)
-    dynamics = rollout.dynamics.sampled(samples)
-    fine = Rollout(dynamics, rollout.trajectory if len(rollout.trajectory) == 1 else rollout.trajectory[0])
-    return _Efforts(fine.unloaded_effort[0], fine.effort_per_kilogram[0], fine.t[0], dynamics)
+    trajectory = rollout.trajectory if len(rollout.trajectory) == 1 else rollout.trajectory[0]
+    return Rollout(rollout.dynamics.sampled(samples), trajectory)
+
+
+def _efforts(motion: Any, samples: int) -> _Efforts:
+    fine = sampled_motion(motion, samples)
+    return _Efforts(fine.unloaded_effort[0], fine.effort_per_kilogram[0], fine.t[0], fine.dynamics)
 
 
 def _closed_form(efforts: _Efforts) -> Capacity:

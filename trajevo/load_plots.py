@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from trajevo.arrays import Array, numbers
-from trajevo.capacity import SAMPLES, Capacity, capacities, dlcc
-from trajevo.dynamics import Dynamics, Rollout, rollout_of
+from trajevo.capacity import SAMPLES, Capacity, capacities, dlcc, sampled_motion
+from trajevo.dynamics import Rollout, rollout_of
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front import Front, Solution
 from trajevo.payload_time import PayloadCurve
@@ -38,7 +38,7 @@ def effort_utilisation(
         raise InvalidInputError(f"effort_utilisation: robot {rollout.robot.name!r} has no effort limits")
     own = rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
     carried = own if mass is None else mass
-    fine = Rollout(Dynamics(rollout.robot, rollout.dynamics.payload, samples=SAMPLES), rollout.trajectory[0])
+    fine = sampled_motion(motion, SAMPLES)
     effort = fine.unloaded_effort[0] + carried * fine.effort_per_kilogram[0]
     ax = ax or plt.subplots(figsize=(7.6, 4.2), layout="constrained")[1]
     for joint, name in enumerate(rollout.robot.joint_names):

@@ -19,8 +19,8 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.arrays import Array, frozen, numbers, one_blas_thread, row_products
-from trajevo.capacity import SAMPLES
-from trajevo.dynamics import Rollout, rollout_of
+from trajevo.capacity import SAMPLES, sampled_motion
+from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
 from trajevo.mass_bounds import NEGLIGIBLE
@@ -219,13 +219,11 @@ def payload_effort(motion: Solution | Rollout | WeightedOptimum, *, samples: int
     Raises:
         InvalidInputError: a payload whose model knows no centre of mass.
     """
-    rollout = rollout_of(motion)
-    trajectory = rollout.trajectory if len(rollout.trajectory) == 1 else rollout.trajectory[0]
-    fine = Rollout(rollout.dynamics.sampled(samples), trajectory)
-    payload = rollout.dynamics.payload
+    fine = sampled_motion(motion, samples)
+    payload = fine.dynamics.payload
     inertia = np.zeros((3, 3)) if payload.inertia is None else np.array(payload.inertia) / payload.mass
     return PayloadEffort(
-        robot=rollout.robot,
+        robot=fine.robot,
         times=frozen(fine.t[0]),
         base=frozen(fine.unloaded_effort[0]),
         slopes=frozen(fine.dynamics.effort_per_parameter(fine.q[0], fine.v[0], fine.a[0])),

@@ -13,7 +13,6 @@ from trajevo.errors import InvalidInputError
 from trajevo.interpolants import Interpolant
 from trajevo.mass_bounds import masses_held
 from trajevo.objectives import Objective, unused_payload
-from trajevo.payload import Payload
 
 #: Name of the objective.
 UNUSED_PAYLOAD = "unused_payload"
@@ -48,7 +47,7 @@ class PayloadVariable:
             InvalidInputError: a range that is not 0 <= least < greatest, or none given where nothing limits it.
         """
         shape = dynamics.payload
-        unit = shape if shape.mass > 0.0 else Payload(1.0, shape.com, None, shape.model)
+        unit = shape if shape.mass > 0.0 else shape.with_mass(1.0)
         carrying = replace(dynamics, payload=unit)
         if payload_range is None:
             payload_range = (0.0, _bounded_at_rest(carrying, interpolant))

@@ -25,7 +25,6 @@ from trajevo.constraints import Constraint, effort_limits
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.intervals import greatest_quadratic, interval, mass_interval
-from trajevo.payload import Payload
 
 
 def robust_effort_limits(dynamics: Dynamics, *, mass: Any, com: Any, margin: float = 0.0) -> Constraint:
@@ -74,7 +73,7 @@ class PayloadBox:
         if payload.model == "tool_axis":
             raise InvalidInputError("payload.model: 'tool_axis' acts at the tool's origin, it has no centre of mass")
         masses, (low, high) = mass_interval(mass), interval(com, "com", (2, 3))
-        kilogram = payload.with_mass(1.0) if payload.mass > 0.0 else Payload(1.0, model=payload.model)
+        kilogram = payload.with_mass(1.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         steps = np.diag(half)[half > 0.0]
 

@@ -10,14 +10,14 @@ between the instants, where its slowdown looks closer.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
 
 from trajevo.arrays import Array
-from trajevo.capacity import SAMPLES
-from trajevo.dynamics import Rollout, rollout_of
+from trajevo.capacity import SAMPLES, sampled_motion
+from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
 from trajevo.intervals import interval, mass_interval
@@ -68,14 +68,13 @@ def robust_slowdown(
         InvalidInputError: intervals that are not from a least to a greatest, a negative mass, a payload among them that
             no speed along the path carries, or no factor that suits all.
     """
-    given = rollout_of(motion)
     masses, box = mass_interval(mass), interval(com, "com", (2, 3))
-    path = Rollout(given.dynamics, given.trajectory[0])
+    path = sampled_motion(motion, samples)
     at, worst_com = masses[1], tuple(box.mean(axis=0).tolist())
     found: list[Slowdown] = []
     factor = 0.0
     for _ in range(_PAYLOADS):
-        found.append(slowdown_for(path, _shaped(path.dynamics.payload, at, worst_com), samples=samples))
+        found.append(slowdown_for(path, replace(path.dynamics.payload.with_mass(at), com=worst_com), samples=samples))
         factor, before = _least_common([slowdown.allowed for slowdown in found]), factor
         slower = Rollout(path.dynamics, path.trajectory.slowed(factor))
         worst = worst_case(payload_effort(slower, samples=samples), mass=masses, com=box)
@@ -89,13 +88,6 @@ def robust_slowdown(
             )
         at, worst_com = worst.mass, worst.com
     raise InvalidInputError(f"com: no factor of time found that suits all payloads after {_PAYLOADS} of them")
-
-
-def _shaped(payload: Payload, mass: float, com: tuple[float, ...]) -> Payload:
-    """A payload that acts like another, with its inertia per kilogram."""
-    inertia = payload.with_mass(mass).inertia if payload.mass > 0.0 else None
-    x, y, z = com
-    return Payload(mass, (x, y, z), inertia, payload.model)
 
 
 def _least_common(allowed: Sequence[Array]) -> float:

@@ -8,8 +8,8 @@ from typing import final
 import numpy as np
 
 from trajevo.arrays import Array
-from trajevo.capacity import SAMPLES, dlcc
-from trajevo.dynamics import Rollout, rollout_of
+from trajevo.capacity import SAMPLES, dlcc, sampled_motion
+from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
 from trajevo.mass_bounds import mass_bounds
@@ -62,8 +62,7 @@ def sensitivity(motion: Solution | Rollout | WeightedOptimum, *, samples: int = 
     capacity = dlcc(motion, samples=samples)
     if not (np.isfinite(capacity.mass) and capacity.feasible):
         raise InvalidInputError(f"motion: expected one whose capacity a joint sets, got {capacity}")
-    given = rollout_of(motion)
-    rollout = Rollout(given.dynamics.sampled(samples), given.trajectory[0])
+    rollout = sampled_motion(motion, samples)
     joint = rollout.robot.joint_names.index(capacity.joint)
     limit = float(rollout.robot.limits.effort[joint])
     masses = mass_bounds(rollout.unloaded_effort[0], rollout.effort_per_kilogram[0], rollout.robot.limits.effort)[1]

@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 
 from trajevo.arrays import Array, frozen
-from trajevo.capacity import SAMPLES
+from trajevo.capacity import SAMPLES, sampled_motion
 from trajevo.dynamics import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
@@ -109,11 +109,10 @@ class ScaledPath:
     def __init__(
         self, motion: Solution | Rollout | WeightedOptimum, samples: int, shape: Payload | None = None
     ) -> None:
-        given = rollout_of(motion)
-        dynamics = given.dynamics.sampled(samples)
-        self.rollout = Rollout(
-            dynamics if shape in (None, dynamics.payload) else replace(dynamics, payload=shape), given.trajectory[0]
-        )
+        given = sampled_motion(motion, samples)
+        if shape is not None and shape != given.dynamics.payload:
+            given = replace(given, dynamics=replace(given.dynamics, payload=shape))
+        self.rollout = given
         self.limits = given.robot.limits
         self.t: Array = self.rollout.t[0]
         v = self.rollout.without_rounding(self.rollout.v)
