@@ -13,7 +13,7 @@ from rich.table import Table
 
 from trajevo import capacity_plots
 from trajevo.capacity import dlcc
-from trajevo.cli_files import SOLUTION_HELP, RunArgument, beside, front_of
+from trajevo.cli_files import SLOWDOWN_PICTURE, SOLUTION_HELP, RunArgument, beside, front_of
 from trajevo.errors import InvalidInputError
 from trajevo.inverse_kinematics import Pose
 from trajevo.pictures import save_figure
@@ -53,7 +53,7 @@ def slowdown(
     curve = slowdown_curve(chosen)
     _out.print(_table(curve))
     figure = capacity_plots.slowdown_curve(curve).figure
-    _out.print(f"written: {save_figure(figure, out or beside(run, 'slowdown.png'))}")
+    _out.print(f"written: {save_figure(figure, out or beside(run, SLOWDOWN_PICTURE))}")
 
 
 def workspace(

@@ -12,6 +12,12 @@ from trajevo.runs import read_run
 
 RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]
 
+#: Pictures that commands write beside a front unless told where.
+SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE = "slowdown.png", "payload_diagram.png", "payload_time.png"
+#: What the name of a curve's picture ends with where it is that of the price of uncertainty.
+PRICE_SUFFIX = "_uncertainty"
+PICTURES = (SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE, CURVE_PICTURE.replace(".", f"{PRICE_SUFFIX}."))
+
 #: What every command says of how one solution is chosen.
 SOLUTION_HELP = "knee, utopia, weighted, least_OBJECTIVE or a row."
 

@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from trajevo import load_plots
-from trajevo.cli_files import RunArgument, beside, front_of
+from trajevo.cli_files import CURVE_PICTURE, DIAGRAM_PICTURE, PRICE_SUFFIX, RunArgument, beside, front_of
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
 from trajevo.payload_diagram import PayloadDiagram, payload_diagram
@@ -108,7 +108,7 @@ def diagram(
         if options.tolerance is not None:
             _print_robust(_out, efforts[rule], front.problem.dynamics.payload.com, options.tolerance)
     figure = payload_contours(_labelled(chosen, diagrams)).figure
-    _out.print(f"written: {save_figure(figure, out or beside(run, 'payload_diagram.png'))}")
+    _out.print(f"written: {save_figure(figure, out or beside(run, DIAGRAM_PICTURE))}")
 
 
 def payload_time(
@@ -125,6 +125,8 @@ def payload_time(
     out: Annotated[Path | None, typer.Option(help="PNG file; payload_time.png beside the front if not given.")] = None,
 ) -> None:
     """Optimise the motion again for each payload: tell and draw the least time, and the largest payload of all."""
+    if tolerance is not None and not 0.0 < tolerance < np.inf:
+        raise InvalidInputError(f"--tolerance: expected a positive length [m], got {tolerance}")
     problem = front_of(run).problem
     largest = largest_payload(problem, seed=seed, starts=starts)
     _out.print(f"largest payload of any motion found: {largest}")
@@ -137,16 +139,14 @@ def payload_time(
         table.add_row(f"{mass:.4g}", f"{least:.4f}" if np.isfinite(least) else "none found")
     _out.print(table)
     figure = load_plots.payload_curve(curve, at_rest=largest.at_rest).figure
-    target = out or beside(run, "payload_time.png")
+    target = out or beside(run, CURVE_PICTURE)
     _out.print(f"written: {save_figure(figure, target)}")
     if tolerance is not None:
-        _print_price(problem, tolerance, seed, starts, target.with_stem(f"{target.stem}_uncertainty"))
+        _print_price(problem, tolerance, seed, starts, target.with_stem(target.stem + PRICE_SUFFIX))
 
 
 def _print_price(problem: TrajectoryProblem, tolerance: float, seed: int, starts: int, file: Path) -> None:
     """What it costs in time that the centre of mass of the problem's payload is not known well."""
-    if not 0.0 < tolerance < np.inf:
-        raise InvalidInputError(f"--tolerance: expected a positive length [m], got {tolerance}")
     price = price_of_uncertainty(problem, np.linspace(0.0, tolerance, _TOLERANCES).tolist(), seed=seed, starts=starts)
     table = Table("centre of mass known to ± [mm]", "least time [s]", "price", box=SIMPLE)
     for width, least, share in zip(price.tolerances, price.times, price.price, strict=True):

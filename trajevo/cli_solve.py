@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from trajevo.algorithms import ALGORITHMS, algorithm_settings
+from trajevo.cli_files import PICTURES
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.export import is_exported
 from trajevo.front import Front
@@ -223,6 +224,7 @@ def _claim(folder: Path, overwrite: bool) -> None:
 def _clear_stale(folder: Path) -> None:
     """Remove what an earlier run left beside the new front: report, pictures, exported solutions; no other file."""
     pictures = (folder / PLOTS_FOLDER / f"{stem}.png" for stem in FIGURES)
+    told = (folder / name for name in PICTURES)
     exported = (file for file in folder.glob("*.*") if is_exported(file))
-    for file in (folder / REPORT_FILE, *pictures, *exported):
+    for file in (folder / REPORT_FILE, *pictures, *told, *exported):
         file.unlink(missing_ok=True)
