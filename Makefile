@@ -50,6 +50,9 @@ bench: $(READY)  ## print the speed ratios
 	$(BIN)/python tests/benchmarks/bench_payload_diagram.py
 	$(BIN)/python tests/benchmarks/bench_limits_in_terms.py
 	$(BIN)/python tests/benchmarks/bench_workspace.py
+	$(BIN)/python tests/benchmarks/bench_polish.py
+	$(BIN)/python tests/benchmarks/bench_gradients.py
+	$(BIN)/python tests/benchmarks/bench_certificate.py
 
 notebooks: $(READY)  ## execute every notebook at full size, next to its source, into build/
 	TRAJEVO_FULL=1 $(BIN)/python notebooks/execute.py

@@ -14,6 +14,7 @@ import numpy as np
 
 from problems.hybrid_kinematics import inverse_kinematics, path_normals, via_positions
 from trajevo.arrays import Array, numbers, read_only
+from trajevo.certified import held
 from trajevo.constraints import Constraint, effort_limits, kinematic_limits, mean_velocity_limits
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError, checked_name
@@ -57,7 +58,7 @@ class HybridManipulator(TrajectoryProblem):
     """z₁ to z₄, eqs. (113)-(116), of the cubic spline through the via points, under (118)-(123) and (152).
 
     The variables are the 12 interval lengths h [s]. Limits of displacement, velocity, acceleration and jerk hold at the
-    exact peaks, those of force at the samples of every interval.
+    exact peaks, those of force at the samples of every interval, or at every instant with ``limits="certified"``.
 
     Args:
         payload: mass [kg], a :class:`~trajevo.payload.Payload`, or its settings.
@@ -72,11 +73,12 @@ class HybridManipulator(TrajectoryProblem):
         positions: via points of the tool, shape (K, 3) [m]; the eleven of Table 6 if None. The tool axis is the path's
             normal in its vertical plane.
         duration_bounds: least and greatest interval [s].
+        limits: of force, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.certified`.
         samples: instants per interval at which forces are computed, both ends included.
         threads: threads of Pinocchio.
 
     Raises:
-        UnknownNameError: no such convention, payload model or set of objectives.
+        UnknownNameError: no such convention, payload model, set of objectives or limits.
         UnreachableError: a via point is out of reach; the message names it.
         InvalidInputError: a payload outside its bounds, or bad points, bounds or samples.
     """
@@ -96,13 +98,14 @@ class HybridManipulator(TrajectoryProblem):
         objectives: str | Sequence[str] = "all",
         positions: Any = None,
         duration_bounds: tuple[float, float] = DURATION_BOUNDS,
+        limits: str = "sampled",
         samples: int = 6,
         threads: int = 1,
     ) -> None:
         checked_name("convention", convention, CONVENTIONS)
         if not isinstance(objectives, Sequence):
             raise InvalidInputError(f"objectives: expected 'all', 'cost' or a list of names, got {objectives!r}")
-        self.convention, self.objective_set = convention, objectives
+        self.convention, self.objective_set, self.limits = convention, objectives, limits
         carried = Payload.of(payload, model=payload_model, usual=CONVENTIONS[convention])
         self.payload_bounds = tuple(numbers(payload_bounds, name="payload_bounds", shape=(2,)).tolist())
         if not 0.0 <= self.payload_bounds[0] <= self.payload_bounds[1]:
@@ -123,7 +126,7 @@ class HybridManipulator(TrajectoryProblem):
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=spline,
             objectives=chosen,
-            constraints=(*kinematic_limits(robot), effort_limits(robot), _interval_bound(robot)),
+            constraints=held((*kinematic_limits(robot), effort_limits(robot), _interval_bound(robot)), limits),
             payload_range=None if mass is None else mass.range,
             reference_point=_reference_point(chosen, mass),
         )
@@ -155,6 +158,7 @@ class HybridManipulator(TrajectoryProblem):
             "objectives": self.objective_set if isinstance(self.objective_set, str) else list(self.objective_set),
             "positions": self.positions.tolist(),
             "duration_bounds": list(self.duration_bounds),
+            "limits": self.limits,
             "samples": self.dynamics.samples,
             "threads": self.dynamics.threads,
         }

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from trajevo.arrays import Array
-from trajevo.constraints import effort_limits, smooth_path_limits
-from trajevo.dynamics import Dynamics
+from trajevo.certified import held
+from trajevo.constraints import effort_limits, in_terms, smooth_path_limits
+from trajevo.dynamics import Dynamics, Rollout
 from trajevo.interpolants import Reparameterisation, slowness
 from trajevo.objectives import Objective
 from trajevo.problem import SmoothForm, TrajectoryProblem
@@ -22,18 +23,26 @@ ENVELOPE_POINTS = 200
 
 
 def smooth_form(
-    runs: Reparameterisation, dynamics: Dynamics, objectives: tuple[Objective, ...], effort: bool
+    runs: Reparameterisation, dynamics: Dynamics, objectives: tuple[Objective, ...], effort: str | None
 ) -> SmoothForm:
-    """The problem with t_f itself as variable and every term of the limits as a constraint of its own, eq. (28)."""
-    plain, axes = replace(runs, timing="share"), dynamics.robot
+    """The problem with t_f itself as variable and every term of the limits as a constraint of its own, eq. (28).
+
+    Args:
+        runs: decoder of the problem.
+        dynamics: the robot and what it carries.
+        objectives: of the problem.
+        effort: how effort is held to its limits, see :data:`trajevo.certified.HOLDS`, or None where it is not limited.
+    """
+    plain, seconds, axes = replace(runs, timing="share"), replace(runs, timing="seconds"), dynamics.robot
+    forces = () if effort is None else held((effort_limits(axes),), effort)
+    if effort == "certified":
+        middle = np.array([[0.5 * (variable.lower + variable.upper) for variable in seconds.variables]])
+        forces = tuple(in_terms(limit, Rollout(dynamics, seconds(middle))) for limit in forces)
     problem = TrajectoryProblem(
         dynamics=dynamics,
-        interpolant=replace(runs, timing="seconds"),
+        interpolant=seconds,
         objectives=objectives,
-        constraints=(
-            *smooth_path_limits(axes, runs.bound, runs.even_course),
-            *((effort_limits(axes),) if effort else ()),
-        ),
+        constraints=(*smooth_path_limits(axes, runs.bound, runs.even_course), *forces),
     )
     return SmoothForm(problem, plain.with_seconds, plain.from_seconds)
 

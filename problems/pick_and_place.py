@@ -41,7 +41,7 @@ class PickAndPlace(TrajectoryProblem):
     """Time, jerk and energy of the PUMA 560 from take to place, through lift and unload.
 
     The paper fixes the times and compares velocities by eye; here they are the variables. Energy is ∫ Σ |τ q̇| dt with
-    friction and payload. Limits hold at exact peaks, torque at samples.
+    friction and payload. Limits hold at exact peaks, torque at samples, or, ``"certified"``, at every instant.
 
     Args:
         interpolant: ``"septic"``, the single polynomial, or one of :data:`trajevo.interpolants.THROUGH_POINTS`.
@@ -52,11 +52,12 @@ class PickAndPlace(TrajectoryProblem):
         position_limits: keep the joints' ranges, widened so that they contain Table 1; the septic swings far beyond its
             points.
         overshoot: how far a joint may leave the range of the points [rad]; not limited if None.
+        limits: of torque, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.certified`.
         samples: instants per segment at which torque is computed, both ends included.
         threads: threads of Pinocchio.
 
     Raises:
-        UnknownNameError: no such interpolant.
+        UnknownNameError: no such interpolant or limits.
         InvalidInputError: points out of range, or bad bounds, payload or samples.
     """
 
@@ -74,6 +75,7 @@ class PickAndPlace(TrajectoryProblem):
         duration_bounds: tuple[float, float] = DURATION_BOUNDS,
         position_limits: bool = True,
         overshoot: float | None = None,
+        limits: str = "sampled",
         samples: int = 40,
         threads: int = 1,
     ) -> None:
@@ -82,12 +84,12 @@ class PickAndPlace(TrajectoryProblem):
         robot = load_robot("puma560")
         via = via_points(points, robot)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
-        limits = ("position", *_LIMITS) if position_limits else _LIMITS
+        names = ("position", *_LIMITS) if position_limits else _LIMITS
         super().__init__(
             dynamics=Dynamics(robot, _carried(payload), samples=samples, threads=threads),
             interpolant=known[interpolant](via, duration_bounds=bounds),
             objectives=objectives_of(("time", "jerk", "energy"), robot, reference="Raji 2022, section 5, future work"),
-            constraints=constraints_of(limits, robot, via, overshoot=overshoot),
+            constraints=constraints_of(names, robot, via, overshoot=overshoot, limits=limits),
             reference_point=REFERENCE_POINT,
         )
         self._settings = {
@@ -97,6 +99,7 @@ class PickAndPlace(TrajectoryProblem):
             "duration_bounds": list(bounds),
             "position_limits": bool(position_limits),
             "overshoot": overshoot,
+            "limits": limits,
             "samples": self.dynamics.samples,
             "threads": self.dynamics.threads,
         }

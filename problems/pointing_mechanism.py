@@ -14,6 +14,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.arrays import Array, numbers, read_only
+from trajevo.certified import held
 from trajevo.constraints import kinematic_limits
 from trajevo.dynamics import Dynamics
 from trajevo.errors import UnreachableError, checked_name
@@ -60,9 +61,10 @@ class PointingMechanism(TrajectoryProblem):
         points: azimuth γ and pitch β per point, shape (K, 2) [rad], or a CSV file with the columns
             ``azimuth [deg], pitch [deg]`` (or [rad]); the five points of Table 4 if None.
         duration_bounds: least and greatest time of a segment [s].
+        limits: ``"sampled"`` or ``"certified"``: the same here, since nothing is limited at samples.
 
     Raises:
-        UnknownNameError: no such interpolant.
+        UnknownNameError: no such interpolant or limits.
         UnreachableError: a direction that no joint angles give.
         InvalidInputError: too few, repeated, non-finite or out-of-range points, or bad bounds.
     """
@@ -76,6 +78,7 @@ class PointingMechanism(TrajectoryProblem):
         interpolant: str = "smooth",
         points: Any = None,
         duration_bounds: tuple[float, float] = DURATION_BOUNDS,
+        limits: str = "sampled",
     ) -> None:
         checked_name("interpolant", interpolant, INTERPOLANTS)
         if points is None:
@@ -85,7 +88,7 @@ class PointingMechanism(TrajectoryProblem):
         else:
             directions = numbers(points, name="points", shape=("n_points", 2))
         self.directions = read_only(directions)
-        self.interpolant_name = interpolant
+        self.interpolant_name, self.limits = interpolant, limits
         self.duration_bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         robot = load_robot("pointing_mechanism")
         via = ViaPoints.for_robot(robot, joint_angles(directions), angle="deg")
@@ -97,7 +100,7 @@ class PointingMechanism(TrajectoryProblem):
                 Objective("acceleration", "rad/s^2", "Sun 2020, eq. (25), S2", summed_rms_acceleration),
                 Objective("jerk", "rad/s^3", "Sun 2020, eq. (25), S3", summed_rms_jerk),
             ),
-            constraints=kinematic_limits(robot),
+            constraints=held(kinematic_limits(robot), limits),
             reference_point=(
                 (len(via) - 1) * self.duration_bounds[1],
                 np.radians(REFERENCE_S2_DEG),
@@ -113,6 +116,7 @@ class PointingMechanism(TrajectoryProblem):
             "interpolant": self.interpolant_name,
             "points": self.directions.tolist(),
             "duration_bounds": list(self.duration_bounds),
+            "limits": self.limits,
         }
 
 

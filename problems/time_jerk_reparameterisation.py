@@ -18,6 +18,7 @@ from problems.example_paths import EXAMPLE_PATHS
 from problems.path_arguments import at_rest, length_unit, prepared
 from problems.path_forms import POWER, envelope, least_time, rises, smooth_form
 from trajevo.arrays import Array
+from trajevo.certified import held
 from trajevo.constraints import (
     Constraint,
     acceleration_limits,
@@ -31,6 +32,7 @@ from trajevo.curve import GeometricPath
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.interpolants import LinearReparameterisation, Reparameterisation
+from trajevo.interpolants.reparameterised import BOUNDS
 from trajevo.objectives import Objective, integrated_square_jerk, times_duration, total_time, trapezoid_square_jerk
 from trajevo.payload import Payload
 from trajevo.problem import Evolution, Expansion, TrajectoryProblem
@@ -66,7 +68,8 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             or a CSV file of them with units in its header; a :class:`~trajevo.curve.GeometricPath`; or its settings.
         path_control_points: run near the points of an array or a file, with as many control points, not through them.
         robot: name or folder of the robot whose joints are the axes; the biaxial feed drive for two axes if None.
-        limits: ``"tight"`` (guaranteed bounds of the true peaks) or ``"hull"`` (the paper's (20)-(25)).
+        limits: ``"tight"`` (guaranteed bounds of the true peaks), ``"hull"`` (the paper's (20)-(25)), or
+            ``"certified"``: the tight bounds, proven as they stand, and effort, where it is limited, at every instant.
         velocity: limit of every axis, or of each [m/s or rad/s], or text such as ``"150 mm/s"``; if None that of the
             named path or of the robot that is named.
         acceleration: the same [m/s² or rad/s²].
@@ -79,7 +82,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         control_points: of u(t).
         order: of u(t).
         tolerance: share by which a tight bound may exceed the true peak.
-        effort: limit the joints' torques or forces too, at the samples; not with ``encoding="shape"``.
+        effort: limit the joints' torques or forces too, at the samples or certified; not with ``encoding="shape"``.
         payload: carried at the tool, mass [kg], a :class:`~trajevo.payload.Payload`, or its settings.
         samples: instants per segment at which effort is computed.
         threads: threads of Pinocchio.
@@ -116,7 +119,8 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         samples: int = 6,
         threads: int = 1,
     ) -> None:
-        _check(encoding, interpolant, quadrature, effort)
+        _check(limits, encoding, interpolant, quadrature, effort)
+        certified = limits == "certified"
         asked = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk}
         self.path, axes, self.longest_time = prepared(path, path_control_points, robot, asked, longest_time)
         dynamics = Dynamics(axes, Payload.of(payload, model=None), samples=samples, threads=threads)
@@ -124,7 +128,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             self.path,
             axes.limits,
             longest_time=self.longest_time,
-            bound=limits,
+            bound="tight" if certified else limits,
             timing="least" if encoding == "shape" else "share",
             control_points=control_points,
             order=order,
@@ -152,16 +156,19 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             dynamics=dynamics,
             interpolant=_linear(self.path, axes, self.longest_time) if linear else runs,
             objectives=_objectives(quadrature, axes, encoding),
-            constraints=(*_limits(axes, "tight" if linear else limits), *_others(axes, self.longest_time, effort)),
+            constraints=held(
+                (*_limits(axes, "tight" if linear else limits), *_others(axes, self.longest_time, effort)),
+                "certified" if certified else "sampled",
+            ),
             reference_point=_reference(runs) if encoding == "plain" else None,
             length=length_unit(axes),
         )
         if linear:
             _refuse_too_short(self.longest_time, float(self.decode(np.zeros((1, 1))).duration[0]))
         else:
-            self._add_forms(runs, quadrature, effort)
+            self._add_forms(runs, quadrature, ("certified" if certified else "sampled") if effort else None)
 
-    def _add_forms(self, runs: Reparameterisation, quadrature: str, effort: bool) -> None:
+    def _add_forms(self, runs: Reparameterisation, quadrature: str, effort: str | None) -> None:
         """The smooth form of the plain encoding, the expansion of the other."""
         form = smooth_form(runs, self.dynamics, _objectives(quadrature, self.robot, "plain"), effort)
         _refuse_too_short(self.longest_time, least_time(runs, form.problem))
@@ -185,7 +192,8 @@ def paper_shape(control_points: Array) -> Array:
     return rises
 
 
-def _check(encoding: str, interpolant: str, quadrature: str, effort: bool) -> None:
+def _check(limits: str, encoding: str, interpolant: str, quadrature: str, effort: bool) -> None:
+    checked_name("limits", limits, (*BOUNDS, "certified"))
     checked_name("encoding", encoding, ("plain", "shape"))
     checked_name("interpolant", interpolant, ("bspline", "linear"))
     checked_name("quadrature", quadrature, QUADRATURES)

@@ -13,6 +13,7 @@ from problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.arrays import numbers
 from trajevo.boxes import CartesianBox, JointBox
 from trajevo.catalogue import limits_of, objectives_of
+from trajevo.certified import held
 from trajevo.clearance import clearance_limit
 from trajevo.constraints import Constraint, effort_limits, overshoot_limit, time_limit
 from trajevo.dynamics import Dynamics
@@ -40,8 +41,12 @@ def constraints_of(
     tool_height: float | None = None,
     longest_time: float | None = None,
     scene: Scene | None = None,
+    limits: str = "certified",
 ) -> tuple[Constraint, ...]:
-    """Limits by name, see :func:`trajevo.catalogue.limits_of`, and what else is limited where it is given."""
+    """Limits by name, see :func:`trajevo.catalogue.limits_of`, and what else is limited where it is given.
+
+    Effort and tool speed are proven between the samples, see :mod:`trajevo.certified`, unless ``limits="sampled"``.
+    """
     found = list(limits_of(names, robot))
     if effort_margin != 0.0:
         if "effort" not in names:
@@ -57,7 +62,7 @@ def constraints_of(
         found.append(time_limit(_positive("longest_time", longest_time, "s")))
     if scene is not None:
         found.append(clearance_limit(robot, scene))
-    return tuple(found)
+    return held(found, limits)
 
 
 @final
@@ -82,6 +87,8 @@ class ViaPointProblem(TrajectoryProblem):
         tool_speed: greatest speed of the tool [m/s].
         tool_height: least z of the tool in the base frame [m].
         longest_time: greatest duration [s].
+        limits: of effort and tool speed: ``"certified"``, proven at every instant, see :mod:`trajevo.certified`, or
+            ``"sampled"``.
         scene: obstacles and clearances, a :class:`~trajevo.scene.Scene` or its settings.
         payload: mass [kg], a :class:`~trajevo.payload.Payload`, or its settings; where ``"unused_payload"`` is an
             objective its mass is a variable, and this gives its shape and model.
@@ -92,7 +99,7 @@ class ViaPointProblem(TrajectoryProblem):
         threads: threads of Pinocchio.
 
     Raises:
-        UnknownNameError: no such robot, interpolant, objective or constraint.
+        UnknownNameError: no such robot, interpolant, objective, constraint or limits.
         UnreachableError: a pose that the tool cannot take.
         InvalidInputError: points that the robot cannot reach or the interpolant not use, or bad bounds, boxes, scene.
     """
@@ -115,6 +122,7 @@ class ViaPointProblem(TrajectoryProblem):
         tool_speed: float | None = None,
         tool_height: float | None = None,
         longest_time: float | None = None,
+        limits: str = "certified",
         scene: Scene | Mapping[str, Any] | None = None,
         payload: float | Payload | dict[str, Any] = 0.0,
         payload_range: tuple[float, float] | None = None,
@@ -135,6 +143,7 @@ class ViaPointProblem(TrajectoryProblem):
             "tool_speed": tool_speed,
             "tool_height": tool_height,
             "longest_time": longest_time,
+            "limits": limits,
         }
         held = constraints_of(constraints, named, via, scene=obstacles, **extra)
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)

@@ -22,10 +22,10 @@ def stopped_after(monkeypatch):
     close = Watch.close
 
     def after(generation):
-        def closing(self, number, evaluations):
+        def closing(self, number, evaluations, **spent):
             if number == generation:
                 os.kill(os.getpid(), signal.SIGINT)
-            return close(self, number, evaluations)
+            return close(self, number, evaluations, **spent)
 
         monkeypatch.setattr(Watch, "close", closing)
 

@@ -21,6 +21,7 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from tests.helpers import refused
 from trajevo import Front, evolution, optimise
+from trajevo.moead import ConstrainedMOEAD
 from trajevo.registry import load_problem
 from trajevo.run_folder import RunFolder
 from trajevo.runs import read_run, resume, standing
@@ -28,7 +29,7 @@ from trajevo.runs import read_run, resume, standing
 #: Objectives of the problems that are run here.
 OBJECTIVES = {"pointing": 3, "hybrid": 4, "pick-place": 3}
 
-ALGORITHMS = ("NSGA2", "SMSEMOA", "RVEA", "SPEA2", "NSGA3", "UNSGA3")
+ALGORITHMS = ("NSGA2", "SMSEMOA", "RVEA", "SPEA2", "NSGA3", "UNSGA3", "AGEMOEA2", "ConstrainedMOEAD")
 
 
 def algorithm(name: str, objectives: int, size: int = 24) -> Algorithm:
@@ -36,7 +37,14 @@ def algorithm(name: str, objectives: int, size: int = 24) -> Algorithm:
     plain = {"NSGA2": NSGA2, "SMSEMOA": SMSEMOA, "SPEA2": SPEA2}
     if name in plain:
         return plain[name](pop_size=size, n_offsprings=size)
+    if name == "AGEMOEA2":
+        # Its module needs numba, and some time to be compiled.
+        from pymoo.algorithms.moo.age2 import AGEMOEA2
+
+        return AGEMOEA2(pop_size=size, n_offsprings=size)
     directions = get_reference_directions("das-dennis", objectives, n_partitions=4 if objectives == 3 else 3)
+    if name == "ConstrainedMOEAD":
+        return ConstrainedMOEAD(directions)
     return {"RVEA": RVEA, "NSGA3": NSGA3, "UNSGA3": UNSGA3}[name](directions, pop_size=size)
 
 
@@ -49,6 +57,7 @@ def begin(problem: str, name: str, generations: int, seed: int, out: Path | None
         algorithm=algorithm(name, OBJECTIVES[problem]),
         progress=False,
         out=out,
+        polish=False,
     )
 
 

@@ -32,7 +32,7 @@ CASES = {
     "no rows": (lambda: selection.knee(np.empty((0, 3))), "at least one point"),
     "NaN rows": (lambda: selection.nearest_to_utopia(np.array([[np.nan, 1.0]])), "finite numbers"),
     "text as weights": (lambda: selection.weighted(np.eye(3), "abc"), "weights: expected numbers"),
-    "number as problem": (lambda: optimise(5, seed=1), "problem: expected a TrajectoryProblem"),
+    "number as problem": (lambda: optimise(5, seed=1, polish=False), "problem: expected a TrajectoryProblem"),
     "number as motion": (lambda: dlcc(5), "motion: expected a solution, an optimum or a rollout, got int"),
     "number as profile": (lambda: plots.profiles(5), "motion: expected a solution, an optimum or a rollout, got int"),
     "text as step": (

@@ -85,6 +85,8 @@ CASES = (
     *(("reparam", {"quadrature": "trapezoid"}), ("reparam", {"interpolant": "linear"}), ("reparam", {"effort": True})),
     *(("via-points", UR5 | EVERYTHING | {"interpolant": name}) for name in THROUGH_POINTS),
     *(("via-points", UR5 | {"interpolant": name, "moving": BOXES}) for name in THROUGH_POINTS),
+    ("via-points", UR5 | EVERYTHING | {"limits": "certified", "tool_speed": 4.0}),
+    *(("hybrid", {"limits": "certified", "objectives": names}) for names in ("all", ["time", "unused_payload"])),
     *(("via-points", PANDA), ("via-points", UR5 | {"scene": SCENE}), ("via-points", XARM | {"scene": SCENE})),
 )
 

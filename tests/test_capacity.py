@@ -75,7 +75,7 @@ def test_capacity_does_not_depend_on_the_mass_carried(model):
 
 def test_capacity_of_a_solution_and_of_an_optimum():
     problem = HybridManipulator()
-    front = optimise(problem, seed=1, generations=30, population=20, progress=False)
+    front = optimise(problem, seed=1, generations=30, population=20, progress=False, polish=False)
     solution = front.knee()
     assert dlcc(solution).mass == dlcc(problem.rollout(solution.x)).mass
     assert dlcc(solution, samples=6).mass >= 10.0
@@ -320,7 +320,7 @@ def test_margins_over_time(model):
 
 
 def test_capacities_of_a_front_are_those_of_its_solutions():
-    front = optimise(HybridManipulator(), seed=1, generations=30, population=20, progress=False)
+    front = optimise(HybridManipulator(), seed=1, generations=30, population=20, progress=False, polish=False)
     found = capacities(front, samples=6)
     each = [dlcc(front.problem.rollout(x), samples=6) for x in front.X]
     assert found.mass.tolist() == [one.mass for one in each]

@@ -198,7 +198,7 @@ def test_odd_names_of_solutions_are_refused(run, solution):
         (["solve", "pointing", "--interpolant", "cubic"], "unknown interpolant 'cubic'; known: printed, quintic"),
         (
             ["solve", "pointing", "--algorithm", "magic"],
-            "unknown algorithm 'magic'; known: nsga2, nsga3, rvea, sms-emoa, spea2, u-nsga3",
+            "unknown algorithm 'magic'; known: age-moea2, moea/d, nsga2, nsga3, rvea, sms-emoa, spea2, u-nsga3",
         ),
         (["solve", "pointing", "--population", "-5"], "--population"),
         (["solve", "pointing", "--generations", "0"], "--generations"),

@@ -62,7 +62,7 @@ def test_points_limits_and_seeds_are_options(tmp_path):
     ("arguments", "says"),
     [
         (["--path", "nose"], "unknown path 'nose'; known: a CSV file of points, gemini, s"),
-        (["--limits", "loose"], "unknown limits 'loose'; known: hull, tight"),
+        (["--limits", "loose"], "unknown limits 'loose'; known: certified, hull, tight"),
         (["--method", "magic"], "unknown method 'magic'; known: evolution, nnc"),
         (["--method", "nnc", "--population", "20"], "--population: the method 'nnc' has no such setting"),
         (["--method", "nnc", "--algorithm", "spea2"], "--algorithm: the method 'nnc' has no such setting"),

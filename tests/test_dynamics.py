@@ -14,8 +14,9 @@ import pytest
 from problems import HybridManipulator
 from tests.guo2016 import GUO2016, TABLE_7, forces_along
 from trajevo import PolynomialBatch, TrajevoError, load_robot
-from trajevo.dynamics import Dynamics, Rollout, lobatto
+from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError
+from trajevo.gauss_lobatto import lobatto
 from trajevo.payload import Payload
 from trajevo.robot import Friction
 

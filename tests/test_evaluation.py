@@ -75,6 +75,7 @@ def test_individuals_that_misbehave_are_listed_with_their_x_and_touch_no_other(m
         time_limit=0.6,
         out=tmp_path / "run",
         progress=False,
+        polish=False,
     )
     assert time.perf_counter() - began < 45.0
     assert 0 < front.run.failures < front.run.evaluations
@@ -94,8 +95,8 @@ def test_individuals_that_misbehave_are_listed_with_their_x_and_touch_no_other(m
 
 
 def test_a_time_limit_changes_nothing_of_a_run_that_keeps_it():
-    limited = optimise(PointingMechanism(), seed=2, time_limit=30.0, **SMALL)
-    free = optimise(PointingMechanism(), seed=2, **SMALL)
+    limited = optimise(PointingMechanism(), seed=2, time_limit=30.0, **SMALL, polish=False)
+    free = optimise(PointingMechanism(), seed=2, **SMALL, polish=False)
     for name in "XFG":
         np.testing.assert_array_equal(getattr(limited, name), getattr(free, name))
     assert limited.run.failures == 0
@@ -105,13 +106,13 @@ def test_only_the_first_failures_are_listed_all_are_counted():
     def never(rollout):
         raise RuntimeError("no licence")
 
-    front = optimise(small_problem(objectives=(Objective("time", "s", "t", never),)), seed=1, **SMALL)
+    front = optimise(small_problem(objectives=(Objective("time", "s", "t", never),)), seed=1, **SMALL, polish=False)
     assert front.run.failures == 120
     assert len(front.run.failed) == MOST_LISTED
 
 
 def test_failures_are_in_the_report(tmp_path):
-    front = optimise(when_slow(complain), seed=1, **SMALL)
+    front = optimise(when_slow(complain), seed=1, **SMALL, polish=False)
     front.save(tmp_path / "front.json")
     text = report(front, tmp_path / "report.html").read_text()
     x = front.run.failed[0].x
@@ -121,12 +122,15 @@ def test_failures_are_in_the_report(tmp_path):
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("inf"), float("nan"), True, "1"])
 def test_a_time_limit_is_a_positive_time(seconds):
-    refused(lambda: optimise(small_problem(), seed=1, time_limit=seconds, **SMALL), "time_limit: expected a positive")
+    refused(
+        lambda: optimise(small_problem(), seed=1, time_limit=seconds, **SMALL, polish=False),
+        "time_limit: expected a positive",
+    )
 
 
 def _in_a_daemon(pipe):
     try:
-        optimise(PointingMechanism(), seed=1, time_limit=1.0, **SMALL)
+        optimise(PointingMechanism(), seed=1, time_limit=1.0, **SMALL, polish=False)
     except InvalidInputError as error:
         pipe.send(str(error))
 
@@ -175,7 +179,7 @@ def test_a_full_disk_is_told_while_the_run_goes_on_and_its_front_is_kept_elsewhe
         "    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))\n"
         "    return rescue(**arguments)\n"
         "tempfile.NamedTemporaryFile = freed\n"
-        f"optimise(PointingMechanism(), seed=2, out=out, **{SMALL!r})\n"
+        f"optimise(PointingMechanism(), seed=2, out=out, polish=False, **{SMALL!r})\n"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -183,7 +187,7 @@ def test_a_full_disk_is_told_while_the_run_goes_on_and_its_front_is_kept_elsewhe
     (elsewhere,) = tmp_path.glob("trajevo-*.json")
     assert f"front.json: cannot be written: File too large; the front is in {elsewhere}" in done.stderr
     assert not (tmp_path / "run" / "front.json").exists()
-    expected = optimise(PointingMechanism(), seed=2, **SMALL)
+    expected = optimise(PointingMechanism(), seed=2, **SMALL, polish=False)
     np.testing.assert_array_equal(Front.load(elsewhere).X, expected.X)
     np.testing.assert_array_equal(resume(tmp_path / "run", progress=False).X, expected.X)
 
@@ -220,7 +224,7 @@ def test_what_pymoo_says_of_its_own_is_not_repeated_and_ours_is_heard(tmp_path):
 def test_too_little_space_is_told_before_anything_is_computed(tmp_path, monkeypatch):
     monkeypatch.setattr(RunFolder, "free", lambda self: 10**6)
     says = r"run: the run needs about 17 MB, 1 MB are free"
-    refused(lambda: optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL), says)
+    refused(lambda: optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL, polish=False), says)
 
 
 def test_a_folder_that_cannot_be_made_is_told_before_anything_is_computed(tmp_path):
@@ -228,7 +232,7 @@ def test_a_folder_that_cannot_be_made_is_told_before_anything_is_computed(tmp_pa
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         refused(
-            lambda: optimise(PointingMechanism(), seed=2, out=tmp_path / "file" / "run", **SMALL),
+            lambda: optimise(PointingMechanism(), seed=2, out=tmp_path / "file" / "run", **SMALL, polish=False),
             "file/run: the run cannot be written there: Not a directory",
         )
     done = trajevo("solve", "pointing", "--out", tmp_path / "file" / "run")

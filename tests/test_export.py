@@ -13,7 +13,7 @@ from trajevo.export import export, motion_schema
 
 @pytest.fixture(scope="module")
 def knee():
-    return optimise(PointingMechanism(), seed=1, generations=8, population=20, progress=False).knee()
+    return optimise(PointingMechanism(), seed=1, generations=8, population=20, progress=False, polish=False).knee()
 
 
 def read(file):
@@ -96,7 +96,9 @@ def test_json_is_as_its_schema_says(knee, tmp_path, angle):
 
 
 def test_a_splined_path_is_as_the_schema_says(tmp_path):
-    front = optimise(TimeJerkReparameterisation(path="s"), seed=1, generations=2, population=20, progress=False)
+    front = optimise(
+        TimeJerkReparameterisation(path="s"), seed=1, generations=2, population=20, progress=False, polish=False
+    )
     content = json.loads(export(front.knee(), tmp_path / "k.json", format="json").read_text())
     validator = Draft202012Validator(motion_schema())
     validator.validate(content)

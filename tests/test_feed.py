@@ -104,7 +104,7 @@ def test_a_closed_path_has_blocks_at_any_step(tmp_path):
     circle[-1] = circle[0]
     limits = {"velocity": 0.1, "acceleration": 1.0, "jerk": 30.0, "longest_time": 9.0}
     problem = TimeJerkReparameterisation(path=circle, **limits)
-    knee = optimise(problem, seed=1, generations=2, population=20, progress=False).knee()
+    knee = optimise(problem, seed=1, generations=2, population=20, progress=False, polish=False).knee()
     for share in (0.99, 0.5, 0.1):
         found = blocks(knee, share * float(knee.trajectory.duration[0]))
         np.testing.assert_array_equal(found.position[0], found.position[-1])
@@ -116,7 +116,7 @@ def test_joints_that_turn_have_no_feed(tmp_path):
     problem = TimeJerkReparameterisation(
         path=GeometricPath.through(points), robot="pointing_mechanism", longest_time=60.0
     )
-    front = optimise(problem, seed=1, generations=2, population=20, progress=False)
+    front = optimise(problem, seed=1, generations=2, population=20, progress=False, polish=False)
     for kind in ("feed", "gcode"):
         with pytest.raises(
             TrajevoError, match=r"feed: joint 'joint_1' \[rad\] of robot 'pointing_mechanism' is no lin"

@@ -12,7 +12,7 @@ SMALL = {"seed": 1, "generations": 10, "population": 20, "progress": False}
 
 @pytest.fixture(scope="module")
 def front() -> Front:
-    return optimise(PointingMechanism(), **SMALL)
+    return optimise(PointingMechanism(), **SMALL, polish=False)
 
 
 def test_a_front_comes_back_equal(front, tmp_path):
@@ -26,7 +26,7 @@ def test_a_front_comes_back_equal(front, tmp_path):
 
 def test_an_empty_front_comes_back_equal(tmp_path):
     problem = small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 0.1),))
-    empty = optimise(problem, **SMALL)
+    empty = optimise(problem, **SMALL, polish=False)
     empty.save(tmp_path / "front.json")
     assert Front.load(tmp_path / "front.json") == empty
 
@@ -87,7 +87,7 @@ def test_arrays_are_read_only(front):
 
 def test_a_hand_made_problem_must_be_passed_again(tmp_path):
     problem = small_problem()
-    made = optimise(problem, **SMALL)
+    made = optimise(problem, **SMALL, polish=False)
     made.save(tmp_path / "front.json")
     alone = Front.load(tmp_path / "front.json")
     assert alone.knee().F == made.knee().F
@@ -109,7 +109,7 @@ def test_a_hand_made_problem_must_be_passed_again(tmp_path):
         (lambda text: text.replace('"run"', '"ruin"'), "ruin|run"),
         (lambda text: text.replace('"seed": 1', '"seed": "one"'), "run.seed: "),
         (lambda text: text.replace('"G": [\n  [\n   -', '"G": [\n  [\n   '), "expected feasible points"),
-        (lambda text: text.replace('"generations": 10,', '"generations": 9,'), "a history of 9 generations"),
+        (lambda text: text.replace('"generations": 10,', '"generations": 12,'), "a history of),
         (lambda text: text.replace('"X": [', '"X": [[1.0],'), "expected [0-9]+ rows of 4 numbers in X"),
     ],
 )

@@ -38,7 +38,7 @@ PROBLEMS = {
 
 @pytest.fixture(scope="module", params=PROBLEMS)
 def front(request) -> Front:
-    return optimise(PROBLEMS[request.param](), **SMALL)
+    return optimise(PROBLEMS[request.param](), **SMALL, polish=False)
 
 
 @pytest.fixture(scope="module")
@@ -48,12 +48,12 @@ def file(front, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def pointing() -> Front:
-    return optimise(PointingMechanism(), **SMALL)
+    return optimise(PointingMechanism(), **SMALL, polish=False)
 
 
 @pytest.fixture(scope="module")
 def hybrid() -> Front:
-    return optimise(HybridManipulator(payload=10.0), **SMALL)
+    return optimise(HybridManipulator(payload=10.0), **SMALL, polish=False)
 
 
 # --- what is inside
@@ -206,14 +206,14 @@ def test_conventions_are_named_where_they_are_kept(pointing):
     assert made.Conventions == "CF-1.11"
     assert (made.position.units, made.effort.units) == ("rad", "N*m")
     time = Objective("time", "furlong", "test", total_time)
-    odd = optimise(small_problem(objectives=(time, JERK)), **SMALL)
+    odd = optimise(small_problem(objectives=(time, JERK)), **SMALL, polish=False)
     assert "Conventions" not in dataset(odd, samples=2).attrs
 
 
 def test_names_become_ones_that_every_program_takes():
     names = ("Δ time (s)", "time", "Time", "time_2", "ΔΔ")
     objectives = [Objective(name, "s", f"equation {k}", total_time) for k, name in enumerate(names)]
-    front = optimise(small_problem(objectives=(*objectives, JERK)), **SMALL)
+    front = optimise(small_problem(objectives=(*objectives, JERK)), **SMALL, polish=False)
     made = dataset(front, samples=2)
     found = {name: made[name].objective for name in made if name.startswith("objective_")}
     assert found == {
@@ -263,7 +263,7 @@ def test_a_step_bounds_the_intervals_of_the_longest_motion(pointing, tmp_path):
 
 
 def test_the_payload_of_every_solution_is_its_own():
-    front = optimise(max_payload_problem(HybridManipulator(), (0.0, 10.0)), **SMALL)
+    front = optimise(max_payload_problem(HybridManipulator(), (0.0, 10.0)), **SMALL, polish=False)
     made = dataset(front, samples=7)
     assert made.decision_payload.units == "kg"
     assert np.ptp(made.decision_payload.values) > 0.1
@@ -280,13 +280,13 @@ def test_a_robot_without_masses_has_no_effort():
     for k in range(1, model.njoints):
         model.inertias[k] = model.inertias[0]
     problem.dynamics = Dynamics(replace(problem.robot, model=model))
-    made = dataset(optimise(problem, **SMALL), samples=3)
+    made = dataset(optimise(problem, **SMALL, polish=False), samples=3)
     assert "jerk" in made
     assert "effort" not in made
 
 
 def test_no_constraints_leave_no_variable():
-    front = optimise(small_problem(constraints=()), **SMALL)
+    front = optimise(small_problem(constraints=()), **SMALL, polish=False)
     made = dataset(front, samples=3)
     assert "constraint" not in made.sizes
     assert not [name for name in made.variables if "constraint" in name]

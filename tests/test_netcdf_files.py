@@ -23,7 +23,7 @@ SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}
 
 @pytest.fixture(scope="module")
 def pointing() -> Front:
-    return optimise(PointingMechanism(), **SMALL)
+    return optimise(PointingMechanism(), **SMALL, polish=False)
 
 
 def test_the_same_front_gives_the_same_content(pointing):
@@ -132,7 +132,7 @@ def test_what_is_no_front_is_refused(source, tmp_path):
 
 def test_an_empty_front_says_why(tmp_path):
     problem = small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 0.1),))
-    empty = optimise(problem, **SMALL)
+    empty = optimise(problem, **SMALL, polish=False)
     refused(lambda: dataset(empty), "the front is empty: nothing feasible was found")
     refused(lambda: export(empty, tmp_path / "x.nc", format="netcdf"), "the front is empty")
 

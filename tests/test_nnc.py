@@ -27,7 +27,7 @@ def test_the_front_is_feasible_and_mutually_non_dominated(front):
 
 
 def test_evolution_finds_nothing_better(front):
-    evolved = optimise(small_problem(), seed=1, generations=60, population=60, progress=False)
+    evolved = optimise(small_problem(), seed=1, generations=60, population=60, progress=False, polish=False)
     for time, jerk in front.F:
         dominating = (evolved.F[:, 0] < time * (1.0 - 1e-5)) & (evolved.F[:, 1] < jerk * (1.0 - 1e-5))
         assert not dominating.any()

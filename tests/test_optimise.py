@@ -25,18 +25,18 @@ SMALL = {"generations": 15, "population": 24, "progress": False}
 
 
 def test_the_same_seed_gives_the_same_front_and_another_seed_another():
-    first, again = (optimise(PointingMechanism(), seed=3, **SMALL) for _ in range(2))
+    first, again = (optimise(PointingMechanism(), seed=3, **SMALL, polish=False) for _ in range(2))
     for name in "XFG":
         np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
     assert first.history == again.history
-    assert not np.array_equal(first.X, optimise(PointingMechanism(), seed=4, **SMALL).X)
+    assert not np.array_equal(first.X, optimise(PointingMechanism(), seed=4, **SMALL, polish=False).X)
 
 
 def test_the_same_seed_gives_the_same_front_in_another_process():
-    here = optimise(PointingMechanism(), seed=3, **SMALL)
+    here = optimise(PointingMechanism(), seed=3, **SMALL, polish=False)
     script = (
         "import json; from problems import PointingMechanism; from trajevo import optimise;"
-        f"print(json.dumps(optimise(PointingMechanism(), seed=3, **{SMALL!r}).X.tolist()))"
+        f"print(json.dumps(optimise(PointingMechanism(), seed=3, polish=False, **{SMALL!r}).X.tolist()))"
     )
     there = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
     np.testing.assert_array_equal(np.array(json.loads(there.stdout)), here.X)
@@ -44,7 +44,7 @@ def test_the_same_seed_gives_the_same_front_in_another_process():
 
 def test_the_front_is_feasible_mutually_non_dominated_and_sorted():
     problem = PointingMechanism()
-    front = optimise(problem, seed=1, **SMALL)
+    front = optimise(problem, seed=1, **SMALL, polish=False)
     assert (front.G <= 0.0).all()
     assert non_dominated(front.F).all()
     assert (np.diff(front.F[:, 0]) >= 0.0).all()
@@ -54,7 +54,7 @@ def test_the_front_is_feasible_mutually_non_dominated_and_sorted():
 
 
 def test_the_archive_keeps_what_the_population_forgets():
-    front = optimise(PointingMechanism(), seed=1, **SMALL)
+    front = optimise(PointingMechanism(), seed=1, **SMALL, polish=False)
     assert len(front) > SMALL["population"]
     volumes = np.array(front.history.hypervolume)
     assert (np.diff(volumes) >= 0.0).all()
@@ -76,9 +76,10 @@ def test_archive_equals_a_comparison_of_every_pair():
 
 
 def test_history_and_run_say_what_was_done():
-    front = optimise(PointingMechanism(), seed=5, offsprings=10, **SMALL)
+    front = optimise(PointingMechanism(), seed=5, offsprings=10, **SMALL, polish=False)
     assert front.run.generations == 15
-    assert front.run.evaluations == front.history.evaluations[-1] == 24 + 14 * 10
+    starts = front.run.settings["starts_evaluations"]
+    assert front.run.evaluations == front.history.evaluations[-1] == starts + 24 + 14 * 10
     assert len(front.history.hypervolume) == len(front.history.least_violation) == 15
     assert front.run.algorithm == "NSGA2"
     assert front.run.settings["offsprings"] == 10
@@ -91,8 +92,8 @@ def test_history_and_run_say_what_was_done():
 
 
 def test_defaults_are_the_papers():
-    front = optimise(PointingMechanism(), seed=1, generations=1, progress=False)
-    assert front.run.evaluations == 150
+    front = optimise(PointingMechanism(), seed=1, generations=1, progress=False, polish=False)
+    assert front.run.evaluations == front.run.settings["starts_evaluations"] + 150
     assert front.run.settings == {
         "population": 150,
         "offsprings": 150,
@@ -100,7 +101,9 @@ def test_defaults_are_the_papers():
         "crossover_index": 15.0,
         "mutation_probability": 0.15,
         "mutation_index": 20.0,
+        "starts": "random",
         "generations": 1,
+        "polish": False,
     }
 
 
@@ -113,9 +116,11 @@ def test_the_operators_get_the_settings(monkeypatch):
             super().__init__(**settings)
 
     monkeypatch.setattr(sys.modules["trajevo.optimise"], "NSGA2", Spy)
-    optimise(PointingMechanism(), seed=1, generations=1, progress=False)
+    optimise(PointingMechanism(), seed=1, generations=1, progress=False, polish=False)
     own = {"crossover_probability": 0.7, "crossover_index": 9.0, "mutation_probability": 0.2, "mutation_index": 33.0}
-    optimise(PointingMechanism(), seed=1, generations=1, population=20, offsprings=7, progress=False, **own)
+    optimise(
+        PointingMechanism(), seed=1, generations=1, population=20, offsprings=7, progress=False, **own, polish=False
+    )
     for settings, expected in zip(
         made, ((150, 150, 0.85, 15.0, 0.15, 20.0), (20, 7, 0.7, 9.0, 0.2, 33.0)), strict=True
     ):
@@ -133,7 +138,7 @@ def test_the_operators_get_the_settings(monkeypatch):
 
 def test_operators_of_a_passed_algorithm_are_recorded():
     algorithm = NSGA2(pop_size=20, crossover=SBX(prob=0.6, eta=3), mutation=PM(prob=0.5, eta=7))
-    front = optimise(PointingMechanism(), algorithm=algorithm, seed=1, generations=2, progress=False)
+    front = optimise(PointingMechanism(), algorithm=algorithm, seed=1, generations=2, progress=False, polish=False)
     assert "SBX(prob=0.6" in front.run.settings["crossover"]
     assert "eta=7" in front.run.settings["mutation"]
 
@@ -141,19 +146,24 @@ def test_operators_of_a_passed_algorithm_are_recorded():
 @pytest.mark.parametrize("algorithm", ["nsga2", NSGA2, 5])
 def test_something_that_is_no_algorithm_is_refused(algorithm):
     with pytest.raises(TrajevoError, match="algorithm: expected a pymoo algorithm that has not run yet"):
-        optimise(PointingMechanism(), algorithm=algorithm, seed=1, generations=2, progress=False)
+        optimise(PointingMechanism(), algorithm=algorithm, seed=1, generations=2, progress=False, polish=False)
 
 
 def test_an_algorithm_that_ran_already_is_refused():
     used = NSGA2(pop_size=20)
     minimize(PointingMechanism(), used, ("n_gen", 2), copy_algorithm=False, seed=1)
     with pytest.raises(TrajevoError, match="has not run yet"):
-        optimise(PointingMechanism(), algorithm=used, seed=1, generations=3, progress=False)
+        optimise(PointingMechanism(), algorithm=used, seed=1, generations=3, progress=False, polish=False)
 
 
 def test_numpy_integers_are_settings_too(tmp_path):
     front = optimise(
-        PointingMechanism(), seed=np.int64(1), population=np.int64(12), generations=np.int64(2), progress=False
+        PointingMechanism(),
+        seed=np.int64(1),
+        population=np.int64(12),
+        generations=np.int64(2),
+        progress=False,
+        polish=False,
     )
     front.save(tmp_path / "front.json")
 
@@ -168,7 +178,7 @@ def test_numpy_integers_are_settings_too(tmp_path):
     ids=lambda algorithm: type(algorithm).__name__,
 )
 def test_any_pymoo_algorithm_by_argument(algorithm):
-    front = optimise(PointingMechanism(), algorithm=algorithm, seed=2, generations=10, progress=False)
+    front = optimise(PointingMechanism(), algorithm=algorithm, seed=2, generations=10, progress=False, polish=False)
     assert front.run.algorithm == type(algorithm).__name__
     assert len(front) > 0
     assert algorithm.problem is None, "the algorithm that was passed was changed"
@@ -176,7 +186,7 @@ def test_any_pymoo_algorithm_by_argument(algorithm):
 
 def test_nothing_feasible_says_what_blocks_and_by_how_much():
     robot = load_robot("pointing_mechanism")
-    front = optimise(small_problem(constraints=(impossible(robot, 0.25),)), seed=1, **SMALL)
+    front = optimise(small_problem(constraints=(impossible(robot, 0.25),)), seed=1, **SMALL, polish=False)
     assert len(front) == 0
     assert front.blocking.violations == {"patience": 0.25}
     assert str(front.blocking) == "nothing feasible was found; in the nearest miss patience exceeds its limit by 25 %"
@@ -187,7 +197,7 @@ def test_nothing_feasible_says_what_blocks_and_by_how_much():
 
 def test_limits_too_tight_name_the_worst_first():
     problem = PointingMechanism(duration_bounds=(1.0, 1.5))
-    front = optimise(problem, seed=1, **SMALL)
+    front = optimise(problem, seed=1, **SMALL, polish=False)
     assert len(front) == 0
     violations = list(front.blocking.violations.values())
     assert violations == sorted(violations, reverse=True)
@@ -206,6 +216,7 @@ def test_failing_individuals_are_counted_and_never_in_the_front(bad, algorithm):
         population=20 if algorithm is None else None,
         algorithm=algorithm,
         progress=False,
+        polish=False,
     )
     assert front.run.failures > 0
     assert front.run.first_failure in (
@@ -221,7 +232,8 @@ def test_all_individuals_failing_is_said():
     def never(rollout):
         raise RuntimeError("no licence")
 
-    front = optimise(small_problem(objectives=(Objective("time", "s", "t", never),)), seed=1, **SMALL)
+    problem = small_problem(objectives=(Objective("time", "s", "t", never),))
+    front = optimise(problem, seed=1, starts="random", **SMALL, polish=False)
     assert len(front) == 0
     assert front.run.failures == front.run.evaluations
     assert front.run.first_failure == "RuntimeError: no licence"
@@ -229,7 +241,7 @@ def test_all_individuals_failing_is_said():
 
 
 def test_a_problem_without_a_reference_point_gets_one_from_its_first_feasible_points():
-    front = optimise(small_problem(), seed=1, **SMALL)
+    front = optimise(small_problem(), seed=1, **SMALL, polish=False)
     assert (np.array(front.history.reference_point) > 0.0).all()
     assert 0.0 < front.history.hypervolume[-1] < 1.0
 
@@ -250,18 +262,18 @@ def test_a_problem_without_a_reference_point_gets_one_from_its_first_feasible_po
 )
 def test_bad_settings_are_refused(arguments, says):
     with pytest.raises(TrajevoError, match=says):
-        optimise(PointingMechanism(), **({"seed": 1, "progress": False} | arguments))
+        optimise(PointingMechanism(), **({"seed": 1, "progress": False} | arguments), polish=False)
 
 
 def test_unknown_settings_and_foreign_problems_are_refused():
     with pytest.raises(TypeError):
-        optimise(PointingMechanism(), seed=1, sead=99)
+        optimise(PointingMechanism(), seed=1, sead=99, polish=False)
     with pytest.raises(TrajevoError, match="problem: expected a TrajectoryProblem, got str"):
-        optimise("pointing", seed=1)
+        optimise("pointing", seed=1, polish=False)
 
 
 def test_progress_goes_to_standard_error_in_plain_lines(capfd):
-    optimise(PointingMechanism(), seed=1, generations=10, population=20)
+    optimise(PointingMechanism(), seed=1, generations=10, population=20, polish=False)
     captured = capfd.readouterr()
     assert captured.out == ""
     lines = captured.err.splitlines()

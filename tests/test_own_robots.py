@@ -47,7 +47,7 @@ def test_no_limit_is_exceeded_between_the_samples(name):
         objectives=("time", "energy", "jerk"),
         constraints=("position", "velocity", "acceleration", "jerk", "effort"),
     )
-    front = optimise(problem, seed=1, generations=40, population=60, progress=False)
+    front = optimise(problem, seed=1, generations=40, population=60, progress=False, polish=False)
     assert len(front) > 20, front.blocking
     for found in verify_all(front, density=20):
         assert found.passed, found.verdict
@@ -63,15 +63,20 @@ def around():
 def test_every_front_member_keeps_its_distance_at_every_instant(around):
     assert len(around) > 20
     scene = Scene.of(around.problem.settings["scene"])
-    for row in range(len(around)):
-        profile = clearance_along(around.pick(row), scene, density=20 * around.problem.dynamics.samples)
-        assert profile.least(itself=False).min() >= scene.clearance - 1e-9
+    motions = around.problem.rollout(around.X)
+    profile = clearance_along(motions, scene, density=20 * around.problem.dynamics.samples)
+    assert profile.least(itself=False).min() >= scene.clearance - 1e-9
 
 
 def test_without_the_obstacle_the_same_task_collides(around):
     settings = around.problem.settings
     blind = optimise(
-        ViaPointProblem(**(settings | {"scene": None})), seed=1, generations=30, population=40, progress=False
+        ViaPointProblem(**(settings | {"scene": None})),
+        seed=1,
+        generations=30,
+        population=40,
+        progress=False,
+        polish=False,
     )
     scene = Scene.of(settings["scene"])
     least = [clearance_along(blind.pick(row), scene, density=20).least(itself=False).min() for row in range(len(blind))]
@@ -81,7 +86,7 @@ def test_without_the_obstacle_the_same_task_collides(around):
 def test_a_moving_point_wins_time(around):
     """With the point held where the task puts it, in the post, nothing is feasible at all."""
     held = ViaPointProblem(**(around.problem.settings | {"moving": []}))
-    front = optimise(held, seed=1, generations=10, population=40, progress=False)
+    front = optimise(held, seed=1, generations=10, population=40, progress=False, polish=False)
     assert not len(front)
     assert "clearance to obstacles" in str(front.blocking)
 

@@ -73,7 +73,9 @@ def test_sun_least_times_are_on_the_limit(name):
     [("smooth", 13.3103, 0.01, 0.466), ("quintic", 10.5852, 0.02, 0.576)],
 )
 def test_sun_front_of_a_full_run(name, least_time, within, hypervolume):
-    front = optimise(PointingMechanism(interpolant=name), seed=1, generations=200, population=150, progress=False)
+    front = optimise(
+        PointingMechanism(interpolant=name), seed=1, generations=200, population=150, progress=False, polish=False
+    )
     assert front.F[0, 0] == pytest.approx(least_time, rel=within)
     shown = np.column_stack([front.F[:, 0], np.degrees(front.F[:, 1:])]) / [40.0, 15.0, 40.0]
     assert moocore.hypervolume(shown, ref=[1.0, 1.0, 1.0]) >= hypervolume
@@ -84,7 +86,7 @@ def test_sun_front_of_a_full_run(name, least_time, within, hypervolume):
 
 def test_sun_alternatives_dominate_the_papers_curve():
     settings = {"seed": 0, "generations": 60, "population": 80, "progress": False}
-    fronts = {name: optimise(PointingMechanism(interpolant=name), **settings).F for name in INTERPOLANTS}
+    fronts = {name: optimise(PointingMechanism(interpolant=name), **settings, polish=False).F for name in INTERPOLANTS}
     for name in ("smooth", "quintic", "septic_spline"):
         beaten = [(fronts[name] <= row).all(axis=1).any() for row in fronts["printed"]]
         assert np.mean(beaten) > 0.95, name
@@ -92,7 +94,7 @@ def test_sun_alternatives_dominate_the_papers_curve():
 
 
 def test_guo_archive_of_four_objectives_holds_a_low_cost():
-    front = optimise(HybridManipulator(convention="printed"), seed=1, progress=False)
+    front = optimise(HybridManipulator(convention="printed"), seed=1, progress=False, polish=False)
     assert (front.run.settings["population"], front.run.generations) == (100, 200)
     assert front.run.settings["crossover_index"] == 10.0
     assert front.run.settings["mutation_index"] == 100.0
@@ -102,7 +104,7 @@ def test_guo_archive_of_four_objectives_holds_a_low_cost():
 
 
 def test_guo_nsga2_on_the_cost_alone():
-    front = optimise(HybridManipulator(convention="printed", objectives="cost"), seed=1, progress=False)
+    front = optimise(HybridManipulator(convention="printed", objectives="cost"), seed=1, progress=False, polish=False)
     assert front.F[0, 0] <= 2.5400
     assert front.F[0, 0] >= 2.537712 - 1e-6
 
@@ -112,11 +114,13 @@ def test_guo_nsga2_on_the_cost_alone():
 def test_guo_fronts_over_five_seeds(convention, capsys):
     held, volumes = [], []
     for seed in range(1, 6):
-        front = optimise(HybridManipulator(convention=convention), seed=seed, progress=False)
+        front = optimise(HybridManipulator(convention=convention), seed=seed, progress=False, polish=False)
         held.append(cost(front.F).min())
         volumes.append(front.history.hypervolume[-1])
     alone = [
-        optimise(HybridManipulator(convention=convention, objectives="cost"), seed=seed, progress=False).F.min()
+        optimise(
+            HybridManipulator(convention=convention, objectives="cost"), seed=seed, progress=False, polish=False
+        ).F.min()
         for seed in (1, 2, 3)
     ]
     with capsys.disabled():
@@ -138,7 +142,9 @@ def test_guo_fronts_over_five_seeds(convention, capsys):
     ],
 )
 def test_sun_fronts_over_five_seeds(name, hypervolume, least_time, capsys):
-    fronts = [optimise(PointingMechanism(interpolant=name), seed=seed, progress=False) for seed in range(1, 6)]
+    fronts = [
+        optimise(PointingMechanism(interpolant=name), seed=seed, progress=False, polish=False) for seed in range(1, 6)
+    ]
     volumes = np.array([front.history.hypervolume[-1] for front in fronts])
     times = np.array([front.F[0, 0] for front in fronts])
     at_table_4 = PointingMechanism(interpolant=name).evaluate(TABLE_4_DURATIONS)[0]

@@ -80,7 +80,7 @@ def test_axes_are_used_where_given(front):
 
 
 def test_what_cannot_be_drawn_is_refused(front):
-    other = optimise(PointingMechanism(), seed=1, generations=2, population=20, progress=False)
+    other = optimise(PointingMechanism(), seed=1, generations=2, population=20, progress=False, polish=False)
     with pytest.raises(TrajevoError, match="trajectory: expected runs along a path, got PolynomialBatch"):
         path_plots.path(other.knee())
     with pytest.raises(TrajevoError, match="fronts: expected fronts of two objectives"):

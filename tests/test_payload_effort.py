@@ -208,7 +208,7 @@ def test_motions_of_every_kind():
     problem = HybridManipulator()
     both = problem.rollout(np.stack([TABLE_7, 0.7 * TABLE_7]))
     assert (payload_effort(both).base == payload_effort(problem.rollout(TABLE_7)).base).all()
-    front = optimise(problem, seed=1, generations=5, population=12, progress=False)
+    front = optimise(problem, seed=1, generations=5, population=12, progress=False, polish=False)
     if len(front):
         assert payload_effort(front.knee(), samples=4).slopes.shape[1:] == (5, 10)
 

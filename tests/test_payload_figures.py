@@ -22,7 +22,7 @@ SMALL = {"seed": 1, "generations": 25, "population": 20, "progress": False}
 
 @pytest.fixture(scope="module")
 def front():
-    return optimise(HybridManipulator(objectives=["time", "energy", "unused_payload"]), **SMALL)
+    return optimise(HybridManipulator(objectives=["time", "energy", "unused_payload"]), **SMALL, polish=False)
 
 
 def stems(front):
@@ -53,21 +53,23 @@ def test_every_picture_is_drawn_once_and_shows_something(front, tmp_path):
 
 
 def test_what_has_nothing_to_show_is_left_out():
-    fixed = optimise(HybridManipulator(), **SMALL)
+    fixed = optimise(HybridManipulator(), **SMALL, polish=False)
     assert stems(fixed) == [stem for stem in PAYLOAD_FIGURES if stem != "payload_front"]
-    along_axis = optimise(HybridManipulator(payload_model="tool_axis"), **SMALL)
+    along_axis = optimise(HybridManipulator(payload_model="tool_axis"), **SMALL, polish=False)
     assert stems(along_axis) == ["effort", "capacities", "margins", "slowdown", "payload_time", "workspace"]
-    unloaded = optimise(HybridManipulator(payload=0.0), **SMALL)
+    unloaded = optimise(HybridManipulator(payload=0.0), **SMALL, polish=False)
     assert stems(unloaded) == [stem for stem in PAYLOAD_FIGURES if stem not in ("payload_front", "uncertainty")]
-    assert not {picture.stem for picture in draw_all(optimise(PointingMechanism(), **SMALL))} & {*PAYLOAD_FIGURES}
+    assert not {picture.stem for picture in draw_all(optimise(PointingMechanism(), **SMALL, polish=False))} & {
+        *PAYLOAD_FIGURES
+    }
 
 
 def test_of_an_arm_with_friction_and_a_load_off_centre():
-    assert stems(optimise(PickAndPlace(payload=2.5), **SMALL))[1:] == [*PAYLOAD_FIGURES[2:]]
+    assert stems(optimise(PickAndPlace(payload=2.5), **SMALL, polish=False))[1:] == [*PAYLOAD_FIGURES[2:]]
 
 
-def test_a_problem_without_gradient_or_time_has_no_curve():
-    fixed = optimise(HybridManipulator(objectives=["energy", "jerk"]), **SMALL)
+def test_a_problem_without_time_has_no_curve():
+    fixed = optimise(HybridManipulator(objectives=["energy", "jerk"]), **SMALL, polish=False)
     assert "payload_time" not in stems(fixed)
     refused(lambda: capacity_front(fixed.problem, [1.0], seed=1), "expected the time among the objectives")
     loaded = HybridManipulator(objectives=["time", "unused_payload"])
@@ -80,7 +82,7 @@ def test_a_front_of_payloads_is_drawn_over_time(front):
     np.testing.assert_allclose(shown, np.column_stack([front.F[:, 0], front.X[:, -1]]))
     assert ax.figure.axes[1].get_ylabel().startswith("energy")
     refused(lambda: load_plots.payload_front(front, colour="speed"), "unknown objective 'speed'")
-    fixed = optimise(HybridManipulator(), **SMALL)
+    fixed = optimise(HybridManipulator(), **SMALL, polish=False)
     refused(lambda: load_plots.payload_front(fixed), "expected a front whose payload is a variable")
 
 

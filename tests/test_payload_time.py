@@ -7,8 +7,7 @@ import pytest
 
 from problems import HybridManipulator, PointingMechanism, ViaPointProblem
 from tests.guo2016 import GUO2016, TABLE_7
-from tests.test_capacity import every_model, with_effort
-from tests.test_hybrid_manipulator import assert_gradients_equal_central_differences
+from tests.test_capacity import with_effort
 from trajevo import optimise, payload_time
 from trajevo.capacity import dlcc
 from trajevo.catalogue import objectives_of
@@ -162,7 +161,7 @@ def test_fronts_of_time_and_payload_and_energy():
         problem = max_payload_problem(HybridManipulator(**WIDE), objectives=names)
         assert problem.objective_names == (*names, "unused_payload")
         assert len(problem.reference_point) == len(names) + 1
-        front = optimise(problem, seed=1, generations=40, population=40, progress=False)
+        front = optimise(problem, seed=1, generations=40, population=40, progress=False, polish=False)
         assert len(front) > 5
         assert (front.X[:, -1] <= STATIC_BOUND + 1e-9).all()
         own = HybridManipulator(**(WIDE | {"objectives": [*names, "unused_payload"]}))
@@ -212,7 +211,7 @@ def test_the_payload_as_an_objective_of_any_robot():
     assert problem.dynamics.payload.com == (0.0, 0.0, 0.1)
     again = ViaPointProblem(**problem.settings)
     assert again.payload_range == problem.payload_range
-    front = optimise(problem, seed=1, generations=15, population=20, progress=False)
+    front = optimise(problem, seed=1, generations=15, population=20, progress=False, polish=False)
     assert len(front)
     for index in (0, len(front) - 1):
         assert dlcc(front.pick(index), samples=6).mass >= front.X[index, -1] - 1e-9
@@ -246,21 +245,13 @@ def test_payload_as_a_variable_and_an_objective():
 
 def test_front_of_the_greatest_payload():
     problem = max_payload_problem(HybridManipulator(), (0.0, 12.5))
-    front = optimise(problem, seed=1, generations=60, population=40, progress=False)
+    front = optimise(problem, seed=1, generations=60, population=40, progress=False, polish=False)
     assert len(front) > 5
     assert front.G.max() <= 0.0
     assert np.ptp(front.X[:, -1]) > 1.0
     for i in range(0, len(front), 5):
         assert dlcc(problem.rollout(front.X[i]), samples=6).mass >= front.X[i, -1] - 1e-9
         np.testing.assert_allclose(front.F[i, -1], 12.5 - front.X[i, -1])
-
-
-@every_model
-def test_gradients_with_the_payload_as_a_variable(model):
-    problem = max_payload_problem(HybridManipulator(payload_model=model), (0.0, 12.0))
-    rng = np.random.default_rng(6)
-    x = np.column_stack([rng.uniform(0.3, 1.2, (3, 12)), rng.uniform(1.0, 11.0, 3)])
-    assert_gradients_equal_central_differences(problem, x)
 
 
 def test_greatest_payload_within_a_time():

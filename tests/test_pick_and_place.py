@@ -78,7 +78,7 @@ def test_energy_and_torque_of_the_printed_motion(printed):
 def test_the_front_of_time_jerk_and_energy(printed):
     """Population 100, 100 generations, seed 0: hypervolume of F / (20, 20, 800) at least 0.4395."""
     problem, _ = printed
-    front = optimise(problem, seed=0, progress=False)
+    front = optimise(problem, seed=0, starts="random", progress=False, polish=False)
     assert front.run.evaluations == 10_000
     assert front.history.reference_point == (20.0, 20.0, 800.0)
     assert front.history.hypervolume[-1] >= 0.4395
@@ -241,7 +241,7 @@ def test_any_robot_goes_through_its_points(robot, tmp_path):
     np.testing.assert_allclose(
         problem.interpolant.points.positions, factor * np.array([[10, 0], [30, 20], [5, -10]]), atol=1e-15
     )
-    front = optimise(problem, seed=1, generations=20, population=20, progress=False)
+    front = optimise(problem, seed=1, generations=20, population=20, progress=False, polish=False)
     assert len(front) > 3
     assert problem.objective_units == ("s", "rad/s^3" if robot == "pointing_mechanism" else "m/s^3")
     again = load_problem("via-points", **json.loads(json.dumps(problem.settings)))

@@ -16,7 +16,7 @@ SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}
 
 @pytest.fixture(scope="module")
 def front():
-    return optimise(PointingMechanism(), **SMALL)
+    return optimise(PointingMechanism(), **SMALL, polish=False)
 
 
 def test_front_draws_every_pair_with_units_and_the_mark(front):
@@ -135,9 +135,11 @@ def test_hypervolume_is_drawn_by_generation(front):
 
 
 def test_what_cannot_be_drawn_is_refused():
-    empty = optimise(small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 0.1),)), **SMALL)
+    empty = optimise(
+        small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 0.1),)), **SMALL, polish=False
+    )
     for draw in (plots.front, plots.front_3d, plots.parallel_coordinates):
         with pytest.raises(TrajevoError, match="the front is empty and cannot be drawn: .*patience"):
             draw(empty)
     with pytest.raises(TrajevoError, match="at least 3 objectives, the front has 2"):
-        plots.front_3d(optimise(small_problem(), **SMALL))
+        plots.front_3d(optimise(small_problem(), **SMALL, polish=False))

@@ -24,7 +24,7 @@ SMALL = {"seed": 1, "generations": 3, "population": 12, "progress": False}
 
 @pytest.fixture(scope="module")
 def front():
-    return optimise(ViaPointProblem(robot="puma560", payload=1.0), **SMALL)
+    return optimise(ViaPointProblem(robot="puma560", payload=1.0), **SMALL, polish=False)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def knee(front):
 
 @pytest.fixture(scope="module")
 def hybrid():
-    return optimise(HybridManipulator(payload=5.0), **SMALL).knee()
+    return optimise(HybridManipulator(payload=5.0), **SMALL, polish=False).knee()
 
 
 def duration(solution):
@@ -106,7 +106,9 @@ def test_a_ros_trajectory_reads_back_as_the_motion(knee, tmp_path, step):
 
 def test_every_number_of_a_ros_trajectory_is_a_float(tmp_path):
     points = np.array([[1e-5, 0.1], [0.2, 0.3], [0.4, 2e-7]])  # PyYAML reads "1e-05" as a word
-    front = optimise(ViaPointProblem(robot="pointing_mechanism", points=points, duration_bounds=(1.0, 9.0)), **SMALL)
+    front = optimise(
+        ViaPointProblem(robot="pointing_mechanism", points=points, duration_bounds=(1.0, 9.0)), **SMALL, polish=False
+    )
     file = export(front.knee(), tmp_path / "knee.yaml", format="ros2", step=0.5)
     found = yaml.safe_load(file.read_text())["points"]
     numbers = [x for p in found for key in ("positions", "velocities", "accelerations", "effort") for x in p[key]]
@@ -238,7 +240,7 @@ def test_a_program_has_no_exponents_and_no_negative_zeros(tmp_path):
     points = np.array(
         [[1e-5, -1e-14, -0.5, 0.0, 0.0, -2e-7], [0.5, 0.2, -0.1, 0.3, 0.4, 0.1], [0.9, 0.1, -0.2, 0.4, 0.5, 0.1]]
     )
-    knee = optimise(ViaPointProblem(robot="puma560", points=points), **SMALL).knee()
+    knee = optimise(ViaPointProblem(robot="puma560", points=points), **SMALL, polish=False).knee()
     text = export(knee, tmp_path / "knee.script", format="urscript").read_text()
     assert "movej([0.00001, 0.0, -0.5, 0.0, 0.0, -0.0000002], a=1.4, v=1.05)" in text
     body = [line for line in text.splitlines() if "servoj" in line]
@@ -255,7 +257,7 @@ def test_a_cycle_that_no_controller_runs_is_refused(knee, tmp_path, step):
 
 
 def test_other_robots_have_no_program(hybrid, tmp_path):
-    pointing = optimise(PointingMechanism(), **SMALL | {"population": 20, "generations": 8}).knee()
+    pointing = optimise(PointingMechanism(), **SMALL | {"population": 20, "generations": 8}, polish=False).knee()
     says = "urscript: expected a robot with six joints that turn, got 'pointing_mechanism' with joints in rad, rad"
     refused(lambda: export(pointing, tmp_path / "x", format="urscript"), says)
     refused(lambda: urscript(hybrid, 0.008), "got 'hybrid_manipulator' with joints in m, m, m, rad, rad")

@@ -6,9 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from problems import HybridManipulator
 from tests.helpers import refused
-from tests.test_hybrid_manipulator import assert_gradients_equal_central_differences
 from tests.test_payload_effort import ROBOTS, every_com_model, random_motion
 from trajevo import Payload, PolynomialBatch
 from trajevo.constraints import effort_limits
@@ -17,7 +15,6 @@ from trajevo.intervals import greatest_quadratic
 from trajevo.payload_effort import com_features, payload_effort
 from trajevo.robust_limits import robust_effort_limits
 from trajevo.robust_payload import worst_case
-from trajevo.uncertainty import robust_problem
 
 BOX = np.array([[-0.1, -0.05, 0.0], [0.15, 0.05, 0.2]])
 MASSES = (1.0, 3.0)
@@ -120,16 +117,6 @@ def test_no_bit_depends_on_the_batch(name, model):
             np.testing.assert_array_equal(np.concatenate([limits.terms(part) for part in parts]), terms)
         copied = pickle.loads(pickle.dumps(limits))
         np.testing.assert_array_equal(copied.function(rollout), whole)
-
-
-@every_com_model
-@pytest.mark.parametrize("terms", [False, True])
-def test_gradients_equal_central_differences(model, terms):
-    """Also of the terms, with a box so wide that many efforts turn inside it."""
-    wide = [[-0.3] * 3, [0.3] * 3]
-    problem = robust_problem(HybridManipulator(payload_model=model, samples=3), mass=(5.0, 9.0), com=wide)
-    x = np.random.default_rng(8).uniform(0.3, 1.2, (2, problem.n_var))
-    assert_gradients_equal_central_differences(problem.in_terms() if terms else problem, x)
 
 
 @pytest.mark.parametrize("axes", [0, 1, 2, 3])

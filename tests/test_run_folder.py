@@ -62,7 +62,7 @@ def _damage(folder, what):
         ("pickled checkpoint", "checkpoint.npz: is damaged or no file of a run"),
         ("objects in a block", "npz: is damaged or no file of a run: Object arrays cannot be loaded"),
         ("no block", "the blocks hold .* individuals, the checkpoint counts"),
-        ("another algorithm", "algorithm: expected one of NSGA2, .* got 'os.system'"),
+        ("another algorithm", "algorithm: expected one of AGEMOEA2, .* got 'os.system'"),
         ("wrong state", "the checkpoint cannot be gone on from: expected X of shape"),
         ("no story", "the checkpoint is damaged: KeyError"),
     ],
@@ -70,7 +70,7 @@ def _damage(folder, what):
 def test_a_damaged_folder_is_refused_and_none_of_its_content_runs(what, says, tmp_path, stopped_after, monkeypatch):
     monkeypatch.chdir(tmp_path)
     stopped_after(3)
-    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL, polish=False)
     stopped_after(None)
     (tmp_path / "run" / "front.json").unlink()
     _damage(tmp_path / "run", what)
@@ -79,8 +79,11 @@ def test_a_damaged_folder_is_refused_and_none_of_its_content_runs(what, says, tm
 
 
 def test_a_folder_that_holds_a_run_is_not_overwritten(tmp_path):
-    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
-    refused(lambda: optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL), "already holds a run")
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL, polish=False)
+    refused(
+        lambda: optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL, polish=False),
+        "already holds a run",
+    )
     refused(lambda: resume(tmp_path), "holds no run")
     refused(lambda: read_run(tmp_path / "none"), "holds no run")
     front = Front.load(tmp_path / "run" / "front.json")
@@ -90,7 +93,7 @@ def test_a_folder_that_holds_a_run_is_not_overwritten(tmp_path):
 
 
 def test_two_processes_are_never_at_one_run(tmp_path):
-    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL, polish=False)
     (tmp_path / "run" / "front.json").unlink()
     script = "import sys; from trajevo import resume; resume(sys.argv[1], progress=False)"
     with RunFolder(tmp_path / "run").alone():

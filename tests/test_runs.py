@@ -85,7 +85,8 @@ def test_a_resumed_run_leaves_nothing_behind_in_the_process(tmp_path):
 def test_a_folder_changes_nothing_of_a_run_and_keeps_every_individual(tmp_path):
     problem = PointingMechanism()
     assert same(
-        optimise(problem, seed=2, out=tmp_path / "run", **SMALL), optimise(PointingMechanism(), seed=2, **SMALL)
+        optimise(problem, seed=2, out=tmp_path / "run", **SMALL, polish=False),
+        optimise(PointingMechanism(), seed=2, **SMALL, polish=False),
     )
     blocks = list(RunFolder(tmp_path / "run").blocks(12))
     assert sum(len(block.X) for block in blocks) == 12 * 20
@@ -97,9 +98,9 @@ def test_a_folder_changes_nothing_of_a_run_and_keeps_every_individual(tmp_path):
 
 
 def test_a_finished_run_can_be_made_longer(tmp_path):
-    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL, polish=False)
     longer = resume(tmp_path / "run", generations=20, progress=False)
-    assert same(longer, optimise(PointingMechanism(), seed=2, **SMALL | {"generations": 20}))
+    assert same(longer, optimise(PointingMechanism(), seed=2, **SMALL | {"generations": 20}, polish=False))
     assert longer.run.settings["generations"] == 20
     refused(lambda: resume(tmp_path / "run", generations=19), "generations: expected at least the 20 that were planned")
     begin("pointing", "RVEA", 6, 1, tmp_path / "rvea")
@@ -107,7 +108,7 @@ def test_a_finished_run_can_be_made_longer(tmp_path):
 
 
 def test_a_finished_run_is_resumed_without_a_generation_more(tmp_path):
-    front = optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    front = optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL, polish=False)
     (tmp_path / "run" / "front.json").unlink()
     again = resume(tmp_path / "run", progress=False)
     assert same(again, front)
@@ -124,9 +125,9 @@ def test_a_finished_run_is_resumed_without_a_generation_more(tmp_path):
 )
 def test_curves_of_solutions_and_tasks_are_resumed_too(make, tmp_path, stopped_after):
     size = {"seed": 1, "generations": 6, "population": 16, "progress": False}
-    expected = optimise(make(), **size)
+    expected = optimise(make(), **size, polish=False)
     stopped_after(3)
-    optimise(make(), out=tmp_path / "run", **size)
+    optimise(make(), out=tmp_path / "run", **size, polish=False)
     stopped_after(None)
     last = resume(tmp_path / "run", progress=False)
     assert same(last, expected)
@@ -134,23 +135,23 @@ def test_curves_of_solutions_and_tasks_are_resumed_too(make, tmp_path, stopped_a
 
 
 def test_points_to_begin_with_are_kept(tmp_path, stopped_after):
-    first = optimise(PointingMechanism(), seed=1, **SMALL)
-    expected = optimise(PointingMechanism(), seed=2, initial=first.X[:10], **SMALL)
+    first = optimise(PointingMechanism(), seed=1, **SMALL, polish=False)
+    expected = optimise(PointingMechanism(), seed=2, initial=first.X[:10], **SMALL, polish=False)
     stopped_after(1)
-    optimise(PointingMechanism(), seed=2, initial=first.X[:10], out=tmp_path / "run", **SMALL)
+    optimise(PointingMechanism(), seed=2, initial=first.X[:10], out=tmp_path / "run", **SMALL, polish=False)
     stopped_after(None)
     assert same(resume(tmp_path / "run", progress=False), expected)
 
 
 def test_a_problem_by_hand_is_passed_again_and_must_be_the_same(tmp_path, stopped_after):
     stopped_after(3)
-    optimise(small_problem(), seed=1, out=tmp_path / "run", **SMALL)
+    optimise(small_problem(), seed=1, out=tmp_path / "run", **SMALL, polish=False)
     stopped_after(None)
     refused(lambda: resume(tmp_path / "run"), "its problem is not a registered one; pass it")
     other = small_problem(constraints=())
     refused(lambda: resume(tmp_path / "run", problem=other), "the problem at hand differs")
     last = resume(tmp_path / "run", problem=small_problem(), progress=False)
-    assert same(last, optimise(small_problem(), seed=1, **SMALL))
+    assert same(last, optimise(small_problem(), seed=1, **SMALL, polish=False))
 
 
 def test_an_algorithm_without_an_adapter_says_so_and_its_individuals_are_kept(tmp_path, monkeypatch):
@@ -163,17 +164,26 @@ def test_an_algorithm_without_an_adapter_says_so_and_its_individuals_are_kept(tm
             algorithm=NSGA2(20, crossover=UX()),
             out=tmp_path / "run",
             progress=False,
+            polish=False,
         )
     refused(lambda: resume(tmp_path / "run"), "the run cannot be resumed: UX is an operator")
     (tmp_path / "run" / "front.json").unlink()
     assert same(read_run(tmp_path / "run"), front)
     own = NSGA2(20, survival=RankAndCrowding(crowding_func="ce"))
     with pytest.warns(UserWarning, match="NSGA2.survival.* is set to something that a run folder does not hold"):
-        optimise(PointingMechanism(), seed=1, generations=2, algorithm=own, out=tmp_path / "own", progress=False)
+        optimise(
+            PointingMechanism(),
+            seed=1,
+            generations=2,
+            algorithm=own,
+            out=tmp_path / "own",
+            progress=False,
+            polish=False,
+        )
 
 
 def test_other_versions_are_told(tmp_path):
-    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL)
+    optimise(PointingMechanism(), seed=2, out=tmp_path / "run", **SMALL, polish=False)
     file = tmp_path / "run" / "manifest.json"
     manifest = json.loads(file.read_text())
     manifest["versions"]["numpy"] = "1.0"

@@ -129,7 +129,7 @@ def test_kinematic_limits_scale_with_a_power_of_the_factor(kind, order):
 
 
 def test_a_feasible_motion_can_be_run_as_it_is():
-    front = optimise(HybridManipulator(), seed=1, generations=10, population=20, progress=False)
+    front = optimise(HybridManipulator(), seed=1, generations=10, population=20, progress=False, polish=False)
     for row in range(0, len(front), 4):
         solution = front.pick(str(row))
         assert slowdown_for(solution, 0.0).factor <= 1.0
@@ -361,7 +361,7 @@ def test_picture_of_a_curve_names_what_binds():
 
 
 def test_command_line(tmp_path):
-    front = optimise(HybridManipulator(payload=8.0), seed=1, generations=8, population=20, progress=False)
+    front = optimise(HybridManipulator(payload=8.0), seed=1, generations=8, population=20, progress=False, polish=False)
     front.save(tmp_path / "front.json")
     done = trajevo("slowdown", tmp_path / "front.json", "--payload", 9, "--solution", "weighted")
     assert done.returncode == 0, done.stderr

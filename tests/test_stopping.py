@@ -12,7 +12,7 @@ from trajevo.nnc import solve_nnc
 from trajevo.objectives import Objective, summed_rms_jerk, total_time
 from trajevo.stopping import Stopping
 
-SMALL = {"generations": 15, "population": 24, "progress": False}
+SMALL = {"generations": 15, "population": 24, "starts": "random", "progress": False}
 
 
 def signalling(number, *calls_that_do):
@@ -33,7 +33,7 @@ def signalling(number, *calls_that_do):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_finishes_the_generation_and_keeps_what_was_found(number):
     before = signal.getsignal(number)
-    front = optimise(signalling(number, 5), seed=1, **SMALL)
+    front = optimise(signalling(number, 5), seed=1, **SMALL, polish=False)
     assert front.run.interrupted
     assert front.run.stopped_by == number.name
     assert front.run.generations == 5
@@ -52,12 +52,12 @@ def test_a_second_interrupt_aborts_and_gives_the_keyboard_back():
 
     objectives = (Objective("time", "s", "t", twice), Objective("jerk", "rad/s^3", "t", summed_rms_jerk))
     with pytest.raises(KeyboardInterrupt):
-        optimise(small_problem(objectives=objectives), seed=1, **SMALL)
+        optimise(small_problem(objectives=objectives), seed=1, **SMALL, polish=False)
     assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_a_signal_in_the_last_generation_interrupts_nothing():
-    front = optimise(signalling(signal.SIGINT, SMALL["generations"]), seed=1, **SMALL)
+    front = optimise(signalling(signal.SIGINT, SMALL["generations"]), seed=1, **SMALL, polish=False)
     assert not front.run.interrupted
     assert front.run.stopped_by == ""
 
@@ -105,7 +105,7 @@ def test_a_process_that_ignores_the_keyboard_goes_on_ignoring_it():
 
 def test_what_is_around_a_run_is_asked_to_stop_too():
     with Stopping() as around:
-        optimise(signalling(signal.SIGINT, SMALL["generations"]), seed=1, **SMALL)
+        optimise(signalling(signal.SIGINT, SMALL["generations"]), seed=1, **SMALL, polish=False)
         assert around.asked_by == "SIGINT"
 
 
@@ -114,7 +114,7 @@ def test_a_second_interrupt_aborts_what_is_around_a_run_too():
 
     def asked_twice():
         with Stopping():
-            optimise(signalling(signal.SIGINT, 2), seed=1, **SMALL)
+            optimise(signalling(signal.SIGINT, 2), seed=1, **SMALL, polish=False)
             os.kill(os.getpid(), signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):

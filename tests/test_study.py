@@ -255,7 +255,7 @@ BAD = {
     "no name": (GOOD + '"a b" = [3]', "line 13: factors.a b: expected the name of an argument, got 'a b'"),
     "unknown algorithm": (
         GOOD + 'algorithm = ["nsga9"]',
-        "line 13: factors.algorithm: unknown algorithm 'nsga9'; known: nsga2",
+        "line 13: factors.algorithm: unknown algorithm 'nsga9'; known: age-moea2, moea/d, nsga2",
     ),
     "small population": (GOOD + "offsprings = [0]", "line 13: factors.offsprings: .*greater than or equal to 1, got 0"),
     "wide index": (GOOD + "mutation_index = [500.0]", "line 13: factors.mutation_index: expected .* 100.*, got 500"),

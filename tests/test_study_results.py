@@ -40,7 +40,8 @@ SECOND = [0.878, 0.647, 0.598, 2.05, 1.06, 1.29, 1.06, 3.14, 1.29]
 
 
 def ran(folder, problem="pointing", **changes):
-    study = Study(problem, **(SIZES | changes))
+    varied = {"polish": False} if "polish" not in changes.get("factors", {}) else {}
+    study = Study(problem, **(SIZES | changes | {"fixed": varied | changes.get("fixed", {})}))
     assert run_study(study, folder, progress=False).finished
     return study
 
@@ -92,7 +93,7 @@ def test_the_table_has_the_numbers_of_the_fronts(folder, results):
         front = Front.load(StudyFolder(folder).cell(row["cell"]) / "front.json")
         assert row["seed"] == front.run.seed
         assert row["hypervolume"] == front.history.hypervolume[-1]
-        assert row["evaluations"] == front.run.evaluations == 72
+        assert row["evaluations"] == front.run.evaluations == front.run.settings["starts_evaluations"] + 72
         assert (row["seconds"], row["failures"], row["front_size"]) == (front.run.seconds, 0, len(front))
         for name in front.objective_names:
             assert row[f"least_{name}"] == front.least(name).F[name]
@@ -112,7 +113,7 @@ def test_runs_with_reference_points_of_their_own_are_measured_in_one_box(without
         assert one.hypervolume[-1] == pytest.approx(hypervolume(front.F, results.box.upper), rel=1e-12)
         settings = front.record.settings | {"reference_point": results.box.upper.tolist()}
         same = load_problem("via-points", **settings)
-        again = optimise(same, seed=one.cell.seed, generations=6, population=12, progress=False)
+        again = optimise(same, seed=one.cell.seed, generations=6, population=12, progress=False, polish=False)
         assert np.allclose(one.hypervolume, again.history.hypervolume, rtol=1e-12, atol=0.0)
 
 
@@ -136,7 +137,9 @@ def test_objectives_that_are_not_positive_have_a_box_too():
 
     objectives = (Objective("early", "s", "t", earlier), Objective("jerk", "rad/s^3", "t", summed_rms_jerk))
     problem = small_problem(objectives=objectives)
-    fronts = [optimise(problem, seed=seed, generations=4, population=12, progress=False) for seed in (1, 2)]
+    fronts = [
+        optimise(problem, seed=seed, generations=4, population=12, progress=False, polish=False) for seed in (1, 2)
+    ]
     box = common_box(fronts)
     assert box.origin == "from the best points of all fronts to a tenth beyond the worst"
     F = np.concatenate([front.F for front in fronts])
@@ -150,7 +153,9 @@ def test_fronts_without_a_point_have_no_box():
         Objective("time", "s", "t", total_time),
         Objective("nothing", "1", "t", lambda rollout: np.full(len(rollout.trajectory), np.nan)),
     )
-    front = optimise(small_problem(objectives=objectives), seed=1, generations=2, population=8, progress=False)
+    front = optimise(
+        small_problem(objectives=objectives), seed=1, generations=2, population=8, progress=False, polish=False
+    )
     assert len(front) == 0
     assert common_box([front]) is None
 
@@ -170,13 +175,21 @@ def test_different_objectives_are_not_compared(tmp_path):
 
 
 def test_unfinished_cells_are_counted_and_none_is_refused(tmp_path, folder):
-    study = Study("pointing", **SIZES, factors={"interpolant": ["smooth", "quintic"]})
+    study = Study("pointing", **SIZES, factors={"interpolant": ["smooth", "quintic"]}, fixed={"polish": False})
     place = StudyFolder(tmp_path / "study")
     place.keep(study.record)
     refused(lambda: collect(tmp_path / "study"), "no cell of the study is finished")
     for cell in study.cells[:4]:
         problem = load_problem("pointing", interpolant=cell.labels["interpolant"])
-        optimise(problem, seed=cell.seed, generations=6, population=12, progress=False, out=place.cell(cell.name))
+        optimise(
+            problem,
+            seed=cell.seed,
+            generations=6,
+            population=12,
+            progress=False,
+            out=place.cell(cell.name),
+            polish=False,
+        )
     results = collect(tmp_path / "study")
     assert (len(results.cells), results.unfinished) == (4, 2)
     data = results.dataset()
@@ -189,6 +202,26 @@ def test_unfinished_cells_are_counted_and_none_is_refused(tmp_path, folder):
     other["run"]["seed"] = 12
     file.write_text(json.dumps(other))
     refused(lambda: collect(tmp_path / "study"), "holds another run than this cell's: seed 12, not ")
+
+
+def test_polished_runs_are_collected_with_what_polishing_found_and_took(tmp_path):
+    points = [[0.2, 0.1], [0.0, 0.3], [-0.2, 0.0]]
+    fixed = {"robot": "pointing_mechanism", "points": points, "duration_bounds": [1.0, 10.0]}
+    ran(tmp_path / "study", "via-points", fixed=fixed, factors={"polish": [False, True]}, repeats=2)
+    results = collect(tmp_path / "study")
+    plain, polished = results.cells[:2], results.cells[2:]
+    for one in plain:
+        assert len(one.hypervolume) == one.generations == 6
+    for one in polished:
+        assert (len(one.hypervolume), one.generations) == (7, 6)
+        assert one.hypervolume[6] > one.hypervolume[5] > 0.0
+        assert one.evaluations[6] > one.evaluations[5] == 72
+        front = Front.load(StudyFolder(tmp_path / "study").cell(one.cell.name) / "front.json")
+        assert one.hypervolume[6] == results.box.share(front.F)
+        assert one.cpu_seconds == front.run.cpu_seconds[-1]
+    table = results.table()
+    assert list(table["evaluations"]) == [int(one.evaluations[-1]) for one in results.cells]
+    assert (table.groupby("polish")["hypervolume"].median().diff().iloc[1]) > 0.0
 
 
 def test_files_open_elsewhere(results, tmp_path):
@@ -267,7 +300,8 @@ def test_levels_and_measures_that_are_not_there_are_refused(results):
         lambda: compare_levels(results, "payload"), "unknown factor 'payload'; known: crossover_probability, interp"
     )
     refused(
-        lambda: compare_levels(results, "interpolant", measure="speed"), "unknown measure 'speed'; known: evaluations"
+        lambda: compare_levels(results, "interpolant", measure="speed"),
+        "unknown measure 'speed'; known: cpu_seconds, evaluations",
     )
     half = replace(results, cells=results.cells[:6])
     refused(lambda: compare_levels(half, "interpolant"), "no finished cells match in all but smooth and quintic")
@@ -277,7 +311,7 @@ def test_levels_and_measures_that_are_not_there_are_refused(results):
 
 def run_of(F, number=0):
     one = np.array(F, dtype=float).reshape(-1, 2)
-    return CellResult(number, one, one, np.array([1.0]), np.array([0.0]), 0.0, 0)
+    return CellResult(number, one, one, np.array([1.0]), np.array([0.0]), 1, 0.0, 0.0, 0)
 
 
 def test_attainment_by_hand_counts_runs_that_found_nothing():

@@ -32,7 +32,8 @@ LONG = {"generations": 60, "population": 60}
 def small(**changes):
     factors = {"interpolant": ["smooth", "quintic"]}
     given = {"seed": 5, "repeats": 2, "generations": 6, "population": 12, "factors": factors}
-    return Study("pointing", **(given | changes))
+    fixed = {"polish": False} | changes.pop("fixed", {})
+    return Study("pointing", fixed=fixed, **(given | changes))
 
 
 def run(study, folder, engine=None):
@@ -102,7 +103,7 @@ def test_a_cell_is_the_run_that_its_settings_and_seed_make(tmp_path):
     run(study, tmp_path / "study")
     for cell, front in zip(study.cells, fronts(study, tmp_path / "study"), strict=True):
         problem = load_problem("pointing", interpolant=cell.labels["interpolant"])
-        alone = optimise(problem, seed=cell.seed, generations=6, population=12, progress=False)
+        alone = optimise(problem, seed=cell.seed, generations=6, population=12, progress=False, polish=False)
         assert (front.X.tobytes(), front.F.tobytes()) == (alone.X.tobytes(), alone.F.tobytes())
 
 
@@ -155,7 +156,7 @@ def test_a_failed_cell_is_recorded_stops_no_other_and_is_tried_again(tmp_path, m
 def test_a_cell_that_holds_another_run_fails_with_a_sentence(tmp_path):
     study, folder = small(repeats=1), tmp_path / "study"
     place = StudyFolder(folder).cell(study.cells[0].name)
-    optimise(load_problem("pointing"), seed=1, generations=2, population=12, progress=False, out=place)
+    optimise(load_problem("pointing"), seed=1, generations=2, population=12, progress=False, out=place, polish=False)
     (place / "front.json").unlink()
     stands = run(study, folder)
     assert str(stands) == "2 cells: 1 finished, 1 failed"
@@ -225,7 +226,8 @@ def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long
     file, folder = tmp_path / "study.toml", tmp_path / "study"
     sizes = "".join(f"{name} = {size}\n" for name, size in LONG.items())
     file.write_text(
-        f'problem = "pointing"\nseed = 5\nrepeats = 2\n{sizes}[factors]\ninterpolant = ["smooth", "quintic"]\n'
+        f'problem = "pointing"\nseed = 5\nrepeats = 2\n{sizes}[fixed]\npolish = false\n'
+        '[factors]\ninterpolant = ["smooth", "quintic"]\n'
     )
     script = "from trajevo.cli import main; main()"
     options = {

@@ -118,7 +118,7 @@ def test_a_margin_of_the_effort_limits_is_kept():
 
 def test_an_evolutionary_algorithm_takes_a_robust_problem():
     problem = robust_problem(ur5(), mass=(7.5, 8.5), com=BOX)
-    front = optimise(problem, seed=1, generations=15, population=40, progress=False)
+    front = optimise(problem, seed=1, generations=15, population=40, progress=False, polish=False)
     assert len(front) > 3
     for x in front.X:
         effort = payload_effort(problem.rollout(x), samples=4)

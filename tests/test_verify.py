@@ -21,7 +21,7 @@ TIME, JERK = Objective("time", "s", "test", total_time), Objective("jerk", "rad/
 
 
 def solved(problem, generations=10):
-    return optimise(problem, seed=1, generations=generations, population=20, progress=False)
+    return optimise(problem, seed=1, generations=generations, population=20, progress=False, polish=False)
 
 
 @pytest.fixture(scope="module")

@@ -28,6 +28,7 @@ from pymoo.operators.mutation.pm import PM
 
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError
+from trajevo.moead import ConstrainedMOEAD
 
 #: What an algorithm shows while it runs has no part in its result.
 _SHOWN = frozenset({"output", "display"})
@@ -79,8 +80,35 @@ _ADAPTERS = {
         ),
         _Adapter(NSGA3, arguments=("ref_dirs",), learnt=_NORMALISATION, keeper=_survival_normalisation),
         _Adapter(UNSGA3, arguments=("ref_dirs",), learnt=_NORMALISATION, keeper=_survival_normalisation),
+        _Adapter(ConstrainedMOEAD, arguments=("ref_dirs",), learnt=("ideal",), keeper=lambda algorithm: algorithm),
     )
 }
+#: pymoo's module has functions compiled by numba, which not everyone has.
+_AGE = "AGEMOEA2"
+
+
+def _adapter(name: str) -> _Adapter | None:
+    """The adapter of an algorithm, by the name of its class."""
+    if name == _AGE and _AGE not in _ADAPTERS:
+        try:
+            import numba  # noqa: F401 - pymoo raises a bare Exception without it
+        except ImportError as error:
+            raise InvalidInputError("algorithm: AGE-MOEA-II needs numba: pip install 'trajevo[fast]'") from error
+        from pymoo.algorithms.moo.age2 import AGEMOEA2
+
+        _ADAPTERS[_AGE] = _Adapter(AGEMOEA2)
+    return _ADAPTERS.get(name)
+
+
+def _adapter_of(algorithm: Algorithm) -> _Adapter:
+    found = _adapter(type(algorithm).__name__)
+    if found is None:
+        raise InvalidInputError(f"{type(algorithm).__name__} has no adapter")
+    return found
+
+
+def _known() -> str:
+    return ", ".join(sorted({*_ADAPTERS, _AGE}))
 
 
 def specification(algorithm: Algorithm) -> dict[str, Any]:
@@ -90,9 +118,9 @@ def specification(algorithm: Algorithm) -> dict[str, Any]:
         InvalidInputError: it has no adapter, or holds something that its adapter does not know; the sentence says what.
     """
     name = type(algorithm).__name__
-    adapter = _ADAPTERS.get(name)
+    adapter = _adapter(name)
     if adapter is None or type(algorithm) is not adapter.algorithm:
-        raise InvalidInputError(f"{name} has no adapter; those with one are {', '.join(sorted(_ADAPTERS))}")
+        raise InvalidInputError(f"{name} has no adapter; those with one are {_known()}")
     found: dict[str, Any] = {
         "name": name,
         "pop_size": _plain(algorithm.pop_size),
@@ -120,9 +148,9 @@ def algorithm_of(found: Mapping[str, Any]) -> Algorithm:
         InvalidInputError: no such algorithm or operator, or arguments that it refuses.
     """
     arguments = dict(found)
-    adapter = _ADAPTERS.get(str(arguments.pop("name", "")))
+    adapter = _adapter(str(arguments.pop("name", "")))
     if adapter is None:
-        raise InvalidInputError(f"algorithm: expected one of {', '.join(sorted(_ADAPTERS))}, got {found.get('name')!r}")
+        raise InvalidInputError(f"algorithm: expected one of {_known()}, got {found.get('name')!r}")
     for role in ("ref_dirs", "sampling"):
         if arguments.get(role) is not None:
             arguments[role] = np.array(arguments[role], dtype=np.float64)
@@ -142,7 +170,7 @@ def state(algorithm: Algorithm) -> dict[str, Array]:
 
     Its termination counts generations, and is set up again with their number.
     """
-    adapter = _ADAPTERS[type(algorithm).__name__]
+    adapter = _adapter_of(algorithm)
     keeper = adapter.keeper(algorithm)
     learnt = {name: getattr(keeper, name) for name in adapter.learnt}
     counters = {
@@ -164,7 +192,7 @@ def restore(algorithm: Algorithm, arrays: Mapping[str, Array]) -> None:
     Raises:
         KeyError, TypeError, ValueError: arrays that are no such state.
     """
-    adapter = _ADAPTERS[type(algorithm).__name__]
+    adapter = _adapter_of(algorithm)
     counters = json.loads(str(arrays["counters"]))
     algorithm.pop = _population(arrays, algorithm.problem)
     algorithm.n_iter = int(counters["iteration"])

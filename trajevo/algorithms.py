@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import count, takewhile
 from typing import Any
 
@@ -16,23 +17,51 @@ from pymoo.util.ref_dirs import get_reference_directions
 
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.moead import ConstrainedMOEAD
 from trajevo.problem import TrajectoryProblem
+from trajevo.starts import DEFAULT_STARTS
+
+
+def _age_moea2(**sizes: int) -> Algorithm:
+    """AGE-MOEA-II, which pymoo has compiled by numba."""
+    try:
+        import numba  # noqa: F401 - pymoo raises a bare Exception without it
+    except ImportError as error:
+        raise InvalidInputError("algorithm: 'age-moea2' needs numba: pip install 'trajevo[fast]'") from error
+    from pymoo.algorithms.moo.age2 import AGEMOEA2
+
+    solver: Algorithm = AGEMOEA2(**sizes)
+    return solver
+
+
+#: Settings of a run that every algorithm has, by the names that :func:`trajevo.optimise.optimise` has for them.
+OF_RUN = ("starts", "evaluations", "cpu_time", "polish", "polish_every")
 
 #: Algorithms that follow reference directions.
-_ALONG_DIRECTIONS = {"nsga3": NSGA3, "rvea": RVEA, "u-nsga3": UNSGA3}
+_ALONG_DIRECTIONS: dict[str, Callable[..., Algorithm]] = {
+    "moea/d": ConstrainedMOEAD,
+    "nsga3": NSGA3,
+    "rvea": RVEA,
+    "u-nsga3": UNSGA3,
+}
 
 #: Algorithms besides NSGA-II that need nothing but a population size, and directions where they follow them.
-ALGORITHMS = {"sms-emoa": SMSEMOA, "spea2": SPEA2} | _ALONG_DIRECTIONS
+ALGORITHMS: dict[str, Callable[..., Algorithm]] = {
+    "age-moea2": _age_moea2,
+    "sms-emoa": SMSEMOA,
+    "spea2": SPEA2,
+} | _ALONG_DIRECTIONS
 
 
 def algorithm_settings(name: str, own: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:
     """Keyword arguments of :func:`trajevo.optimise.optimise` for an algorithm by name.
 
-    NSGA-III, U-NSGA-III and RVEA follow the reference directions of Das and Dennis, see :func:`reference_directions`.
+    NSGA-III, U-NSGA-III, RVEA and MOEA/D follow the reference directions of Das and Dennis, see
+    :func:`reference_directions`; the population of MOEA/D is their number, and its offspring at most as many.
 
     Args:
         name: ``"nsga2"`` or a key of :data:`ALGORITHMS`.
-        own: settings of NSGA-II by name; of the others population and offsprings alone.
+        own: settings of NSGA-II by name; of the others population and offsprings alone; and :data:`OF_RUN`.
         problem: what is to be solved: its usual population counts where none is given, and its number of objectives
             where there are directions.
 
@@ -41,8 +70,10 @@ def algorithm_settings(name: str, own: dict[str, Any], problem: TrajectoryProble
         InvalidInputError: a setting that the algorithm does not have, or directions for a single objective or for more
             objectives than individuals.
     """
+    of_run = {key: own[key] for key in OF_RUN if own.get(key) is not None}
+    own = {key: value for key, value in own.items() if key not in OF_RUN}
     if name == "nsga2":
-        return own
+        return own | of_run
     checked_name("algorithm", name, ["nsga2", *ALGORITHMS])
     size = own.get("population") or problem.evolution.population
     for key, value in own.items():
@@ -53,8 +84,11 @@ def algorithm_settings(name: str, own: dict[str, Any], problem: TrajectoryProble
         if problem.n_obj < 2:
             raise InvalidInputError(f"algorithm: {name!r} follows directions between objectives, the problem has one")
         sizes["ref_dirs"] = reference_directions(problem.n_obj, size)
+        if name == "moea/d":
+            count = len(sizes["ref_dirs"])
+            sizes |= {"pop_size": count, "n_offsprings": min(own.get("offsprings") or count, count)}
     solver: Algorithm = ALGORITHMS[name](**sizes)
-    return {"algorithm": solver}
+    return {"algorithm": solver, "starts": DEFAULT_STARTS} | of_run
 
 
 def reference_directions(objectives: int, most: int) -> Array:

@@ -69,6 +69,51 @@ def greatest_magnitude(values: Array, tolerance: float) -> Array:
     return bound
 
 
+def hull(values: Array) -> tuple[Array, Array]:
+    """What polynomials do not leave on [0, 1], rounding allowed for: the hull of the Bernstein form of both halves.
+
+    Args:
+        values: of polynomials of degree below N at the nodes of ``gauss(N)``, shape (..., N).
+
+    Returns:
+        Lower and upper bounds, each of shape (...).
+    """
+    cut, rounding, _ = _first_cut(values.shape[-1])
+    pieces = values @ cut
+    slack = rounding * np.abs(values).max(axis=-1)
+    return pieces.min(axis=-1) - slack, pieces.max(axis=-1) + slack
+
+
+@cache
+def halving(size: int) -> Array:
+    """Matrix from values at the Gauss nodes to those at the nodes of the left and the right half, (2 size, size)."""
+    nodes, _ = gauss(size)
+    return frozen(np.ascontiguousarray(_basis(np.concatenate([0.5 * nodes, 0.5 + 0.5 * nodes]), size)))
+
+
+@cache
+def to_chebyshev(size: int) -> Array:
+    """Matrix from values at the Gauss nodes to Chebyshev coefficients on the interval, (size, size)."""
+    legendre = _to_legendre(size).T
+    angles = np.pi * (np.arange(size) + 0.5) / size
+    at_chebyshev = np.polynomial.legendre.legvander(np.cos(angles), size - 1)
+    cosines = np.cos(np.arange(size)[:, None] * angles) * (2.0 / size)
+    cosines[0] *= 0.5
+    return frozen(cosines @ at_chebyshev @ legendre)
+
+
+def interpolation_error(size: int, ellipse: Array) -> Array:
+    """What the polynomial through the values at ``gauss(size)`` may be off by, per unit of the function's magnitude.
+
+    The function is analytic inside the Bernstein ellipse with the sum of semi-axes ``ellipse`` > 1 about the interval
+    and its magnitude does not exceed one there. The best polynomial is 2 ellipse^-degree / (ellipse - 1) away at most
+    (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2), and interpolation loses the factor of one
+    plus the nodes' Lebesgue constant.
+    """
+    error: Array = (1.0 + _first_cut(size)[2]) * 2.0 * ellipse ** (1.0 - size) / (ellipse - 1.0)
+    return error
+
+
 def local_greatest(values: Array, groups: Array) -> Array:
     """Greatest value of groups of polynomials, near the greatest at the nodes: smooth in parameters, not guaranteed.
 

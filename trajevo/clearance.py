@@ -8,13 +8,23 @@ are halved until it is not, or until the bound is within a tolerance of the dist
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
 
 from trajevo.arrays import Array, frozen
-from trajevo.collision import DISTANCE_ERROR, Collision, Pair
+from trajevo.clearance_search import Search
+from trajevo.clearance_steps import (
+    ClearanceTerms,
+    Deciding,
+    missing,
+    real_parts,
+    stepped_bounds,
+    takes_steps,
+    wanted_clearances,
+)
+from trajevo.collision import Collision, Pair
 from trajevo.constraints import Constraint
 from trajevo.dynamics import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
@@ -25,12 +35,6 @@ from trajevo.transmission import Direct
 
 #: Names of the columns: of the pairs with an obstacle, of those of the robot with itself.
 NAMES = ("clearance to obstacles", "clearance to itself")
-
-#: Least divisor of a column [m]; a clearance of 0 has to be measured against something.
-_LEAST_SCALE = 0.01
-
-#: Halvings in which motions that collide are searched for how deep they do; 3 make 16 intervals of a segment.
-_SEARCHED = 3
 
 
 def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> Constraint:
@@ -47,7 +51,7 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
 
     Returns:
         A constraint with one column for obstacles and one for the robot itself, as far as the scene has them. It can be
-        pickled; it has no gradient.
+        pickled. Its terms are the least distances of every pair at fixed shares of every segment.
 
     Raises:
         InvalidInputError: a robot without collision geometry or with a transmission, or a tolerance that is not
@@ -62,7 +66,8 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
     if not (real and 0.0 < tolerance < np.inf):
         raise InvalidInputError(f"tolerance: expected a positive number [m], got {tolerance!r}")
     clearance = ProvenClearance(Collision(robot, scene), float(tolerance))
-    return Constraint(tuple(NAMES[kind] for kind in clearance.kinds), "scene", clearance)
+    terms = ClearanceTerms(clearance.collision, clearance.tolerance)
+    return Constraint(tuple(NAMES[kind] for kind in clearance.kinds), "scene", clearance, terms)
 
 
 @final
@@ -84,151 +89,37 @@ class ProvenClearance:
         return tuple(sorted({int(pair.itself) for pair in self.collision.pairs}))
 
     def __call__(self, rollout: Rollout) -> Array:
-        """Missing clearance over the clearance, at most 0 where it is proven.
-
-        Raises:
-            InvalidInputError: the trajectories are complex steps of a gradient.
-        """
-        wanted = self._wanted()
-        excess: Array = (wanted - self.least(rollout.trajectory)) / np.maximum(wanted, _LEAST_SCALE)
-        return excess[:, list(self.kinds)]
+        """Missing clearance over the clearance, at most 0 where it is proven."""
+        columns, wanted = list(self.kinds), wanted_clearances(self.collision.scene)
+        return missing(wanted[columns], self.least(rollout.trajectory)[:, columns])
 
     def least(self, trajectory: TrajectoryBatch) -> Array:
-        """Distance to obstacles and to itself, proven if not below the clearance, (B, 2) [m], inf if unwatched."""
-        search = _Search(self.collision, trajectory, self._wanted(), self.tolerance)
+        """Distance to obstacles and to itself, proven if not below the clearance, (B, 2) [m], inf if unwatched.
+
+        Of complex steps it is that of the real parts, with the derivative of the sample or bound that decides.
+        """
+        if not takes_steps(trajectory):
+            return self._searched(trajectory)[0]
+        first, which = real_parts(trajectory)
+        real, columns = trajectory.real_rows(first), list(self.kinds)
+        least, pair, t = self._searched(real)
+        deciding = Deciding(pair[:, columns], t[:, :, columns])
+        stepped = least[which].astype(np.complex128)
+        stepped[:, columns] += 1j * stepped_bounds(self.collision, trajectory, real, which, deciding)
+        return stepped
+
+    def _searched(self, trajectory: TrajectoryBatch) -> tuple[Array, Array, Array]:
+        """Distances (B, 2) [m], the pairs that decide them (B, 2) and both ends of where they do, (2, B, 2) [s]."""
+        wanted = wanted_clearances(self.collision.scene)
+        search = Search(self.collision, trajectory, wanted, self.tolerance)
         work = search.start()
         while len(work.row):
             work = search.halve(work)
-        return np.where(search.sampled < self._wanted(), search.sampled, search.proven)
-
-    def _wanted(self) -> Array:
-        scene = self.collision.scene
-        return np.array([scene.clearance, scene.self_clearance or 0.0])
-
-
-@dataclass(frozen=True, eq=False)
-class _Intervals:
-    """K intervals of time of one pair each.
-
-    Attributes:
-        row: trajectory, (K,).
-        pair: (K,).
-        t: both ends, (2, K) [s].
-        v: joint velocities at both ends, within the segment, (2, K, n_joints).
-        d: distances at both ends, (2, K) [m].
-        known: a lower bound that is already proven, (K,) [m].
-    """
-
-    row: Array
-    pair: Array
-    t: Array
-    v: Array
-    d: Array
-    known: Array
-
-    def chosen(self, keep: Array) -> _Intervals:
-        return _Intervals(
-            self.row[keep], self.pair[keep], self.t[:, keep], self.v[:, keep], self.d[:, keep], self.known[keep]
-        )
-
-
-@dataclass(eq=False)
-class _Search:
-    """Branch and bound of a batch: what was sampled, what is proven, both (B, 2) [m]."""
-
-    collision: Collision
-    trajectory: TrajectoryBatch
-    wanted: Array
-    tolerance: float
-    sampled: Array = field(init=False)
-    proven: Array = field(init=False)
-    halvings: int = field(default=0, init=False)
-
-    def __post_init__(self) -> None:
-        trajectory = self.trajectory
-        if np.iscomplexobj(trajectory.breaks) or np.iscomplexobj(trajectory.at_shares(np.zeros(1), 0)):
-            raise InvalidInputError("clearance: has no gradient: solve with an evolutionary algorithm")
-        self.reach = self.collision.reach(*trajectory.extremes(0))
-        self.peak = trajectory.peak(2)
-        self.kind = np.array([int(pair.itself) for pair in self.collision.pairs])
-        self.sampled, self.proven = (np.full((len(trajectory), 2), np.inf) for _ in range(2))
-
-    def start(self) -> _Intervals:
-        """Both halves of every segment."""
-        trajectory, shares = self.trajectory, np.array([0.0, 0.5, 1.0])
-        B, S, n = len(trajectory), trajectory.breaks.shape[1] - 1, trajectory.n_joints
-        q, v = (trajectory.at_shares(shares, order).reshape(B, S, 3, n) for order in (0, 1))
-        t = trajectory.breaks[:, :-1, None] + shares * trajectory.segment_durations[:, :, None]
-        ends = np.concatenate([q[:, :, :2].reshape(B, 2 * S, n), q[:, -1, 2:]], axis=1)
-        motion = np.repeat(np.arange(B), 2 * S + 1)
-        d = self.collision.distances(ends.reshape(-1, n), motion=motion).reshape(B, 2 * S + 1, -1) - DISTANCE_ERROR
-        row, step, pair = (index.ravel() for index in np.indices((B, 2 * S, d.shape[2])))
-        segment, half = step // 2, step % 2
-        self._sample(row, pair, d[row, step, pair])
-        self._sample(row, pair, d[row, step + 1, pair])
-        return self._open(
-            _Intervals(
-                row=row,
-                pair=pair,
-                t=np.stack([t[row, segment, half], t[row, segment, half + 1]]),
-                v=np.stack([v[row, segment, half], v[row, segment, half + 1]]),
-                d=np.stack([d[row, step, pair], d[row, step + 1, pair]]),
-                known=np.full(len(row), -np.inf),
-            )
-        )
-
-    def halve(self, work: _Intervals) -> _Intervals:
-        """Look at the middle of every interval and keep the halves that are still open."""
-        self.halvings += 1
-        middle = work.t.mean(axis=0)
-        d, v = self._look(work, middle)
-        self._sample(work.row, work.pair, d)
-        known = self._bound(work)
-        inner = {"t": middle, "v": v, "d": d}
-        left = {name: np.stack([getattr(work, name)[0], value]) for name, value in inner.items()}
-        right = {name: np.stack([value, getattr(work, name)[1]]) for name, value in inner.items()}
-        halves = {name: np.concatenate([left[name], right[name]], axis=1) for name in inner}
-        row, pair, known = (np.tile(values, 2) for values in (work.row, work.pair, known))
-        return self._open(_Intervals(row=row, pair=pair, known=known, **halves))
-
-    def _look(self, work: _Intervals, t: Array) -> tuple[Array, Array]:
-        """Distances (K,) and joint velocities (K, n_joints) at one instant of every interval."""
-        instants, state = np.unique(np.stack([work.row, t], axis=1), axis=0, return_inverse=True)
-        row = instants[:, 0].astype(np.intp)
-        column = np.arange(len(row)) - np.searchsorted(row, row)  # place among the instants of its trajectory
-        padded = np.zeros((len(self.trajectory), column.max() + 1))
-        padded[row, column] = instants[:, 1]
-        q, v = (self.trajectory.evaluate(padded, derivative)[row, column] for derivative in (0, 1))
-        order, d = np.argsort(state, kind="stable"), np.empty(len(t))
-        d[order] = self.collision.distances_of(q, state[order], work.pair[order], motion=row) - DISTANCE_ERROR
-        return d, v[state]
-
-    def _open(self, work: _Intervals) -> _Intervals:
-        """Settle the intervals that are proven, or as good as can be, and return the others."""
-        kind, bound = self.kind[work.pair], self._bound(work)
-        sampled = self.sampled[work.row, kind]
-        collides = sampled < self.wanted[kind]
-        settled = np.where(
-            collides,
-            (bound >= sampled) | (self.halvings >= _SEARCHED),
-            (bound >= self.wanted[kind]) | (0.5 * self._travel(work) <= self.tolerance),
-        )
-        np.minimum.at(self.proven, (work.row[settled], kind[settled]), bound[settled])
-        return work.chosen(~settled)
-
-    def _bound(self, work: _Intervals) -> Array:
-        bound: Array = np.maximum(work.known, 0.5 * (work.d.sum(axis=0) - self._travel(work)))
-        return bound
-
-    def _travel(self, work: _Intervals) -> Array:
-        """How far the solids can move against each other: |v| is below both |v₀| + a τ and |v₁| + a (Δt - τ)."""
-        step = (work.t[1] - work.t[0])[:, None]
-        most = 0.5 * np.abs(work.v).sum(axis=0) * step + 0.25 * self.peak[work.row] * step**2
-        travel: Array = (self.reach[work.row, work.pair] * most).sum(axis=1)
-        return travel
-
-    def _sample(self, row: Array, pair: Array, d: Array) -> None:
-        np.minimum.at(self.sampled, (row, self.kind[pair]), d)
+        found = np.where(search.sampled.d < wanted, 0, 1)
+        rows, kinds = np.indices(found.shape)
+        both = search.sampled, search.proven
+        d, pair = (np.stack([getattr(least, name) for least in both])[found, rows, kinds] for name in ("d", "pair"))
+        return d, pair, np.stack([least.t for least in both], axis=1)[:, found, rows, kinds]
 
 
 @final

@@ -17,9 +17,12 @@ from rich.table import Table
 from trajevo.animation import animate
 from trajevo.capacity import dlcc, dlcc_iterative
 from trajevo.cli_capacity import slowdown, workspace
+from trajevo.cli_certify import certificate
 from trajevo.cli_files import SOLUTION_HELP, RunArgument, beside, front_of
 from trajevo.cli_payload import diagram, payload_time
-from trajevo.cli_solve import REPORT_FILE, resume, solve
+from trajevo.cli_polish import polish_run
+from trajevo.cli_results import REPORT_FILE
+from trajevo.cli_solve import resume, solve
 from trajevo.cli_study import app as study_app
 from trajevo.errors import TrajevoError
 from trajevo.example_task import write_example
@@ -42,10 +45,12 @@ _out = Console(soft_wrap=True, highlight=False)
 app.command()(solve)
 app.add_typer(study_app, name="study")
 app.command()(resume)
+app.command("polish")(polish_run)
 app.command()(slowdown)
 app.command("workspace-capacity")(workspace)
 app.command("payload-diagram")(diagram)
 app.command("payload-time")(payload_time)
+app.command("certify")(certificate)
 
 _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as the problem has it if not given.")]
 

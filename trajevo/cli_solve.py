@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,27 +10,20 @@ import typer
 from rich.console import Console
 
 from trajevo.algorithms import ALGORITHMS, algorithm_settings
-from trajevo.cli_files import PICTURES
+from trajevo.cli_results import PLOTS_FOLDER, write_results
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.export import is_exported
-from trajevo.front import Front
 from trajevo.nnc import needs_two_objectives, solve_nnc
 from trajevo.optimise import optimise
 from trajevo.payload import LOAD_MODELS
-from trajevo.pictures import FIGURES, draw_all, save_pictures
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
-from trajevo.report import report as write_report
 from trajevo.run_folder import FRONT_FILE, RunFolder
 from trajevo.runs import resume as resume_run
+from trajevo.starts import DEFAULT_STARTS, STARTS
 from trajevo.task import load_task
-from trajevo.terminal import print_run
-
-REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 
 METHODS = ("evolution", "nnc")
 
-_out = Console(soft_wrap=True, highlight=False)
 _err = Console(soft_wrap=True, highlight=False, stderr=True)
 
 
@@ -52,11 +44,16 @@ def solve(
         Path | None, typer.Option(help="CSV file of the points to visit; the problem's own if not given.")
     ] = None,
     path: Annotated[str | None, typer.Option(help="Path to run along: a name, or a CSV file of points.")] = None,
-    limits: Annotated[str | None, typer.Option(help="How limits along a path are bounded: tight or hull.")] = None,
+    limits: Annotated[
+        str | None, typer.Option(help="How limits hold: sampled or certified; along a path tight, hull or certified.")
+    ] = None,
     encoding: Annotated[str | None, typer.Option(help="What a path's decision variables are: plain or shape.")] = None,
     set_: Annotated[
         list[str] | None,
         typer.Option("--set", help="Another argument of the problem, KEY=VALUE, as velocity='150 mm/s'; repeatable."),
+    ] = None,
+    starts: Annotated[
+        str | None, typer.Option(help=f"The first population, random if not given: {', '.join(STARTS)}.")
     ] = None,
     method: Annotated[
         str | None, typer.Option(help="evolution, or nnc: normal constraints and SQP, for two objectives.")
@@ -69,6 +66,21 @@ def solve(
     ] = None,
     time_limit: Annotated[
         float | None, typer.Option(help="Time that evaluating one individual may take [s]; longer counts as failed.")
+    ] = None,
+    evaluations: Annotated[
+        int | None, typer.Option(min=1, help="Individuals that the run may evaluate, half of them for polishing.")
+    ] = None,
+    cpu_time: Annotated[
+        float | None, typer.Option(help="CPU time that the run may take, half of it for polishing [s].")
+    ] = None,
+    polish: Annotated[
+        bool | None,
+        typer.Option(
+            "--polish/--no-polish", help="Refine the front by gradients at the end; where possible if not said."
+        ),
+    ] = None,
+    polish_every: Annotated[
+        int | None, typer.Option(min=1, help="Refine some members after every so many generations too.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results; runs/PROBLEM or runs/TASK if not given.")
@@ -88,6 +100,13 @@ def solve(
         "encoding": encoding,
     }
     own = {"population": population, "offsprings": offsprings}
+    of_run: dict[str, Any] = {
+        "starts": starts,
+        "evaluations": evaluations,
+        "cpu_time": cpu_time,
+        "polish": polish,
+        "polish_every": polish_every,
+    }
     search = {"--algorithm": algorithm, "--method": method, "--tolerance": tolerance, "--sqp-seeds": sqp_seeds}
     if Path(problem).suffix == ".toml":
         options = {f"--{key.replace('_', '-')}": value for key, value in given.items()}
@@ -102,12 +121,14 @@ def solve(
             out=folder,
             overwrite=overwrite,
             progress=not quiet,
+            **of_run,
         )
     else:
         arguments = _with_settings({key: value for key, value in given.items() if value is not None}, set_ or [])
         to_solve, folder = load_problem(problem, **arguments), out or Path("runs") / problem
-        _refuse_together(search, own | {"generations": generations, "time-limit": time_limit}, to_solve)
-        settings = algorithm_settings(algorithm or "nsga2", own, to_solve)
+        checked_name("starts", starts or DEFAULT_STARTS, STARTS)
+        _refuse_together(search, own | of_run | {"generations": generations, "time_limit": time_limit}, to_solve)
+        settings = algorithm_settings(algorithm or "nsga2", own | of_run, to_solve)
         _claim(folder, overwrite)
         seed = 1 if seed is None else seed
         if method == "nnc":
@@ -128,7 +149,7 @@ def solve(
                 progress=not quiet,
                 **settings,
             )
-    _write(front, folder)
+    write_results(front, folder)
 
 
 def resume(
@@ -137,34 +158,14 @@ def resume(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
     """Go on with a run, as if it had never stopped, and write its front, pictures and report."""
-    _write(resume_run(run, generations=generations, progress=not quiet), run)
-
-
-def _write(front: Front, folder: Path) -> None:
-    """Pictures and report of a run that has ended; of one that was interrupted what to do next, and exit."""
-    if not (folder / FRONT_FILE).exists():
-        raise typer.Exit(2)
-    _clear_stale(folder)
-    print_run(_out, front, None)
-    if front.run.interrupted:
-        go_on = f"trajevo resume {folder}" if RunFolder(folder).begun else "begin it again"
-        _out.print(
-            f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there"
-        )
-        raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
-    pictures = draw_all(front)
-    save_pictures(pictures, folder / PLOTS_FOLDER)
-    write_report(front, folder / REPORT_FILE, pictures=pictures)
-    _out.print(
-        f"written: {folder / FRONT_FILE}, {folder / REPORT_FILE}, {len(pictures)} pictures in {folder / PLOTS_FOLDER}"
-    )
+    write_results(resume_run(run, generations=generations, progress=not quiet), run)
 
 
 def _refuse_together(search: dict[str, Any], own: dict[str, Any], to_solve: TrajectoryProblem) -> None:
     """Refuse settings that the method does not have, and methods for two objectives of a problem with others."""
     method = checked_name("method", search["--method"] or "evolution", METHODS)
     algorithm = search["--algorithm"] or "nsga2"
-    evolution = {f"--{key}": value for key, value in own.items()} | {
+    evolution = {f"--{key.replace('_', '-')}": value for key, value in own.items()} | {
         "--sqp-seeds": search["--sqp-seeds"],
         "--algorithm": None if algorithm == "nsga2" else algorithm,
     }
@@ -219,12 +220,3 @@ def _claim(folder: Path, overwrite: bool) -> None:
             probe.unlink()
     except OSError as error:
         raise InvalidInputError(f"{folder}: the output folder cannot be written: {error.strerror}") from error
-
-
-def _clear_stale(folder: Path) -> None:
-    """Remove what an earlier run left beside the new front: report, pictures, exported solutions; no other file."""
-    pictures = (folder / PLOTS_FOLDER / f"{stem}.png" for stem in FIGURES)
-    told = (folder / name for name in PICTURES)
-    exported = (file for file in folder.glob("*.*") if is_exported(file))
-    for file in (folder / REPORT_FILE, *pictures, *told, *exported):
-        file.unlink(missing_ok=True)

@@ -6,16 +6,18 @@ of the hulls is clearance of the robot. What the robot carries is not part of it
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, final
 
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import Array, frozen, numbers, row_products
+from trajevo.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.robot import Robot
 from trajevo.scene import Scene
+from trajevo.solid_motion import Witnesses, joint_frames, parting, solid_reach
 from trajevo.solids import bounding_ball, robot_geometry, solid_of
 
 #: Configurations drawn to find the pairs that always touch, and the share in which they do (as MoveIt's assistant).
@@ -26,6 +28,9 @@ _TOLERANCE = 1e-10
 
 #: Depth [m] of overlaps whose depth coal does not find: it then says 1.8e308, far above the greatest in earnest.
 _UNKNOWN_DEPTH, _DEEPEST = 1e-3, 1e3
+
+#: By how much the square of a unit vector's length may differ from 1; coal gives no direction where it finds no depth.
+_UNIT = 1e-6
 
 #: Bound of the error of a distance [m].
 DISTANCE_ERROR = 2e-6
@@ -128,61 +133,74 @@ class Collision:
         Returns:
             Shape (K,) [m].
         """
+        results = self._results(q, state, pair, motion)
+        return _plausible(np.fromiter((result.min_distance for result, _ in results), np.float64, len(state)))
+
+    def slopes_of(self, q: Array, state: Array, pair: Array, *, motion: Array | None = None) -> Array:
+        """Derivatives of signed distances with respect to the positions of the model's joints, depths included.
+
+        Where two solids overlap so that coal does not find the depth, it is how their middles part.
+
+        Args:
+            q: joint positions, shape (N, n_joints) [rad or m].
+            state: rows of ``q``, shape (K,), ascending.
+            pair: indices of pairs, shape (K,).
+            motion: as for :meth:`distances`, shape (N,).
+
+        Returns:
+            Shape (K, n_joints) [m/rad or 1].
+        """
+        geometry, size = self._made().geometry, len(state)
+        own = [(geometry.collisionPairs[k].first, geometry.collisionPairs[k].second) for k in pair.tolist()]
+        entries = geometry.geometryObjects
+        carriers = np.array([[entries[i].parentJoint for i in ends] for ends in own], dtype=np.intp).reshape(size, 2)
+        points, normals = np.empty((size, 2, 3)), np.empty((size, 3))
+        frames = np.empty((len(q), 2, self.robot.dof, 3))
+        last_row, rows = -1, state.tolist()
+        for k, (result, places) in enumerate(self._results(q, state, pair, motion)):
+            if rows[k] != last_row:
+                last_row = rows[k]
+                frames[last_row] = joint_frames(self.robot, places)
+            points[k], normals[k] = (result.getNearestPoint1(), result.getNearestPoint2()), result.normal
+            if result.min_distance < -_DEEPEST or not abs(normals[k] @ normals[k] - 1.0) < _UNIT:
+                points[k] = [places.oMi[entries[i].parentJoint].act(bounding_ball(entries[i])[0]) for i in own[k]]
+                apart = points[k, 1] - points[k, 0]
+                normals[k] = apart / max(float(np.linalg.norm(apart)), _TOLERANCE)
+        return frozen(parting(self.robot, frames[state], Witnesses(carriers, points, normals)))
+
+    def _results(self, q: Array, state: Array, pair: Array, motion: Array | None) -> Iterator[tuple[Any, Any]]:
+        """What coal finds of each pair in its state, and Pinocchio's data there."""
         configurations = self._configurations(q)
         geometry, places, data, requests = self._buffers()
-        motions, distances, last, last_row = _motions(motion, len(q)), np.empty(len(state)), -1, -1
-        for k, (row, watched) in enumerate(zip(state.tolist(), pair.tolist(), strict=True)):  # as above
+        motions, last, last_row = _motions(motion, len(q)), -1, -1
+        for row, watched in zip(state.tolist(), pair.tolist(), strict=True):  # as in distances
             if motions[row] != last:
                 data.distanceRequests, last = requests, motions[row]
             if row != last_row:
                 pin.updateGeometryPlacements(self.robot.model, places, geometry, data, configurations[row])
                 last_row = row
-            distances[k] = pin.computeDistance(geometry, data, watched).min_distance
-        return _plausible(distances)
+            yield pin.computeDistance(geometry, data, watched), places
 
     def reach(self, lower: Array, upper: Array) -> Array:
         """How fast the distance of a pair can change at most per speed of a joint, in whatever configuration.
 
-        A ball around a geometry is carried down the chain: a revolute joint sweeps it around its axis, a prismatic one
-        along it, and what is swept lies in the next ball. A point moves at most its distance from a joint's axis times
-        the joint's speed. Joints that carry both solids do not change their distance.
+        Joints that carry both solids do not change their distance, see :func:`trajevo.solid_motion.solid_reach`.
 
         Args:
-            lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints count.
+            lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints count. Complex
+                steps are kept.
             upper: greatest joint positions.
 
         Returns:
             Shape (B, n_pairs, n_joints) [m/rad or 1].
         """
         geometry = self._made().geometry
-        single = [self._geometry_reach(entry, lower, upper) for entry in geometry.geometryObjects]
+        single = [solid_reach(self.robot, entry, lower, upper) for entry in geometry.geometryObjects]
         rows = []
         for pair in geometry.collisionPairs:
             first, second = single[pair.first], single[pair.second]
             rows.append(np.where((first > 0.0) & (second > 0.0), 0.0, first + second))
         return frozen(np.stack(rows, axis=1))
-
-    def _geometry_reach(self, entry: Any, lower: Array, upper: Array) -> Array:
-        model = self.robot.model
-        axes, turns = self.robot.joint_axes
-        centre, radius = bounding_ball(entry)
-        centres, radii = np.tile(centre, (len(lower), 1)), np.full(len(lower), radius)
-        found, joint = np.zeros(lower.shape), entry.parentJoint
-        while joint > 0:
-            column, axis = model.joints[joint].idx_v, axes[joint - 1]
-            if turns[joint - 1]:
-                on_axis = np.outer(np.sum(centres * axis, axis=1), axis)
-                radii = radii + np.linalg.norm(centres - on_axis, axis=1)
-                # A solid on the axis of its joint still counts as carried by it.
-                found[:, column], centres = np.maximum(radii, np.finfo(float).tiny), on_axis
-            else:
-                found[:, column] = 1.0
-                centres = centres + np.outer(0.5 * (lower[:, column] + upper[:, column]), axis)
-                radii = radii + 0.5 * (upper[:, column] - lower[:, column])
-            placement = model.jointPlacements[joint]
-            centres = row_products(centres, placement.rotation.T) + placement.translation
-            joint = model.parents[joint]
-        return found
 
     def _configurations(self, q: Array) -> Array:
         actuated = numbers(q, name="q", shape=("N", self.robot.dof))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, SupportsIndex, final
 
 import numpy as np
@@ -50,6 +50,11 @@ class ComposedBatch(TrajectoryBatch):
         rows = chosen_rows(len(self), index)
         return ComposedBatch(self.course.rows(rows), self.durations[rows])
 
+    def real_rows(self, rows: Array) -> ComposedBatch:
+        """The chosen runs without complex steps."""
+        course = replace(self.course, control_points=self.course.control_points[rows].real)
+        return ComposedBatch(course, self.durations[rows].real)
+
     def slowed(self, factor: float) -> ComposedBatch:
         """The same ways in ``factor`` times the durations."""
         return ComposedBatch(self.course, self.durations * checked_factor(factor))
@@ -58,6 +63,11 @@ class ComposedBatch(TrajectoryBatch):
     def n_joints(self) -> int:
         """Number of axes of the path."""
         return self.course.path.n_axes
+
+    @property
+    def degree(self) -> int:
+        """Degree of s(u(t)) within a segment."""
+        return (self.course.path.order - 1) * (self.course.order - 1)
 
     def evaluate(self, t: Array, derivative: int = 0) -> Array:
         """Values at instants; derivatives up to the jerk."""

@@ -33,12 +33,19 @@ class Constraint:
         function: rollout of B trajectories -> (B, len(names)).
         terms: what the columns are the greatest of, in as many columns as that takes, (B, K); None where the columns
             are smooth themselves. A gradient solver goes astray where a greatest passes from one term to another.
+        sampled: the same limit at the samples alone, of one that is proven between them.
     """
 
     names: tuple[str, ...]
     reference: str
     function: Callable[[Rollout], Array]
     terms: Callable[[Rollout], Array] | None = None
+    sampled: Constraint | None = None
+
+    @property
+    def at_samples(self) -> Constraint:
+        """The limit at the samples alone; itself where nothing more is proven."""
+        return self if self.sampled is None else self.sampled
 
 
 def in_terms(constraint: Constraint, example: Rollout) -> Constraint:
@@ -168,13 +175,14 @@ def time_limit(longest: float) -> Constraint:
 
 def is_robot_limit(constraint: Constraint) -> bool:
     """Whether a constraint holds a joint to a limit of its robot, rather than to something of the problem's own."""
-    function = constraint.function.func if isinstance(constraint.function, partial) else constraint.function
+    function = constraint.at_samples.function
+    function = function.func if isinstance(function, partial) else function
     return function in (_position_excess, _peak_excess, _effort_excess, _hull_excess, _smooth_excess)
 
 
 def effort_share(constraint: Constraint) -> float | None:
     """The share of the effort limits that :func:`effort_limits` leaves a motion; None of any other constraint."""
-    function = constraint.function
+    function = constraint.at_samples.function
     if isinstance(function, partial) and function.func is _effort_excess:
         return float(function.keywords["share"])
     return None

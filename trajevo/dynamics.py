@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from trajevo.arrays import Array, frozen, usable_threads
 from trajevo.errors import InvalidInputError
+from trajevo.gauss_lobatto import lobatto
 from trajevo.payload import Payload, carrying, kilogram, probe, tool_regressor
 from trajevo.robot import Friction, Robot
 from trajevo.trajectory import TrajectoryBatch
@@ -113,9 +114,9 @@ class Dynamics:
         """Pinocchio's torque for arrays of shape (..., n) in model coordinates."""
         # Pinocchio aborts the process on anything but float64.
         kind = np.complex128 if any(map(np.iscomplexobj, (q, v, a))) else np.float64
-        flat = [np.ascontiguousarray(x, dtype=kind).reshape(-1, x.shape[-1]) for x in (q, v, a)]
         if kind is np.complex128:
-            return _complex_step(self._model(name), *flat).reshape(q.shape)
+            return _complex_step(self._model(name), *np.broadcast_arrays(q, v, a))
+        flat = [np.ascontiguousarray(x, dtype=kind).reshape(-1, x.shape[-1]) for x in (q, v, a)]
         torque = np.empty_like(flat[0])
         if name not in self._pools:
             self._pools[name] = pin.ModelPool(self._model(name), self.threads)
@@ -238,12 +239,15 @@ class Rollout:
     def without_rounding(self, v: Array) -> Array:
         """Velocities, shape (B, T, n_joints), with those that are nothing but rounding set to 0.
 
-        At the end of a motion and in one that a joint does not take part in, dry friction would point either way by
-        chance.
+        At the end of a motion and where a joint takes no part, dry friction would point either way by chance.
         """
-        duration = self.trajectory.duration[:, None]
-        slowest = _ROUNDING * (self.trajectory.peak(1) + self.trajectory.peak(0) / duration).real
-        return np.where(np.abs(v.real) <= slowest[:, None, :], 0.0, v)
+        return np.where(np.abs(v.real) <= self.standing[:, None], 0.0, v)
+
+    @cached_property
+    def standing(self) -> Array:
+        """Greatest speed at which every joint counts as standing, shape (B, n_joints) [rad/s or m/s]."""
+        peaks = self.trajectory.peak(1) + self.trajectory.peak(0) / self.trajectory.duration[:, None]
+        return frozen(_ROUNDING * peaks.real)
 
     @property
     def power(self) -> Array:
@@ -263,36 +267,20 @@ def rollout_of(motion: Any) -> Rollout:
     return found
 
 
-@cache
-def lobatto(count: int) -> tuple[Array, Array]:
-    """Gauss-Lobatto nodes on [0, 1] and weights of sum 1; exact for polynomials of degree 2 count - 3."""
-    legendre = np.polynomial.Legendre.basis(count - 1)
-    nodes = np.concatenate([[-1.0], np.sort(legendre.deriv().roots().real), [1.0]])
-    weights = 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
-    return frozen(0.5 * (nodes + 1.0)), frozen(0.5 * weights)
-
-
-@cache
-def lobatto_derivative(count: int) -> Array:
-    """Matrix (count, count) from values at Gauss-Lobatto nodes to the derivative of their polynomial there."""
-    nodes = lobatto(count)[0]
-    powers = nodes[:, None] ** np.arange(count)
-    slopes = np.arange(1, count) * nodes[:, None] ** np.arange(count - 1)
-    return frozen(np.linalg.solve(powers.T, np.pad(slopes, ((0, 0), (1, 0))).T).T)
-
-
 def _complex_step(model: Any, q: Array, v: Array, a: Array) -> Array:
-    """Torque of complex motions, exact to first order in the imaginary parts: Pinocchio's own derivatives.
+    """Torque of complex motions (..., n), exact to first order in the imaginary parts: Pinocchio's own derivatives.
 
-    Copies that differ in their imaginary parts alone share one call.
+    Neighbours along the first axis that differ in their imaginary parts alone share one call.
     """
-    stacked = np.concatenate([q.real, v.real, a.real], axis=1)
-    unique, which = np.unique(stacked, axis=0, return_inverse=True)
-    size, data = q.shape[1], model.createData()
-    torque, slopes = np.empty((len(unique), size)), np.empty((len(unique), 3, size, size))
-    for i, row in enumerate(unique):
+    motion = np.stack([q, v, a], axis=-2)
+    flat = motion.reshape(len(motion), -1, 3 * q.shape[-1])
+    first = np.append(True, (flat.real[1:] != flat.real[:-1]).any(axis=(1, 2)))
+    states, size, data = flat.real[first], q.shape[-1], model.createData()
+    torque, slopes = np.empty((*states.shape[:2], size)), np.empty((*states.shape[:2], 3, size, size))
+    for i in np.ndindex(states.shape[:2]):
+        row = states[i]
         slopes[i] = pin.computeRNEADerivatives(model, data, row[:size], row[size : 2 * size], row[2 * size :])
         torque[i] = data.tau
-    imaginary = np.stack([q.imag, v.imag, a.imag], axis=1)
-    result: Array = torque[which] + 1j * np.einsum("bkij,bkj->bi", slopes[which], imaginary)
-    return result
+    which, jacobian = np.cumsum(first) - 1, np.swapaxes(slopes, 2, 3).reshape(*slopes.shape[:2], size, -1)
+    result: Array = torque[which] + 1j * (jacobian[which] @ flat.imag[..., None])[..., 0]
+    return result.reshape(q.shape)

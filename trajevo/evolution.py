@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 import time
 import warnings
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ from trajevo.algorithm_state import restore, state
 from trajevo.arrays import Array, one_blas_thread
 from trajevo.errors import InvalidInputError
 from trajevo.front import Front
+from trajevo.polish import seeds
 from trajevo.problem import TrajectoryProblem
 from trajevo.progress import reporter
 from trajevo.run_folder import Manifest, RunFolder, block_of
@@ -40,6 +42,7 @@ def evolve(
     *,
     folder: RunFolder | None,
     progress: bool,
+    cpu_spent: float = 0.0,
 ) -> Front:
     """Run an algorithm to its end, or to the end of the generation in which a signal asks it to stop.
 
@@ -49,6 +52,7 @@ def evolve(
         manifest: how the run was begun.
         folder: where it is kept, the manifest in it already; its latest checkpoint is gone on from. Or None.
         progress: show generation, hypervolume, least violation and time left on standard error.
+        cpu_spent: CPU time that has been spent on a run that begins [s].
 
     Returns:
         The front.
@@ -59,7 +63,7 @@ def evolve(
     watch, evaluator = Watch(problem), Evaluator()
     watched = copy.copy(problem) if manifest.time_limit is None else problem.under_time_limit(manifest.time_limit)
     solver.setup(watched, termination=("n_gen", manifest.generations), seed=manifest.seed, evaluator=evaluator)
-    keeper = _Keeper(watch, solver, manifest, folder)
+    keeper = _Keeper(watch, solver, manifest, folder, cpu_spent)
     watched.callback = keeper.collect
     keeper.go_on()
     shown = reporter(manifest.generations, enabled=progress, done=len(watch.evaluations))
@@ -68,12 +72,13 @@ def evolve(
             # RVEA's angle between a point and its own direction, by rounding; NaN wins there as 0 would.
             warnings.filterwarnings("ignore", "invalid value encountered in arccos", RuntimeWarning, r"pymoo\.")
             heard = list(warnings.filters)
-            while solver.has_next() and not stopping:
-                solver.next()
+            while not keeper.used_up() and solver.has_next() and not stopping:
+                polishing = _next(solver, watch, manifest)
                 if warnings.filters != heard:
                     # pymoo's NSGA-III silences all warnings of Python, ours among them.
                     warnings.filters = list(heard)
-                shown.update(watch.close(len(watch.evaluations) + 1, evaluator.n_eval))
+                number, cpu_seconds = len(watch.evaluations) + 1, keeper.cpu_seconds()
+                shown.update(watch.close(number, evaluator.n_eval, polishing=polishing, cpu_seconds=cpu_seconds))
                 keeper.generation_done()
             keeper.save()
     finally:
@@ -113,21 +118,77 @@ def front_so_far(problem: TrajectoryProblem, manifest: Manifest, folder: RunFold
     )
 
 
+def _next(solver: Algorithm, watch: Watch, manifest: Manifest) -> int:
+    """One generation; some of its individuals are refined members of the front where it is time for that.
+
+    Returns:
+        Evaluations that refining them took, or finding the first population.
+    """
+    done, every = len(watch.evaluations), manifest.polish_every
+    found, cost = np.empty((0, 0)), 0 if done else int(manifest.settings.get("starts_evaluations", 0))
+    if every is not None and done and done % every == 0 and len(watch.archive.F):
+        front = watch.front(
+            algorithm=manifest.algorithm_name,
+            settings=manifest.settings,
+            seed=manifest.seed,
+            evaluations=watch.evaluations[-1],
+            interrupted=False,
+            seconds=0.0,
+        )
+        found, cost = seeds(front, seed=manifest.seed + done, most=max(1, len(solver.pop) // 2))
+        found = found if watch.problem.expansion is None else watch.problem.expansion.fold(found)
+    infills = solver.ask()
+    given = min(len(found), len(infills))
+    if given:
+        infills[:given].set("X", found[:given])
+    solver.evaluator.eval(solver.problem, infills, algorithm=solver)
+    solver.tell(infills=infills)
+    return cost
+
+
 @final
 class _Keeper:
     """Collects what is evaluated, for the books and for the next block, and writes checkpoints when they are due."""
 
-    def __init__(self, watch: Watch, solver: Algorithm, manifest: Manifest, folder: RunFolder | None) -> None:
+    def __init__(
+        self, watch: Watch, solver: Algorithm, manifest: Manifest, folder: RunFolder | None, cpu_spent: float
+    ) -> None:
         self.resumed: tuple[int, ...] = ()
         self._watch, self._solver, self._manifest, self._folder = watch, solver, manifest, folder
         self._waiting: list[tuple[int, _Populations]] = []
         self._bytes, self._saved = 0, 0
         self._due = self._began = time.perf_counter()
+        self._cpu_began = time.process_time() - cpu_spent
         self._complained = False
 
     def seconds(self) -> float:
         """Time that the run has taken so far, that before it was resumed included [s]."""
         return time.perf_counter() - self._began
+
+    def cpu_seconds(self) -> float:
+        """CPU time of the process for the run so far, that before it was resumed included [s]."""
+        return time.process_time() - self._cpu_began
+
+    def used_up(self) -> bool:
+        """Whether the evolution has had its share of the evaluations and of the CPU time that the run may take."""
+        share = 0.5 if self._manifest.polish else 1.0
+        evaluations, cpu_time = self._manifest.evaluations, self._manifest.cpu_time
+        done = sum(self._watch.evaluations[-1:]) + sum(self._watch.polishing)
+        enough = evaluations is not None and done >= share * evaluations
+        if cpu_time is None:
+            return enough
+        used = self.cpu_seconds() / (share * cpu_time)
+        if used < 1.0:
+            self._plan(used)
+        return enough or used >= 1.0
+
+    def _plan(self, used: float) -> None:
+        """Tell the algorithm how many generations a share of its CPU time lets expect: some plan with their number."""
+        done, termination = len(self._watch.evaluations), self._solver.termination
+        expected = min(math.ceil(done / used), self._manifest.generations) if used > 0.0 else self._manifest.generations
+        termination.n_max_gen = max(expected, done + 1) if done < self._manifest.generations else done
+        if done:
+            termination.perc = done / termination.n_max_gen
 
     def collect(self, X: Array, out: dict[str, Any]) -> None:
         """Callback of pymoo's problem: the arrays of every evaluation."""
@@ -155,6 +216,7 @@ class _Keeper:
             self._saved = len(self._watch.evaluations)
             self.resumed = (*resumed, self._saved) if self._solver.has_next() else resumed
             self._began -= seconds
+            self._cpu_began = time.process_time() - self._watch.cpu_seconds[-1]
         self._folder.forget_after(self._saved)
         self._needs_space()
 

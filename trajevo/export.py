@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.arrays import Array
+from trajevo.certify import certify
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.feed import feed_table, g_code
 from trajevo.files import write_whole
@@ -54,7 +55,7 @@ _BEGINNINGS = (b"# problem: {", b'{\n "format": "trajevo motion"', b"; trajevo",
 def export(
     source: Solution | Front, file: str | Path, *, format: str, step: float | None = None, angle: str = "rad"
 ) -> Path:
-    """Write the sampled motion of a solution, or of all of a front, with units, settings and reference inside.
+    """Write the sampled motion of a solution, or of all of a front, with units, settings, reference and certificate.
 
     A write that is cut off leaves an older file whole.
 
@@ -182,6 +183,7 @@ def _about(solution: Solution) -> dict[str, Any]:
             "objectives": solution.F,
             "constraints": solution.G,
         },
+        "certificate": certify(solution).summary,
     }
 
 

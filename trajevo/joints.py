@@ -50,6 +50,20 @@ class JointLimits:
                 f"limits: lower must be below upper, got {self.lower.tolist()} and {self.upper.tolist()}"
             )
 
+    def range_used(self, q: Array) -> Array:
+        """Share of its range that every joint uses at positions of shape (..., n_joints): 1 where an end is reached.
+
+        |q - middle| over half the range; of a range with one end 1 + excess over that end's size, or over 1 rad or m
+        where the end is 0; -inf without any.
+        """
+        low, high = np.isfinite(self.lower), np.isfinite(self.upper)
+        finite = np.where(low, self.lower, np.where(high, self.upper, 0.0))
+        one_sided = np.where(finite != 0.0, np.abs(finite), 1.0)
+        half = 0.5 * (np.where(low & high, self.upper, 0.0) - np.where(low & high, self.lower, 0.0))
+        size = np.where(low & high, half, one_sided)
+        used: Array = np.where(low | high, 1.0 + np.maximum(q - self.upper, self.lower - q) / size, -np.inf)
+        return used
+
 
 @dataclass(frozen=True, eq=False)
 class Friction:
@@ -87,6 +101,10 @@ class Friction:
 
     def effort(self, v: Array, a: Array) -> Array:
         """What it adds at velocities and accelerations of shape (..., n_joints); nothing dry where a joint stands."""
-        against = np.where(v.real > 0.0, self.coulomb, -np.asarray(self.coulomb_backward)) * (v.real != 0.0)
-        added: Array = self.viscous * v + against + self.armature * a
+        added: Array = self.viscous * v + self.dry(v) + self.armature * a
         return added
+
+    def dry(self, v: Array) -> Array:
+        """Its dry part alone at velocities of shape (..., n_joints)."""
+        against: Array = np.where(v.real > 0.0, self.coulomb, -np.asarray(self.coulomb_backward)) * (v.real != 0.0)
+        return against

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trajevo.arrays import Array, frozen
+from trajevo.certify import certify, certify_all
 from trajevo.errors import InvalidInputError, NoSolutionError
 from trajevo.front import Front, Solution
 from trajevo.joints import JointLimits
@@ -68,7 +69,8 @@ def dataset(source: Front | Solution, *, samples: int = SAMPLES) -> xr.Dataset:
     - ``evaluations``, ``hypervolume``, ``least_violation`` and ``front_size`` (generation).
 
     ``solution`` holds rows of the front; its attributes are the rows of knee, utopia and the other choices. The problem
-    and the run are JSON in the global attributes ``problem`` and ``run``.
+    and the run are JSON in the global attributes ``problem`` and ``run``; ``certificates`` is a JSON list of sentences
+    that say what is proven of each motion.
 
     Args:
         source: what to show.
@@ -90,7 +92,9 @@ def dataset(source: Front | Solution, *, samples: int = SAMPLES) -> xr.Dataset:
     labels = _labels(front)
     coordinates = _axes(source, int(samples)) | labels | {"instant": variables.pop("instant")}
     units = {attributes["units"] for _, _, attributes, _ in variables.values()}
-    made = xr.Dataset(variables, coordinates, _about(front, units))
+    certificates = certify_all(source) if isinstance(source, Front) else (certify(source),)
+    about = _about(front, units) | {"certificates": json.dumps([str(each) for each in certificates])}
+    made = xr.Dataset(variables, coordinates, about)
     for name in labels:
         made = made.set_xindex(name)
     return made

@@ -100,17 +100,17 @@ def needs_two_objectives(problem: Any) -> None:
 
 def _collect(division: _Division, watch: Watch, tolerance: float, points: int | None, stopping: Stopping) -> bool:
     """Book every point as it is found, level by level; whether a signal ended it."""
-    closed, interrupted = 0, False
+    closed, interrupted, began = 0, False, time.process_time()
     for level, point in _found(division, tolerance, points):
         if level > closed + 1:
-            watch.close(closed := closed + 1, division.evaluations)
+            watch.close(closed := closed + 1, division.evaluations, cpu_seconds=time.process_time() - began)
         X = division.back(point.x[None])
         F, G = division.origin.evaluate(X, return_values_of=["F", "G"])
         watch.collect(X, {"F": F, "G": G})
         if stopping:
             interrupted = True
             break
-    watch.close(closed + 1, division.evaluations)
+    watch.close(closed + 1, division.evaluations, cpu_seconds=time.process_time() - began)
     return interrupted
 
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajevo.arrays import Array
-from trajevo.dynamics import Rollout, lobatto_derivative
+from trajevo.dynamics import Rollout
+from trajevo.gauss_lobatto import lobatto_derivative
 
 
 @dataclass(frozen=True)

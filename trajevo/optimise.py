@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import math
+import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,15 +16,16 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
 from trajevo.algorithm_state import specification
-from trajevo.arrays import Array, numbers
+from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.evaluation import checked_time_limit
 from trajevo.front import Front
+from trajevo.polish import check_polishable, checked_cpu_time
 from trajevo.problem import Evolution, TrajectoryProblem
 from trajevo.records import ProblemRecord, installed_versions
 from trajevo.run_folder import Manifest
 from trajevo.runs import begin
-from trajevo.sqp import random_starts
+from trajevo.starts import DEFAULT_STARTS, begin_with
 from trajevo.weighted import minimise_weighted
 
 __all__ = ["minimise_weighted", "optimise"]
@@ -41,7 +44,12 @@ def optimise(
     mutation_index: float | None = None,
     algorithm: Algorithm | None = None,
     initial: Front | Array | None = None,
+    starts: str | None = None,
     time_limit: float | None = None,
+    evaluations: int | None = None,
+    cpu_time: float | None = None,
+    polish: bool | None = None,
+    polish_every: int | None = None,
     out: str | Path | None = None,
     overwrite: bool = False,
     progress: bool = True,
@@ -69,10 +77,21 @@ def optimise(
         mutation_index: distribution index of the mutation.
         algorithm: any pymoo algorithm instead of NSGA-II; it is copied, and the settings above but generations stay
             None.
-        initial: individuals to begin with, shape (N, n_var), or a front of the same problem whose points are taken; the
-            rest of the first population is random.
+        initial: individuals to begin with, shape (N, n_var), or a front of the same problem, its payload excepted,
+            whose points are taken, see :func:`trajevo.starts.warm_start`.
+        starts: what the rest of the first population is, a key of :data:`trajevo.starts.STARTS`; if None ``"spread"``,
+            and of an algorithm that is passed its own.
         time_limit: time that evaluating one individual may take [s]; one that takes longer counts as failed. The
             evaluation then goes on in a process of its own.
+        evaluations: how many individuals the run may evaluate, a gradient counted as one for each variable; the
+            evolution ends after the generation that reaches their number, or half of it where the front is polished.
+        cpu_time: CPU time of this process that the run may take [s]; the evolution ends after the generation that
+            passes it, or half of it where the front is polished. How far it gets then depends on the machine.
+        polish: refine the front by gradients at the end, see :func:`trajevo.polish.polish`; where that is possible if
+            None. A run that was interrupted or found nothing is left as it is. In a folder the front as the evolution
+            left it is kept too, in ``evolved.json``.
+        polish_every: refine a few members after every so many generations as well, and put them among the individuals
+            of the next one.
         out: folder to keep every evaluated individual, checkpoints and the front in.
         overwrite: replace the run that the folder holds; refused otherwise.
         progress: show generation, hypervolume, least violation and time left on standard error.
@@ -98,22 +117,35 @@ def optimise(
         "mutation_probability": mutation_probability,
         "mutation_index": mutation_index,
     }
+    of_run = checked_run(
+        problem,
+        {
+            "evaluations": evaluations,
+            "cpu_time": cpu_time,
+            "polish": polish,
+            "polish_every": polish_every,
+            "time_limit": limit,
+        },
+    )
     if algorithm is None:
         solver, settings = nsga2(problem.evolution, own)
-        if initial is not None:
-            began = _first_population(problem, initial, settings["population"], seed)
-            solver.initialization.sampling, settings["initial"] = began
     else:
         given = [name for name, value in own.items() if value is not None]
-        given += [] if initial is None else ["initial"]
         if given:
             raise InvalidInputError(f"{given[0]}: set it on the algorithm that is passed, {type(algorithm).__name__}")
         if not isinstance(algorithm, Algorithm) or algorithm.is_initialized or algorithm.problem is not None:
             raise InvalidInputError(f"algorithm: expected a pymoo algorithm that has not run yet, got {algorithm!r}")
         solver = copy.deepcopy(algorithm)
         settings = _described(algorithm)
-    manifest = _manifest(problem, solver, settings | {"generations": count}, seed, limit)
-    return begin(problem, solver, manifest, out=out, overwrite=overwrite, progress=progress)
+    if starts is None:
+        starts = DEFAULT_STARTS if algorithm is None else "random"
+    began = time.process_time()
+    settings |= begin_with(solver, problem, starts=starts, initial=initial, seed=seed, time_limit=limit)
+    count = int(min(count, _most_generations(of_run, solver)))
+    settings |= {"generations": count} | {key: value for key, value in of_run.items() if value is not None}
+    manifest = _manifest(problem, solver, settings, seed, limit)
+    spent = time.process_time() - began
+    return begin(problem, solver, manifest, out=out, overwrite=overwrite, progress=progress, cpu_spent=spent)
 
 
 def nsga2(evolution: Evolution, own: dict[str, Any]) -> tuple[Algorithm, dict[str, Any]]:
@@ -144,21 +176,50 @@ def nsga2(evolution: Evolution, own: dict[str, Any]) -> tuple[Algorithm, dict[st
     return solver, settings
 
 
-def _first_population(problem: TrajectoryProblem, initial: Any, size: int, seed: int) -> tuple[Array, int]:
-    """Given individuals, filled up at random, and how many were given."""
-    rows = initial
-    if isinstance(initial, Front):
-        rows, record, expansion = initial.X, initial.record, problem.expansion
-        if expansion is not None and record.variables == ProblemRecord.of(expansion.problem).variables:
-            rows = expansion.fold(rows)
-        elif record.variables != ProblemRecord.of(problem).variables:
-            raise InvalidInputError("initial: expected a front of the same problem, its variables are others")
-    rows = numbers(rows, name="initial", shape=("N", problem.n_var))
-    if len(rows) > size:
-        raise InvalidInputError(f"initial: expected at most the population of {size} individuals, got {len(rows)}")
-    if ((rows < problem.xl) | (rows > problem.xu)).any():
-        raise InvalidInputError("initial: an individual lies outside the bounds of the decision variables")
-    return np.concatenate([rows, random_starts(problem, seed, size - len(rows))]), len(rows)
+def checked_run(problem: TrajectoryProblem, given: dict[str, Any]) -> dict[str, Any]:
+    """Settings of a run beside those of its algorithm.
+
+    Args:
+        problem: what is solved.
+        given: ``evaluations``, ``cpu_time``, ``polish``, ``polish_every`` and ``time_limit``, as :func:`optimise` is
+            given them.
+
+    Returns:
+        The same but for the time limit; whether the front is polished where that was left open.
+
+    Raises:
+        InvalidInputError: one that cannot be used, or the problem cannot be polished and is to be.
+    """
+    budget, every, polish = given["cpu_time"], given["polish_every"], given["polish"]
+    if polish is not None and not isinstance(polish, bool):
+        raise InvalidInputError(f"polish: expected True, False or None, got {polish!r}")
+    most = given["evaluations"]
+    settings = {
+        "evaluations": None if most is None else _whole("evaluations", most, 1),
+        "cpu_time": None if budget is None else checked_cpu_time(budget),
+        "polish": False,
+        "polish_every": None if every is None else _whole("polish_every", every, 1),
+    }
+    if polish is False and every is None:
+        return settings
+    try:
+        if given["time_limit"] is not None:
+            raise InvalidInputError("polish: gradients are not evaluated in a process of their own, as time_limit asks")
+        check_polishable(problem if problem.expansion is None else problem.expansion.problem)
+    except InvalidInputError:
+        if polish or every is not None:
+            raise
+        return settings
+    return settings | {"polish": polish is not False}
+
+
+def _most_generations(of_run: dict[str, Any], solver: Algorithm) -> float:
+    """Generations that the individuals which may be evaluated suffice for; some algorithms plan with their number."""
+    size = getattr(solver, "n_offsprings", None)
+    if of_run["evaluations"] is None or not size:
+        return math.inf
+    for_evolution = (0.5 if of_run["polish"] else 1.0) * float(of_run["evaluations"])
+    return max(1, math.ceil(for_evolution / int(size)))
 
 
 def _manifest(
@@ -179,6 +240,10 @@ def _manifest(
         seed=seed,
         generations=settings["generations"],
         time_limit=time_limit,
+        evaluations=settings.get("evaluations"),
+        cpu_time=settings.get("cpu_time"),
+        polish=settings["polish"],
+        polish_every=settings.get("polish_every"),
         versions=installed_versions(),
     )
 

@@ -74,7 +74,7 @@ def payload_figures(front: Front) -> Iterator[tuple[str, str, Any]]:
         curve = slowdown_curve(knee, samples=_SAMPLES)
         caption = "Payload against the least time along the path of the knee"
         yield "slowdown", caption, capacity_plots.slowdown_curve(curve).figure
-    with contextlib.suppress(InvalidInputError):  # no gradient, or no time to minimise
+    with contextlib.suppress(InvalidInputError):  # no time to minimise
         yield from _optimised_again(front.problem)
     if front.problem.dynamics.payload.model != "tool_axis":
         yield from _off_centre(front, knee, capacity)

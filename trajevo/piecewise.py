@@ -68,6 +68,10 @@ class PolynomialBatch(TrajectoryBatch):
         rows = chosen_rows(len(self), index)
         return PolynomialBatch(self.breaks[rows], self.coefficients[rows])
 
+    def real_rows(self, rows: Array) -> PolynomialBatch:
+        """The chosen trajectories without complex steps."""
+        return PolynomialBatch(self.breaks[rows].real, self.coefficients[rows].real)
+
     def slowed(self, factor: float) -> PolynomialBatch:
         """The same paths in ``factor`` times the time: coefficient k is divided by its k-th power."""
         stretch = checked_factor(factor)

@@ -16,7 +16,7 @@ from trajevo.problem import TrajectoryProblem
 _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "ruckig")
 
 
-#: Fields of a history with one entry per generation.
+#: Fields of a history with one entry per generation, and per polishing.
 _BY_GENERATION = ("evaluations", "hypervolume", "least_violation", "front_size")
 
 
@@ -100,7 +100,7 @@ class Run(Record):
         settings: its settings, every one that can be named.
         seed: seed of all randomness.
         generations: generations done.
-        evaluations: individuals evaluated.
+        evaluations: individuals evaluated; a gradient, where the front was polished, counts as one for each variable.
         failures: individuals whose evaluation raised or gave a number that is not finite.
         first_failure: what the first of them said.
         failed: the first hundred of them.
@@ -108,6 +108,7 @@ class Run(Record):
         stopped_by: name of the signal that stopped it, ``"SIGINT"`` or ``"SIGTERM"``, else empty.
         resumed: generations after which it went on from its checkpoint.
         seconds: wall time [s].
+        cpu_seconds: CPU time of the process by the end of every generation, and of polishing where the front was [s].
         versions: versions of the packages that computed it, and of Python.
     """
 
@@ -123,16 +124,19 @@ class Run(Record):
     stopped_by: str = ""
     resumed: tuple[int, ...] = ()
     seconds: float
+    cpu_seconds: tuple[float, ...] = ()
     versions: dict[str, str]
 
 
 class History(Record):
-    """One entry per generation; the hypervolume is the share of the box from 0 to ``reference_point``.
+    """One entry per generation, and one for what polishing found where the front was polished at the end.
+
+    The hypervolume is the share of the box from 0 to ``reference_point``.
 
     Attributes:
         reference_point: far corner of the box, objectives in SI; the problem's, else taken from the first feasible
             points, else None.
-        evaluations: individuals evaluated so far.
+        evaluations: individuals evaluated so far; a gradient counts as one for each variable.
         hypervolume: of all feasible points so far.
         least_violation: least Σ max(G, 0) so far, 0 once feasible, None before any number.
         front_size: non-dominated feasible points so far.
@@ -184,8 +188,9 @@ class FrontFile(Record):
         if any(value > 0.0 for row in self.G for value in row):
             raise ValueError("expected feasible points, G of at most 0")
         lengths = {len(getattr(self.history, name)) for name in _BY_GENERATION}
-        if lengths != {self.run.generations} or (self.F and not self.run.generations):
-            raise ValueError(f"expected a history of {self.run.generations} generations")
+        whole = len(lengths) == 1 and min(lengths) >= self.run.generations
+        if not whole or (self.F and not self.run.generations):
+            raise ValueError(f"expected a history of at least {self.run.generations} generations")
         for name, rows, width in zip("XFG", (self.X, self.F, self.G), widths, strict=True):
             if len(rows) != len(self.F) or any(len(row) != width for row in rows):
                 raise ValueError(f"expected {len(self.F)} rows of {width} numbers in {name}")

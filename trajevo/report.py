@@ -9,7 +9,11 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+import numpy as np
+
 from trajevo.capacity import dlcc
+from trajevo.certificate import Certificate
+from trajevo.certify import certify
 from trajevo.front import Front, Solution
 from trajevo.payload import LOAD_MODELS
 from trajevo.payload_figures import PAYLOAD_FIGURES
@@ -98,6 +102,8 @@ def report(front: Front, file: str | Path, *, pictures: Sequence[Picture] | None
             *(["<h2>Payload</h2>", _payload(front), _grid(about_payload)] if about_payload else []),
             "<h2>Limits at the knee</h2>",
             _limits_table(front.knee()),
+            "<h2>Certificate of the knee</h2>",
+            *_certificate(certify(front.knee())),
             *_rivals(front),
         ]
     else:
@@ -156,6 +162,19 @@ def _choices_table(front: Front) -> str:
 def _limits_table(solution: Solution) -> str:
     rows = [(escape(name), f"{100.0 * (1.0 + value):.2f} %") for name, value in solution.G.items()]
     return _table(("limit", "used"), rows, numbers=1)
+
+
+def _certificate(certificate: Certificate) -> list[str]:
+    """What is proven at every instant: the joint of every quantity that is nearest to its limit."""
+    rows = []
+    for row in certificate.by_quantity:
+        limited = np.isfinite(row.limit)
+        values = [f"{row.exhibited:.6g}", f"{row.instant:.4f}", f"{row.bound:.6g}"]
+        limit = [f"{row.limit:g}", f"{100.0 * row.share:.3f} %"] if limited else ["none", ""]
+        rows.append((escape(row.name), *values, *limit, escape(pretty(row.unit))))
+    headers = ("quantity", "greatest sample", "at [s]", "proven at most", "limit", "proven share", "unit")
+    alert = "" if certificate.proven else ' class="alert"'
+    return [f"<p{alert}>{escape(str(certificate))}</p>", _table(headers, rows, numbers=5)]
 
 
 def _rivals(front: Front) -> list[str]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajevo.arrays import Array, frozen
+from trajevo.certify import certify
 from trajevo.dynamics import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front import Solution
@@ -165,6 +166,7 @@ def urscript(solution: Solution, step: float) -> str:
             f"# trajevo: {' '.join(solution.front.record.title.split())}",  # a line break would end the comment
             f"# {solution.rule}, row {solution.index} of the front, {robot.name!r}, seed {solution.front.run.seed}",
             f"# {duration:.9f} s; the last position is held {_LOOKAHEAD} s longer, as servoj looks ahead; rad",
+            f"# certificate: {certify(solution)}",
             "def trajevo_motion():",
             f"  movej({_angles(q[0])}, a={_decimal(acceleration)}, v={_decimal(speed)})",
             *(f"  servoj({_angles(row)}, {cycle})" for row in q[1:]),

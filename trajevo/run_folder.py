@@ -30,7 +30,7 @@ if sys.platform != "win32":
     import fcntl
 
 FRONT_FILE, MANIFEST_FILE, CHECKPOINT_FILE, BLOCKS_FOLDER = "front.json", "manifest.json", "checkpoint.npz", "blocks"
-LOCK_FILE = ".lock"
+LOCK_FILE, EVOLVED_FILE = ".lock", "evolved.json"
 
 #: What a damaged file or one of another content makes NumPy's reader raise.
 _DAMAGED = (KeyError, ValueError, TypeError, EOFError, OSError, zipfile.BadZipFile, json.JSONDecodeError)
@@ -48,6 +48,10 @@ class Manifest(Record):
         seed: seed of all randomness.
         generations: generations of the whole run.
         time_limit: time that the evaluation of one individual may take [s], or None.
+        evaluations: individuals that the run may evaluate, or None.
+        cpu_time: CPU time that the run may take [s], or None.
+        polish: whether the front is refined by gradients at the end.
+        polish_every: generations after which the evolution is given refined members each time, or None.
         versions: versions of the packages that began it, and of Python.
     """
 
@@ -61,6 +65,10 @@ class Manifest(Record):
     seed: int
     generations: int
     time_limit: float | None
+    evaluations: int | None = None
+    cpu_time: float | None = None
+    polish: bool = False
+    polish_every: int | None = None
     versions: dict[str, str]
 
 
@@ -98,6 +106,11 @@ class RunFolder:
     def front_file(self) -> Path:
         """Where the front is, once the run has ended."""
         return self.folder / FRONT_FILE
+
+    @property
+    def evolved_file(self) -> Path:
+        """Where the front is as the evolution left it."""
+        return self.folder / EVOLVED_FILE
 
     @property
     def begun(self) -> bool:
@@ -159,6 +172,7 @@ class RunFolder:
     def clear(self) -> None:
         """Remove the run that the folder holds; the manifest last, so that what is left half removed is still a run."""
         self.front_file.unlink(missing_ok=True)
+        self.evolved_file.unlink(missing_ok=True)
         self._clear_rest()
         (self.folder / MANIFEST_FILE).unlink(missing_ok=True)
 
@@ -269,7 +283,7 @@ def locked(handle: int) -> bool:
     except (BlockingIOError, PermissionError):
         return False
     except OSError:
-        return True
+        pass
     return True
 
 

@@ -14,6 +14,7 @@ from trajevo.algorithm_state import algorithm_of
 from trajevo.errors import InvalidInputError
 from trajevo.evolution import evolve, front_so_far
 from trajevo.front import Front
+from trajevo.polish import polish
 from trajevo.problem import TrajectoryProblem
 from trajevo.records import ProblemRecord, installed_versions
 from trajevo.registry import load_problem
@@ -22,6 +23,9 @@ from trajevo.tournaments import seeded
 
 #: Algorithms whose generations depend on how many are planned, so that a finished run is no beginning of a longer one.
 _PLANNED = ("RVEA",)
+
+#: CPU time that is left for polishing where the evolution has used up more than its share [s].
+_LEAST_CPU_TIME = 1e-3
 
 
 @dataclass(frozen=True)
@@ -49,8 +53,11 @@ def begin(
     out: str | Path | None,
     overwrite: bool,
     progress: bool,
+    cpu_spent: float = 0.0,
 ) -> Front:
     """Run an algorithm that was set up as a manifest says; in a folder where one is given, its front in it at the end.
+
+    CPU time that was spent on its first population counts as the run's.
 
     Raises:
         InvalidInputError: the algorithm draws past its seed, or the folder holds a run or cannot be written.
@@ -59,15 +66,17 @@ def begin(
     if reason is not None:
         raise InvalidInputError(f"algorithm: {reason}")
     if out is None:
-        return evolve(problem, solver, manifest, folder=None, progress=progress)
+        return _ended(
+            evolve(problem, solver, manifest, folder=None, progress=progress, cpu_spent=cpu_spent), manifest, None
+        )
     run = RunFolder(out)
     with run.alone():
         run.begin(manifest, overwrite=overwrite)
         if manifest.not_resumable:
             warnings.warn(f"{run.folder}: this run cannot be resumed: {manifest.not_resumable}", stacklevel=3)
-        front = evolve(problem, solver, manifest, folder=run, progress=progress)
-        _keep(front, run)
-    return front
+        return _ended(
+            evolve(problem, solver, manifest, folder=run, progress=progress, cpu_spent=cpu_spent), manifest, run
+        )
 
 
 def resume(
@@ -103,9 +112,7 @@ def resume(
         if generations is not None:
             manifest = _longer(manifest, generations, run)
         _compare_versions(manifest, run)
-        front = evolve(to_solve, solver, manifest, folder=run, progress=progress)
-        _keep(front, run)
-    return front
+        return _ended(evolve(to_solve, solver, manifest, folder=run, progress=progress), manifest, run)
 
 
 def read_run(folder: str | Path, *, problem: TrajectoryProblem | None = None) -> Front:
@@ -184,12 +191,29 @@ def _compare_versions(manifest: Manifest, run: RunFolder) -> None:
         )
 
 
-def _keep(front: Front, run: RunFolder) -> None:
+def _ended(front: Front, manifest: Manifest, run: RunFolder | None) -> Front:
+    """The front of an evolution that has ended, polished where the run is to be, and kept where there is a folder."""
+    if not manifest.polish or front.run.interrupted or not len(front):
+        if run is not None:
+            run.evolved_file.unlink(missing_ok=True)
+            _keep(front, run.front_file)
+        return front
+    if run is not None:
+        _keep(front, run.evolved_file)
+    seconds = None if manifest.cpu_time is None else max(manifest.cpu_time - front.run.cpu_seconds[-1], _LEAST_CPU_TIME)
+    evaluations = None if manifest.evaluations is None else max(manifest.evaluations - front.run.evaluations, 1)
+    polished = polish(front, evaluations=evaluations, cpu_time=seconds).front
+    if run is not None:
+        _keep(polished, run.front_file)
+    return polished
+
+
+def _keep(front: Front, file: Path) -> None:
     """Save a front in its folder; where that fails, somewhere else, and say where."""
     try:
-        front.save(run.front_file)
+        front.save(file)
     except InvalidInputError as error:
         with tempfile.NamedTemporaryFile(prefix="trajevo-", suffix=".json", delete=False) as other:
             pass
         front.save(other.name)
-        warnings.warn(f"{error}; the front is in {other.name}", stacklevel=3)
+        warnings.warn(f"{error}; the front is in {other.name}", stacklevel=4)

@@ -136,7 +136,7 @@ def differentiated(problem: TrajectoryProblem, probes: Array) -> tuple[Gradients
         problem: the problem.
         probes: decision vectors to compare at, shape (B, n_var).
     """
-    rough, probes = _finite_differences(problem), np.clip(probes, problem.xl, problem.xu)
+    rough, probes = central_differences(problem), np.clip(probes, problem.xl, problem.xu)
     F, dF, G, dG = rough(probes)
     numerical = np.concatenate([dF, dG], axis=1)
     try:
@@ -154,8 +154,12 @@ def differentiated(problem: TrajectoryProblem, probes: Array) -> tuple[Gradients
     return rough, "finite differences"
 
 
-def _finite_differences(problem: TrajectoryProblem) -> Gradients:
-    """Central differences in one batch; inside the bounds, one-sided where a bound is near."""
+def central_differences(problem: TrajectoryProblem) -> Gradients:
+    """Gradients of a problem by central differences in one batch; inside the bounds, one-sided where a bound is near.
+
+    Args:
+        problem: the problem.
+    """
 
     def gradients(x: Array) -> tuple[Array, Array, Array, Array]:
         steps = _STEP * (problem.xu - problem.xl) * np.eye(problem.n_var)

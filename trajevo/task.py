@@ -42,7 +42,12 @@ class Task:
         seed: int | None = None,
         generations: int | None = None,
         population: int | None = None,
+        starts: str | None = None,
         time_limit: float | None = None,
+        evaluations: int | None = None,
+        cpu_time: float | None = None,
+        polish: bool | None = None,
+        polish_every: int | None = None,
         out: str | Path | None = None,
         overwrite: bool = False,
         progress: bool = True,
@@ -53,15 +58,27 @@ class Task:
             seed: as for :func:`trajevo.optimise.optimise`, and so are the others.
             generations: generations.
             population: individuals.
+            starts: what the first population is.
             time_limit: time that evaluating one individual may take [s].
+            evaluations: individuals that the run may evaluate.
+            cpu_time: CPU time that the run may take [s].
+            polish: refine the front by gradients at the end.
+            polish_every: generations after which some members are refined each time.
             out: folder to keep the run in.
             overwrite: replace the run that the folder holds.
             progress: show the progress on standard error.
         """
         own = self.settings.algorithm.model_dump(exclude_none=True)
         name, length = own.pop("name"), own.pop("generations", None)
-        if population is not None:
-            own["population"] = population
+        given = {
+            "starts": starts,
+            "population": population,
+            "evaluations": evaluations,
+            "cpu_time": cpu_time,
+            "polish": polish,
+            "polish_every": polish_every,
+        }
+        own |= {key: value for key, value in given.items() if value is not None}
         return optimise(
             self.problem,
             seed=self.settings.seed if seed is None else seed,
@@ -113,7 +130,8 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "moving": [_box(box, robot, to_rad) for box in settings.moving],
         "objectives": settings.objectives,
         "constraints": settings.constraints.limits,
-        **settings.constraints.model_dump(exclude={"limits"}),
+        **settings.constraints.model_dump(exclude={"limits", "held"}),
+        "limits": settings.constraints.held,
         "scene": settings.scene,
         "payload": settings.payload if isinstance(settings.payload, float | int) else settings.payload.model_dump(),
         "payload_range": settings.payload_range,

@@ -89,6 +89,7 @@ class _Constraints(_Strict):
     tool_speed: _Number | None = None
     tool_height: _Number | None = None
     longest_time: _Number | None = None
+    held: Literal["sampled", "certified"] = "certified"
 
 
 class AlgorithmSettings(_Strict):
@@ -102,6 +103,11 @@ class AlgorithmSettings(_Strict):
     crossover_index: _Number | None = None
     mutation_probability: _Number | None = None
     mutation_index: _Number | None = None
+    starts: str | None = None
+    evaluations: Annotated[int, pydantic.Field(strict=True, ge=1)] | None = None
+    cpu_time: _Number | None = None
+    polish: Annotated[bool, pydantic.Field(strict=True)] | None = None
+    polish_every: Annotated[int, pydantic.Field(strict=True, ge=1)] | None = None
 
 
 class TaskSettings(_Strict):

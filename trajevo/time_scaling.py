@@ -22,7 +22,7 @@ from trajevo.dynamics import Rollout
 @final
 @dataclass(frozen=True, eq=False)
 class Effort:
-    """Effort constant + linear u + quadratic u² at the speed u, arrays of shape (T, n_joints) [N·m or N].
+    """Effort constant + linear u + quadratic u² at the speed u, arrays of shape (..., T, n_joints) [N·m or N].
 
     Attributes:
         constant: what the robot holds at rest and what its dry friction takes.
@@ -43,7 +43,7 @@ class Effort:
         """Speeds at which the effort exceeds a limit of shape (n_joints,), which may be inf.
 
         Returns:
-            Lower and upper ends of open intervals, two for each side of the limit, shapes (4, T, n_joints); an
+            Lower and upper ends of open intervals, two for each side of the limit, shapes (4, ..., T, n_joints); an
             interval whose ends are equal is empty.
         """
         bounded = np.where(np.isfinite(limit), limit, 0.0)
@@ -56,7 +56,7 @@ class Effort:
 @final
 @dataclass(frozen=True, eq=False)
 class EffortOfPath:
-    """Effort at instants of a motion by powers of its speed, without payload and per kilogram, (T, n_joints).
+    """Effort at instants of a motion by powers of its speed, without payload and per kilogram, (..., T, n_joints).
 
     Attributes:
         held: at rest, without payload [N·m or N].
@@ -76,7 +76,7 @@ class EffortOfPath:
 
     @classmethod
     def of(cls, rollout: Rollout, q: Array, v: Array, a: Array) -> EffortOfPath:
-        """The terms in given states of a rollout's one trajectory, shapes (T, n_joints); its payload gives the shape.
+        """The terms in given states of a rollout's motions, shapes (..., T, n_joints); its payload gives the shape.
 
         Velocities that are nothing but rounding should be 0, see :meth:`~trajevo.dynamics.Rollout.without_rounding`.
         """
@@ -104,8 +104,8 @@ class EffortOfPath:
             )
         )
 
-    def carrying(self, mass: float) -> Effort:
-        """Effort with a payload [kg]."""
+    def carrying(self, mass: float | Array) -> Effort:
+        """Effort with a payload [kg]; of several motions one for each, shape (B, 1, 1)."""
         return Effort(
             self.held + mass * self.held_per_kilogram + self.dry,
             self.viscous,
@@ -131,6 +131,25 @@ def allowed_speeds(lower: Array, upper: Array) -> tuple[Array, int]:
     gaps = np.flatnonzero(ends > begins)
     bound = int(order[gaps[-1]]) if len(gaps) and gaps[-1] < len(order) else -1
     return np.column_stack([begins[gaps], ends[gaps]]), bound
+
+
+def greatest_allowed(lower: Array, upper: Array) -> Array:
+    """The greatest of [0, inf) that is left when open intervals are taken away, for many motions at once.
+
+    Args:
+        lower: their lower ends, shape (B, N).
+        upper: their upper ends, shape (B, N).
+
+    Returns:
+        Shape (B,), 0 where no more than one speed is left; inf where nothing bounds it.
+    """
+    order = np.argsort(np.where(upper > lower, lower, np.inf), axis=1, kind="stable")
+    begins, ends = (np.take_along_axis(side, order, axis=1) for side in (lower, upper))
+    real, none = ends > begins, np.zeros((len(lower), 1))
+    begins = np.concatenate([np.where(real, begins, np.inf), none + np.inf], axis=1)
+    covered = np.maximum.accumulate(np.concatenate([none, np.where(real, ends, 0.0)], axis=1), axis=1)
+    greatest: Array = np.where(begins > covered, begins, 0.0).max(axis=1)
+    return greatest
 
 
 def _positive(constant: Array, linear: Array, quadratic: Array) -> tuple[Array, Array]:

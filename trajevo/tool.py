@@ -20,7 +20,8 @@ HEIGHT_SCALE = 0.1
 def tool_speed_limit(robot: Robot, most: float) -> Constraint:
     """Greatest speed of the tool's origin at the samples over what is allowed [m/s], minus 1.
 
-    Between samples the speed may be a little greater; more samples per segment narrow that.
+    Between samples the speed may be a little greater; more samples per segment narrow that, and
+    :func:`trajevo.certified.certified` proves that it is not.
 
     Raises:
         InvalidInputError: no positive number.
@@ -28,6 +29,14 @@ def tool_speed_limit(robot: Robot, most: float) -> Constraint:
     _check(most, "most", positive=True)
     function = partial(_speed_excess, kinematics=ToolKinematics.of(robot), most=float(most))
     return Constraint(("tool speed",), f"tool speed of at most {most:g} m/s", function)
+
+
+def most_tool_speed(constraint: Constraint) -> float | None:
+    """The speed [m/s] that :func:`tool_speed_limit` allows; None of any other constraint."""
+    function = constraint.at_samples.function
+    if isinstance(function, partial) and function.func is _speed_excess:
+        return float(function.keywords["most"])
+    return None
 
 
 def keep_out_height(robot: Robot, least: float) -> Constraint:

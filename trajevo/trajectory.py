@@ -56,10 +56,19 @@ class TrajectoryBatch(ABC):
             IndexError: there is no such trajectory.
         """
 
+    @abstractmethod
+    def real_rows(self, rows: Array) -> TrajectoryBatch:
+        """Batch of the chosen trajectories, indices of shape (N,), without the imaginary parts of complex steps."""
+
     @property
     @abstractmethod
     def n_joints(self) -> int:
         """Number of joints."""
+
+    @property
+    @abstractmethod
+    def degree(self) -> int:
+        """Greatest degree of the polynomials that the segments are."""
 
     @abstractmethod
     def evaluate(self, t: Array, derivative: int = 0) -> Array:

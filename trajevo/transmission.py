@@ -25,6 +25,24 @@ class Transmission(ABC):
     def effort(self, q: Array, torque: Array) -> Array:
         """Actuator efforts Jᵀ τ of model torques τ at actuator positions q, shape (..., n_joints) [N·m or N]."""
 
+    @abstractmethod
+    def reach(self, imaginary: Array, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array, Array]:
+        """Bounds in model coordinates of what has bounds in those of the actuators, for complex instants.
+
+        Args:
+            imaginary: magnitudes that the imaginary parts of the positions do not exceed, shape (..., n_joints).
+            q: magnitudes that the positions do not exceed, the same shape.
+            v: the same of velocities.
+            a: the same of accelerations.
+
+        Returns:
+            The same four of the model; inf where there is none.
+        """
+
+    @abstractmethod
+    def effort_reach(self, imaginary: Array, torque: Array) -> Array:
+        """Magnitudes that actuator efforts do not exceed where model torques do not exceed ``torque``, as above."""
+
 
 @final
 @dataclass(frozen=True)
@@ -38,6 +56,15 @@ class Direct(Transmission):
     def effort(self, q: Array, torque: Array) -> Array:
         """The same torques."""
         del q
+        return torque
+
+    def reach(self, imaginary: Array, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array, Array]:
+        """The same arrays."""
+        return imaginary, q, v, a
+
+    def effort_reach(self, imaginary: Array, torque: Array) -> Array:
+        """The same torques."""
+        del imaginary
         return torque
 
 
@@ -79,6 +106,29 @@ class CoupledScrews(Transmission):
         half = 0.5 * torque[..., self.slide]
         share = torque[..., self.swivel] * self.span / (self.span**2 + u**2)
         return self._replaced(torque, half - share, half + share)
+
+    def reach(self, imaginary: Array, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array, Array]:
+        """Every ratio is one over L² + u², which is least, L² - y², at the imaginary number iy nearest to its root."""
+        y, u, du, ddu = (x[..., self.swivel] + x[..., self.slide] for x in (imaginary, q, v, a))
+        share = self._greatest_share(y)
+        swivel = y * share, 0.5 * np.pi + y * share, du * share, ddu * share + 2.0 / self.span * u * (du * share) ** 2
+        bounds = (
+            self._replaced(x, 0.5 * (x[..., self.slide] + x[..., self.swivel]), turned)
+            for x, turned in zip((imaginary, q, v, a), swivel, strict=True)
+        )
+        most_imaginary, position, velocity, acceleration = bounds
+        return most_imaginary, position, velocity, acceleration
+
+    def effort_reach(self, imaginary: Array, torque: Array) -> Array:
+        """Half of the slide's force plus the share of the swivel's torque, on both screws."""
+        y = imaginary[..., self.swivel] + imaginary[..., self.slide]
+        both = 0.5 * torque[..., self.slide] + torque[..., self.swivel] * self._greatest_share(y)
+        return self._replaced(torque, both, both)
+
+    def _greatest_share(self, y: Array) -> Array:
+        """Bound of |L/(L² + u²)| where the imaginary part of u does not exceed y; inf where a root may lie inside."""
+        inside = y < self.span
+        return np.where(inside, self.span / (self.span**2 - np.where(inside, y, 0.0) ** 2), np.inf)
 
     def _replaced(self, array: Array, slide: Array, swivel: Array) -> Array:
         replaced = array.copy()

@@ -55,7 +55,8 @@ def robust_problem(
     """The same problem with effort limits that every payload of intervals keeps.
 
     How the payload acts and its inertia per kilogram are those of the problem's payload, and objectives that depend on
-    a payload take that one. The problem made is not a registered one.
+    a payload take that one. The problem made is not a registered one, and its efforts are held at samples, also where
+    those of the given one are proven between them.
 
     Args:
         problem: with effort limits among its constraints.

@@ -197,7 +197,7 @@ def _efforts(rollout: Rollout, motion: Motion) -> tuple[Array, Array]:
 
 def _robot_rows(robot: Robot, motion: Motion, effort: Array) -> Iterator[Utilisation]:
     limits = robot.limits
-    used = {"position": _range_used(motion.q, limits.lower, limits.upper)}
+    used = {"position": limits.range_used(motion.q)}
     for name, values in zip(
         ("velocity", "acceleration", "jerk", "effort"), (motion.v, motion.a, motion.j, effort), strict=True
     ):
@@ -209,21 +209,11 @@ def _robot_rows(robot: Robot, motion: Motion, effort: Array) -> Iterator[Utilisa
             yield Utilisation(name, robot.joint_names[joint], float(share[worst, joint]), float(motion.t[worst]))
 
 
-def _range_used(q: Array, lower: Array, upper: Array) -> Array:
-    """|q - middle| over half the range; of a range with one end 1 + excess over that end's size; -inf without any."""
-    both, any_end = np.isfinite(lower) & np.isfinite(upper), np.isfinite(lower) | np.isfinite(upper)
-    finite = np.where(np.isfinite(lower), lower, np.where(any_end, upper, 0.0))
-    one_sided = np.where(finite != 0.0, np.abs(finite), 1.0)
-    size = np.where(both, 0.5 * (np.where(both, upper, 0.0) - np.where(both, lower, 0.0)), one_sided)
-    used: Array = np.where(any_end, 1.0 + np.maximum(q - upper, lower - q) / size, -np.inf)
-    return used
-
-
 def _problem_rows(solution: Solution, dense: Rollout) -> Iterator[Utilisation]:
     """The problem's own constraints, by their own functions."""
     for constraint in solution.front.problem.constraints:
         if not is_robot_limit(constraint):
-            for name, value in zip(constraint.names, constraint.function(dense)[0].tolist(), strict=True):
+            for name, value in zip(constraint.names, constraint.at_samples.function(dense)[0].tolist(), strict=True):
                 yield Utilisation(name, None, 1.0 + value, None)
 
 

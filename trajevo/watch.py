@@ -30,6 +30,8 @@ class Watch:
         self.hypervolume: list[float] = []
         self.least_violation: list[float | None] = []
         self.front_size: list[int] = []
+        self.polishing: list[int] = []
+        self.cpu_seconds: list[float] = []
 
     def collect(self, X: Array, out: dict[str, Any]) -> None:
         """Callback of pymoo's problem: the arrays of every evaluation."""
@@ -37,8 +39,15 @@ class Watch:
         x, F, G = (np.atleast_2d(values) for values in (X, out["F"], out["G"]))
         self.archive.add(x, F, G, None if said is None else np.atleast_1d(said).tolist())
 
-    def close(self, number: int, evaluations: int) -> Generation:
-        """Book a finished generation."""
+    def close(self, number: int, evaluations: int, *, polishing: int = 0, cpu_seconds: float = 0.0) -> Generation:
+        """Book a finished generation.
+
+        Args:
+            number: which.
+            evaluations: individuals evaluated so far.
+            polishing: evaluations spent beside those: on refining members, or on finding the first population.
+            cpu_seconds: CPU time of the run so far [s].
+        """
         _, F = self._points()
         if self.reference_point is None and len(F):
             self.reference_point = _box_corner(F)
@@ -48,6 +57,8 @@ class Watch:
         self.hypervolume.append(volume)
         self.least_violation.append(violation if np.isfinite(violation) else None)
         self.front_size.append(len(self.archive.F))
+        self.polishing.append(polishing)
+        self.cpu_seconds.append(cpu_seconds)
         return Generation(number, volume, violation, len(self.archive.F))
 
     def history(self) -> History:
@@ -55,7 +66,7 @@ class Watch:
         corner = self.reference_point
         return History(
             reference_point=None if corner is None else tuple(corner.tolist()),
-            evaluations=tuple(self.evaluations),
+            evaluations=tuple((np.array(self.evaluations) + np.cumsum(self.polishing)).tolist()),
             hypervolume=tuple(self.hypervolume),
             least_violation=tuple(self.least_violation),
             front_size=tuple(self.front_size),
@@ -70,6 +81,8 @@ class Watch:
             "hypervolume": np.array(self.hypervolume, dtype=np.float64),
             "least_violation": np.array([np.nan if v is None else v for v in self.least_violation], dtype=np.float64),
             "front_size": np.array(self.front_size, dtype=np.int64),
+            "polishing": np.array(self.polishing, dtype=np.int64),
+            "cpu_seconds": np.array(self.cpu_seconds, dtype=np.float64),
         }
 
     def reopen(self, books: Mapping[str, Array]) -> None:
@@ -80,6 +93,8 @@ class Watch:
         self.hypervolume = [float(value) for value in books["hypervolume"]]
         self.least_violation = [None if np.isnan(value) else float(value) for value in books["least_violation"]]
         self.front_size = [int(value) for value in books["front_size"]]
+        self.polishing = [int(value) for value in books["polishing"]]
+        self.cpu_seconds = [float(value) for value in books["cpu_seconds"]]
 
     def front(
         self,
@@ -106,7 +121,7 @@ class Watch:
                 settings=settings | self._solved_as(),
                 seed=seed,
                 generations=len(self.evaluations),
-                evaluations=evaluations,
+                evaluations=evaluations + sum(self.polishing),
                 failures=self.archive.failures,
                 first_failure=failed[0].said if failed else "",
                 failed=failed,
@@ -114,6 +129,7 @@ class Watch:
                 stopped_by=stopped_by,
                 resumed=tuple(resumed),
                 seconds=seconds,
+                cpu_seconds=tuple(self.cpu_seconds),
                 versions=installed_versions(),
             ),
             history=self.history(),

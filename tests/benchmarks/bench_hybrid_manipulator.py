@@ -27,7 +27,8 @@ from problems.hybrid_manipulator import paper_solution
 from trajevo import optimise
 from trajevo.capacity import SAMPLES as CAPACITY_SAMPLES
 from trajevo.capacity import dlcc
-from trajevo.dynamics import Dynamics, Rollout, lobatto
+from trajevo.dynamics import Dynamics, Rollout
+from trajevo.gauss_lobatto import lobatto
 from trajevo.robot import Robot
 
 CANDIDATES, SAMPLES = 100, 5

@@ -97,7 +97,7 @@ def _same_objectives(cells: Sequence[Cell], fronts: Sequence[Front]) -> None:
 
 
 def _result(cell: Cell, front: Front, run: RunFolder, box: Box | None) -> CellResult:
-    volumes = np.zeros(front.run.generations)
+    volumes = np.zeros(len(front.history.evaluations))
     if box is not None:
         same = front.history.reference_point == tuple(box.upper.tolist()) and not box.lower.any()
         volumes = np.array(front.history.hypervolume) if same else _history(front, run, box)
@@ -107,14 +107,16 @@ def _result(cell: Cell, front: Front, run: RunFolder, box: Box | None) -> CellRe
         knee=read_only(list(front.knee().F.values()) if len(front) else np.full(front.F.shape[1], np.nan)),
         evaluations=read_only(front.history.evaluations),
         hypervolume=frozen(volumes),
+        generations=front.run.generations,
         seconds=front.run.seconds,
+        cpu_seconds=front.run.cpu_seconds[-1],
         failures=front.run.failures,
     )
 
 
 def _history(front: Front, run: RunFolder, box: Box) -> Array:
     """Hypervolume by generation in another box than the run's own, from all its individuals."""
-    volumes = np.full(front.run.generations, np.nan)
+    volumes = np.full(len(front.history.evaluations), np.nan)
     if run.begun:
         record = run.manifest().problem
         problem = load_problem(record.name, **record.settings)

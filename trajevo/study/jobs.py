@@ -9,11 +9,12 @@ from typing import Any, TypedDict
 
 import pydantic
 
-from trajevo.algorithms import algorithm_settings
+from trajevo.algorithms import OF_RUN, algorithm_settings
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
-from trajevo.optimise import nsga2
+from trajevo.optimise import checked_run, nsga2
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
+from trajevo.starts import DEFAULT_STARTS, STARTS
 from trajevo.study.record import Cell, StudyRecord, canonical
 from trajevo.task import task_problem
 from trajevo.task_file import AlgorithmSettings, Places, TaskSettings, checked_settings
@@ -100,9 +101,11 @@ def solver_settings(search: dict[str, Any], problem: TrajectoryProblem) -> dict[
         name = "algorithm" if first["loc"][0] == "name" else first["loc"][0]
         raise InvalidInputError(f"{name}: {first['msg']}, got {first['input']!r}") from error
     name, generations = given.pop("name"), given.pop("generations", None)
-    if name == "nsga2":
-        nsga2(problem.evolution, given)
+    checked_name("starts", given.get("starts", DEFAULT_STARTS), STARTS)
     settings = algorithm_settings(name, given, problem)
+    if name == "nsga2":
+        nsga2(problem.evolution, {key: value for key, value in settings.items() if key not in OF_RUN})
+    checked_run(problem, {key: settings.get(key) for key in OF_RUN} | {"time_limit": limit})
     return {"generations": generations, "time_limit": limit} | settings
 
 

@@ -52,10 +52,13 @@ class CellResult:
         cell: the cell.
         F: objective values of its front, shape (N, n_obj), SI.
         knee: objective values of its knee, shape (n_obj,), or NaN where nothing is feasible.
-        evaluations: individuals evaluated by the end of each generation, shape (generations,).
-        hypervolume: share of the study's box, by generation, shape (generations,); NaN but for the last where the
-            run had another box and its individuals are no longer there.
+        evaluations: individuals evaluated by the end of each generation, and of polishing where the front was, shape
+            (K,).
+        hypervolume: share of the study's box then, shape (K,); NaN but for the last where the run had another box and
+            its individuals are no longer there.
+        generations: generations done.
         seconds: wall time [s].
+        cpu_seconds: CPU time of the process [s].
         failures: individuals whose evaluation gave no numbers.
     """
 
@@ -64,7 +67,9 @@ class CellResult:
     knee: Array
     evaluations: Array
     hypervolume: Array
+    generations: int
     seconds: float
+    cpu_seconds: float
     failures: int
 
 
@@ -96,7 +101,7 @@ class StudyResults:
     def units(self) -> dict[str, str]:
         """Column of the table -> its unit, of those that have one."""
         named = {f"{kind}_{one.name}": one.unit for kind in ("least", "knee") for one in self.objectives}
-        return {"seconds": "s"} | named
+        return {"seconds": "s", "cpu_seconds": "s"} | named
 
     def levels(self, factor: str) -> tuple[Any, ...]:
         """Levels of a factor as the table has them: their values where all are numbers, else their labels."""
@@ -116,8 +121,9 @@ class StudyResults:
         for result in self.cells:
             row: dict[str, Any] = {"cell": result.cell.name} | self._levels_of(result.cell)
             row |= {"repeat": result.cell.repeat, "seed": result.cell.seed}
-            row |= {"hypervolume": result.hypervolume[-1], "generations": len(result.evaluations)}
+            row |= {"hypervolume": result.hypervolume[-1], "generations": result.generations}
             row |= {"evaluations": int(result.evaluations[-1]), "seconds": result.seconds}
+            row |= {"cpu_seconds": result.cpu_seconds}
             row |= {"front_size": len(result.F), "failures": result.failures}
             least = result.F.min(axis=0) if len(result.F) else np.full(len(names), np.nan)
             row |= {f"least_{name}": float(value) for name, value in zip(names, least, strict=True)}

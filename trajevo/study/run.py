@@ -78,7 +78,9 @@ def run_study(
         raise InvalidInputError(f"engine: expected InProcess, Processes or DaskCluster, got {engine!r}")
     place = StudyFolder(folder)
     place.keep(study.record)
-    waiting = [job for job in study.jobs if not place.finished(job["cell"])]
+    # First repeats first: what stands early compares all levels, and a machine that slows down favours none.
+    in_turn = sorted(zip(study.cells, study.jobs, strict=True), key=lambda pair: pair[0].repeat)
+    waiting = [job for _, job in in_turn if not place.finished(job["cell"])]
     total, before = len(study.jobs), len(study.jobs) - len(waiting)
     shown = CellsShown(total, finished=before, workers=engine.workers, enabled=progress)
     with Stopping() as stopping, shown:

@@ -1,0 +1,136 @@
+"""Effort, mechanical power and tool speed at every instant of a motion, enclosed from a few samples of each piece.
+
+Pieces whose enclosure, see :mod:`trajevo.pieces`, reaches beyond what a sample exhibits are halved until the bounds are
+as near as asked for, or, where nothing but a limit counts, until it is known whether it is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array, frozen
+from trajevo.bounds import gauss
+from trajevo.dynamics import Rollout
+from trajevo.pieces import LEAST_WIDTH, Over, PieceBounds, Pieces
+
+#: Nodes of a piece.
+_NODES = 14
+#: Pieces of a motion, on average, beyond which none is halved any more.
+_MOST_PIECES = 2000
+#: Pieces of one motion that are halved at a time, beyond which it is left undecided.
+_MOST_UNDECIDED = 256
+#: Slacks for rounding by which a bound must exceed a sample to be worth another look, and what they may make of the
+#: tolerance: where the magnitude bound is useless yet, so is what it says of rounding.
+_SLACKS, _SLACK_SHARE = 4.0, 0.01
+#: Share of the greatest value of any joint below which values that nothing limits are not told apart.
+_NEGLIGIBLE = 1e-3
+#: How near the least excess of an enclosure over the limit is brought to zero, where samples keep the limit.
+_FINEST = 1e-9
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """Magnitudes over whole motions, columns: efforts of the joints, their mechanical powers, the tool's speed.
+
+    Attributes:
+        bound: what is not exceeded at any instant, shape (B, 2 n_joints + 1) [N·m or N, W, m/s].
+        exhibited: the greatest value of any sample, the same shape.
+        instants: when [s].
+        pieces: into how many pieces each motion was cut, shape (B,).
+        scale: what the tolerance is a share of, shape (B, 2 n_joints + 1): the limit, where there is none the greatest
+            exhibited value, or a thousandth of that of all joints if this is more.
+    """
+
+    bound: Array
+    exhibited: Array
+    instants: Array
+    pieces: Array
+    scale: Array
+
+
+def enclose(rollout: Rollout, limits: Array, *, tolerance: float) -> Enclosure:
+    """Bound what happens at every instant by adaptive subdivision.
+
+    Args:
+        rollout: one robot on B motions.
+        limits: what the columns are held to, inf where nothing is, shape (2 n_joints + 1,).
+        tolerance: share of the limit, or of the greatest value where there is none, that a bound may lie above what a
+            sample exhibits. Where the samples keep a limit that the bound exceeds by less, pieces are halved on.
+
+    Returns:
+        Bounds and exhibited values.
+    """
+    functions = PieceBounds.of(rollout)
+    count = len(rollout.trajectory)
+    bound, best, instants = (np.zeros((count, len(limits))) for _ in range(3))
+    used = np.zeros(count, dtype=np.intp)
+    pieces = Pieces.of(rollout, _NODES)
+    shortest = LEAST_WIDTH * rollout.trajectory.duration
+    while len(pieces.owner):
+        above, slack, found = functions.everything(pieces)
+        _remember(pieces, found, best, instants)
+        allowed = tolerance * _scale(best, limits)[pieces.owner]
+        known = best[pieces.owner] + np.minimum(_SLACKS * slack, _SLACK_SHARE * allowed)
+        most = known + allowed
+        undecided = (best[pieces.owner] <= limits) & (most > limits)
+        most = np.where(undecided, np.maximum(limits, known) + _FINEST * limits, most)
+        open_ = ~(above <= most).all(axis=1) & (pieces.width > shortest[pieces.owner])
+        if open_.sum() > _MOST_PIECES * count:
+            open_[:] = False
+        np.maximum.at(bound, pieces.owner[~open_], above[~open_])
+        np.add.at(used, pieces.owner[~open_], 1)
+        pieces = pieces.rows(open_).halved()
+    return Enclosure(frozen(bound), frozen(best), frozen(instants), used, frozen(_scale(best, limits)))
+
+
+def _scale(best: Array, limits: Array) -> Array:
+    """As :attr:`Enclosure.scale`."""
+    n = len(limits) // 2
+    joints = [best[:, part].max(axis=1, keepdims=True) for part in (slice(0, n), slice(n, 2 * n))]
+    least = np.concatenate([np.repeat(_NEGLIGIBLE * most, n, axis=1) for most in joints], axis=1)
+    shown = np.maximum(best, np.concatenate([least, np.zeros((len(best), 1))], axis=1))
+    return np.where(np.isfinite(limits), limits, shown)
+
+
+def decide(over: Callable[[Pieces], Over], pieces: Pieces, limits: Array, *, motions: int) -> Array:
+    """Whether motions keep limits at every instant, cut only as far as it takes to tell.
+
+    Args:
+        over: of :class:`~trajevo.pieces.PieceBounds`, with Q columns.
+        pieces: the motions' segments.
+        limits: what the columns are held to, inf where nothing is, shape (Q,).
+        motions: how many, B.
+
+    Returns:
+        Shape (B, Q): where a motion keeps every limit, what its columns are proven not to exceed. Where it breaks one,
+        the greatest values found so far. Where neither could be shown, bounds, at least one above its limit.
+    """
+    bound, best, broken = np.zeros((motions, len(limits))), np.zeros((motions, len(limits))), np.zeros(motions, bool)
+    shortest = LEAST_WIDTH * np.bincount(pieces.owner, pieces.width, motions)
+    while len(pieces.owner):
+        above, slack, found = over(pieces)
+        np.maximum.at(best, pieces.owner, found.max(axis=1))
+        broken = np.asarray((best > limits).any(axis=1))
+        near = np.maximum(best[pieces.owner] + _SLACKS * slack, limits) + _FINEST * limits
+        open_ = ~(above <= limits).all(axis=1) & ~broken[pieces.owner]
+        open_ &= ~(above <= near).all(axis=1) & (pieces.width > shortest[pieces.owner])
+        open_ &= (np.bincount(pieces.owner[open_], minlength=motions) <= _MOST_UNDECIDED)[pieces.owner]
+        np.maximum.at(bound, pieces.owner[~open_], above[~open_])
+        pieces = pieces.rows(open_).halved()
+    return np.where(broken[:, None], best, bound)
+
+
+def _remember(pieces: Pieces, found: Array, best: Array, instants: Array) -> None:
+    """Update the greatest exhibited values (B, Q) and their instants with those at the nodes, (K, N, Q)."""
+    node = found.argmax(axis=1)
+    value = np.take_along_axis(found, node[:, None], axis=1)[:, 0]
+    when = pieces.start[:, None] + pieces.width[:, None] * gauss(found.shape[1])[0][node]
+    before = best.copy()
+    np.maximum.at(best, pieces.owner, value)
+    piece, column = np.nonzero((value == best[pieces.owner]) & (value > before[pieces.owner]))
+    instants[pieces.owner[piece], column] = when[piece, column]

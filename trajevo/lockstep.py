@@ -1,0 +1,188 @@
+"""Many members at once by sequential quadratic programming, each along a direction of its own.
+
+Every member minimises the greatest of its scaled objectives, less those of a reference (Pascoletti and Serafini's
+scalarisation with equal rates; on logarithms all objectives fall by the same factor), plus a small share of their sum
+(augmented achievement scalarising), under the problem's limits. All members take their steps together, so that one
+batch of gradients serves them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.quadratic_program import Model, Step
+from trajevo.scaled import Scaled
+
+#: Share of the decrease that the slopes promise, of which a step must bring as much.
+_SUFFICIENT = 1e-4
+#: Factor by which a step that does not is made shorter, and how often.
+_SHORTER, _TRIES = 0.4, 6
+#: Times in a row that no share of a step brings enough, after which a member is done.
+_FAILURES = 3
+#: Growth of the trust region after a full step, and its least and greatest size.
+_GROWTH, _LEAST, _MOST = 1.5, 1e-4, 1.0
+#: First penalty of an excess over a limit, in units of the scaled objectives, and its growth.
+_PENALTY, _HARDER = 10.0, 3.0
+#: Least share of the curvature along a step that an update may leave (Powell's damping).
+_DAMPING = 0.2
+#: Excess below which a member that has come to rest is done.
+_FEASIBLE = 1e-6
+
+
+@final
+class Lockstep:
+    """Members on their way, all with the same number of steps at most.
+
+    Args:
+        scaled: the problem.
+        y: where they begin, scaled variables (M, n).
+        reference: scaled columns that are compared with, shape (M, C); infinite where a column plays no part.
+        augmentation: share of every column that is added to the greatest, shape (M, C).
+        curvature: first guess of the Lagrangian's second derivatives, shape (M, n, n), or None.
+        radius: greatest change of a scaled variable in the first step.
+        restarts: how often a member that has come to rest forgets its curvature and looks again, as a wrong one makes
+            it stop early.
+
+    Attributes:
+        y: where the members are, shape (M, n).
+        curvature: what is known of the second derivatives there.
+    """
+
+    def __init__(
+        self,
+        scaled: Scaled,
+        y: Array,
+        *,
+        reference: Array,
+        augmentation: Array,
+        curvature: Array | None = None,
+        radius: float = 0.5,
+        restarts: int = 0,
+    ) -> None:
+        self._scaled, self._reference, self._augmentation = scaled, reference, augmentation
+        self.y = np.clip(y, *scaled.bounds)
+        count, size = self.y.shape
+        self._unscaled = np.full(count, curvature is None)
+        self.curvature = np.repeat(np.eye(size)[None], count, axis=0) if curvature is None else curvature.copy()
+        self._penalty, self._radius = np.full(count, _PENALTY), np.full(count, radius)
+        self._restarts, self._failures = np.full(count, restarts), np.zeros(count, dtype=np.int64)
+        self._f, self._df, self._g, self._dg = scaled.slopes(self.y)
+        good = [np.isfinite(values.reshape(count, -1)).all(axis=1) for values in (self._f, self._df, self._g, self._dg)]
+        self._live = np.logical_and.reduce(good)
+
+    def run(self, steps: int, tolerance: float, stop: Callable[[], bool]) -> None:
+        """Take as many steps; a member stops earlier where its model promises a decrease below the tolerance.
+
+        All stop before the step at which ``stop`` says so.
+        """
+        for _ in range(steps):
+            if stop():
+                break
+            solved = {int(i): self._step(int(i), tolerance) for i in np.flatnonzero(self._live)}
+            going = {i: found for i, found in solved.items() if found is not None}
+            self._live[[i for i in solved if i not in going]] = False
+            if not going:
+                break
+            found = list(going.values())
+            self._advance(np.array(list(going)), [step for step, _ in found], np.array([gain for _, gain in found]))
+
+    def _step(self, i: int, tolerance: float) -> tuple[Step, float] | None:
+        """The next step of a member and the decrease that it promises; None where it is done."""
+        model = self._model(i)
+        step = model.solve()
+        at_rest = step is None or (model.decrease(step.d) < tolerance and self._g[i].max(initial=0.0) < _FEASIBLE)
+        if at_rest and self._restarts[i]:
+            self._restarts[i] -= 1
+            self._forget(i)
+            return self._step(i, tolerance)
+        if at_rest or step is None:
+            return None
+        if 2.0 * step.limits.sum() > self._penalty[i]:
+            self._penalty[i] *= _HARDER
+        rates = self._augmentation[i].copy()
+        rates[np.isfinite(self._reference[i])] += step.terms
+        return Step(step.d, rates, step.limits), model.decrease(step.d)
+
+    def _model(self, i: int) -> Model:
+        """The problem of a member near where it is."""
+        played = np.isfinite(self._reference[i])
+        terms = self._f[i, played] - self._reference[i, played]
+        reach = self._scaled.bounds - self.y[i]
+        return Model(
+            curvature=self.curvature[i],
+            slope=self._augmentation[i] @ self._df[i],
+            terms=terms - terms.max(),
+            term_slopes=self._df[i, played],
+            limits=self._g[i],
+            limit_slopes=self._dg[i],
+            box=np.clip(reach, -self._radius[i], self._radius[i]),
+            penalty=float(self._penalty[i]),
+        )
+
+    def _advance(self, going: Array, steps: list[Step], promised: Array) -> None:
+        """Steps that are short enough to bring what they promise; members without one are done."""
+        d = np.stack([step.d for step in steps])
+        share, todo = np.ones(len(going)), np.arange(len(going))
+        before = self._merit(going, self._f[going], self._g[going])
+        for _ in range(_TRIES):
+            rows = going[todo]
+            after = self._merit(rows, *self._scaled.values(self.y[rows] + share[todo, None] * d[todo]))
+            todo = todo[~(after <= before[todo] - _SUFFICIENT * share[todo] * promised[todo])]
+            if not len(todo):
+                break
+            share[todo] *= _SHORTER
+        taken = share[:, None] * d
+        size = np.where(share == 1.0, self._radius[going], np.abs(taken).max(axis=1))
+        self._radius[going] = np.clip(_GROWTH * size, _LEAST, _MOST)
+        self._failures[going] = np.where(np.isin(going, going[todo]), self._failures[going] + 1, 0)
+        self._live[going[self._failures[going] > _FAILURES]] = False
+        moved = np.setdiff1d(np.arange(len(going)), todo)
+        if len(moved):
+            self._move(going[moved], taken[moved], [steps[k] for k in moved])
+
+    def _move(self, rows: Array, taken: Array, steps: list[Step]) -> None:
+        y = np.clip(self.y[rows] + taken, *self._scaled.bounds)
+        new = self._scaled.slopes(y)
+        for k, i in enumerate(rows):
+            if not all(np.isfinite(values[k]).all() for values in new):
+                self._live[i] = False
+                continue
+            step, taken_now = steps[k], y[k] - self.y[i]
+            binding = np.flatnonzero(step.limits)
+            bent = step.terms @ (new[1][k] - self._df[i])
+            bent = bent + step.limits[binding] @ (new[3][k][binding] - self._dg[i][binding])
+            self._bend(i, taken_now, bent)
+            self.y[i] = y[k]
+            self._f[i], self._df[i], self._g[i], self._dg[i] = (values[k] for values in new)
+
+    def _forget(self, i: int) -> None:
+        self.curvature[i] = np.eye(self.y.shape[1])
+        self._unscaled[i] = True
+
+    def _bend(self, i: int, step: Array, bent: Array) -> None:
+        """Broyden, Fletcher, Goldfarb and Shanno's update, damped."""
+        square = step @ step
+        if not square > 0.0:
+            return
+        if self._unscaled[i]:
+            self._unscaled[i] = False
+            if bent @ step > 1e-3 * square:
+                self.curvature[i] *= (bent @ step) / square
+        ahead = self.curvature[i] @ step
+        along = step @ ahead
+        if step @ bent < _DAMPING * along:
+            share = (1.0 - _DAMPING) * along / (along - step @ bent)
+            bent = share * bent + (1.0 - share) * ahead
+        self.curvature[i] += np.outer(bent, bent) / (step @ bent) - np.outer(ahead, ahead) / along
+
+    def _merit(self, rows: Array, f: Array, g: Array) -> Array:
+        reference, augmentation = self._reference[rows], self._augmentation[rows]
+        played = np.isfinite(reference)
+        top = np.where(played, f - np.where(played, reference, 0.0), -np.inf).max(axis=1)
+        added = np.where(augmentation > 0.0, augmentation * f, 0.0).sum(axis=1)
+        merit: Array = top + added + self._penalty[rows] * np.maximum(g.max(axis=1, initial=0.0), 0.0)
+        return merit

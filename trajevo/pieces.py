@@ -1,0 +1,237 @@
+"""Pieces of motions, and what efforts, powers and the tool's speed are bounded by over each of them.
+
+Within a segment the motion is a polynomial of time, so that efforts without dry friction, their products with
+velocities and the square of the tool's speed are analytic. Over a piece of a segment each is the polynomial through its
+values at a few Gauss-Legendre nodes, but for an error that its magnitude on an ellipse of complex instants bounds (see
+:mod:`trajevo.reach` and :func:`trajevo.bounds.interpolation_error`), and the polynomial lies in the hull of its
+Bernstein form. The error falls with the power of the number of nodes as pieces are halved, the hull closes in with the
+square of the width.
+
+Dry friction jumps where a joint turns back. Over a piece it is the set of all values that it takes there; a joint that
+moves no faster than :attr:`trajevo.dynamics.Rollout.standing` counts as standing, where dry friction is nothing.
+
+Nothing is rounded outwards step by step. Instead every enclosure is widened by :data:`ROUNDING` of the magnitude bound,
+which exceeds every intermediate result of the recursion: thousands of times the rounding of double precision.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.bounds import gauss, halving, hull, interpolation_error, to_chebyshev
+from trajevo.dynamics import Dynamics, Rollout
+from trajevo.joints import Friction
+from trajevo.kinematics import ToolKinematics
+from trajevo.reach import Bounds, EffortReach
+
+#: Share of the magnitude bound by which enclosures are widened for rounding.
+ROUNDING = 1e-12
+
+#: Width of the narrowest piece, as a share of the motion.
+LEAST_WIDTH = 1e-12
+
+#: Sums of the semi-axes of the ellipses that are tried.
+_ELLIPSES = np.geomspace(1.25, 256.0, 16)
+
+
+class Pieces(NamedTuple):
+    """K pieces of motions: which motion, from when [s], how long [s], and q, v, a at the nodes, (K, N, 3 n_joints)."""
+
+    owner: np.ndarray[Any, np.dtype[np.intp]]
+    start: Array
+    width: Array
+    states: Array
+
+    @classmethod
+    def of(cls, rollout: Rollout, nodes: int) -> Pieces:
+        """Every segment that is longer than rounding, at whose instants motions are continuous.
+
+        Of complex motions, which carry the steps of derivatives, the real parts.
+
+        Args:
+            rollout: the motions.
+            nodes: of every piece, N; as many as its polynomials have coefficients if those are more.
+        """
+        trajectory, robot = rollout.trajectory, rollout.robot
+        size = max(nodes, trajectory.degree + 1)
+        shape = (len(trajectory), -1, size, robot.dof)
+        q, v, a = (trajectory.at_shares(gauss(size)[0], order).real.reshape(shape) for order in range(3))
+        stands = (trajectory.peak(1).real <= rollout.standing)[:, None, None, :]  # what little it moves is rounding
+        states = np.concatenate([q, np.where(stands, 0.0, v), np.where(stands, 0.0, a)], axis=-1)
+        widths = trajectory.segment_durations.real
+        owner, segment = np.nonzero(widths > LEAST_WIDTH * trajectory.duration.real[:, None])
+        starts = trajectory.breaks[:, :-1].real
+        return cls(owner, starts[owner, segment], widths[owner, segment], states[owner, segment])
+
+    def rows(self, chosen: Array) -> Pieces:
+        """Those that are chosen, by a mask (K,)."""
+        return Pieces(*(x[chosen] for x in self))
+
+    def halved(self) -> Pieces:
+        """Both halves of every piece."""
+        count, size, columns = self.states.shape
+        states = (halving(size) @ self.states).reshape(2 * count, size, columns)
+        width = np.repeat(0.5 * self.width, 2)
+        start = np.repeat(self.start, 2) + width * np.tile([0.0, 1.0], count)
+        return Pieces(np.repeat(self.owner, 2), start, width, states)
+
+
+class Over(NamedTuple):
+    """What is known over K pieces of Q magnitudes [N·m or N, W, m/s].
+
+    Bounds (K, Q), what rounding takes of them (K, Q), and the values at the nodes (K, N, Q).
+    """
+
+    above: Array
+    slack: Array
+    found: Array
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PieceBounds:
+    """The functions of B motions that are bounded over pieces of them.
+
+    Attributes:
+        smooth: the robot without dry friction, and what it carries.
+        friction: its friction.
+        kinematics: of its tool.
+        reach: bounds at complex instants.
+        standing: greatest speeds at which joints count as standing, shape (B, n_joints) [rad/s or m/s].
+        masses: payload mass of each motion, shape (B,) [kg], where it is not the payload's own.
+        degree: of the motions' polynomials.
+    """
+
+    smooth: Dynamics
+    friction: Friction
+    kinematics: ToolKinematics
+    reach: EffortReach
+    standing: Array
+    masses: Array | None
+    degree: int
+
+    @classmethod
+    def of(cls, rollout: Rollout) -> PieceBounds:
+        """Those of the motions of a rollout."""
+        robot = rollout.robot
+        without_dry = replace(robot.friction, coulomb=np.zeros(robot.dof), coulomb_backward=np.zeros(robot.dof))
+        smooth = replace(rollout.dynamics, robot=replace(robot, friction=without_dry))
+        masses = rollout.masses
+        return cls(
+            smooth,
+            robot.friction,
+            ToolKinematics.of(robot),
+            EffortReach(smooth, any_mass=masses is not None),
+            rollout.standing,
+            None if masses is None else masses.real,
+            rollout.trajectory.degree,
+        )
+
+    def everything(self, pieces: Pieces) -> Over:
+        """Efforts, mechanical powers and the tool's speed, Q = 2 n_joints + 1."""
+        reach = self._reach(pieces.states)
+        parts = self._joints(pieces, reach, powers=True), self._tool(pieces, reach)
+        return Over(*(np.concatenate(both, axis=-1) for both in zip(*parts, strict=True)))
+
+    def efforts(self, pieces: Pieces) -> Over:
+        """Efforts alone, Q = n_joints."""
+        return self._joints(pieces, self._reach(pieces.states), powers=False)
+
+    def tool_speed(self, pieces: Pieces) -> Over:
+        """The tool's speed alone, Q = 1."""
+        return self._tool(pieces, self._reach(pieces.states))
+
+    def _joints(self, pieces: Pieces, reach: Bounds, *, powers: bool) -> Over:
+        """Efforts, and with ``powers`` mechanical powers after them."""
+        q, v, a = np.split(pieces.states, 3, axis=-1)
+        standing = self.standing[pieces.owner]
+        effort = self._smooth_effort(pieces.owner, q, v, a)
+        least, greatest = hull(np.moveaxis(v, 1, -1))
+        values = [effort]
+        if powers:
+            # Where a joint does not turn back, dry friction is a constant and its power a polynomial.
+            forward, backward = greatest > standing, least < -standing
+            against = self.friction.dry(np.where(forward & backward, 0.0, forward * 1.0 - backward))
+            values.append((effort + against[:, None]) * v)
+        magnitude = self._effort_reach(pieces.owner, reach)
+        with np.errstate(over="ignore", invalid="ignore"):
+            magnitudes = [magnitude, magnitude * reach.v] if powers else [magnitude]
+        error, slack = _errors(magnitudes, pieces.states.shape[1])
+        lower, upper = hull(np.moveaxis(np.concatenate(values, axis=-1), 1, -1))
+        lower, upper = lower - error, upper + error
+        self._add_dry(lower, upper, least, greatest, standing)
+        total = effort + self.friction.dry(np.where(np.abs(v) <= standing[:, None], 0.0, v))
+        found = np.abs(np.concatenate([total, total * v] if powers else [total], axis=-1))
+        return Over(np.maximum(upper, -lower), slack, found)
+
+    def _tool(self, pieces: Pieces, reach: Bounds) -> Over:
+        q, v, _ = np.split(pieces.states, 3, axis=-1)
+        velocity = self.kinematics.twist(q, v)[..., :3]
+        squared = (velocity * velocity).sum(axis=-1, keepdims=True)
+        with np.errstate(over="ignore", invalid="ignore"):
+            magnitude = self.reach.squared_tool_speed(reach)[..., None]
+        error, slack = _errors([magnitude], pieces.states.shape[1])
+        above = np.sqrt(hull(np.moveaxis(squared, 1, -1))[1] + error)
+        slack /= np.maximum(above, np.sqrt(slack)) + np.finfo(np.float64).tiny  # of the square
+        return Over(above, slack, np.sqrt(squared))
+
+    def _smooth_effort(self, owner: Array, q: Array, v: Array, a: Array) -> Array:
+        if self.masses is None:
+            return self.smooth.effort(q, v, a)
+        mass = self.masses[owner][:, None, None]
+        effort: Array = self.smooth.unloaded_effort(q, v, a) + mass * self.smooth.effort_per_kilogram(q, v, a)
+        return effort
+
+    def _effort_reach(self, owner: Array, reach: Bounds) -> Array:
+        masses = None if self.masses is None else self.masses[owner][:, None, None]
+        with np.errstate(over="ignore", invalid="ignore"):
+            magnitude: Array = self.reach.effort(reach, masses)
+        return magnitude
+
+    def _add_dry(self, lower: Array, upper: Array, least: Array, greatest: Array, standing: Array) -> None:
+        """Widen enclosures of efforts by all that dry friction may be, and of powers where a joint may turn back."""
+        n = least.shape[1]
+        forward, backward = greatest > standing, least < -standing
+        may_stand = (least <= standing) & (greatest >= -standing)
+        ahead, behind = self.friction.dry(np.ones(n)), self.friction.dry(-np.ones(n))
+        upper[:, :n] += np.where(forward, ahead, np.where(may_stand, 0.0, behind))
+        lower[:, :n] += np.where(backward, behind, np.where(may_stand, 0.0, ahead))
+        if upper.shape[1] == n:
+            return
+        lost = np.maximum(ahead * np.maximum(greatest, 0.0), behind * np.minimum(least, 0.0))
+        upper[:, n:] += np.where(forward & backward, lost, 0.0)
+        # A joint that is taken to stand loses nothing, unlike what the polynomial says.
+        at_most = np.where(may_stand & (forward ^ backward), np.maximum(ahead, -behind) * standing, 0.0)
+        upper[:, n:] += at_most
+        lower[:, n:] -= at_most
+
+    def _reach(self, states: Array) -> Bounds:
+        """Bounds of the motion on the ellipses, shapes (K, ellipses, n_joints)."""
+        n = states.shape[-1] // 3
+        series = np.abs(to_chebyshev(states.shape[1])[: self.degree + 1] @ states)
+        for order in (1, 2):  # what is beyond the degree of a derivative is rounding
+            series[:, max(self.degree + 1 - order, 1) :, order * n : (order + 1) * n] = 0.0
+        powers = _ELLIPSES[:, None] ** np.arange(self.degree + 1)
+        magnitude = 0.5 * (powers + 1.0 / powers) @ series
+        imaginary = 0.5 * (powers - 1.0 / powers) @ series[..., :n]
+        q, v, a = np.split(magnitude, 3, axis=-1)
+        return Bounds(imaginary, q, v, a)
+
+
+def _errors(magnitudes: list[Array], size: int) -> tuple[Array, Array]:
+    """What the interpolating polynomials may be off by, rounding included, and the latter alone, (K, Q).
+
+    Args:
+        magnitudes: bounds on the ellipses, shapes (K, ellipses, ...), Q columns together.
+        size: nodes of the polynomials.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        magnitude = np.concatenate(magnitudes, axis=-1)
+        magnitude = np.where(np.isnan(magnitude), np.inf, magnitude)
+        error = (magnitude * interpolation_error(size, _ELLIPSES)[:, None]).min(axis=1)
+    rounding = ROUNDING * magnitude[:, 0]
+    return error + rounding, np.where(np.isfinite(rounding), rounding, 0.0)

@@ -1,0 +1,163 @@
+"""How great efforts and tool speeds can be at complex instants: what proofs between samples rest on.
+
+Along a polynomial motion the effort is an analytic function of time, so that its magnitude on an ellipse of complex
+instants about an interval tells how far the polynomial through a few real samples can be off there. The magnitude
+itself may be coarse, since it is divided by a power of the ellipse's size: here it is the recursion of Newton and Euler
+with every vector replaced by a bound of its norm. Three facts carry it to complex numbers: a rotation about a real axis
+by a complex angle has the norm exp(|imaginary part|), a cross product is no longer than the product of the lengths, and
+products of complex rotations keep the sum of squares.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.dynamics import Dynamics
+from trajevo.payload import carrying, kilogram, probe
+
+
+class Bounds(NamedTuple):
+    """Bounds of a motion in some coordinates at complex instants, each (..., n).
+
+    Of the imaginary parts and the magnitudes of its positions, and of the magnitudes of velocities and accelerations.
+    """
+
+    imaginary: Array
+    q: Array
+    v: Array
+    a: Array
+
+    def at_rest(self) -> Bounds:
+        """The same positions without any motion."""
+        return Bounds(self.imaginary, self.q, np.zeros_like(self.v), np.zeros_like(self.a))
+
+
+class _Outward(NamedTuple):
+    """Per joint of a model, the base first: bounds of its rotation, arm, spin, its rate, speed and acceleration."""
+
+    turned: list[Array]
+    arm: list[Array]
+    spin: list[Array]
+    rate: list[Array]
+    speed: list[Array]
+    pull: list[Array]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class EffortReach:
+    """Bounds of a robot's efforts and tool speed from bounds of its motion.
+
+    Attributes:
+        dynamics: the robot and what it carries.
+        any_mass: whether the payload's mass is told with the motion.
+    """
+
+    dynamics: Dynamics
+    any_mass: bool = field(default=False, kw_only=True)
+    _models: dict[str, Any] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        robot, payload = self.dynamics.robot, self.dynamics.payload
+        loaded = self.any_mass or payload.mass > 0.0
+        merged = loaded and payload.model == "rigid" and not self.any_mass
+        models = {"robot": carrying(robot, payload) if merged else robot.model}
+        if loaded and not merged:
+            axis = payload.model == "tool_axis"
+            models["axis" if axis else "kilogram"] = probe(robot) if axis else kilogram(robot, payload)
+        object.__setattr__(self, "_models", models)
+
+    def effort(self, motion: Bounds, masses: Array | None = None) -> Array:
+        """Magnitudes that the actuators' efforts do not exceed, dry friction left out.
+
+        Args:
+            motion: bounds in actuator coordinates, shapes (..., n_joints).
+            masses: of the payload [kg], where :attr:`any_mass`, shape (..., 1).
+
+        Returns:
+            Shape (..., n_joints) [N·m or N]; NaN or inf where nothing can be said.
+        """
+        robot = self.dynamics.robot
+        model = Bounds(*robot.transmission.reach(*motion))
+        torque = _torque(self._models["robot"], model, self._gravity)
+        if len(self._models) > 1:
+            torque = torque + (self.dynamics.payload.mass if masses is None else masses) * self._per_kilogram(model)
+        friction = robot.friction
+        added = friction.viscous * motion.v + friction.armature * motion.a
+        effort: Array = robot.transmission.effort_reach(motion.imaginary, torque) + added
+        return effort
+
+    @property
+    def _gravity(self) -> float:
+        return float(np.linalg.norm(self.dynamics.robot.model.gravity.linear))
+
+    def _per_kilogram(self, model: Bounds) -> Array:
+        """What each kilogram of a payload that is no part of the robot's model adds, coordinates of the model."""
+        if "kilogram" in self._models:
+            rigid = self.dynamics.payload.model == "rigid"
+            return _torque(self._models["kilogram"], model if rigid else model.at_rest(), self._gravity)
+        still = Bounds(*(np.concatenate([x, np.zeros_like(x[..., :1])], axis=-1) for x in model)).at_rest()
+        held = _torque(self._models["axis"], still, 1.0)
+        per_axis: Array = 3.0 * self._gravity * held[..., :-1] * held[..., -1:]  # one for each axis
+        return per_axis
+
+    def squared_tool_speed(self, motion: Bounds) -> Array:
+        """Magnitudes that the square of the tool's speed does not exceed, shapes (..., n_joints) -> (...) [m²/s²]."""
+        model = self.dynamics.robot.model
+        found = _outward(model, Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
+        frame = model.frames[model.getFrameId(self.dynamics.robot.tool)]
+        carrier = int(frame.parentJoint)
+        speed: Array = found.speed[carrier] + found.spin[carrier] * float(np.linalg.norm(frame.placement.translation))
+        return speed**2
+
+
+def _outward(model: Any, motion: Bounds, gravity: float) -> _Outward:
+    """From the base to the tips; the loop runs over joints, each carried by the one before."""
+    nothing = np.zeros(motion.v.shape[:-1])
+    found = _Outward([nothing + 1.0], [nothing], [nothing], [nothing], [nothing], [nothing + gravity])
+    for joint in range(1, model.njoints):
+        parent, column = model.parents[joint], model.joints[joint].idx_v
+        imaginary, q, v, a = (x[..., column] for x in motion)
+        turns = _turns(model, joint)
+        turned = np.exp(imaginary) if turns else nothing + 1.0
+        arm = float(np.linalg.norm(model.jointPlacements[joint].translation)) + (0.0 if turns else q)
+        before, rate = found.spin[parent], found.rate[parent]
+        carried = turned * before
+        found.turned.append(turned)
+        found.arm.append(arm + nothing)
+        found.spin.append(carried + v if turns else carried)
+        found.rate.append(turned * rate + (a + carried * v if turns else 0.0))
+        found.speed.append(turned * (found.speed[parent] + before * arm) + (0.0 if turns else v))
+        pull = turned * (found.pull[parent] + (rate + before**2) * arm)
+        found.pull.append(pull if turns else pull + 2.0 * carried * v + a)
+    return found
+
+
+def _torque(model: Any, motion: Bounds, gravity: float) -> Array:
+    """From the tips to the base: what every joint bears of the forces and moments beyond it."""
+    found = _outward(model, motion, gravity)
+    force: list[Array] = []
+    moment: list[Array] = []
+    for joint in range(model.njoints):
+        body = model.inertias[joint]
+        lever, inertia = float(np.linalg.norm(body.lever)), float(np.linalg.norm(body.inertia, ord=2))
+        swing = found.rate[joint] + found.spin[joint] ** 2
+        held = body.mass * (found.pull[joint] + swing * lever)
+        force.append(held)
+        moment.append(inertia * swing + lever * held)
+    torque = np.empty_like(motion.v)
+    for joint in reversed(range(1, model.njoints)):
+        parent = model.parents[joint]
+        torque[..., model.joints[joint].idx_v] = (moment if _turns(model, joint) else force)[joint]
+        force[parent] = force[parent] + found.turned[joint] * force[joint]
+        carried = moment[joint] + found.arm[joint] * force[joint]
+        moment[parent] = moment[parent] + found.turned[joint] * carried
+    return torque
+
+
+def _turns(model: Any, joint: int) -> bool:
+    return bool(np.ravel(model.joints[joint].createData().S)[3:].any())

@@ -1,0 +1,122 @@
+"""Objectives and decision variables on scales on which steps of a gradient solver are of one size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from trajevo.arrays import Array
+from trajevo.problem import TrajectoryProblem
+from trajevo.sqp import Gradients
+
+#: Share of an objective's greatest value of interest that is added before its logarithm is taken: it may become 0, and
+#: factors between values far below that are of no interest.
+_OFFSET = 1e-3
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Objectives, and weighted sums of them, on scales of their own: logarithms where positive, else shares of a width.
+
+    Attributes:
+        weights: of the objectives in every column, shape (C, n_obj).
+        logarithmic: which columns are, shape (C,).
+        low: value of every column that becomes 0, or its logarithm's offset, negative, shape (C,).
+        width: value that becomes 1, of columns that are not logarithmic, shape (C,).
+    """
+
+    weights: Array
+    logarithmic: Array
+    low: Array
+    width: Array
+
+    @classmethod
+    def of(cls, F: Array, weights: Array, corner: Array) -> Columns:
+        """Columns for the points of a front (N, n_obj), weights (C, n_obj) and the corner of its box (n_obj,)."""
+        sums, greatest = F @ weights.T, np.minimum(F.max(axis=0), corner) @ weights.T
+        logarithmic: Array = np.all(sums > 0.0, axis=0)
+        low, width = sums.min(axis=0), np.ptp(sums, axis=0)
+        return cls(
+            weights,
+            logarithmic,
+            np.where(logarithmic, -_OFFSET * greatest, low),
+            np.where(logarithmic | (width <= 0.0), 1.0, width),
+        )
+
+    def __call__(self, F: Array) -> Array:
+        """Scaled columns (B, C) of objectives (B, n_obj); infinite where a logarithm does not exist."""
+        above = (F @ self.weights.T - self.low) / self.width
+        exists = np.isfinite(above) & (~self.logarithmic | (above > 0.0))
+        scaled = np.where(self.logarithmic, np.log(np.where(exists & (above > 0.0), above, 1.0)), above)
+        return np.where(exists, scaled, np.inf)
+
+    def slopes(self, F: Array, dF: Array) -> Array:
+        """Derivatives (B, C, n) of the columns for those of the objectives (B, n_obj, n)."""
+        above = (F @ self.weights.T - self.low) / self.width
+        rate = np.where(self.logarithmic, 1.0 / np.where(above > 0.0, above, np.inf), 1.0) / self.width
+        slopes: Array = (self.weights @ dF) * rate[..., None]
+        return slopes
+
+
+@final
+class Scaled:
+    """A problem whose variables are logarithms where their bounds are positive, else shares of their range.
+
+    Args:
+        problem: with every limit in its terms.
+        gradients: of the problem.
+        columns: scales of its objectives.
+        margin: by how much limits are kept more than asked for, as a share.
+
+    Attributes:
+        evaluations: points that were evaluated.
+        gradients: points whose gradients were evaluated.
+    """
+
+    def __init__(self, problem: TrajectoryProblem, gradients: Gradients, columns: Columns, margin: float) -> None:
+        self.columns, self.evaluations, self.gradients = columns, 0, 0
+        self._problem, self._gradients, self._margin = problem, gradients, margin
+        self._logarithmic = problem.xl > 0.0
+        self._width = np.where(self._logarithmic, 1.0, problem.xu - problem.xl)
+        self.bounds = self.inside(np.stack([problem.xl, problem.xu]))
+
+    def inside(self, x: Array) -> Array:
+        """Scaled variables of decision vectors (B, n_var)."""
+        return np.where(self._logarithmic, np.log(np.where(self._logarithmic, x, 1.0)), x / self._width)
+
+    def outside(self, y: Array) -> Array:
+        """Decision vectors of scaled variables, within the bounds."""
+        x = np.where(self._logarithmic, np.exp(np.where(self._logarithmic, y, 0.0)), y * self._width)
+        return np.clip(x, self._problem.xl, self._problem.xu)
+
+    def values(self, y: Array) -> tuple[Array, Array]:
+        """Columns (B, C) and limits (B, m)."""
+        self.evaluations += len(y)
+        F, G = self._problem.evaluate(self.outside(y), return_values_of=["F", "G"])
+        return self.columns(F), G + self._margin
+
+    def slopes(self, y: Array) -> tuple[Array, Array, Array, Array]:
+        """Columns, their derivatives (B, C, n), limits, their derivatives (B, m, n); NaN where there are none."""
+        self.gradients += len(y)
+        x = self.outside(y)
+        try:
+            F, dF, G, dG = self._gradients(x)
+        except Exception:  # noqa: BLE001 - a member whose gradients raise must not stop the others
+            F, dF, G, dG = self._each(x)
+        stretch = np.where(self._logarithmic, x, self._width)[:, None]
+        return self.columns(F), self.columns.slopes(F, dF * stretch), G + self._margin, dG * stretch
+
+    def _each(self, x: Array) -> tuple[Array, Array, Array, Array]:
+        problem = self._problem
+        sizes = (problem.n_obj, problem.n_ieq_constr)
+        shapes = [shape for size in sizes for shape in ((len(x), size), (len(x), size, problem.n_var))]
+        F, dF, G, dG = (np.full(shape, np.nan) for shape in shapes)
+        for i in range(len(x)):
+            try:
+                F[i : i + 1], dF[i : i + 1], G[i : i + 1], dG[i : i + 1] = self._gradients(x[i : i + 1])
+            except Exception:  # noqa: BLE001 - it stays NaN, and the member where it is
+                continue
+        return F, dF, G, dG

@@ -1,0 +1,114 @@
+"""How solids move with the joints that carry them: at most, and how their distances change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.arrays import Array, row_products
+from trajevo.robot import Robot
+from trajevo.solids import bounding_ball
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Witnesses:
+    """Points of K pairs of solids whose distance is that of the pair, in the base frame.
+
+    Attributes:
+        carriers: joints of the model that carry the solids, 0 for what stands still, shape (K, 2).
+        points: one of either solid, shape (K, 2, 3) [m].
+        normals: directions from the first solid to the second, shape (K, 3).
+    """
+
+    carriers: Array
+    points: Array
+    normals: Array
+
+
+def solid_reach(robot: Robot, entry: Any, lower: Array, upper: Array) -> Array:
+    """How fast any point of a solid can move at most per speed of a joint, in whatever configuration.
+
+    A ball around it is carried down the chain: a revolute joint sweeps it around its axis, a prismatic one along it,
+    and what is swept lies in the next ball. A point moves at most its distance from a joint's axis times the joint's
+    speed.
+
+    Args:
+        robot: whose joints.
+        entry: the solid, one of Pinocchio's geometry objects.
+        lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints count. Complex
+            steps are kept.
+        upper: greatest joint positions.
+
+    Returns:
+        Shape (B, n_joints) [m/rad or 1].
+    """
+    model = robot.model
+    axes, turns = robot.joint_axes
+    centre, radius = bounding_ball(entry)
+    centres, radii = np.tile(centre, (len(lower), 1)), np.full(len(lower), radius)
+    found, joint = np.zeros(lower.shape, dtype=lower.dtype), entry.parentJoint
+    while joint > 0:
+        column, axis = model.joints[joint].idx_v, axes[joint - 1]
+        if turns[joint - 1]:
+            on_axis = np.outer(np.sum(centres * axis, axis=1), axis)
+            radii = radii + np.sqrt(np.square(centres - on_axis).sum(axis=1))
+            # A solid on the axis of its joint still counts as carried by it.
+            found[:, column], centres = np.maximum(radii, np.finfo(float).tiny), on_axis
+        else:
+            found[:, column] = 1.0
+            centres = centres + np.outer(0.5 * (lower[:, column] + upper[:, column]), axis)
+            radii = radii + 0.5 * (upper[:, column] - lower[:, column])
+        placement = model.jointPlacements[joint]
+        centres = row_products(centres, placement.rotation.T) + placement.translation
+        joint = model.parents[joint]
+    return found
+
+
+def joint_frames(robot: Robot, places: Any) -> Array:
+    """Axis and origin of every joint in the base frame, shape (2, n_joints, 3) [1 and m].
+
+    Args:
+        robot: the robot.
+        places: Pinocchio's data after forward kinematics.
+    """
+    axes, _ = robot.joint_axes
+    frames = list(places.oMi)[1:]
+    turned = [frame.rotation @ axis for frame, axis in zip(frames, axes, strict=True)]
+    return np.array([turned, [frame.translation for frame in frames]])
+
+
+def parting(robot: Robot, frames: Array, witnesses: Witnesses) -> Array:
+    """How fast the points of pairs move apart along their normals per speed of a joint.
+
+    Args:
+        robot: the robot.
+        frames: of its joints where each pair is, shape (K, 2, n_joints, 3), see :func:`joint_frames`.
+        witnesses: of K pairs.
+
+    Returns:
+        Shape (K, n_joints) [m/rad or 1], columns in the order of the model's velocities.
+    """
+    model, turns = robot.model, robot.joint_axes[1]
+    axes, origins, normals = frames[:, 0], frames[:, 1], witnesses.normals[:, None]
+    along, around = np.sum(normals * axes, axis=2), np.cross(normals, axes)
+    sides = []
+    for side in (0, 1):
+        arms = witnesses.points[:, side, None] - origins
+        rates = np.where(turns, np.sum(around * arms, axis=2), along)
+        sides.append(np.where(_carries(robot)[witnesses.carriers[:, side]], rates, 0.0))
+    slopes: Array = np.empty_like(along)
+    slopes[:, [joint.idx_v for joint in model.joints[1:]]] = sides[1] - sides[0]
+    return slopes
+
+
+def _carries(robot: Robot) -> Array:
+    """Whether a joint moves what another carries, shape (n_joints + 1, n_joints), the first for what stands still."""
+    model = robot.model
+    carries = np.zeros((model.njoints, model.njoints - 1), dtype=bool)
+    for carrier in range(1, model.njoints):
+        carries[carrier] = carries[model.parents[carrier]]
+        carries[carrier, carrier - 1] = True
+    return carries

@@ -1,0 +1,219 @@
+"""Whole populations at other speeds: the least time that every individual's own way of sharing it out allows.
+
+Where all times of an individual are multiplied by s, its path stays and every derivative of it falls with a power of s;
+so a limit whose share of use is known at one speed is known at all. Effort is a quadratic in 1/s, see
+:mod:`trajevo.time_scaling`. Limits on the path itself, such as those of position, no speed changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.stats import qmc
+
+from trajevo.arrays import Array
+from trajevo.constraints import effort_share
+from trajevo.problem import TrajectoryProblem
+from trajevo.time_scaling import EffortOfPath, greatest_allowed
+
+#: Individuals that tell how a problem's limits scale, a power of two (Sobol), and the stretch that they are asked at.
+_PROBES, _STRETCH = 8, 1.25
+
+#: Powers of the stretch that shares of limits are known to follow: jerk, acceleration, speeds, the path, the time.
+_POWERS = np.array([-3, -2, -1, 0, 1])
+
+#: By how much a share may differ from a power; by how much limits are kept more than asked for; what is no change.
+_AGREEMENT, _MARGIN, _SETTLED = 1e-6, 1e-9, 1e-8
+
+#: How often an individual is stretched that the bounds of its variables changed.
+_ROUNDS = 8
+
+
+@final
+class Limits:
+    """The constraints of a problem, with a count of the individuals that were asked about.
+
+    Args:
+        problem: the problem.
+
+    Attributes:
+        evaluations: how many individuals.
+    """
+
+    def __init__(self, problem: TrajectoryProblem) -> None:
+        self.problem, self.evaluations = problem, 0
+
+    def __call__(self, X: Array) -> Array:
+        """Constraints of decision vectors, shape (B, n_constr); infinite where the evaluation fails."""
+        self.evaluations += len(X)
+        G: Array = self.problem.evaluate(X, return_values_of=["F", "G"])[1]
+        return G
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Stretching:
+    """How the limits of a problem change with one factor of all times.
+
+    Attributes:
+        limits: of the problem.
+        times: which variables are times that stretch the whole motion, shape (n_var,); none where stretching them all
+            does anything else.
+        powers: of the stretch that the share of each limit follows, shape (n_constr,); NaN where it is none, as of
+            effort.
+        efforts: columns of effort limits, and the share of the robot's limits that they leave.
+    """
+
+    limits: Limits
+    times: Array
+    powers: Array
+    efforts: tuple[tuple[slice, float], ...]
+
+    @classmethod
+    def of(cls, limits: Limits) -> Stretching:
+        """Ask a problem, at a few individuals and at the same stretched."""
+        problem = limits.problem
+        times = in_seconds(problem)
+        efforts, column = [], 0
+        for constraint in problem.constraints:
+            columns = slice(column, column + len(constraint.names))
+            share, column = effort_share(constraint), columns.stop
+            if share is not None:
+                efforts.append((columns, share))
+        drawn = qmc.Sobol(problem.n_var, rng=np.random.default_rng(0)).random(_PROBES)
+        probes = problem.xl + drawn * (problem.xu - problem.xl)
+        slower = np.where(times, _STRETCH * probes, probes)
+        G, stretched = (limits(x) for x in (probes, slower))
+        good = np.isfinite(G).all(axis=1) & np.isfinite(stretched).all(axis=1)
+        if not times.any() or not good.any() or not _same_paths(problem, probes[good], slower[good]):
+            return cls(limits, np.zeros_like(times), np.zeros(problem.n_ieq_constr), ())
+        return cls(limits, times, _powers(G[good], stretched[good]), tuple(efforts))
+
+    @property
+    def possible(self) -> bool:
+        """Whether the problem has times that stretch the whole motion."""
+        return bool(self.times.any())
+
+    def mended(self, X: Array, *, quicker: bool = False) -> tuple[Array, Array]:
+        """Individuals in the least time that the limits allow, within the bounds of their variables.
+
+        Where a bound holds one time back the others are stretched on, and the path changes; an individual beyond a
+        limit that does not depend on speed, or that no speed keeps, stays as it is.
+
+        Args:
+            X: decision vectors, shape (B, n_var), within their bounds.
+            quicker: stretch those that keep the limits too, by less than 1: all end on a limit or a bound.
+
+        Returns:
+            Decision vectors (B, n_var) and their constraints (B, n_constr).
+        """
+        X, problem = X.copy(), self.limits.problem
+        G = self.limits(X)
+        moving = np.arange(len(X))
+        for _ in range(_ROUNDS):
+            factors = self.least_factors(X[moving], G[moving], quicker=quicker)
+            changed = np.abs(factors - 1.0) > _SETTLED
+            moving, factors = moving[changed], factors[changed]
+            if not len(moving):
+                break
+            longer = np.where(self.times, X[moving] * factors[:, None], X[moving])
+            X[moving] = np.clip(longer, problem.xl, problem.xu)
+            G[moving] = self.limits(X[moving])
+        return X, G
+
+    def least_factors(self, X: Array, G: Array, *, quicker: bool) -> Array:
+        """The least factors of all times that limits allow, shape (B,); 1 where none mends an individual.
+
+        Args:
+            X: decision vectors, shape (B, n_var).
+            G: their constraints, shape (B, n_constr).
+            quicker: allow factors below 1, down to where a time is at its lower bound.
+        """
+        factors = np.ones(len(X))
+        known = np.isfinite(self.powers) & (self.powers != 0)
+        scaled = known.copy()
+        for columns, _ in self.efforts:
+            scaled[columns] = True
+        broken = G > 0.0
+        asked = np.isfinite(G).all(axis=1) & ~broken[:, self.powers == 0].any(axis=1)
+        asked &= quicker | broken[:, scaled].any(axis=1)
+        if not self.possible or not asked.any():
+            return factors
+        X, share, powers = X[asked], 1.0 + G[asked][:, known], self.powers[known]
+        # Speeds u = 1/s: a share falls with s^p, so it is 1 where u^p is the share.
+        with np.errstate(divide="ignore"):
+            at = np.maximum(share, 0.0) ** (1.0 / powers)
+        fall = powers < 0
+        with np.errstate(divide="ignore"):
+            most = (X[:, self.times] / self.limits.problem.xl[self.times]).min(axis=1) if quicker else np.ones(len(X))
+        above = np.minimum(at[:, fall].min(axis=1, initial=np.inf) * (1.0 - _MARGIN), most)
+        below = at[:, ~fall].max(axis=1, initial=0.0) * (1.0 + _MARGIN)
+        lower, upper = self._effort_intervals(X)
+        lower = np.concatenate([above[:, None], np.zeros((len(X), 1)), lower], axis=1)
+        upper = np.concatenate([np.full((len(X), 1), np.inf), below[:, None], upper], axis=1)
+        speed = greatest_allowed(lower, upper)
+        factors[asked] = np.where((speed > 0.0) & np.isfinite(speed), 1.0 / np.where(speed > 0.0, speed, 1.0), 1.0)
+        return factors
+
+    def slowed(self, X: Array, G: Array, shares: Array) -> tuple[Array, Array]:
+        """Individuals slowed down on their paths; those that would break a limit so stay as they are.
+
+        Args:
+            X: decision vectors, shape (B, n_var).
+            G: their constraints, shape (B, n_constr).
+            shares: of the way, in log time, to where a variable or the longest time allowed ends it, shape (B,).
+
+        Returns:
+            Decision vectors (B, n_var) and their constraints (B, n_constr).
+        """
+        if not self.possible:
+            return X, G
+        most = (self.limits.problem.xu[self.times] / X[:, self.times]).min(axis=1, initial=np.inf)
+        rising = self.powers > 0
+        share = np.maximum(1.0 + G[:, rising], np.finfo(np.float64).tiny)
+        most = np.minimum(most, (share ** (-1.0 / self.powers[rising])).min(axis=1, initial=np.inf))
+        factors = np.where(np.isfinite(most) & (most > 1.0), most, 1.0) ** shares
+        slower = np.where(self.times, np.minimum(X * factors[:, None], self.limits.problem.xu), X)
+        found = self.limits(slower)
+        kept = np.all(found <= 0.0, axis=1)[:, None]
+        return np.where(kept, slower, X), np.where(kept, found, G)
+
+    def _effort_intervals(self, X: Array) -> tuple[Array, Array]:
+        """Speeds at which effort limits are broken: ends of open intervals, shapes (B, K)."""
+        none = np.empty((len(X), 0))
+        if not self.efforts:
+            return none, none
+        rollout = self.limits.problem.rollout(X)
+        path = EffortOfPath.of(rollout, rollout.q, rollout.without_rounding(rollout.v), rollout.a)
+        masses = rollout.dynamics.payload.mass if rollout.masses is None else rollout.masses[:, None, None]
+        effort = path.carrying(masses)
+        lower, upper = [none], [none]
+        for _, share in self.efforts:
+            limit = rollout.robot.limits.effort * share * (1.0 - _MARGIN)
+            for ends, found in zip((lower, upper), effort.excluded(limit), strict=True):
+                ends.append(np.moveaxis(found, 1, 0).reshape(len(X), -1))
+        return np.concatenate(lower, axis=1), np.concatenate(upper, axis=1)
+
+
+def in_seconds(problem: TrajectoryProblem) -> Array:
+    """Which variables are times with positive bounds, shape (n_var,)."""
+    return np.array([variable.unit == "s" and variable.lower > 0.0 for variable in problem.variables])
+
+
+def _same_paths(problem: TrajectoryProblem, X: Array, slower: Array) -> bool:
+    """Whether individuals run along the same paths as others, in the same shares of a longer time."""
+    one, other = problem.decode(X), problem.decode(slower)
+    shares = np.linspace(0.0, 1.0, 5)
+    timed = np.allclose(other.breaks, _STRETCH * one.breaks, rtol=_SETTLED)
+    return bool(timed and np.allclose(one.at_shares(shares, 0), other.at_shares(shares, 0), rtol=_SETTLED))
+
+
+def _powers(G: Array, stretched: Array) -> Array:
+    """Powers of the stretch that the shares of limits follow, shape (n_constr,), NaN where they follow none."""
+    shares = 1.0 + G
+    expected = shares[..., None] * _STRETCH ** _POWERS.astype(np.float64)
+    off = np.abs(1.0 + stretched[..., None] - expected) / (1e-3 + np.abs(shares[..., None]))
+    fits: Array = np.all(off <= _AGREEMENT, axis=0)
+    return np.where(fits.any(axis=1), _POWERS[fits.argmax(axis=1)], np.nan)
