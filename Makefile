@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks test test-long check bench notebooks clean
+.PHONY: help demo demo-tasks test test-long check bench study-algorithms notebooks clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -53,6 +53,10 @@ bench: $(READY)  ## print the speed ratios
 	$(BIN)/python tests/benchmarks/bench_polish.py
 	$(BIN)/python tests/benchmarks/bench_gradients.py
 	$(BIN)/python tests/benchmarks/bench_certificate.py
+	$(BIN)/python tests/benchmarks/bench_starts.py
+
+study-algorithms: $(READY)  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
+	$(BIN)/python tests/benchmarks/study_algorithms.py
 
 notebooks: $(READY)  ## execute every notebook at full size, next to its source, into build/
 	TRAJEVO_FULL=1 $(BIN)/python notebooks/execute.py

@@ -19,8 +19,8 @@ def hybrid():
 
 
 def solved(problem, name) -> Front:
-    settings = algorithm_settings(name, {"population": 40, "offsprings": 40}, problem)
-    return optimise(problem, seed=1, generations=4, progress=False, starts="random", **settings, polish=False)
+    settings = algorithm_settings(name, {"population": 40, "offsprings": 40, "starts": "random"}, problem)
+    return optimise(problem, seed=1, generations=4, progress=False, polish=False, **settings)
 
 
 @pytest.mark.parametrize("name", ["nsga2", *ALGORITHMS])

@@ -16,7 +16,9 @@ NAMES = list(catalogue.OBJECTIVES)
 
 @pytest.fixture(scope="module")
 def problem():
-    return ViaPointProblem(robot="puma560", objectives=NAMES, constraints=("effort",), payload=2.0, samples=12)
+    return ViaPointProblem(
+        robot="puma560", objectives=NAMES, constraints=("effort",), payload=2.0, samples=12, limits="sampled"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +89,7 @@ def test_slower_is_longer_and_gentler(problem, x):
 
 
 def test_a_margin_tightens_the_effort_limits(problem, x):
-    with_margin = ViaPointProblem(constraints=("effort",), payload=2.0, samples=12, effort_margin=0.2)
+    with_margin = ViaPointProblem(constraints=("effort",), payload=2.0, samples=12, effort_margin=0.2, limits="sampled")
     np.testing.assert_allclose(with_margin.evaluate(x)[1] + 1.0, (problem.evaluate(x)[1] + 1.0) / 0.8, rtol=1e-12)
 
 

@@ -59,7 +59,7 @@ PROVEN = ("effort", "tool speed")
 
 
 def solved(problem: TrajectoryProblem) -> Front:
-    return optimise(problem, seed=1, generations=20, population=40, progress=False)
+    return optimise(problem, seed=1, generations=20, population=40, progress=False, polish=False)
 
 
 @pytest.fixture(scope="module", params=PROBLEMS)

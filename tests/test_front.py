@@ -109,7 +109,10 @@ def test_a_hand_made_problem_must_be_passed_again(tmp_path):
         (lambda text: text.replace('"run"', '"ruin"'), "ruin|run"),
         (lambda text: text.replace('"seed": 1', '"seed": "one"'), "run.seed: "),
         (lambda text: text.replace('"G": [\n  [\n   -', '"G": [\n  [\n   '), "expected feasible points"),
-        (lambda text: text.replace('"generations": 10,', '"generations": 12,'), "a history of),
+        (
+            lambda text: text.replace('"generations": 10,', '"generations": 12,'),
+            "expected a history of at least 12 generations",
+        ),
         (lambda text: text.replace('"X": [', '"X": [[1.0],'), "expected [0-9]+ rows of 4 numbers in X"),
     ],
 )

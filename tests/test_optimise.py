@@ -101,7 +101,8 @@ def test_defaults_are_the_papers():
         "crossover_index": 15.0,
         "mutation_probability": 0.15,
         "mutation_index": 20.0,
-        "starts": "random",
+        "starts": "spread",
+        "starts_evaluations": front.run.settings["starts_evaluations"],
         "generations": 1,
         "polish": False,
     }

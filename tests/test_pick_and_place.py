@@ -224,6 +224,7 @@ def test_the_other_papers_point_to_point_cases_are_instances_too():
         objectives=("time", "square_jerk"),
         constraints=("position", "velocity", "acceleration", "jerk", "effort"),
         payload=10.0,
+        limits="sampled",
     )
     x = np.random.default_rng(0).uniform(0.2, 1.5, (5, 12))
     (F, G), (all_F, all_G) = general.evaluate(x), hybrid.evaluate(x)

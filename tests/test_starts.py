@@ -99,7 +99,8 @@ def test_powers_are_those_of_the_limits():
     for name, power in zip(HybridManipulator().constraint_names, powers, strict=True):
         kind = name.split(" of ")[0]
         assert power == expected[kind] if kind in expected else kind == "effort" or power == -1
-    task = load_task("problems/tasks/panda_six_points.toml").problem.with_(limits="sampled")
+    certified = load_task("problems/tasks/panda_six_points.toml").problem
+    task = load_problem("via-points", **(certified.settings | {"limits": "sampled"}))
     assert dict(zip(task.constraint_names, Stretching.of(Limits(task)).powers, strict=True))["tool speed"] == -1
 
 

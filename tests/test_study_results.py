@@ -206,7 +206,7 @@ def test_unfinished_cells_are_counted_and_none_is_refused(tmp_path, folder):
 
 def test_polished_runs_are_collected_with_what_polishing_found_and_took(tmp_path):
     points = [[0.2, 0.1], [0.0, 0.3], [-0.2, 0.0]]
-    fixed = {"robot": "pointing_mechanism", "points": points, "duration_bounds": [1.0, 10.0]}
+    fixed = {"robot": "pointing_mechanism", "points": points, "duration_bounds": [1.0, 10.0], "starts": "random"}
     ran(tmp_path / "study", "via-points", fixed=fixed, factors={"polish": [False, True]}, repeats=2)
     results = collect(tmp_path / "study")
     plain, polished = results.cells[:2], results.cells[2:]
@@ -331,7 +331,9 @@ def test_pictures_show_the_numbers(results):
     table = results.table()
     for level in ("smooth", "quintic"):
         assert any(np.isclose(table[table["interpolant"] == level]["hypervolume"].median(), medians))
-    ax = hypervolume_bands(results, "interpolant")
+    assert hypervolume_bands(results, "interpolant").get_xlabel() == "individuals evaluated"
+    cells = tuple(replace(one, evaluations=12 * np.arange(1, 7)) for one in results.cells)
+    ax = hypervolume_bands(replace(results, cells=cells), "interpolant")
     assert ax.get_xlabel() == "generation"
     smooth = [one.hypervolume for one in results.cells if one.cell.labels["interpolant"] == "smooth"]
     assert np.allclose(ax.lines[0].get_ydata(), np.median(smooth, axis=0))
@@ -347,7 +349,7 @@ def test_pictures_show_the_numbers(results):
 
 
 def test_bands_of_different_populations_count_individuals(tmp_path):
-    ran(tmp_path / "study", population=None, factors={"population": [8, 16]})
+    ran(tmp_path / "study", population=None, fixed={"starts": "random"}, factors={"population": [8, 16]})
     results = collect(tmp_path / "study")
     ax = hypervolume_bands(results, "population")
     assert ax.get_xlabel() == "individuals evaluated"

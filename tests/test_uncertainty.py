@@ -82,7 +82,7 @@ def test_every_payload_of_the_box_keeps_every_limit_and_one_uses_it_up(price):
 
 
 def test_feasible_for_a_wide_box_is_feasible_for_a_narrow_one():
-    problem = ur5()
+    problem = ur5(limits="sampled")
     wide, narrow = (
         robust_problem(problem, mass=(8.0 - w, 8.0 + w), com=[[-w / 20.0] * 3, [w / 20.0] * 3]) for w in (1.0, 0.4)
     )

@@ -1,10 +1,14 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and locks on files."""
 
 from __future__ import annotations
 
 import os
+import sys
 from contextlib import suppress
 from pathlib import Path
+
+if sys.platform != "win32":
+    import fcntl
 
 #: How the name of a file ends while it is being written.
 SCRATCH = ".part"
@@ -34,6 +38,24 @@ def write_whole(file: Path, content: bytes | memoryview) -> None:
             scratch.unlink(missing_ok=True)
         raise
     _keep_name(file.parent)
+
+
+def locked(handle: int) -> bool:
+    """Whether this process could lock an open file; True where the system has no such locks.
+
+    Args:
+        handle: descriptor of the file, open for writing; closing any other of the same file lets go of the lock.
+    """
+    if sys.platform == "win32":
+        return True
+    try:
+        # Of the process and not of the file: a child that outlives its parent does not hold the run.
+        fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return False
+    except OSError:
+        pass
+    return True
 
 
 def _keep_name(folder: Path) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import io
 import json
 import shutil
-import sys
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -23,11 +22,8 @@ import pydantic
 
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError
-from trajevo.files import SCRATCH, write_whole
+from trajevo.files import SCRATCH, locked, write_whole
 from trajevo.records import ProblemRecord, Record
-
-if sys.platform != "win32":
-    import fcntl
 
 FRONT_FILE, MANIFEST_FILE, CHECKPOINT_FILE, BLOCKS_FOLDER = "front.json", "manifest.json", "checkpoint.npz", "blocks"
 LOCK_FILE, EVOLVED_FILE = ".lock", "evolved.json"
@@ -267,24 +263,6 @@ def block_of(generations: Sequence[int], parts: Sequence[tuple[Array, Array, Arr
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     counts = [len(part[0]) for part in parts]
     return Block(np.repeat(np.array(generations, dtype=np.int64), counts), *columns)
-
-
-def locked(handle: int) -> bool:
-    """Whether this process could lock an open file; True where the system has no such locks.
-
-    Args:
-        handle: descriptor of the file, open for writing; closing any other of the same file lets go of the lock.
-    """
-    if sys.platform == "win32":
-        return True
-    try:
-        # Of the process and not of the file: a child that outlives its parent does not hold the run.
-        fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):
-        return False
-    except OSError:
-        pass
-    return True
 
 
 def _packed(arrays: Mapping[str, Array]) -> bytes:

@@ -12,9 +12,9 @@ from typing import Literal, final
 import pydantic
 
 from trajevo.errors import InvalidInputError
-from trajevo.files import write_whole
+from trajevo.files import locked, write_whole
 from trajevo.records import Record
-from trajevo.run_folder import RunFolder, locked
+from trajevo.run_folder import RunFolder
 from trajevo.study.record import Cell, StudyRecord, canonical, cells_of
 
 STUDY_FILE, CELLS_FOLDER, FAILURE_FILE, CLAIM_FILE = "study.json", "cells", "failure.json", ".claim"
