@@ -47,7 +47,7 @@ print("limits    ", ", ".join(problem.constraint_names))
 
 # %% [markdown]
 # ## The run
-# NSGA-II with Table 3's settings. The front holds every feasible point of the run that no other dominates; every limit
+# NSGA-II with Table 3's settings, then steps by gradients to where the limits are. The front holds every feasible point of the run that no other dominates; every limit
 # was checked at the exact peak of the polynomials, not at samples.
 
 # %%

@@ -87,8 +87,8 @@ linear = optimise(
 fronts = {
     "u = t / T, the path laid anew": linear,
     "hull, normal constraints": hull,
-    "tight, NSGA-II": evolved["plain"],
-    "tight, NSGA-II on shapes": evolved["shape"],
+    "tight, evolved and polished": evolved["plain"],
+    "tight, the same on shapes": evolved["shape"],
     "tight, normal constraints": tight,
 }
 path_plots.fronts(fronts, mark={"ω* of the hull": best, "ω* of the tight limits": tight.utopia()});

@@ -129,7 +129,7 @@ payload_plots.uncertainty_price({"optimised again": again, "the same path": same
 # %% [markdown]
 # ## Payload as an objective
 #
-# The front of time and payload by NSGA-II and by normal constraints, and the curve of least times, each payload
+# The front of time and payload, evolved and polished, and by normal constraints, and the curve of least times, each payload
 # optimised again from its neighbour's motion. Weight only, as the paper has it; intervals up to 3 s.
 
 # %%
@@ -141,7 +141,7 @@ print("largest payload of any motion found:", largest_payload(wide, seed=1, star
 for time in (2.5, 3.0, 4.0, 6.19):
     print(f"within {time:4} s:", largest_payload(wide, within=time, seed=1, starts=1))
 ax = load_plots.payload_curve(curve, at_rest=problem.payload_range[1])
-ax.plot(evolved.F[:, 0], evolved.X[:, -1], ".", label="NSGA-II")
+ax.plot(evolved.F[:, 0], evolved.X[:, -1], ".", label="evolved and polished")
 ax.plot(exact.F[:, 0], exact.X[:, -1], "s", mfc="none", label="normal constraints")
 ax.set(xlim=(2.0, 8.0))
 ax.legend();
