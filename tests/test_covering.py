@@ -49,3 +49,22 @@ def test_neighbours_are_near_and_the_widest_gap_comes_first():
     assert neighbours(f, 1).tolist() == [[0, 1], [1, 2], [2, 3]]
     assert gaps(f, 2).tolist() == [[2, 3], [0, 1]]
     assert neighbours(f, 10).tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
+
+
+def test_members_that_are_the_same_are_each_other_s_neighbours():
+    f = np.array([[0.0, 0.0]] * 4 + [[1.0, 2.0]])
+    pairs = neighbours(f, 1)
+    assert {int(i) for pair in pairs[:-1] for i in pair} <= {0, 1, 2, 3}
+    assert set(pairs.ravel().tolist()) == {0, 1, 2, 3, 4}
+    assert (pairs[:, 0] < pairs[:, 1]).all()
+    assert neighbours(f[:1], 2).shape == (0, 2)
+
+
+def test_neighbours_are_those_of_all_distances():
+    f = np.random.default_rng(2).uniform(size=(300, 3))
+    apart = np.abs(f[:, None] - f[None]).max(axis=2)
+    np.fill_diagonal(apart, np.inf)
+    nearest = np.argsort(apart, axis=1)[:, :3]
+    assert {tuple(pair) for pair in neighbours(f, 3).tolist()} == {
+        (min(i, int(j)), max(i, int(j))) for i in range(300) for j in nearest[i]
+    }

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
 from trajevo.archive import hypervolume
@@ -106,8 +107,10 @@ def neighbours(f: Array, count: int) -> Array:
     Returns:
         Rows (i, j) with i < j, each pair once, shape (pairs, 2).
     """
-    apart = np.abs(f[:, None] - f[None]).max(axis=2)
-    np.fill_diagonal(apart, np.inf)
-    nearest = np.argsort(apart, axis=1, kind="stable")[:, : min(count, len(f) - 1)]
+    found = cKDTree(f).query(f, k=list(range(1, min(count, len(f) - 1) + 2)), p=np.inf)[1]
+    own = found == np.arange(len(f))[:, None]
+    # Where several members are the same, a member need not be the nearest of itself.
+    own[~own.any(axis=1), -1] = True
+    nearest = found[~own].reshape(len(f), -1)
     rows = np.repeat(np.arange(len(f)), nearest.shape[1])
     return np.unique(np.sort(np.stack([rows, nearest.ravel()], axis=1), axis=1), axis=0)
