@@ -276,7 +276,8 @@ def test_a_run_ends_when_its_cpu_time_is_used_up(tmp_path):
         front = optimise(problem, cpu_time=0.5, polish=polished, out=out, **settings)
         share = 0.5 if polished else 1.0
         assert 1 < front.run.generations < 10**6
-        assert share * 0.5 <= front.run.cpu_seconds[front.run.generations - 1] < share * 0.5 + 0.3
+        # A checkpoint is written between what the books say of the last generation and the next look at the clock.
+        assert share * 0.5 - 0.1 < front.run.cpu_seconds[front.run.generations - 1] < share * 0.5 + 0.3
         assert front.run.cpu_seconds[-1] < 1.5
         assert not front.run.interrupted
         assert (standing(out).finished, standing(out).generation) == (True, front.run.generations)
