@@ -19,6 +19,7 @@ from tests.helpers import failing_when_slow, impossible, nan_when_slow, small_pr
 from tests.reference import non_dominated
 from trajevo import TrajevoError, load_robot, optimise
 from trajevo.archive import Archive
+from trajevo.array_nsga2 import ArrayNSGA2
 from trajevo.objectives import Objective, summed_rms_jerk
 
 SMALL = {"generations": 15, "population": 24, "progress": False}
@@ -111,12 +112,12 @@ def test_defaults_are_the_papers():
 def test_the_operators_get_the_settings(monkeypatch):
     made = []
 
-    class Spy(NSGA2):
+    class Spy(ArrayNSGA2):
         def __init__(self, **settings):
             made.append(settings)
             super().__init__(**settings)
 
-    monkeypatch.setattr(sys.modules["trajevo.optimise"], "NSGA2", Spy)
+    monkeypatch.setattr(sys.modules["trajevo.optimise"], "ArrayNSGA2", Spy)
     optimise(PointingMechanism(), seed=1, generations=1, progress=False, polish=False)
     own = {"crossover_probability": 0.7, "crossover_index": 9.0, "mutation_probability": 0.2, "mutation_index": 33.0}
     optimise(

@@ -42,7 +42,7 @@ def _damage(folder, what):
     elif what == "no block":
         block.unlink()
     elif what == "another algorithm":
-        manifest.write_text(manifest.read_text().replace('"name": "NSGA2"', '"name": "os.system"'))
+        manifest.write_text(manifest.read_text().replace('"name": "ArrayNSGA2"', '"name": "os.system"'))
     elif what == "wrong state":
         arrays = dict(np.load(checkpoint))
         np.savez(checkpoint, **arrays | {"solver.X": np.zeros((3, 1))})

@@ -26,6 +26,7 @@ from pymoo.core.population import Population
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
+from trajevo.array_nsga2 import ArrayNSGA2
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.moead import ConstrainedMOEAD
@@ -70,6 +71,7 @@ _ADAPTERS = {
     adapter.algorithm.__name__: adapter
     for adapter in (
         _Adapter(NSGA2),
+        _Adapter(ArrayNSGA2),
         _Adapter(SMSEMOA, arguments=("normalize",)),
         _Adapter(SPEA2, learnt=_NORMALISATION, keeper=_spea2_normalisation),
         _Adapter(

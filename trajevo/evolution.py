@@ -137,11 +137,14 @@ def _next(solver: Algorithm, watch: Watch, manifest: Manifest) -> int:
         )
         found, cost = seeds(front, seed=manifest.seed + done, most=max(1, len(solver.pop) // 2))
         found = found if watch.problem.expansion is None else watch.problem.expansion.fold(found)
+    if not len(found):
+        solver.next()
+        return cost
     infills = solver.ask()
-    given = min(len(found), len(infills))
-    if given:
+    if infills is not None:
+        given = min(len(found), len(infills))
         infills[:given].set("X", found[:given])
-    solver.evaluator.eval(solver.problem, infills, algorithm=solver)
+        solver.evaluator.eval(solver.problem, infills, algorithm=solver)
     solver.tell(infills=infills)
     return cost
 

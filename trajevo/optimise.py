@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.algorithm import Algorithm
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
 from trajevo.algorithm_state import specification
+from trajevo.array_nsga2 import ArrayNSGA2
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.evaluation import checked_time_limit
@@ -167,7 +167,7 @@ def nsga2(evolution: Evolution, own: dict[str, Any]) -> tuple[Algorithm, dict[st
     # Wider indices are refused by pymoo.
     for name in ("crossover_index", "mutation_index"):
         _between(name, settings[name], 1.0, 100.0)
-    solver = NSGA2(
+    solver = ArrayNSGA2(
         pop_size=settings["population"],
         n_offsprings=settings["offsprings"],
         crossover=SBX(prob=settings["crossover_probability"], eta=settings["crossover_index"]),
@@ -235,7 +235,7 @@ def _manifest(
         problem=ProblemRecord.of(problem),
         algorithm=described,
         not_resumable=why,
-        algorithm_name=type(solver).__name__,
+        algorithm_name="NSGA2" if isinstance(solver, ArrayNSGA2) else type(solver).__name__,
         settings=settings,
         seed=seed,
         generations=settings["generations"],

@@ -1,0 +1,264 @@
+"""NSGA-II of pymoo with its population in arrays: the same individuals to the bit, without a loop over them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, final
+
+import numpy as np
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.population import Population
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+from pymoo.operators.sampling.rnd import FloatRandomSampling
+from pymoo.operators.survival.rank_and_crowding.metrics import calc_crowding_distance
+from pymoo.util.misc import random_permutations
+from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
+from pymoo.util.randomized_argsort import randomized_argsort
+from scipy.spatial.distance import cdist
+
+from trajevo.arrays import Array
+from trajevo.errors import InvalidInputError
+from trajevo.rows import Rows
+
+#: Distance up to which pymoo takes two decision vectors for the same one.
+_SAME = 1e-16
+
+
+@final
+class ArrayNSGA2(NSGA2):
+    """NSGA-II with constrained tournaments, of any problem that pymoo evaluates as a whole population.
+
+    It draws the same random numbers in the same order as :class:`pymoo.algorithms.moo.nsga2.NSGA2`, so that the same
+    seed gives the same individuals. ``pop``, ``off`` and ``opt`` are made when somebody asks for them.
+
+    Args:
+        pop_size: individuals.
+        n_offsprings: new individuals in each generation; as the population if None.
+        sampling: the first population: a sampling of pymoo, a population, or decision vectors, shape (N, n_var).
+        crossover: of two parents into two; SBX with pymoo's settings if None.
+        mutation: PM with pymoo's settings if None.
+        **settings: of every algorithm of pymoo (``output``, ``callback``, ``archive``, ...).
+
+    Raises:
+        InvalidInputError: a crossover of other numbers of parents or children.
+    """
+
+    def __init__(
+        self,
+        pop_size: int = 100,
+        n_offsprings: int | None = None,
+        sampling: Any = None,
+        crossover: Any = None,
+        mutation: Any = None,
+        **settings: Any,
+    ) -> None:
+        self._rows: Rows | None = None
+        self._offspring: Rows | None = None
+        self._given: dict[str, Population | None] = {}
+        super().__init__(
+            pop_size=pop_size,
+            n_offsprings=n_offsprings,
+            sampling=FloatRandomSampling() if sampling is None else sampling,
+            crossover=SBX(eta=15, prob=0.9) if crossover is None else crossover,
+            mutation=PM(eta=20) if mutation is None else mutation,
+            **settings,
+        )
+        kind = self.mating.crossover
+        if (kind.n_parents, kind.n_offsprings) != (2, 2):
+            raise InvalidInputError(
+                f"crossover: expected two parents and two children, got {kind.n_parents} and {kind.n_offsprings}"
+            )
+        self._sorting = NonDominatedSorting()
+
+    @property
+    def pop(self) -> Population | None:
+        """The population."""
+        return self._made("pop", self._rows)
+
+    @pop.setter
+    def pop(self, population: Population | None) -> None:
+        self._given["pop"] = population
+        self._rows = None
+
+    @property
+    def off(self) -> Population | None:
+        """The individuals that the last generation evaluated."""
+        return self._made("off", self._offspring)
+
+    @off.setter
+    def off(self, population: Population | None) -> None:
+        self._given["off"] = population
+        self._offspring = None
+
+    @property
+    def opt(self) -> Population | None:
+        """The best front, or the individual that breaks least while none is feasible."""
+        if "opt" not in self._given and self._rows is not None:
+            NSGA2._set_optimum(self)
+        return self._given.get("opt")
+
+    @opt.setter
+    def opt(self, population: Population | None) -> None:
+        self._given["opt"] = population
+
+    def next(self) -> None:
+        """One generation."""
+        if not self.is_initialized or type(self.evaluator) is not Evaluator or self.evaluator.callback is not None:
+            super().next()
+            return
+        X = self._children(self._population())
+        if not len(X):
+            self.termination.force_termination = True
+            self.advance()
+            return
+        evaluated = self.problem.evaluate(
+            X, return_values_of=self.evaluator.evaluate_values_of, return_as_dictionary=True, algorithm=self
+        )
+        self.evaluator.n_eval += len(X)
+        self._advance_by(Rows.of_evaluation(X, evaluated, self.n_iter))
+        self._post_advance()
+        if self.termination.has_terminated():
+            self.finalize()
+        kept: Any = vars(self)["archive"]
+        if kept is not None:
+            self.archive = kept.add(self.off)
+
+    def _infill(self) -> Population | None:
+        X = self._children(self._population())
+        if len(X):
+            return Population.new(X=X)
+        self.termination.force_termination = True
+        return None
+
+    def _initialize_advance(self, infills: Population | None = None, **kwargs: Any) -> None:
+        rows = self._population()
+        self._survive(rows, len(rows.X))
+        self._remember(rows)
+
+    def _advance(self, infills: Population | None = None, **kwargs: Any) -> None:
+        if infills is None:
+            self._survive(self._population())
+        else:
+            self._advance_by(Rows.of_population(infills))
+
+    def _advance_by(self, offspring: Rows) -> None:
+        rows = self._population()
+        both = Rows.joined(rows, offspring)
+        self._survive(both)
+        self._remember(both.chosen(np.arange(len(rows.X), len(both.X))))
+
+    def _remember(self, offspring: Rows) -> None:
+        """The latest individuals, ranked by now."""
+        self._given.pop("off", None)
+        self._offspring = offspring
+
+    def _set_optimum(self, **kwargs: Any) -> None:
+        self._given.pop("opt", None)
+
+    def _made(self, name: str, rows: Rows | None) -> Population | None:
+        if name not in self._given and rows is not None:
+            self._given[name] = rows.population()
+        return self._given.get(name)
+
+    def _population(self) -> Rows:
+        """The population as arrays; what was handed out as individuals may have been changed there."""
+        handed_out = self._given.get("pop")
+        if handed_out is not None:
+            self._rows = Rows.of_population(handed_out)
+        if self._rows is None:
+            raise InvalidInputError("algorithm: expected a population, the algorithm has none")
+        return self._rows
+
+    def _children(self, rows: Rows) -> Array:
+        """New decision vectors, as many as there are to be, or fewer where a hundred matings give copies alone."""
+        kept: Array = np.empty((0, self.problem.n_var))
+        for _ in range(self.mating.n_max_iterations):
+            wanted = self.n_offsprings - len(kept)
+            X = self._mated(rows, wanted)
+            X = X[~_repeated(X)]
+            for others in (rows.X, kept):
+                if len(X) and len(others):
+                    X = X[~(cdist(X, others) <= _SAME).any(axis=1)]
+            kept = np.concatenate([kept, X[:wanted]])
+            if len(kept) == self.n_offsprings:
+                break
+        return kept
+
+    def _mated(self, rows: Rows, wanted: int) -> Array:
+        """Children of parents that win tournaments; at least as many as wanted."""
+        crossover, mutation, random = self.mating.crossover, self.mating.mutation, self.random_state
+        matings = math.ceil(wanted / 2)
+        size = len(rows.X)
+        contests = random_permutations(math.ceil(4 * matings / size), size, random_state=random)[: 4 * matings]
+        winners = _winners(rows, contests.reshape(-1, 2), random).reshape(-1, 2)
+        parents = rows.X[winners.T]
+        crossed = random.random(matings) < _value(crossover.prob)
+        children = parents.copy()
+        if crossed.any():
+            children[:, crossed] = crossover._do(self.problem, parents, random_state=random)[:, crossed]
+        X: Array = children.reshape(-1, parents.shape[-1])
+        mutated = mutation._do(self.problem, X, random_state=random)
+        chosen = random.random(size=len(X)) <= _value(mutation.prob)
+        X[chosen] = mutated[chosen]
+        return X
+
+    def _survive(self, rows: Rows, most: int | None = None) -> None:
+        """Keep the best: feasible ones by rank and crowding, then those that break limits least."""
+        most = min(self.pop_size if most is None else most, len(rows.X))
+        constrained = self.problem.has_constraints()
+        feasible = np.flatnonzero(rows.feasible) if constrained else np.arange(len(rows.X))
+        survivors = self._best(rows, feasible, min(most, len(feasible)))
+        if constrained and len(survivors) < most:
+            infeasible = np.flatnonzero(~rows.feasible)
+            order = infeasible[np.argsort(rows.violation[infeasible])]
+            survivors = np.concatenate([survivors, order[: most - len(survivors)]])
+        self._rows = rows.chosen(survivors)
+        self._given.pop("pop", None)
+
+    def _best(self, rows: Rows, among: Array, most: int) -> Array:
+        F, survivors, left = rows.F[among], [np.empty(0, dtype=np.intp)], most
+        for rank, front in enumerate(self._sorting.do(F, n_stop_if_ranked=most)):
+            crowding = _crowding(F[front])
+            members = among[front]
+            rows.rank[members], rows.crowding[members] = rank, crowding
+            if len(front) > left:
+                order = randomized_argsort(crowding, order="descending", method="numpy", random_state=self.random_state)
+                members = members[order[:left]]
+            survivors.append(members)
+            left -= len(members)
+        return np.concatenate(survivors)
+
+
+def _crowding(F: Array) -> Array:
+    distances: Array = np.full(len(F), np.inf) if len(F) <= 2 else calc_crowding_distance(F)
+    return distances
+
+
+def _repeated(X: Array) -> Array:
+    """Whether a row is that of an earlier one."""
+    near = cdist(X, X) <= _SAME
+    repeated: Array = np.tril(near, -1).any(axis=1)
+    return repeated
+
+
+def _winners(rows: Rows, pairs: Array, random: np.random.Generator) -> Array:
+    """Winners of tournaments between two, (N, 2) -> (N,): by violation, dominance, crowding; ties are drawn."""
+    one, other = pairs.T
+    violation, F, crowding = rows.violation, rows.F, rows.crowding
+    broken = (violation[one] > 0.0) | (violation[other] > 0.0)
+    less, greater = (F[one] < F[other]).any(axis=1), (F[one] > F[other]).any(axis=1)
+    better = np.where(broken, violation[one] < violation[other], less & ~greater)
+    worse = np.where(broken, violation[one] > violation[other], greater & ~less)
+    open_ = ~broken & ~better & ~worse
+    better |= open_ & (crowding[one] > crowding[other])
+    worse |= open_ & (crowding[one] < crowding[other])
+    winners: Array = np.where(better, one, other)
+    ties = np.flatnonzero(~better & ~worse)
+    winners[ties] = pairs[ties, random.integers(0, 2, size=len(ties))]
+    return winners
+
+
+def _value(setting: Any) -> float:
+    return float(getattr(setting, "value", setting))
