@@ -13,7 +13,7 @@ import pytest
 
 from problems import HybridManipulator
 from tests.guo2016 import GUO2016, TABLE_7, forces_along
-from trajevo import PolynomialBatch, TrajevoError, load_robot
+from trajevo import PolynomialBatch, TrajevoError, load_robot, rnea_kernel
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.gauss_lobatto import lobatto
@@ -107,7 +107,8 @@ def test_power_equals_the_rate_of_energy(mass):
     np.testing.assert_allclose(power, rate, rtol=0.0, atol=1e-6 * np.abs(power).max())
 
 
-def test_batch_equals_a_loop_of_pinocchio_to_the_bit():
+def test_without_numba_a_batch_equals_a_loop_of_pinocchio_to_the_bit(monkeypatch):
+    monkeypatch.setattr(rnea_kernel, "kernel_of", lambda model: None)
     q, v, a = random_states(POINTING, 120)
     data = POINTING.model.createData()
     loop = np.array([pin.rnea(POINTING.model, data, *row).copy() for row in zip(q, v, a, strict=True)])
@@ -240,7 +241,7 @@ def test_complex_steps_in_position_velocity_and_acceleration_alone():
 
 INTEGERS_AND_SINGLES = """
 import numpy as np
-from trajevo import load_robot
+from trajevo import load_robot, rnea_kernel
 from trajevo.dynamics import Dynamics
 dynamics = Dynamics(load_robot("pointing_mechanism"))
 q = np.array([[1, 0], [2, 1]])

@@ -9,10 +9,11 @@ from typing import Any, final
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import Array, frozen, usable_threads
+from trajevo.arrays import Array, frozen
 from trajevo.errors import InvalidInputError
 from trajevo.gauss_lobatto import lobatto
 from trajevo.payload import Payload, carrying, kilogram, probe, tool_regressor
+from trajevo.rnea_kernel import inverse_dynamics
 from trajevo.robot import Friction, Robot
 from trajevo.trajectory import TrajectoryBatch
 
@@ -119,8 +120,8 @@ class Dynamics:
         flat = [np.ascontiguousarray(x, dtype=kind).reshape(-1, x.shape[-1]) for x in (q, v, a)]
         torque = np.empty_like(flat[0])
         if name not in self._pools:
-            self._pools[name] = pin.ModelPool(self._model(name), self.threads)
-        pin.rneaInParallel(usable_threads(self.threads), self._pools[name], *(x.T for x in flat), torque.T)
+            self._pools[name] = inverse_dynamics(self._model(name), self.threads)
+        self._pools[name](*flat, torque)
         return torque.reshape(q.shape)
 
     def _model(self, name: str) -> Any:

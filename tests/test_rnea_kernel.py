@@ -1,0 +1,185 @@
+"""Compiled inverse dynamics: Pinocchio's on every robot, whatever it carries and however states are batched."""
+
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from problems import HybridManipulator, PickAndPlace, ViaPointProblem
+from tests.test_newton_euler import PAYLOADS, ROBOTS, random_states
+from trajevo import load_robot, optimise, rnea_kernel
+from trajevo.dynamics import Dynamics
+from trajevo.rnea_kernel import Inertias, inverse_dynamics, kernel_of
+from trajevo.straight_line import StraightLine
+
+pytest.importorskip("numba")
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """As where numba is not installed."""
+    monkeypatch.setattr(rnea_kernel, "kernel_of", lambda model: None)
+
+
+@pytest.fixture(scope="module", params=ROBOTS)
+def robot(request):
+    return load_robot(request.param, **ROBOTS[request.param])
+
+
+def by_pinocchio(model, states):
+    data = model.createData()
+    return np.array([pin.rnea(model, data, *state).copy() for state in zip(*states, strict=True)])
+
+
+def of_kernel(model, states):
+    torque = np.empty_like(states[0])
+    kernel_of(model)(*states, torque, *Inertias.of(model))
+    return torque
+
+
+def test_torques_are_pinocchio_s(robot):
+    states = random_states(robot, 2000)
+    model = robot.model.copy()
+    model.armature = np.linspace(0.1, 0.4, model.nv)
+    model.gravity.linear = np.array([1.0, -2.0, 3.0])
+    expected = by_pinocchio(model, states)
+    np.testing.assert_allclose(of_kernel(model, states), expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("payload", PAYLOADS.values(), ids=PAYLOADS)
+def test_payloads_need_no_kernel_of_their_own(robot, payload, request):
+    states = random_states(robot, 200)
+    compiled = Dynamics(robot, payload).effort(*states)
+    known = len(rnea_kernel._known)
+    np.testing.assert_array_equal(compiled, Dynamics(robot, payload).effort(*states))
+    Dynamics(robot, PAYLOADS["rigid"]).effort(*states)
+    assert len(rnea_kernel._known) == known
+    request.getfixturevalue("plain")
+    expected = Dynamics(robot, payload).effort(*states)
+    np.testing.assert_allclose(compiled, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+
+
+def built(*joints):
+    """Joints of Pinocchio with random bodies: one, and two that it carries."""
+    model = pin.Model()
+    for k, joint in enumerate(joints):
+        number = model.addJoint(min(k, 1), joint, pin.SE3.Random(), f"joint {k}")
+        model.appendBodyToJoint(number, pin.Inertia.Random(), pin.SE3.Random())
+    return model
+
+
+@pytest.mark.parametrize(
+    "joints",
+    [
+        (pin.JointModelRX(), pin.JointModelRY(), pin.JointModelRZ()),
+        (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelPZ()),
+        (
+            pin.JointModelRevoluteUnaligned(np.array([1.0, -2.0, 2.0]) / 3.0),
+            pin.JointModelPrismaticUnaligned(np.array([2.0, 3.0, -6.0]) / 7.0),
+            pin.JointModelRevoluteUnaligned(np.array([0.0, 0.0, -1.0])),
+        ),
+    ],
+    ids=["turning", "sliding", "any axis"],
+)
+def test_trees_and_joints_of_every_kind(joints):
+    for _ in range(3):
+        model = built(*joints)
+        states = np.random.default_rng(1).uniform(-3.0, 3.0, (3, 500, 3))
+        expected = by_pinocchio(model, states)
+        np.testing.assert_allclose(of_kernel(model, states), expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("joint", [pin.JointModelFreeFlyer(), pin.JointModelRUBX(), pin.JointModelSpherical()])
+def test_other_joints_are_left_to_pinocchio(joint):
+    assert kernel_of(built(joint)) is None
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_torque_does_not_depend_on_its_neighbours_nor_on_threads(threads):
+    model = load_robot("puma560").model
+    states = np.random.default_rng(2).uniform(-3.0, 3.0, (3, 20_000, 6))
+    together, order = np.empty_like(states[0]), np.random.default_rng(3).permutation(20_000)
+    compute = inverse_dynamics(model, threads)
+    compute(*states, together)
+    shuffled = np.empty_like(together)
+    compute(*(np.ascontiguousarray(x[order]) for x in states), shuffled)
+    np.testing.assert_array_equal(shuffled, together[order])
+    for i in (0, 1, 255, 256, 12_345):
+        alone = np.empty((1, 6))
+        compute(*(x[i : i + 1] for x in states), alone)
+        np.testing.assert_array_equal(alone[0], together[i])
+    nothing = np.empty((0, 6))
+    compute(nothing, nothing, nothing, nothing)
+
+
+def test_a_kernel_that_is_wrong_is_told_and_not_used(monkeypatch):
+    model, states = load_robot("puma560").model, np.random.default_rng(2).uniform(-1.0, 1.0, (3, 50, 6))
+    model.name = "lopsided"
+    monkeypatch.setattr(rnea_kernel, "_known", {})
+    honest = rnea_kernel._source
+    monkeypatch.setattr(rnea_kernel, "_source", lambda tree: honest(tree).replace("math.cos", "1.000001 * math.cos"))
+    torque = np.empty((50, 6))
+    with pytest.warns(UserWarning, match=r"robot 'lopsided': .* differ from Pinocchio's by .* and are not used"):
+        compute = inverse_dynamics(model, 1)
+    compute(*states, torque)
+    np.testing.assert_array_equal(torque, by_pinocchio(model, states))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        inverse_dynamics(model, 1)
+
+
+def test_what_was_compiled_is_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    script = (
+        "import numpy as np; from trajevo import load_robot; from trajevo.rnea_kernel import kernel_of\n"
+        "kernel = kernel_of(load_robot('pointing_mechanism').model)\n"
+        "print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))\n"
+    )
+    said = [
+        subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+        for _ in range(2)
+    ]
+    assert said == [["0", "1"], ["1", "0"]]
+    kept = list((tmp_path / "trajevo" / "kernels").glob("*.py"))
+    assert len(kept) == 1
+
+
+def test_where_nothing_can_be_kept_it_is_compiled_all_the_same(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr(rnea_kernel, "_known", {})
+    model, states = load_robot("pointing_mechanism").model, np.random.default_rng(2).uniform(-1.0, 1.0, (3, 50, 2))
+    np.testing.assert_allclose(of_kernel(model, states), by_pinocchio(model, states), rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [HybridManipulator, PickAndPlace, lambda: ViaPointProblem(objectives=("time", "energy"), payload=2.0)],
+    ids=["hybrid", "pick-place", "certified"],
+)
+def test_fronts_are_those_without_it(make, request):
+    settings = {"seed": 1, "generations": 40, "population": 40, "polish": False, "progress": False}
+    fast = optimise(make(), **settings)
+    request.getfixturevalue("plain")
+    slow = optimise(make(), **settings)
+    np.testing.assert_allclose(fast.F, slow.F, rtol=1e-9)
+    np.testing.assert_allclose(fast.X, slow.X, rtol=1e-9)
+
+
+def test_expressions_are_worked_out_and_written_once():
+    line = StraightLine()
+    assert line.add(line.multiply(2.0, 3.0), 1.0) == 7.0
+    assert line.multiply(0.0, "x") == 0.0
+    assert line.multiply("x", 1.0) == line.add("x", 0.0) == line.subtract("x", 0.0) == "x"
+    twice = line.add(line.multiply("x", "y"), line.multiply("x", "y"))
+    unused = line.multiply("x", "x")
+    minus = line.multiply(-1.0, "y")
+    values = {"x": 3.0, "y": -2.0}
+    written = line.lines([twice, minus])
+    assert len(written) == 3
+    exec("\n".join(written), values)
+    assert (values[twice], values[minus]) == (-12.0, 2.0)
+    assert unused not in values

@@ -1,0 +1,99 @@
+"""Arithmetic written out: expressions of numbers and named variables become assignments without loops or branches."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import final
+
+#: A number that is known, or the name of a variable.
+Term = float | str
+Vector = Sequence[Term]
+
+_NAMES = re.compile(r"[a-z_]+\d*[a-z_0-9]*")
+
+
+@final
+class StraightLine:
+    """Assignments in the order in which they were asked for, each expression once; known numbers are worked out."""
+
+    def __init__(self) -> None:
+        self._names: dict[str, str] = {}
+
+    def add(self, one: Term, other: Term) -> Term:
+        """One + other."""
+        if isinstance(one, float) and isinstance(other, float):
+            return one + other
+        if one == 0.0 or other == 0.0:
+            return other if one == 0.0 else one
+        return self._assigned(f"{text(one)} + {text(other)}")
+
+    def subtract(self, one: Term, other: Term) -> Term:
+        """One - other."""
+        if isinstance(one, float) and isinstance(other, float):
+            return one - other
+        if other == 0.0:
+            return one
+        if one == 0.0:
+            return self._assigned(f"-{text(other)}")
+        return self._assigned(f"{text(one)} - {text(other)}")
+
+    def multiply(self, one: Term, other: Term) -> Term:
+        """One * other; nothing times a variable is nothing, whatever it is."""
+        if isinstance(one, float) and isinstance(other, float):
+            return one * other
+        if isinstance(other, float):
+            one, other = other, one
+        if isinstance(one, float):
+            if one == 0.0:
+                return 0.0
+            if abs(one) == 1.0:
+                return other if one > 0.0 else self.subtract(0.0, other)
+        return self._assigned(f"{text(one)} * {text(other)}")
+
+    def sum(self, *vectors: Vector) -> list[Term]:
+        """Sum of vectors, from the first to the last."""
+        total = list(vectors[0])
+        for vector in vectors[1:]:
+            total = [self.add(x, y) for x, y in zip(total, vector, strict=True)]
+        return total
+
+    def scaled(self, factor: Term, vector: Vector) -> list[Term]:
+        """Factor * vector."""
+        return [self.multiply(factor, x) for x in vector]
+
+    def dot(self, one: Vector, other: Vector) -> Term:
+        """Inner product."""
+        total: Term = 0.0
+        for x, y in zip(one, other, strict=True):
+            total = self.add(total, self.multiply(x, y))
+        return total
+
+    def product(self, matrix: Sequence[Vector], vector: Vector) -> list[Term]:
+        """Matrix @ vector."""
+        return [self.dot(row, vector) for row in matrix]
+
+    def cross(self, one: Vector, other: Vector) -> list[Term]:
+        """One x other, of three components."""
+        return [
+            self.subtract(self.multiply(one[i - 2], other[i - 1]), self.multiply(one[i - 1], other[i - 2]))
+            for i in range(3)
+        ]
+
+    def lines(self, results: Iterable[Term]) -> list[str]:
+        """The assignments that results need."""
+        needed = {term for term in results if isinstance(term, str)}
+        kept = []
+        for expression, name in reversed(self._names.items()):
+            if name in needed:
+                kept.append(f"{name} = {expression}")
+                needed.update(_NAMES.findall(expression))
+        return kept[::-1]
+
+    def _assigned(self, expression: str) -> str:
+        return self._names.setdefault(expression, f"t{len(self._names)}")
+
+
+def text(term: Term) -> str:
+    """A term as it stands in source text."""
+    return term if isinstance(term, str) else f"({term!r})"
