@@ -241,7 +241,7 @@ def test_complex_steps_in_position_velocity_and_acceleration_alone():
 
 INTEGERS_AND_SINGLES = """
 import numpy as np
-from trajevo import load_robot, rnea_kernel
+from trajevo import load_robot
 from trajevo.dynamics import Dynamics
 dynamics = Dynamics(load_robot("pointing_mechanism"))
 q = np.array([[1, 0], [2, 1]])
