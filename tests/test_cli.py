@@ -1,6 +1,9 @@
 """The command line as a user meets it: real processes, real files, exit codes."""
 
+import importlib
 import json
+import subprocess
+import sys
 import time
 from html.parser import HTMLParser
 from pathlib import Path
@@ -8,10 +11,12 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+import typer
 
 from tests.helpers import trajevo, trajevo_process
 from trajevo import Front
 from trajevo.capacity import dlcc
+from trajevo.cli import COMMANDS
 from trajevo.payload_figures import PAYLOAD_FIGURES
 from trajevo.pictures import FIGURES
 
@@ -244,3 +249,28 @@ def test_an_output_folder_without_write_permission_is_refused(tmp_path):
     assert result.returncode == 2
     assert "the output folder cannot be written" in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_commands_are_listed_at_once_and_as_they_are():
+    for name, home in COMMANDS.items():
+        found = getattr(importlib.import_module(f"trajevo.{home.module}"), home.name)
+        said = found.info.help if isinstance(found, typer.Typer) else found.__doc__.splitlines()[0]
+        assert home.help == said
+        told = trajevo(name, "--help").stdout
+        assert f"trajevo {name} [OPTIONS]" in told
+    listed = trajevo("--help").stdout
+    assert all(f" {name} " in listed for name in COMMANDS)
+
+
+def test_help_imports_nothing_that_computes():
+    script = "import sys; sys.argv = ['trajevo', '--help']; from trajevo.cli import main\ntry: main()\nfinally:\n"
+    script += " print(sorted({name.split('.')[0] for name in sys.modules} & {'numpy', 'scipy', 'matplotlib', 'pymoo'}))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stdout.endswith("[]\n")
+    assert "payload-diagram" in done.stdout
+
+
+def test_a_misspelt_command_is_told_with_what_was_meant():
+    result = trajevo_process("solv", "pointing")
+    assert result.returncode == 2
+    assert "Did you mean 'solve'?" in result.stderr

@@ -26,3 +26,17 @@ def test_only_robot_and_dynamics_call_pinocchio():
     callers = {file.name for file in ROOT.glob("trajevo/**/*.py") if "import pinocchio" in file.read_text()}
     dynamics = {"payload.py", "dynamics.py", "rnea_kernel.py"}
     assert callers <= dynamics | {"robot.py", "robot_model.py", "collision.py", "solids.py"}
+
+
+def test_everything_that_the_package_names_is_there_whatever_was_imported_before():
+    script = (
+        "import sys, importlib; {first}import trajevo\n"
+        "assert set(trajevo.__all__) <= set(dir(trajevo))\n"
+        "exec('from trajevo import *')\n"
+        "assert callable(optimise) and callable(trajevo.optimise)\n"
+        "assert set(trajevo.__all__) <= set(globals())\n"
+        "try: trajevo.nothing\n"
+        "except AttributeError as error: assert \"'trajevo' has no attribute 'nothing'\" in str(error)\n"
+    )
+    for first in ("", "import trajevo.optimiser; "):
+        subprocess.run([sys.executable, "-c", script.format(first=first)], check=True)

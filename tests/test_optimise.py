@@ -117,7 +117,7 @@ def test_the_operators_get_the_settings(monkeypatch):
             made.append(settings)
             super().__init__(**settings)
 
-    monkeypatch.setattr(sys.modules["trajevo.optimise"], "ArrayNSGA2", Spy)
+    monkeypatch.setattr(sys.modules["trajevo.optimiser"], "ArrayNSGA2", Spy)
     optimise(PointingMechanism(), seed=1, generations=1, progress=False, polish=False)
     own = {"crossover_probability": 0.7, "crossover_index": 9.0, "mutation_probability": 0.2, "mutation_index": 33.0}
     optimise(

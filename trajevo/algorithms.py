@@ -34,7 +34,7 @@ def _age_moea2(**sizes: int) -> Algorithm:
     return solver
 
 
-#: Settings of a run that every algorithm has, by the names that :func:`trajevo.optimise.optimise` has for them.
+#: Settings of a run that every algorithm has, by the names that :func:`trajevo.optimiser.optimise` has for them.
 OF_RUN = ("starts", "evaluations", "cpu_time", "polish", "polish_every")
 
 #: Algorithms that follow reference directions.
@@ -54,7 +54,7 @@ ALGORITHMS: dict[str, Callable[..., Algorithm]] = {
 
 
 def algorithm_settings(name: str, own: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:
-    """Keyword arguments of :func:`trajevo.optimise.optimise` for an algorithm by name.
+    """Keyword arguments of :func:`trajevo.optimiser.optimise` for an algorithm by name.
 
     NSGA-III, U-NSGA-III, RVEA and MOEA/D follow the reference directions of Das and Dennis, see
     :func:`reference_directions`; the population of MOEA/D is their number, and its offspring at most as many.

@@ -1,178 +1,138 @@
-"""The command ``trajevo``, its parts by the names that ``trajevo --help`` lists."""
+"""The command ``trajevo``: what it can do is told at once, what a command needs is imported when it is called."""
 
 from __future__ import annotations
 
+import importlib
 import io
+import os
 import sys
 import warnings
-from pathlib import Path
-from typing import Annotated
+from typing import Any, NamedTuple, final
 
-import matplotlib as mpl
 import typer
-from rich.box import SIMPLE
 from rich.console import Console
-from rich.table import Table
+from typer.core import TyperCommand, TyperGroup
 
-from trajevo.animation import animate
-from trajevo.capacity import dlcc, dlcc_iterative
-from trajevo.cli_capacity import slowdown, workspace
-from trajevo.cli_certify import certificate
-from trajevo.cli_files import SOLUTION_HELP, RunArgument, beside, front_of
-from trajevo.cli_payload import diagram, payload_time
-from trajevo.cli_polish import polish_run
-from trajevo.cli_results import REPORT_FILE
-from trajevo.cli_solve import resume, solve
-from trajevo.cli_study import app as study_app
 from trajevo.errors import TrajevoError
-from trajevo.example_task import write_example
-from trajevo.export import FORMATS, FRONT_FORMATS, extension
-from trajevo.export import export as write
-from trajevo.report import report as write_report
-from trajevo.robot_report import examine
-from trajevo.sensitivity import sensitivity
-from trajevo.terminal import print_examination, print_list, print_run, print_verifications
-from trajevo.verify import verify, verify_all
 
-app = typer.Typer(
+
+class _Home(NamedTuple):
+    """Where a command is, and the first line of its help."""
+
+    module: str
+    name: str
+    help: str
+
+
+#: Commands in the order in which ``trajevo --help`` lists them.
+COMMANDS = {
+    "list": _Home("cli_robots", "list_everything", "List the problems and the robots at hand."),
+    "check-robot": _Home(
+        "cli_robots",
+        "check_robot",
+        "Tell everything that is wrong with a robot at once; exit code 1 if it cannot be loaded.",
+    ),
+    "init": _Home("cli_robots", "init", "Write a commented example of a task, to be changed and solved."),
+    "solve": _Home("cli_solve", "solve", "Solve a problem or a task and write its front, pictures and report."),
+    "resume": _Home(
+        "cli_solve",
+        "resume",
+        "Go on with a run, as if it had never stopped, and write its front, pictures and report.",
+    ),
+    "polish": _Home(
+        "cli_polish",
+        "polish_run",
+        "Refine a run's front by gradients; the front as it was stays beside it, in evolved.json.",
+    ),
+    "study": _Home("cli_study", "app", "Many runs: the product of factors, on one machine or a cluster."),
+    "show": _Home("cli_runs", "show", "Show a run in the terminal."),
+    "report": _Home("cli_runs", "report", "Write a run's report, one HTML file that needs no network."),
+    "verify": _Home(
+        "cli_runs",
+        "verify_motions",
+        "Check a motion between its samples against every limit; exit code 1 if one is exceeded.",
+    ),
+    "certify": _Home(
+        "cli_certify",
+        "certificate",
+        "Prove that a motion keeps every limit at every instant; exit code 1 if one is broken or not decided.",
+    ),
+    "export": _Home(
+        "cli_runs",
+        "export",
+        "Write the motion of one solution for a controller or a spreadsheet, or the whole front for other programs.",
+    ),
+    "animate": _Home(
+        "cli_runs",
+        "animate_motion",
+        "Write the robot along one solution in real time, one HTML file that needs no network.",
+    ),
+    "capacity": _Home("cli_runs", "capacity", "Tell what a motion can carry, which actuator limits it and when."),
+    "slowdown": _Home(
+        "cli_capacity",
+        "slowdown",
+        "Tell how long one motion's path takes with another payload, and draw payload against time.",
+    ),
+    "workspace-capacity": _Home(
+        "cli_capacity",
+        "workspace",
+        "Draw what a robot can hold, or accelerate, in its best posture at every tool position of a plane.",
+    ),
+    "payload-diagram": _Home(
+        "cli_payload",
+        "diagram",
+        "Tell and draw what a motion can carry by how far off the tool the load's centre of mass is.",
+    ),
+    "payload-time": _Home(
+        "cli_payload",
+        "payload_time",
+        "Optimise the motion again for each payload: tell and draw the least time, and the largest payload of all.",
+    ),
+}
+
+
+@final
+class _Commands(TyperGroup):
+    """Commands that are imported when they are called, and only named where they are listed."""
+
+    _listing = False
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of a name, or its name and first line alone while all are listed."""
+        home = COMMANDS.get(cmd_name)
+        if home is None or self._listing:
+            return self.commands.get(cmd_name)
+        found: Any = getattr(importlib.import_module(f"trajevo.{home.module}"), home.name)
+        around = typer.Typer(add_completion=False)
+        if not isinstance(found, typer.Typer):
+            around.command(cmd_name)(found)
+            return typer.main.get_command(around)
+        around.add_typer(found, name=cmd_name)
+        group: Any = typer.main.get_command(around)
+        return group.commands[cmd_name]
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """The list of all."""
+        self._listing = True
+        try:
+            super().format_help(ctx, formatter)
+        finally:
+            self._listing = False
+
+
+app = _Commands(
+    name="trajevo",
+    commands={name: TyperCommand(name, help=home.help) for name, home in COMMANDS.items()},
     help="Multi-objective trajectory optimisation and payload capacity for robots.",
     no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    add_completion=False,
+    rich_markup_mode="rich",
 )
-_out = Console(soft_wrap=True, highlight=False)
-
-app.command()(solve)
-app.add_typer(study_app, name="study")
-app.command()(resume)
-app.command("polish")(polish_run)
-app.command()(slowdown)
-app.command("workspace-capacity")(workspace)
-app.command("payload-diagram")(diagram)
-app.command("payload-time")(payload_time)
-app.command("certify")(certificate)
-
-_Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as the problem has it if not given.")]
-
-
-@app.command("list")
-def list_everything() -> None:
-    """List the problems and the robots at hand."""
-    print_list(_out)
-
-
-@app.command()
-def init(
-    file: Annotated[Path, typer.Argument(help="File to write.")] = Path("task.toml"),
-) -> None:
-    """Write a commented example of a task, to be changed and solved."""
-    _out.print(f"written: {write_example(file)}; next: trajevo solve {file}")
-
-
-@app.command()
-def show(run: RunArgument, angle: _Angle = None) -> None:
-    """Show a run in the terminal."""
-    print_run(_out, front_of(run), angle)
-
-
-@app.command()
-def report(
-    run: RunArgument,
-    out: Annotated[Path | None, typer.Option(help="HTML file; report.html beside the front if not given.")] = None,
-) -> None:
-    """Write a run's report, one HTML file that needs no network."""
-    _out.print(f"written: {write_report(front_of(run), out or beside(run, REPORT_FILE))}")
-
-
-@app.command()
-def export(
-    run: RunArgument,
-    solution: Annotated[
-        str | None,
-        typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee, in netcdf all of them."),
-    ] = None,
-    format: Annotated[str, typer.Option(help=f"{', '.join(FORMATS)}.")] = "csv",
-    step: Annotated[
-        float | None, typer.Option(help="Time between samples, or of a block [s]; 0.01, or as the format is used.")
-    ] = None,
-    angle: Annotated[str, typer.Option(help="Unit of angles: rad or deg.")] = "rad",
-    out: Annotated[
-        Path | None, typer.Option(help="File; SOLUTION.EXTENSION or front.nc beside the front if not given.")
-    ] = None,
-) -> None:
-    """Write the motion of one solution for a controller or a spreadsheet, or the whole front for other programs."""
-    front, ending = front_of(run), extension(format)
-    if solution is None and format not in FRONT_FORMATS:
-        solution = "knee"
-    target = out or beside(run, f"{solution or 'front'}.{ending}")
-    source = front if solution is None else front.pick(solution)
-    _out.print(f"written: {write(source, target, format=format, step=step, angle=angle)}")
-
-
-@app.command("animate")
-def animate_motion(
-    run: RunArgument,
-    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
-    rate: Annotated[float, typer.Option(help="Frames per second.")] = 25.0,
-    out: Annotated[Path | None, typer.Option(help="HTML file; SOLUTION.html beside the front if not given.")] = None,
-) -> None:
-    """Write the robot along one solution in real time, one HTML file that needs no network."""
-    chosen = front_of(run).pick(solution)
-    _out.print(f"written: {animate(chosen, out or beside(run, f'{solution}.html'), rate=rate)}")
-
-
-@app.command()
-def capacity(
-    run: RunArgument,
-    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
-    iterative: Annotated[
-        bool, typer.Option("--iterative", help="By the paper's iteration, not in closed form.")
-    ] = False,
-    step: Annotated[float, typer.Option(help="Payload added at each iteration [kg].")] = 0.05,
-) -> None:
-    """Tell what a motion can carry, which actuator limits it and when."""
-    chosen = front_of(run).pick(solution)
-    found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
-    _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
-    _out.print(f"capacity: {found}")
-    if found.joint and found.feasible:
-        _out.print(f"sensitivity: {sensitivity(chosen)}")
-    table = Table("joint", "alone it could carry [kg]", "effort limit left", box=SIMPLE)
-    for name, alone, margin in zip(chosen.front.problem.robot.joint_names, found.per_joint, found.margin, strict=True):
-        table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
-    _out.print(table)
-
-
-@app.command("verify")
-def verify_motions(
-    run: RunArgument,
-    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
-    density: Annotated[int, typer.Option(help="Samples over those of the problem.")] = 20,
-    every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
-) -> None:
-    """Check a motion between its samples against every limit; exit code 1 if one is exceeded."""
-    front = front_of(run)
-    found = verify_all(front, density=density) if every else (verify(front.pick(solution), density=density),)
-    print_verifications(_out, found)
-    if not all(verification.passed for verification in found):
-        raise typer.Exit(1)
-
-
-@app.command("check-robot")
-def check_robot(
-    robot: Annotated[str, typer.Argument(help="Name, folder with robot.toml, or URDF.")],
-    lock: Annotated[list[str] | None, typer.Option(help="Joint that will be held still; may be repeated.")] = None,
-) -> None:
-    """Tell everything that is wrong with a robot at once; exit code 1 if it cannot be loaded."""
-    examination = examine(robot, lock=lock or ())
-    print_examination(_out, examination)
-    if examination.errors:
-        raise typer.Exit(1)
 
 
 def main() -> None:
     """Entry point: one sentence and exit code 2 for bad input."""
-    mpl.use("Agg")
+    # Nobody looks at a window; matplotlib is imported later, if at all.
+    os.environ["MPLBACKEND"] = "Agg"
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")

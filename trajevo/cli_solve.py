@@ -13,7 +13,7 @@ from trajevo.algorithms import ALGORITHMS, algorithm_settings
 from trajevo.cli_results import PLOTS_FOLDER, write_results
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.nnc import needs_two_objectives, solve_nnc
-from trajevo.optimise import optimise
+from trajevo.optimiser import optimise
 from trajevo.payload import LOAD_MODELS
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem

@@ -96,7 +96,7 @@ class TrajectoryProblem(Problem):
         objectives: what is minimised.
         constraints: what must not exceed 0.
         payload_range: where the payload's mass is a decision variable, the last one, its bounds [kg]; else None.
-        evolution: settings that :func:`trajevo.optimise.optimise` uses unless told otherwise.
+        evolution: settings that :func:`trajevo.optimiser.optimise` uses unless told otherwise.
         paper_weights: weights and scales of the paper's weighted sum, where it has one.
         compares_rivals: whether reports set other interpolants through the same points beside it.
         reference_point: objective values that bound the hypervolume, shape (n_obj,), or None.

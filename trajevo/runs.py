@@ -89,7 +89,7 @@ def resume(
     """Go on with a run from its latest checkpoint; X and F are those of a run that was never interrupted, to the bit.
 
     Args:
-        folder: what :func:`trajevo.optimise.optimise` was given as ``out``.
+        folder: what :func:`trajevo.optimiser.optimise` was given as ``out``.
         problem: the problem, where it is not a registered one.
         generations: make the run longer, to so many generations.
         progress: show generation, hypervolume, least violation and time left on standard error.

@@ -11,7 +11,7 @@ from typing import Any
 from trajevo.algorithms import algorithm_settings
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.front import Front
-from trajevo.optimise import optimise
+from trajevo.optimiser import optimise
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
 from trajevo.robot import Robot, robot_of
@@ -55,7 +55,7 @@ class Task:
         """Solve it with the task's algorithm; what is given here goes before what the file says.
 
         Args:
-            seed: as for :func:`trajevo.optimise.optimise`, and so are the others.
+            seed: as for :func:`trajevo.optimiser.optimise`, and so are the others.
             generations: generations.
             population: individuals.
             starts: what the first population is.

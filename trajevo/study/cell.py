@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.front import Front
-from trajevo.optimise import optimise
+from trajevo.optimiser import optimise
 from trajevo.registry import load_problem
 from trajevo.run_folder import RunFolder
 from trajevo.runs import resume

@@ -11,7 +11,7 @@ import pydantic
 
 from trajevo.algorithms import OF_RUN, algorithm_settings
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
-from trajevo.optimise import checked_run, nsga2
+from trajevo.optimiser import checked_run, nsga2
 from trajevo.problem import TrajectoryProblem
 from trajevo.registry import load_problem
 from trajevo.starts import DEFAULT_STARTS, STARTS
@@ -80,7 +80,7 @@ def jobs_of(record: StudyRecord, cells: Sequence[Cell]) -> tuple[Job, ...]:
 
 
 def solver_settings(search: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:
-    """Keyword arguments of :func:`trajevo.optimise.optimise` for the settings of a search by name.
+    """Keyword arguments of :func:`trajevo.optimiser.optimise` for the settings of a search by name.
 
     Args:
         search: settings, their names in :data:`SEARCH`.

@@ -1,0 +1,38 @@
+"""Commands that need no run: ``trajevo list``, ``init`` and ``check-robot``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from trajevo.example_task import write_example
+from trajevo.robot_report import examine
+from trajevo.terminal import print_examination, print_list
+
+_out = Console(soft_wrap=True, highlight=False)
+
+
+def list_everything() -> None:
+    """List the problems and the robots at hand."""
+    print_list(_out)
+
+
+def init(
+    file: Annotated[Path, typer.Argument(help="File to write.")] = Path("task.toml"),
+) -> None:
+    """Write a commented example of a task, to be changed and solved."""
+    _out.print(f"written: {write_example(file)}; next: trajevo solve {file}")
+
+
+def check_robot(
+    robot: Annotated[str, typer.Argument(help="Name, folder with robot.toml, or URDF.")],
+    lock: Annotated[list[str] | None, typer.Option(help="Joint that will be held still; may be repeated.")] = None,
+) -> None:
+    """Tell everything that is wrong with a robot at once; exit code 1 if it cannot be loaded."""
+    examination = examine(robot, lock=lock or ())
+    print_examination(_out, examination)
+    if examination.errors:
+        raise typer.Exit(1)

@@ -1,0 +1,109 @@
+"""Commands that look at a run: ``trajevo show``, ``report``, ``export``, ``animate``, ``capacity`` and ``verify``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+
+from trajevo.animation import animate
+from trajevo.capacity import dlcc, dlcc_iterative
+from trajevo.cli_files import SOLUTION_HELP, RunArgument, beside, front_of
+from trajevo.cli_results import REPORT_FILE
+from trajevo.export import FORMATS, FRONT_FORMATS, extension
+from trajevo.export import export as write
+from trajevo.report import report as write_report
+from trajevo.sensitivity import sensitivity
+from trajevo.terminal import print_run, print_verifications
+from trajevo.verify import verify, verify_all
+
+_out = Console(soft_wrap=True, highlight=False)
+
+_Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as the problem has it if not given.")]
+
+
+def show(run: RunArgument, angle: _Angle = None) -> None:
+    """Show a run in the terminal."""
+    print_run(_out, front_of(run), angle)
+
+
+def report(
+    run: RunArgument,
+    out: Annotated[Path | None, typer.Option(help="HTML file; report.html beside the front if not given.")] = None,
+) -> None:
+    """Write a run's report, one HTML file that needs no network."""
+    _out.print(f"written: {write_report(front_of(run), out or beside(run, REPORT_FILE))}")
+
+
+def export(
+    run: RunArgument,
+    solution: Annotated[
+        str | None,
+        typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee, in netcdf all of them."),
+    ] = None,
+    format: Annotated[str, typer.Option(help=f"{', '.join(FORMATS)}.")] = "csv",
+    step: Annotated[
+        float | None, typer.Option(help="Time between samples, or of a block [s]; 0.01, or as the format is used.")
+    ] = None,
+    angle: Annotated[str, typer.Option(help="Unit of angles: rad or deg.")] = "rad",
+    out: Annotated[
+        Path | None, typer.Option(help="File; SOLUTION.EXTENSION or front.nc beside the front if not given.")
+    ] = None,
+) -> None:
+    """Write the motion of one solution for a controller or a spreadsheet, or the whole front for other programs."""
+    front, ending = front_of(run), extension(format)
+    if solution is None and format not in FRONT_FORMATS:
+        solution = "knee"
+    target = out or beside(run, f"{solution or 'front'}.{ending}")
+    source = front if solution is None else front.pick(solution)
+    _out.print(f"written: {write(source, target, format=format, step=step, angle=angle)}")
+
+
+def animate_motion(
+    run: RunArgument,
+    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
+    rate: Annotated[float, typer.Option(help="Frames per second.")] = 25.0,
+    out: Annotated[Path | None, typer.Option(help="HTML file; SOLUTION.html beside the front if not given.")] = None,
+) -> None:
+    """Write the robot along one solution in real time, one HTML file that needs no network."""
+    chosen = front_of(run).pick(solution)
+    _out.print(f"written: {animate(chosen, out or beside(run, f'{solution}.html'), rate=rate)}")
+
+
+def capacity(
+    run: RunArgument,
+    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
+    iterative: Annotated[
+        bool, typer.Option("--iterative", help="By the paper's iteration, not in closed form.")
+    ] = False,
+    step: Annotated[float, typer.Option(help="Payload added at each iteration [kg].")] = 0.05,
+) -> None:
+    """Tell what a motion can carry, which actuator limits it and when."""
+    chosen = front_of(run).pick(solution)
+    found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
+    _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
+    _out.print(f"capacity: {found}")
+    if found.joint and found.feasible:
+        _out.print(f"sensitivity: {sensitivity(chosen)}")
+    table = Table("joint", "alone it could carry [kg]", "effort limit left", box=SIMPLE)
+    for name, alone, margin in zip(chosen.front.problem.robot.joint_names, found.per_joint, found.margin, strict=True):
+        table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
+    _out.print(table)
+
+
+def verify_motions(
+    run: RunArgument,
+    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
+    density: Annotated[int, typer.Option(help="Samples over those of the problem.")] = 20,
+    every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
+) -> None:
+    """Check a motion between its samples against every limit; exit code 1 if one is exceeded."""
+    front = front_of(run)
+    found = verify_all(front, density=density) if every else (verify(front.pick(solution), density=density),)
+    print_verifications(_out, found)
+    if not all(verification.passed for verification in found):
+        raise typer.Exit(1)
