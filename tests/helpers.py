@@ -64,6 +64,7 @@ def trajevo(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
         warnings.catch_warnings(),
     ):
         patch.setattr(sys, "argv", ["trajevo", *map(str, arguments)])
+        patch.setenv("MPLBACKEND", "Agg")  # as main will, and taken back afterwards
         warnings.resetwarnings()
         warnings.simplefilter("ignore", DeprecationWarning)
         try:

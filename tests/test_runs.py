@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 import time
+from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -187,8 +189,12 @@ def test_other_versions_are_told(tmp_path):
     file = tmp_path / "run" / "manifest.json"
     manifest = json.loads(file.read_text())
     manifest["versions"]["numpy"] = "1.0"
+    manifest["versions"].pop("numba", None)
+    manifest["versions"]["gone"] = "2.0"
     file.write_text(json.dumps(manifest))
-    with pytest.warns(UserWarning, match=re.escape(f"other versions (numpy 1.0 -> {np.__version__})")):
+    numba = f", numba none -> {version('numba')}" if find_spec("numba") else ""
+    says = f"other versions (numpy 1.0 -> {np.__version__}, gone 2.0 -> none{numba})"
+    with pytest.warns(UserWarning, match=re.escape(says)):
         resume(tmp_path / "run", progress=False)
 
 

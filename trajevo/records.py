@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Iterable
-from importlib.metadata import version
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal
 
 import pydantic
@@ -199,7 +200,10 @@ class FrontFile(Record):
 
 def installed_versions() -> dict[str, str]:
     """Versions of the packages that decide what a run computes, and of Python."""
-    return {"python": platform.python_version()} | {package: version(package) for package in _PACKAGES}
+    found = {"python": platform.python_version()} | {package: version(package) for package in _PACKAGES}
+    with suppress(PackageNotFoundError):
+        found["numba"] = version("numba")
+    return found
 
 
 def _finite(values: Iterable[float]) -> tuple[float | None, ...]:

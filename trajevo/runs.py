@@ -181,8 +181,9 @@ def _longer(manifest: Manifest, generations: Any, run: RunFolder) -> Manifest:
 
 
 def _compare_versions(manifest: Manifest, run: RunFolder) -> None:
-    now = installed_versions()
-    others = [f"{name} {was} -> {now[name]}" for name, was in manifest.versions.items() if now.get(name, was) != was]
+    then, now = manifest.versions, installed_versions()
+    pairs = {name: (then.get(name, "none"), now.get(name, "none")) for name in {**then, **now}}
+    others = [f"{name} {was} -> {is_now}" for name, (was, is_now) in pairs.items() if was != is_now]
     if others:
         warnings.warn(
             f"{run.folder}: begun with other versions ({', '.join(others)}); what follows may differ from a run that "
