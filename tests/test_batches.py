@@ -1,11 +1,13 @@
 """An individual's objectives and constraints are its own: to the bit, whatever it is evaluated with and on."""
 
 import inspect
+import tracemalloc
 
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
+from problems import ViaPointProblem
 from trajevo import TrajectoryProblem, load_problem, load_robot
 from trajevo.arrays import row_products
 from trajevo.collision import Collision
@@ -175,3 +177,26 @@ def test_distances_do_not_depend_on_other_motions():
 def every_pair(states, pairs) -> tuple[np.ndarray, np.ndarray]:
     """Rows of states and indices of pairs, state by state."""
     return np.repeat(np.arange(states), pairs), np.tile(np.arange(pairs), states)
+
+
+def test_a_thousand_motions_of_two_hundred_samples_take_less_than_64_mb():
+    points = np.cumsum(np.random.default_rng(0).uniform(-0.2, 0.2, (13, 6)), axis=0)
+    problem = ViaPointProblem(
+        points=points,
+        interpolant="cubic",
+        objectives=("time", "energy", "jerk"),
+        constraints=("velocity", "acceleration", "jerk", "effort"),
+        limits="sampled",
+        samples=17,
+        duration_bounds=(0.2, 2.0),
+    )
+    x = np.random.default_rng(0).uniform(problem.xl, problem.xu, (1000, problem.n_var))
+    assert problem.rollout(x[:1]).t.shape[1] > 200
+    tracemalloc.start()
+    F, G = problem.evaluate(x)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 64e6
+    for rows in (slice(0, 1), slice(300, 307)):
+        np.testing.assert_array_equal(problem.evaluate(x[rows])[0], F[rows])
+        np.testing.assert_array_equal(problem.evaluate(x[rows])[1], G[rows])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,6 +25,8 @@ from trajevo.trajectory import TrajectoryBatch
 
 #: Far below rounding of any real part: the imaginary part over it is the derivative.
 _COMPLEX_STEP = 1e-20
+#: Numbers of one quantity that are worked on at a time, a megabyte, and individuals at the least.
+_CACHED, _FEWEST = 2**17, 16
 
 
 @dataclass(frozen=True)
@@ -254,10 +257,26 @@ class TrajectoryProblem(Problem):
         return columns if self.payload_range is None else columns[:, :-1]
 
     def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        rows = self._evaluate_rows if self.time_limited is None else self.time_limited
+        rows = self._evaluate_in_chunks if self.time_limited is None else self.time_limited
         out["F"], out["G"], failures = evaluate_each(rows, x, self.n_obj, self.n_ieq_constr)
         if any(failures):
             out["failure"] = np.array(failures, dtype=object)
+
+    def _evaluate_in_chunks(self, x: Array) -> tuple[Array, Array]:
+        """As many at a time as stay in the cache; what an individual gets does not depend on its neighbours."""
+        size = self._chunk
+        parts = [self._evaluate_rows(x[i : i + size]) for i in range(0, max(len(x), 1), size)]
+        F, G = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        return F, G
+
+    @cached_property
+    def _chunk(self) -> int:
+        """Individuals whose samples of one quantity fill the cache."""
+        try:
+            values = self.rollout(0.5 * (self.xl + self.xu)).t.size * self.robot.dof
+        except Exception:  # noqa: BLE001 - an individual may raise anything; it will say so when it is evaluated
+            values = _CACHED // _FEWEST
+        return max(_FEWEST, _CACHED // values)
 
     def _evaluate_rows(self, x: Array) -> tuple[Array, Array]:
         rollout = self.rollout(x)
