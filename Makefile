@@ -54,6 +54,8 @@ bench: $(READY)  ## print the speed ratios
 	$(BIN)/python tests/benchmarks/bench_gradients.py
 	$(BIN)/python tests/benchmarks/bench_certificate.py
 	$(BIN)/python tests/benchmarks/bench_starts.py
+	$(BIN)/python tests/benchmarks/bench_evolution.py
+	$(BIN)/python tests/benchmarks/bench_inverse_dynamics.py
 
 study-algorithms: $(READY)  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py
