@@ -36,7 +36,7 @@ def compared(name: str, model: Any) -> str:
     loop, by_pool, by_kernel = 1e6 * np.median(seconds, axis=0) / STATES
     off = np.abs(compiled - batch).max() / np.abs(batch).max()
     return (
-        f"{name}: loop {loop:.2f} µs, batch {by_pool:.2f} µs, compiled {by_kernel:.3f} µs per state; compiled over batch "
+        f"{name}: loop {loop:.2f} µs, batch {by_pool:.2f} µs, compiled {by_kernel:.3f} µs per state; over the batch "
         f"{by_pool / by_kernel:.1f} x, over the loop {loop / by_kernel:.1f} x; torques differ by {off:.0e} of the most"
     )
 
