@@ -151,7 +151,7 @@ def main() -> None:
     solver = NSGA2(pop_size=own.population, crossover=crossover, mutation=mutation)
     mine, other = compare(
         f"NSGA-II {own.population} x {own.generations}, nothing scaled",
-        lambda: optimise(problem, seed=1, progress=False),
+        lambda: optimise(problem, seed=1, starts="random", polish=False, progress=False),
         lambda: minimize(users, solver, ("n_gen", own.generations), seed=1),
         RUNS,
     )

@@ -103,7 +103,9 @@ def main() -> None:
         solver = NSGA2(pop_size=CANDIDATES, crossover=SBX(prob=0.85, eta=15), mutation=PM(prob=0.15, eta=20))
         mine, other = compare(
             f"NSGA-II {CANDIDATES} x {GENERATIONS}, {interpolant}",
-            lambda solved=solved: optimise(solved, seed=1, generations=GENERATIONS, progress=False),
+            lambda solved=solved: optimise(
+                solved, seed=1, generations=GENERATIONS, starts="random", polish=False, progress=False
+            ),
             lambda free=free, solver=solver: minimize(free, solver, ("n_gen", GENERATIONS), seed=1),
             RUNS,
         )

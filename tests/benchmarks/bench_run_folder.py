@@ -22,7 +22,7 @@ def main() -> None:
 
     def wall(out: Path | None) -> float:
         began = time.perf_counter()
-        optimise(problem, seed=1, population=POPULATION, generations=GENERATIONS, progress=False, out=out)
+        optimise(problem, seed=1, population=POPULATION, generations=GENERATIONS, polish=False, progress=False, out=out)
         return time.perf_counter() - began
 
     with tempfile.TemporaryDirectory() as folder:

@@ -154,7 +154,15 @@ def encodings() -> None:
             for seeds in (None, 5):
                 problem = TimeJerkReparameterisation(limits=limits, encoding=encoding)
                 initial = None if seeds is None else solve_nnc(problem, points=seeds)
-                front = optimise(problem, seed=SEED, generations=GENERATIONS, initial=initial, progress=False)
+                front = optimise(
+                    problem,
+                    seed=SEED,
+                    generations=GENERATIONS,
+                    initial=initial,
+                    starts="random",
+                    polish=False,
+                    progress=False,
+                )
                 how = f" (at least {promise} is promised)" if seeds is None else f", begun with {seeds} points by SQP"
                 reached = f"{share(front, dense):.4f} in {front.run.seconds:.1f} s"
                 print(f"{limits}: NSGA-II, {encoding} encoding: {reached}{how}")
