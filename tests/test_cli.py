@@ -20,7 +20,7 @@ from trajevo.cli import COMMANDS
 from trajevo.payload_figures import PAYLOAD_FIGURES
 from trajevo.pictures import FIGURES
 
-SMALL = ["--generations", "8", "--population", "20"]
+SMALL = ["--generations", "8", "--population", "20", "--no-polish"]
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from problems.example_paths import s_points
 from tests.helpers import trajevo
 from trajevo import Front
 
-SMALL = ["--generations", "8", "--population", "20", "--quiet"]
+SMALL = ["--generations", "8", "--population", "20", "--no-polish", "--quiet"]
 
 
 @pytest.fixture(scope="module")

@@ -180,7 +180,7 @@ def test_the_command_refuses_with_a_sentence(pointing, tmp_path, options, says):
 
 
 def test_a_new_run_removes_the_old_netcdf_and_keeps_others(tmp_path):
-    small = ("--generations", "2", "--population", "20", "--quiet")
+    small = ("--generations", "2", "--population", "20", "--no-polish", "--quiet")
     assert trajevo("solve", "pointing", "--out", tmp_path, *small).returncode == 0
     assert trajevo("export", tmp_path, "--format", "netcdf").returncode == 0
     with netCDF4.Dataset(tmp_path / "mine.nc", "w") as mine:

@@ -47,7 +47,7 @@ def test_no_limit_is_exceeded_between_the_samples(name):
         objectives=("time", "energy", "jerk"),
         constraints=("position", "velocity", "acceleration", "jerk", "effort"),
     )
-    front = optimise(problem, seed=1, generations=40, population=60, progress=False, polish=False)
+    front = optimise(problem, seed=1, generations=25, population=60, progress=False, polish=False)
     assert len(front) > 20, front.blocking
     for found in verify_all(front, density=20):
         assert found.passed, found.verdict
@@ -79,8 +79,9 @@ def test_without_the_obstacle_the_same_task_collides(around):
         polish=False,
     )
     scene = Scene.of(settings["scene"])
-    least = [clearance_along(blind.pick(row), scene, density=20).least(itself=False).min() for row in range(len(blind))]
-    assert min(least) < 0.0
+    assert any(
+        clearance_along(blind.pick(row), scene, density=20).least(itself=False).min() < 0.0 for row in range(len(blind))
+    )
 
 
 def test_a_moving_point_wins_time(around):

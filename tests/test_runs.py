@@ -212,8 +212,12 @@ def _wait_for(condition, process):
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     run = tmp_path / "run"
+    # One of the three is polished too.
+    polish = number == signal.SIGKILL
     size = ["--generations", "300", "--population", "40", "--seed", "3", "--quiet"]
-    solving = _popen("solve", "hybrid", *size, "--out", run)
+    size += [] if polish else ["--no-polish"]
+    problem = "hybrid" if polish else "pointing"
+    solving = _popen("solve", problem, *size, "--out", run)
     _wait_for(lambda: (run / "checkpoint.npz").exists(), solving)
     solving.send_signal(number)
     said, complained = solving.communicate()
@@ -224,14 +228,15 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
         shown = trajevo("show", run)
         assert shown.returncode == 0, shown.stderr
         assert "(interrupted" in shown.stdout
-        again = trajevo("solve", "hybrid", "--out", run)
+        again = trajevo("solve", problem, "--out", run)
         assert again.returncode == 2
         assert f"or go on with it: trajevo resume {run}" in again.stderr
     assert not (run / "report.html").exists()
     resumed = trajevo("resume", run, "--quiet")
     assert resumed.returncode == 0, resumed.stderr
     assert (run / "report.html").exists()
-    whole = optimise(read_run(run).problem, seed=3, generations=300, population=40, progress=False)
+    settings = {"seed": 3, "generations": 300, "population": 40, "polish": polish, "progress": False}
+    whole = optimise(read_run(run).problem, **settings)
     assert same(Front.load(run / "front.json"), whole)
 
 

@@ -273,7 +273,8 @@ def test_time_limits_hold_for_starts_too():
 
 
 def test_command_line_and_tasks(tmp_path):
-    options = ["--starts", "spread", "--generations", 3, "--population", 8, "--quiet", "--algorithm", "sms-emoa"]
+    options = ["--starts", "spread", "--generations", 3, "--population", 8, "--no-polish", "--quiet"]
+    options += ["--algorithm", "sms-emoa"]
     assert trajevo("solve", "pointing", *options, "--out", tmp_path / "run").returncode == 0
     assert Front.load(tmp_path / "run" / "front.json").run.settings["starts"] == "spread"
     text = Path("problems/tasks/panda_six_points.toml").read_text(encoding="utf-8")

@@ -187,7 +187,7 @@ def test_mistakes_are_told_with_their_line(write, old, new, says):
 def test_the_way_from_an_empty_folder_to_a_file(tmp_path):
     for command in (
         ("init",),
-        ("solve", "task.toml", "--generations", "12", "--population", "24", "--quiet"),
+        ("solve", "task.toml", "--generations", "12", "--population", "24", "--no-polish", "--quiet"),
         ("report", "runs/task"),
         ("export", "runs/task", "--format", "csv"),
     ):

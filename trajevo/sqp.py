@@ -71,14 +71,18 @@ class Search:
 
     def _settled(self, y: Array, tolerance: float) -> tuple[Array, bool]:
         """SLSQP, started again from its own end until that changes nothing; whether the end is feasible."""
-        last, feasible = np.inf, False
+        last, worst, feasible = np.inf, np.inf, False
         for _ in range(_RESTARTS):
             y = np.clip(self._once(y, tolerance), self.bounds[:, 0], self.bounds[:, 1])
-            value, _, G, _ = self._look(y)
-            feasible = bool(G.max(initial=-np.inf) <= FEASIBLE)
+            value, _, G, dG = self._look(y)
+            excess = float(G.max(initial=-np.inf))
+            feasible = excess <= FEASIBLE
             if feasible and abs(last - value) <= _SETTLED:
                 break
-            last = value if feasible else np.inf
+            # What is broken cannot be mended by any small step, or the last start has mended nothing.
+            if not feasible and (excess >= worst or not dG[G > FEASIBLE].any()):
+                break
+            last, worst = (value, np.inf) if feasible else (np.inf, excess)
         return y, feasible
 
     def _once(self, y: Array, tolerance: float) -> Array:
