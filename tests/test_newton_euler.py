@@ -56,7 +56,7 @@ def random_states(robot, count, seed=0):
 
 @pytest.mark.parametrize("payload", PAYLOADS.values(), ids=PAYLOADS)
 def test_effort_equals_pinocchios(robot, payload):
-    states = random_states(robot, 10_000)
+    states = random_states(robot, 2000)
     ours, pinocchio = NewtonEuler(robot, payload).effort(*states), Dynamics(robot, payload).effort(*states)
     np.testing.assert_allclose(ours, pinocchio, rtol=0.0, atol=1e-9)
     assert np.abs(ours).max() > 1.0

@@ -9,11 +9,14 @@ FOLDER = Path(__file__).parents[1] / "notebooks"
 SOURCES = sorted(FOLDER.glob("[0-9]*.py"))
 
 
-@pytest.fixture(params=SOURCES, ids=lambda file: file.stem)
-def source(request):
-    return request.param
+#: Those that take seconds; the others are executed by ``make test-long``, and all at full size by ``make notebooks``.
+QUICK = ("01", "03")
 
 
+@pytest.mark.parametrize(
+    "source",
+    [pytest.param(file, marks=() if file.stem[:2] in QUICK else pytest.mark.long, id=file.stem) for file in SOURCES],
+)
 def test_notebook_runs_from_top_to_bottom(source, tmp_path, monkeypatch):
     monkeypatch.delenv("TRAJEVO_FULL", raising=False)
     runpy.run_path(str(FOLDER / "execute.py"))["execute"](source, tmp_path / "out.ipynb")
@@ -22,6 +25,7 @@ def test_notebook_runs_from_top_to_bottom(source, tmp_path, monkeypatch):
     assert sum("image/png" in output.get("data", {}) for cell in cells for output in cell.outputs) >= 4
 
 
+@pytest.mark.parametrize("source", SOURCES, ids=lambda file: file.stem)
 def test_both_forms_hold_the_same_cells_and_no_outputs(source):
     pair, written = jupytext.read(source), nbformat.read(source.with_suffix(".ipynb"), 4)
     assert [(c.cell_type, c.source) for c in pair.cells] == [(c.cell_type, c.source) for c in written.cells]

@@ -133,6 +133,7 @@ def _by_slowing(front, time):
     return (faster[:, 1] * (faster[:, 0] / time) ** 5).min(initial=np.inf)
 
 
+@pytest.mark.long
 def test_tight_limits_on_the_s(fronts):
     assert fronts("s", "tight").F[0, 0] == pytest.approx(2.3119509, rel=1e-5)
 
@@ -169,6 +170,7 @@ def test_linear_reparameterisation_of_the_s():
     assert 1.0 - proposed["jerk"] / best[1] == pytest.approx(0.534, abs=2e-3)
 
 
+@pytest.mark.long
 def test_hypervolumes_with_the_papers_limits(fronts):
     dense = fronts("gemini", "hull", points=100)
     assert len(dense) == 100

@@ -171,6 +171,7 @@ def test_fronts_of_time_and_payload_and_energy():
         max_payload_problem(HybridManipulator(), objectives=["power"])
 
 
+@pytest.mark.long
 def test_normal_constraints_find_the_front_of_time_and_payload():
     problem = HybridManipulator(**(WIDE | {"objectives": ["time", "unused_payload"]}))
     front = solve_nnc(problem, seed=1, points=4)

@@ -239,7 +239,9 @@ def test_what_cannot_be_polished_is_left_as_it_is_unless_it_was_asked_for():
         )
 
 
-@pytest.mark.parametrize("name", ["nsga2", *ALGORITHMS])
+@pytest.mark.parametrize(
+    "name", ["nsga2", *(name if name == "rvea" else pytest.param(name, marks=pytest.mark.long) for name in ALGORITHMS)]
+)
 def test_refined_members_go_on_in_the_evolution_of_any_algorithm(name):
     problem = HybridManipulator(convention="printed")
     settings = algorithm_settings(name, {"population": 35}, problem)
@@ -255,7 +257,13 @@ def test_refined_members_go_on_in_the_evolution_of_any_algorithm(name):
     assert helped.run.settings["polish_every"] == 4
 
 
-@pytest.mark.parametrize("make", [HybridManipulator, lambda: TimeJerkReparameterisation(encoding="shape")])
+@pytest.mark.parametrize(
+    "make",
+    [
+        HybridManipulator,
+        pytest.param(lambda: TimeJerkReparameterisation(encoding="shape"), marks=pytest.mark.long, id="shape"),
+    ],
+)
 def test_a_run_with_refined_members_goes_on_to_the_bit(make, tmp_path, stopped_after):
     settings = {"seed": 3, "generations": 9, "population": 16, "polish_every": 2, "progress": False}
     expected = optimise(make(), **settings)
