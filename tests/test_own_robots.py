@@ -28,7 +28,7 @@ XARM7 = Path(__file__).parents[1] / "problems" / "tasks" / "xarm7_obstacle.toml"
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in ("ur5", "talos_arm") else pytest.mark.long) for name in ROBOTS]
+    "name", [pytest.param(name, marks=() if name == "ur5" else pytest.mark.long) for name in ROBOTS]
 )
 def test_no_limit_is_exceeded_between_the_samples(name):
     robot = load_robot(name, limits=LIMITS, **ROBOTS[name])

@@ -117,6 +117,7 @@ def test_the_front_is_a_power_law_once_the_limits_are_idle(fronts):
         np.testing.assert_allclose(MM2 * tail[:, 1] * tail[:, 0] ** 5, expected["Jhat"], rtol=1e-6)
 
 
+@pytest.mark.long
 def test_tight_limits_halve_the_least_time_and_dominate_the_papers_front(fronts):
     tight, hull = fronts("gemini", "tight"), fronts("gemini", "hull")
     assert tight.F[0, 0] == pytest.approx(1.832005, rel=1e-5)

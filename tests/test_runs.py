@@ -209,7 +209,9 @@ def _wait_for(condition, process):
         time.sleep(0.01)
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize(
+    "number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGINT]
+)
 def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     run = tmp_path / "run"
     # One of the three is polished too.

@@ -393,6 +393,7 @@ def test_a_study_with_one_objective_is_collected_without_its_attainment(tmp_path
     assert "not drawn: attainment_all.png: attainments: expected at least 2 objectives" in result.stdout
 
 
+@pytest.mark.long
 def test_what_the_docs_show_runs(tmp_path):
     docs = (Path(__file__).parents[1] / "docs" / "studies.md").read_text()
     write_example(tmp_path / "task.toml")
