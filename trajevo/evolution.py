@@ -28,7 +28,7 @@ from trajevo.watch import Watch
 #: Share of the time that checkpoints may take: after one that took 2 ms the next waits for 0.2 s.
 _SHARE = 0.01
 #: Bytes of evaluated individuals that wait in memory for their block.
-_MOST_WAITING = 2**24
+_MOST_WAITING = 2**23
 #: Time after which writing is tried again where it failed [s].
 _TRY_AGAIN = 5.0
 #: Bytes that a run needs besides its evaluated individuals: front, pictures, report.

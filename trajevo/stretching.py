@@ -24,6 +24,8 @@ _PROBES, _STRETCH = 8, 1.25
 #: Powers of the stretch that shares of limits are known to follow: jerk, acceleration, speeds, the path, the time.
 _POWERS = np.array([-3, -2, -1, 0, 1])
 
+#: Individuals that are stretched at a time; their efforts at all samples take memory.
+_AT_A_TIME = 100
 #: By how much a share may differ from a power; by how much limits are kept more than asked for; what is no change.
 _AGREEMENT, _MARGIN, _SETTLED = 1e-6, 1e-9, 1e-8
 
@@ -131,6 +133,9 @@ class Stretching:
             G: their constraints, shape (B, n_constr).
             quicker: allow factors below 1, down to where a time is at its lower bound.
         """
+        if len(X) > _AT_A_TIME:
+            rows = [slice(i, i + _AT_A_TIME) for i in range(0, len(X), _AT_A_TIME)]
+            return np.concatenate([self.least_factors(X[part], G[part], quicker=quicker) for part in rows])
         factors = np.ones(len(X))
         known = np.isfinite(self.powers) & (self.powers != 0)
         scaled = known.copy()
