@@ -1,11 +1,14 @@
 """Pictures that commands about payloads leave in a run's folder, and what a new run does with them."""
 
+import pytest
+
 from tests.helpers import trajevo
 from trajevo.cli_files import PICTURES
 
 SMALL = ("--generations", "25", "--population", "20", "--no-polish", "--quiet")
 
 
+@pytest.mark.long
 def test_pictures_of_commands_go_with_the_run_they_are_of(tmp_path):
     run = tmp_path / "h"
     assert trajevo("solve", "hybrid", *SMALL, "--out", run).returncode == 0

@@ -52,6 +52,7 @@ def test_every_picture_is_drawn_once_and_shows_something(front, tmp_path):
     assert "the payload" not in page.split("<h2>Run</h2>")[0].split("<h2>Payload</h2>")[0]
 
 
+@pytest.mark.long
 def test_what_has_nothing_to_show_is_left_out():
     fixed = optimise(HybridManipulator(), **SMALL, polish=False)
     assert stems(fixed) == [stem for stem in PAYLOAD_FIGURES if stem != "payload_front"]
