@@ -12,7 +12,7 @@ from problems import HybridManipulator, PickAndPlace, ViaPointProblem
 from tests.test_newton_euler import PAYLOADS, ROBOTS, random_states
 from trajevo import load_robot, optimise, rnea_kernel
 from trajevo.dynamics import Dynamics
-from trajevo.rnea_kernel import Inertias, inverse_dynamics, kernel_of
+from trajevo.rnea_kernel import Inertias, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
 from trajevo.straight_line import StraightLine
 
 pytest.importorskip("numba")
@@ -21,7 +21,7 @@ pytest.importorskip("numba")
 @pytest.fixture
 def plain(monkeypatch):
     """As where numba is not installed."""
-    monkeypatch.setattr(rnea_kernel, "kernel_of", lambda model: None)
+    monkeypatch.setattr(rnea_kernel, "can_compile", lambda: False)
 
 
 @pytest.fixture(scope="module", params=ROBOTS)
@@ -91,11 +91,53 @@ def test_trees_and_joints_of_every_kind(joints, tmp_path, monkeypatch):
     states = np.random.default_rng(1).uniform(-3.0, 3.0, (3, 500, 3))
     expected = by_pinocchio(model, states)
     np.testing.assert_allclose(of_kernel(model, states), expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+    assert slopes_kernel_of(model) is not None
+    compared_with_pinocchio_s_derivatives(model, stepped(states.reshape(3, 5, 100, 3)))
+
+
+def stepped(states):
+    """States (3, R, T, n) with steps in random directions, the first two rows with the same real parts."""
+    states = states.copy()
+    states[:, 1] = states[:, 0]
+    return states + 1j * np.random.default_rng(4).uniform(-1e-20, 1e-20, states.shape)
+
+
+def compared_with_pinocchio_s_derivatives(model, motions):
+    data = model.createData()
+    torque = stepped_dynamics(model)(*motions)
+    slopes = np.empty(torque.shape)
+    for place in np.ndindex(torque.shape[:2]):
+        rows = [x[place] for x in motions]
+        parts = pin.computeRNEADerivatives(model, data, *(x.real.copy() for x in rows))
+        slopes[place] = sum(part @ x.imag for part, x in zip(parts, rows, strict=True))
+        np.testing.assert_allclose(torque[place].real, data.tau, rtol=0.0, atol=1e-11 * np.abs(torque.real).max())
+    np.testing.assert_allclose(torque.imag, slopes, rtol=0.0, atol=1e-11 * np.abs(slopes).max())
+
+
+def test_slopes_are_pinocchio_s(robot):
+    states = random_states(robot, 5 * 300)
+    model = robot.model.copy()
+    model.armature = np.linspace(0.1, 0.4, model.nv)
+    model.gravity.linear = np.array([1.0, -2.0, 3.0])
+    assert slopes_kernel_of(model) is not None
+    compared_with_pinocchio_s_derivatives(model, stepped(np.stack(states).reshape(3, 5, 300, -1)))
+
+
+@pytest.mark.parametrize("shape", [(0, 7), (1, 1), (3, 257)])
+def test_slopes_of_batches_of_any_size(shape, request):
+    model = load_robot("pointing_mechanism").model
+    motions = np.random.default_rng(5).uniform(-3.0, 3.0, (3, *shape, 2)) * (1.0 + 0.5j)
+    compiled = stepped_dynamics(model)(*motions)
+    assert compiled.shape == (*shape, 2)
+    request.getfixturevalue("plain")
+    expected = stepped_dynamics(model)(*motions)
+    np.testing.assert_allclose(compiled, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max(initial=0.0))
 
 
 @pytest.mark.parametrize("joint", [pin.JointModelFreeFlyer(), pin.JointModelRUBX(), pin.JointModelSpherical()])
 def test_other_joints_are_left_to_pinocchio(joint):
     assert kernel_of(built(joint)) is None
+    assert slopes_kernel_of(built(joint)) is None
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -116,20 +158,28 @@ def test_a_torque_does_not_depend_on_its_neighbours_nor_on_threads(threads):
     compute(nothing, nothing, nothing, nothing)
 
 
-def test_a_kernel_that_is_wrong_is_told_and_not_used(monkeypatch):
-    model, states = load_robot("puma560").model, np.random.default_rng(2).uniform(-1.0, 1.0, (3, 50, 6))
+@pytest.mark.parametrize("wrong", ["source", "slopes_source"])
+def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
+    model, states = load_robot("puma560").model, np.random.default_rng(2).uniform(-1.0, 1.0, (3, 4, 50, 6))
     model.name = "lopsided"
     monkeypatch.setattr(rnea_kernel, "_known", {})
-    honest = rnea_kernel._source
-    monkeypatch.setattr(rnea_kernel, "_source", lambda tree: honest(tree).replace("math.cos", "1.000001 * math.cos"))
-    torque = np.empty((50, 6))
-    with pytest.warns(UserWarning, match=r"robot 'lopsided': .* differ from Pinocchio's by .* and are not used"):
-        compute = inverse_dynamics(model, 1)
-    compute(*states, torque)
-    np.testing.assert_array_equal(torque, by_pinocchio(model, states))
+    honest = getattr(rnea_kernel, wrong)
+    monkeypatch.setattr(rnea_kernel, wrong, lambda tree: honest(tree).replace("math.cos", "1.000001 * math.cos"))
+    motions, torque = stepped(states), np.empty((200, 6))
+    states = motions.real
+    said = r"robot 'lopsided': .* differ from Pinocchio's by .* and are not used"
+    with pytest.warns(UserWarning, match=said) as told:
+        compute, slope = inverse_dynamics(model, 1), stepped_dynamics(model)
+    compute(*np.ascontiguousarray(states).reshape(3, -1, 6), torque)
+    slopes = slope(*motions)
+    assert len(told) == 1
+    expected = by_pinocchio(model, [x.reshape(-1, 6) for x in states])
+    np.testing.assert_allclose(torque, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(slopes.real.reshape(-1, 6), expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         inverse_dynamics(model, 1)
+        stepped_dynamics(model)
 
 
 def test_what_was_compiled_is_kept(tmp_path, monkeypatch):
@@ -184,3 +234,26 @@ def test_expressions_are_worked_out_and_written_once():
     exec("\n".join(written), values)
     assert (values[twice], values[minus]) == (-12.0, 2.0)
     assert unused not in values
+
+
+def test_derivatives_of_expressions():
+    def written(line):
+        one = line.subtract(line.multiply("x", "y"), line.multiply(3.0, "x"))
+        return line.multiply(one, line.add(one, 2.0)), line.subtract(0.0, "k")
+
+    def results(x, y):
+        line = StraightLine()
+        values, terms = {"x": x, "y": y, "k": 4.0}, written(line)
+        exec("\n".join(line.lines(terms)), values)
+        return [values[term] for term in terms]
+
+    line = StraightLine()
+    terms = written(line)
+    line, there, slopes = line.differentiated({"x": "dx", "y": 1.0})
+    values = {"x": 2.0, "y": -1.5, "k": 4.0, "dx": -0.5}
+    exec("\n".join(line.lines([*there.values(), *slopes.values()])), values)
+    assert [values[there[term]] for term in terms] == results(2.0, -1.5)
+    assert slopes[terms[1]] == 0.0
+    step = 1e-6
+    ahead, behind = (results(2.0 - 0.5 * k, -1.5 + k)[0] for k in (step, -step))
+    assert values[slopes[terms[0]]] == pytest.approx((ahead - behind) / (2.0 * step), rel=1e-9)

@@ -85,20 +85,29 @@ _ADAPTERS = {
         _Adapter(ConstrainedMOEAD, arguments=("ref_dirs",), learnt=("ideal",), keeper=lambda algorithm: algorithm),
     )
 }
-#: pymoo's module has functions compiled by numba, which not everyone has.
 _AGE = "AGEMOEA2"
+
+
+def age_moea2() -> type[Algorithm]:
+    """Pymoo's AGE-MOEA-II, of which parts are compiled by numba, which not everyone has.
+
+    Raises:
+        InvalidInputError: numba is not installed.
+    """
+    try:
+        import numba  # noqa: F401 - pymoo raises a bare Exception without it
+    except ImportError as error:
+        raise InvalidInputError("algorithm: 'age-moea2' needs numba: pip install 'trajevo[fast]'") from error
+    from pymoo.algorithms.moo.age2 import AGEMOEA2
+
+    algorithm: type[Algorithm] = AGEMOEA2
+    return algorithm
 
 
 def _adapter(name: str) -> _Adapter | None:
     """The adapter of an algorithm, by the name of its class."""
     if name == _AGE and _AGE not in _ADAPTERS:
-        try:
-            import numba  # noqa: F401 - pymoo raises a bare Exception without it
-        except ImportError as error:
-            raise InvalidInputError("algorithm: AGE-MOEA-II needs numba: pip install 'trajevo[fast]'") from error
-        from pymoo.algorithms.moo.age2 import AGEMOEA2
-
-        _ADAPTERS[_AGE] = _Adapter(AGEMOEA2)
+        _ADAPTERS[_AGE] = _Adapter(age_moea2())
     return _ADAPTERS.get(name)
 
 

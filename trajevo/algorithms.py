@@ -15,6 +15,7 @@ from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.algorithm import Algorithm
 from pymoo.util.ref_dirs import get_reference_directions
 
+from trajevo.algorithm_state import age_moea2
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.moead import ConstrainedMOEAD
@@ -23,14 +24,8 @@ from trajevo.starts import DEFAULT_STARTS
 
 
 def _age_moea2(**sizes: int) -> Algorithm:
-    """AGE-MOEA-II, which pymoo has compiled by numba."""
-    try:
-        import numba  # noqa: F401 - pymoo raises a bare Exception without it
-    except ImportError as error:
-        raise InvalidInputError("algorithm: 'age-moea2' needs numba: pip install 'trajevo[fast]'") from error
-    from pymoo.algorithms.moo.age2 import AGEMOEA2
-
-    solver: Algorithm = AGEMOEA2(**sizes)
+    """AGE-MOEA-II, which needs numba."""
+    solver: Algorithm = age_moea2()(**sizes)
     return solver
 
 

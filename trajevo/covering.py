@@ -70,17 +70,18 @@ def covering(F: Array, probes: Array, most: int) -> Array:
     Returns:
         Rows of F, at most as many.
     """
-    covers = np.ones((len(F), len(probes)), dtype=bool)
+    covered = np.ones((len(probes), len(F)), dtype=bool)
     for column in range(F.shape[1]):
-        covers &= F[:, column, None] <= probes[:, column]
-    chosen: list[int] = []
+        covered &= F[:, column] <= probes[:, column, None]
+    left, gained, chosen = np.full(len(probes), True), covered.sum(axis=0), list[int]()
     while len(chosen) < min(most, len(F)):
-        gained = covers.sum(axis=1)
         best = int(gained.argmax())
         if not gained[best]:
             break
         chosen.append(best)
-        covers &= ~covers[best]
+        taken = np.flatnonzero(left & covered[:, best])
+        left[taken] = False
+        gained -= covered[taken].sum(axis=0)
     return np.array(chosen, dtype=np.intp)
 
 

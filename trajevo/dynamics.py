@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, final
 
 import numpy as np
-import pinocchio as pin
 
 from trajevo.arrays import Array, frozen
 from trajevo.errors import InvalidInputError
 from trajevo.gauss_lobatto import lobatto
 from trajevo.payload import Payload, carrying, kilogram, probe, tool_regressor
-from trajevo.rnea_kernel import inverse_dynamics
+from trajevo.rnea_kernel import inverse_dynamics, stepped_dynamics
 from trajevo.robot import Friction, Robot
 from trajevo.trajectory import TrajectoryBatch
 
@@ -113,16 +113,21 @@ class Dynamics:
 
     def _rnea(self, name: str, q: Array, v: Array, a: Array) -> Array:
         """Pinocchio's torque for arrays of shape (..., n) in model coordinates."""
+        if any(map(np.iscomplexobj, (q, v, a))):
+            stepped = self._computed(f"{name}, stepped", lambda: stepped_dynamics(self._model(name)))
+            rows = [x.reshape(len(x), -1, x.shape[-1]) for x in np.broadcast_arrays(q, v, a)]
+            slopes: Array = stepped(*rows)
+            return slopes.reshape(q.shape)
         # Pinocchio aborts the process on anything but float64.
-        kind = np.complex128 if any(map(np.iscomplexobj, (q, v, a))) else np.float64
-        if kind is np.complex128:
-            return _complex_step(self._model(name), *np.broadcast_arrays(q, v, a))
-        flat = [np.ascontiguousarray(x, dtype=kind).reshape(-1, x.shape[-1]) for x in (q, v, a)]
+        flat = [np.ascontiguousarray(x, dtype=np.float64).reshape(-1, x.shape[-1]) for x in (q, v, a)]
         torque = np.empty_like(flat[0])
-        if name not in self._pools:
-            self._pools[name] = inverse_dynamics(self._model(name), self.threads)
-        self._pools[name](*flat, torque)
+        self._computed(name, lambda: inverse_dynamics(self._model(name), self.threads))(*flat, torque)
         return torque.reshape(q.shape)
+
+    def _computed(self, name: str, make: Callable[[], Any]) -> Any:
+        if name not in self._pools:
+            self._pools[name] = make()
+        return self._pools[name]
 
     def _model(self, name: str) -> Any:
         if name not in self._models:
@@ -266,22 +271,3 @@ def rollout_of(motion: Any) -> Rollout:
     if not isinstance(found, Rollout):
         raise InvalidInputError(f"motion: expected a solution, an optimum or a rollout, got {type(motion).__name__}")
     return found
-
-
-def _complex_step(model: Any, q: Array, v: Array, a: Array) -> Array:
-    """Torque of complex motions (..., n), exact to first order in the imaginary parts: Pinocchio's own derivatives.
-
-    Neighbours along the first axis that differ in their imaginary parts alone share one call.
-    """
-    motion = np.stack([q, v, a], axis=-2)
-    flat = motion.reshape(len(motion), -1, 3 * q.shape[-1])
-    first = np.append(True, (flat.real[1:] != flat.real[:-1]).any(axis=(1, 2)))
-    states, size, data = flat.real[first], q.shape[-1], model.createData()
-    torque, slopes = np.empty((*states.shape[:2], size)), np.empty((*states.shape[:2], 3, size, size))
-    for i in np.ndindex(states.shape[:2]):
-        row = states[i]
-        slopes[i] = pin.computeRNEADerivatives(model, data, row[:size], row[size : 2 * size], row[2 * size :])
-        torque[i] = data.tau
-    which, jacobian = np.cumsum(first) - 1, np.swapaxes(slopes, 2, 3).reshape(*slopes.shape[:2], size, -1)
-    result: Array = torque[which] + 1j * (jacobian[which] @ flat.imag[..., None])[..., 0]
-    return result.reshape(q.shape)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -121,6 +120,7 @@ class TrajectoryProblem(Problem):
     smooth: SmoothForm | None = None
     expansion: Expansion | None = None
     time_limited: TimeLimited | None = None
+    _chunk: int = _FEWEST
 
     def __init__(
         self,
@@ -264,22 +264,19 @@ class TrajectoryProblem(Problem):
 
     def _evaluate_in_chunks(self, x: Array) -> tuple[Array, Array]:
         """As many at a time as stay in the cache; what an individual gets does not depend on its neighbours."""
-        size = self._chunk
-        parts = [self._evaluate_rows(x[i : i + size]) for i in range(0, max(len(x), 1), size)]
+        parts = [self._evaluate_rows(x[: self._chunk])]
+        done = len(parts[0][0])
+        while done < len(x):
+            parts.append(self._evaluate_rows(x[done : done + self._chunk]))
+            done += len(parts[-1][0])
         F, G = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         return F, G
 
-    @cached_property
-    def _chunk(self) -> int:
-        """Individuals whose samples of one quantity fill the cache."""
-        try:
-            values = self.rollout(0.5 * (self.xl + self.xu)).t.size * self.robot.dof
-        except Exception:  # noqa: BLE001 - an individual may raise anything; it will say so when it is evaluated
-            values = _CACHED // _FEWEST
-        return max(_FEWEST, _CACHED // values)
-
     def _evaluate_rows(self, x: Array) -> tuple[Array, Array]:
         rollout = self.rollout(x)
+        if len(x):
+            # Individuals whose samples of one quantity fill the cache.
+            self._chunk = max(_FEWEST, _CACHED // (rollout.t[0].size * self.robot.dof))
         F = np.stack([objective.function(rollout) for objective in self.objectives], axis=1)
         columns = [constraint.function(rollout) for constraint in self.constraints]
         return F, np.concatenate([*columns, np.empty((len(F), 0))], axis=1)

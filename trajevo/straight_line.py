@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import final
 
 #: A number that is known, or the name of a variable.
 Term = float | str
 Vector = Sequence[Term]
-
-_NAMES = re.compile(r"[a-z_]+\d*[a-z_0-9]*")
 
 
 @final
@@ -18,7 +15,7 @@ class StraightLine:
     """Assignments in the order in which they were asked for, each expression once; known numbers are worked out."""
 
     def __init__(self) -> None:
-        self._names: dict[str, str] = {}
+        self._names: dict[tuple[str, Term, Term], str] = {}
 
     def add(self, one: Term, other: Term) -> Term:
         """One + other."""
@@ -26,7 +23,7 @@ class StraightLine:
             return one + other
         if one == 0.0 or other == 0.0:
             return other if one == 0.0 else one
-        return self._assigned(f"{text(one)} + {text(other)}")
+        return self._assigned("+", one, other)
 
     def subtract(self, one: Term, other: Term) -> Term:
         """One - other."""
@@ -34,9 +31,7 @@ class StraightLine:
             return one - other
         if other == 0.0:
             return one
-        if one == 0.0:
-            return self._assigned(f"-{text(other)}")
-        return self._assigned(f"{text(one)} - {text(other)}")
+        return self._assigned("-", one, other)
 
     def multiply(self, one: Term, other: Term) -> Term:
         """One * other; nothing times a variable is nothing, whatever it is."""
@@ -49,7 +44,7 @@ class StraightLine:
                 return 0.0
             if abs(one) == 1.0:
                 return other if one > 0.0 else self.subtract(0.0, other)
-        return self._assigned(f"{text(one)} * {text(other)}")
+        return self._assigned("*", one, other)
 
     def sum(self, *vectors: Vector) -> list[Term]:
         """Sum of vectors, from the first to the last."""
@@ -80,18 +75,41 @@ class StraightLine:
             for i in range(3)
         ]
 
+    def differentiated(self, slopes: Mapping[Term, Term]) -> tuple[StraightLine, dict[Term, Term], dict[Term, Term]]:
+        """The same assignments, each followed by that of its derivative.
+
+        Args:
+            slopes: derivatives of the variables that are not constant.
+
+        Returns:
+            The assignments, and by the name that a term has here the term there and its derivative.
+        """
+        line, values, rates = StraightLine(), dict[Term, Term](), dict(slopes)
+        for (operation, *terms), name in self._names.items():
+            one, other = (values.get(term, term) if isinstance(term, str) else term for term in terms)
+            rate, change = (rates.get(term, 0.0) if isinstance(term, str) else 0.0 for term in terms)
+            if operation == "+":
+                values[name], rates[name] = line.add(one, other), line.add(rate, change)
+            elif operation == "-":
+                values[name], rates[name] = line.subtract(one, other), line.subtract(rate, change)
+            else:
+                values[name] = line.multiply(one, other)
+                rates[name] = line.add(line.multiply(rate, other), line.multiply(one, change))
+        return line, values, rates
+
     def lines(self, results: Iterable[Term]) -> list[str]:
         """The assignments that results need."""
-        needed = {term for term in results if isinstance(term, str)}
+        needed: set[Term] = set(results)
         kept = []
-        for expression, name in reversed(self._names.items()):
+        for (operation, one, other), name in reversed(self._names.items()):
             if name in needed:
-                kept.append(f"{name} = {expression}")
-                needed.update(_NAMES.findall(expression))
+                first = "" if operation == "-" and one == 0.0 else f"{text(one)} "
+                kept.append(f"{name} = {first}{operation}{' ' if first else ''}{text(other)}")
+                needed |= {one, other}
         return kept[::-1]
 
-    def _assigned(self, expression: str) -> str:
-        return self._names.setdefault(expression, f"t{len(self._names)}")
+    def _assigned(self, operation: str, one: Term, other: Term) -> str:
+        return self._names.setdefault((operation, one, other), f"t{len(self._names)}")
 
 
 def text(term: Term) -> str:

@@ -1,0 +1,218 @@
+"""Inverse dynamics of one kinematic tree written out as the source text of a function.
+
+The recursion of Newton and Euler runs once over names instead of numbers. What comes out are a few hundred assignments
+in which only the tree's placements and axes are numbers: masses, gravity and armature are arguments.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trajevo.straight_line import StraightLine, Term, Vector, text
+
+#: States whose values lie side by side in memory at a time.
+_SIDE_BY_SIDE = 256
+#: Entries of placements that are rounding of 0 or 1.
+_ROUNDING = 1e-15
+#: Variables for the rigid body of every joint: mass, mass times centre of mass, inertia about the joint's origin.
+_BODY = ("m", "hx", "hy", "hz", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+class Joint(NamedTuple):
+    """One joint of a tree: number of the one that carries it (0: the base), its place there, and how it moves."""
+
+    parent: int
+    rotation: tuple[float, ...]
+    origin: tuple[float, ...]
+    slides: bool
+    axis: tuple[float, ...]
+
+
+def tree_of(model: Any) -> tuple[Joint, ...] | None:
+    """The joints of a model; None where one neither turns nor slides about or along one axis."""
+    joints = []
+    for number, joint in enumerate(list(model.joints)[1:], start=1):
+        moves = _axis(joint)
+        if moves is None or joint.idx_v != number - 1 or joint.nq != 1:
+            return None
+        place = model.jointPlacements[number]
+        rotation, origin = (_rounded(values) for values in (place.rotation, place.translation))
+        joints.append(Joint(model.parents[number], rotation, origin, *moves))
+    return tuple(joints)
+
+
+def source(tree: tuple[Joint, ...]) -> str:
+    """A function of states q, v, a (N, n) that writes their torques (N, n).
+
+    Its arguments: q, v, a, torque, bodies (n, 10), gravity (3,), armature (n,).
+    """
+    written, results = _written(tree)
+    lines = [*_head("kernel(q, v, a, torque, bodies, gravity, armature)", tree, 5)]
+    lines += [f"    for begin in range(0, len(q), {_SIDE_BY_SIDE}):"]
+    lines += [f"        count = min({_SIDE_BY_SIDE}, len(q) - begin)", "        for i in range(count):"]
+    lines += [f"            {line}" for line in _laid_out(tree, "begin + i, ", "")]
+    lines += ["        for i in range(count):"]
+    lines += [f"            {line}" for line in _picked_up(tree)]
+    lines += [f"            {line}" for line in written.lines(results.values())]
+    lines += [f"            side[{i - 1}, 4, i] = {text(results[i])}" for i in results]
+    lines += ["        for i in range(count):"]
+    lines += [f"            torque[begin + i, {i - 1}] = side[{i - 1}, 4, i]" for i in results]
+    return "\n".join([*lines, ""])
+
+
+def slopes_source(tree: tuple[Joint, ...]) -> str:
+    """A function of complex states q, v, a (R, T, n) that writes torques whose imaginary parts are exact derivatives.
+
+    Rows that differ in their imaginary parts alone stand next to each other; ``begins`` (S + 1,) has where each such
+    group begins, and R. The other arguments: torque (R, T, n), complex, and those of the torques' own function.
+    """
+    written, results = _written(tree)
+    moving: dict[Term, Term] = {f"{name}{i}": f"d{name}{i}" for i in results for name in "csqva"}
+    written, values, slopes = written.differentiated(moving)
+    ends = {i: (values.get(term, term), slopes.get(term, 0.0)) for i, term in results.items()}
+    lines = [*_head("kernel(q, v, a, begins, torque, bodies, gravity, armature)", tree, 9)]
+    lines += ["    for group in range(len(begins) - 1):", "        first = begins[group]"]
+    lines += [f"        for begin in range(0, q.shape[1], {_SIDE_BY_SIDE}):"]
+    lines += [f"            count = min({_SIDE_BY_SIDE}, q.shape[1] - begin)", "            for i in range(count):"]
+    lines += [f"                {line}" for line in _laid_out(tree, "first, begin + i, ", ".real")]
+    lines += ["            for row in range(first, begins[group + 1]):", "                for i in range(count):"]
+    for k, name in enumerate("qva"):
+        lines += [
+            f"                    side[{i - 1}, {4 + k}, i] = {name}[row, begin + i, {i - 1}].imag" for i in results
+        ]
+    lines += ["                for i in range(count):"]
+    lines += [f"                    {line}" for line in _picked_up(tree)]
+    for i, joint in enumerate(tree, start=1):
+        names = "qva" if joint.slides else "eva"
+        lines += [f"                    d{name}{i} = side[{i - 1}, {4 + k}, i]" for k, name in enumerate(names)]
+        if not joint.slides:
+            lines += [f"                    dc{i} = -s{i} * de{i}", f"                    ds{i} = c{i} * de{i}"]
+    lines += [f"                    {line}" for line in written.lines(term for end in ends.values() for term in end)]
+    for i, end in ends.items():
+        lines += [f"                    side[{i - 1}, {7 + k}, i] = {text(term)}" for k, term in enumerate(end)]
+    lines += ["                for i in range(count):"]
+    lines += [
+        f"                    torque[row, begin + i, {i - 1}] = complex(side[{i - 1}, 7, i], side[{i - 1}, 8, i])"
+        for i in results
+    ]
+    return "\n".join([*lines, ""])
+
+
+def _written(tree: tuple[Joint, ...]) -> tuple[StraightLine, dict[int, Term]]:
+    """The recursion, and the torque of every joint by its number."""
+    written, results = StraightLine(), dict[int, Term]()
+    # A base that accelerates upwards instead of gravity that pulls down.
+    states: dict[int, Any] = {0: ([0.0] * 3, [0.0] * 3, [written.subtract(0.0, f"g{k}") for k in "xyz"])}
+    places, forces = {}, {}
+    for number, joint in enumerate(tree, start=1):
+        places[number] = _place(written, joint, number)
+        states[number] = _moved(written, states[joint.parent], places[number], joint, number)
+        forces[number] = _force(written, states[number], number)
+    for number, joint in reversed(list(enumerate(tree, start=1))):
+        force, moment = forces[number]
+        torque = written.dot(joint.axis, force if joint.slides else moment)
+        results[number] = written.add(torque, written.multiply(f"armature{number}", f"a{number}"))
+        if joint.parent:
+            rotation, arm = places[number]
+            turned = written.product(rotation, force)
+            carried = written.sum(written.product(rotation, moment), written.cross(arm, turned))
+            onto = forces[joint.parent]
+            forces[joint.parent] = written.sum(onto[0], turned), written.sum(onto[1], carried)
+    return written, dict(sorted(results.items()))
+
+
+def _axis(joint: Any) -> tuple[bool, tuple[float, ...]] | None:
+    """Whether a joint slides, and along or about which axis; None of other kinds."""
+    name = joint.shortname()
+    for kind, slides in (("JointModelR", False), ("JointModelP", True)):
+        if name in {kind + letter for letter in "XYZ"}:
+            return slides, tuple(1.0 if letter == name[-1] else 0.0 for letter in "XYZ")
+    if name in ("JointModelRevoluteUnaligned", "JointModelPrismaticUnaligned"):
+        return "Prismatic" in name, tuple(float(x) for x in joint.extract().axis)
+    return None
+
+
+def _rounded(values: Any) -> tuple[float, ...]:
+    flat = np.ravel(np.asarray(values, dtype=np.float64))
+    whole = np.round(flat)
+    return tuple(np.where(np.abs(flat - whole) < _ROUNDING, whole, flat).tolist())
+
+
+def _place(written: StraightLine, joint: Joint, number: int) -> tuple[list[Vector], list[Term]]:
+    """Rotation and origin of a joint's frame in its parent's."""
+    along, fixed = joint.axis, [joint.rotation[3 * i : 3 * i + 3] for i in range(3)]
+    if joint.slides:
+        shift = written.product(fixed, written.scaled(f"q{number}", along))
+        return list(fixed), written.sum(joint.origin, shift)
+    cosine, sine = f"c{number}", f"s{number}"
+    versine: Term = 0.0 if max(along) == 1.0 else written.subtract(1.0, cosine)
+    own = [[written.multiply(versine, x * y) for y in along] for x in along]
+    for i in range(3):
+        # An axis along x, y or z has 1 at its own place and the cosine at the others.
+        unit = versine == 0.0 and along[i] == 1.0
+        own[i][i] = 1.0 if unit else written.add(own[i][i], cosine)
+        own[i - 2][i - 1] = written.subtract(own[i - 2][i - 1], written.multiply(along[i], sine))
+        own[i - 1][i - 2] = written.add(own[i - 1][i - 2], written.multiply(along[i], sine))
+    columns = [written.product(fixed, [row[k] for row in own]) for k in range(3)]
+    return [[column[i] for column in columns] for i in range(3)], list(joint.origin)
+
+
+def _moved(written: StraightLine, state: Any, place: Any, joint: Joint, number: int) -> tuple[Any, Any, Any]:
+    """Angular velocity and acceleration, and acceleration of the origin, of a joint's frame in its own axes."""
+    (turning, rate, gain), (rotation, arm) = state, place
+    back = [list(column) for column in zip(*rotation, strict=True)]
+    whirled = written.cross(turning, written.cross(turning, arm))
+    gain = written.product(back, written.sum(gain, written.cross(rate, arm), whirled))
+    turning, rate = written.product(back, turning), written.product(back, rate)
+    speed, growth = written.scaled(f"v{number}", joint.axis), written.scaled(f"a{number}", joint.axis)
+    if joint.slides:
+        coriolis = written.scaled(2.0, written.cross(turning, speed))
+        return turning, rate, written.sum(gain, coriolis, growth)
+    rate = written.sum(rate, written.cross(turning, speed), growth)
+    return written.sum(turning, speed), rate, gain
+
+
+def _force(written: StraightLine, state: Any, number: int) -> tuple[list[Term], list[Term]]:
+    """Force and moment about its origin that move the body of a joint."""
+    turning, rate, gain = state
+    mass, hx, hy, hz, ixx, ixy, ixz, iyy, iyz, izz = (f"{name}{number}" for name in _BODY)
+    lever, inertia = [hx, hy, hz], [[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]
+    whirled = written.cross(turning, written.cross(turning, lever))
+    force = written.sum(written.scaled(mass, gain), written.cross(rate, lever), whirled)
+    spun = written.cross(turning, written.product(inertia, turning))
+    return force, written.sum(written.product(inertia, rate), spun, written.cross(lever, gain))
+
+
+def _head(signature: str, tree: tuple[Joint, ...], rows: int) -> list[str]:
+    """What stands before the loops: arguments by their names, and room for states side by side.
+
+    The compiler handles several such states at once.
+    """
+    joints = range(1, len(tree) + 1)
+    lines = ["import math", "", "import numpy as np", "", "", f"def {signature}:"]
+    lines += [f"    {name}{i} = bodies[{i - 1}, {k}]" for i in joints for k, name in enumerate(_BODY)]
+    lines += [f"    g{name} = gravity[{k}]" for k, name in enumerate("xyz")]
+    lines += [f"    armature{i} = armature[{i - 1}]" for i in joints]
+    return [*lines, f"    side = np.empty(({len(tree)}, {rows}, {_SIDE_BY_SIDE}))"]
+
+
+def _laid_out(tree: tuple[Joint, ...], place: str, part: str) -> list[str]:
+    """States put side by side: position or its cosine and sine, velocity, acceleration."""
+    lines = []
+    for i, joint in enumerate(tree):
+        row, entry = f"side[{i}", f"[{place}{i}]{part}"
+        position = [f"q{entry}"] if joint.slides else [f"math.cos(q{entry})", f"math.sin(q{entry})"]
+        lines += [f"{row}, {k}, i] = {value}" for k, value in enumerate(position)]
+        lines += [f"{row}, 2, i] = v{entry}", f"{row}, 3, i] = a{entry}"]
+    return lines
+
+
+def _picked_up(tree: tuple[Joint, ...]) -> list[str]:
+    """The variables of one state."""
+    lines = []
+    for i, joint in enumerate(tree, start=1):
+        names = (("q", 0),) if joint.slides else (("c", 0), ("s", 1))
+        lines += [f"{name}{i} = side[{i - 1}, {k}, i]" for name, k in (*names, ("v", 2), ("a", 3))]
+    return lines
