@@ -13,7 +13,7 @@ from trajevo.arrays import Array, frozen
 from trajevo.errors import InvalidInputError
 from trajevo.gauss_lobatto import lobatto
 from trajevo.payload import Payload, carrying, kilogram, probe, tool_regressor
-from trajevo.rnea_kernel import inverse_dynamics, stepped_dynamics
+from trajevo.rnea_kernel import Load, inverse_dynamics, stepped_dynamics
 from trajevo.robot import Friction, Robot
 from trajevo.trajectory import TrajectoryBatch
 
@@ -68,6 +68,8 @@ class Dynamics:
             return self.unloaded_effort(q, v, a)
         if self.payload.model == "rigid":
             return self._actuated("carrying", q, v, a, self.robot.friction)
+        if self.payload.model == "weight_only" and not any(map(np.iscomplexobj, (q, v, a))):
+            return self._actuated("loaded", q, v, a, self.robot.friction)
         return self.unloaded_effort(q, v, a) + self.payload.mass * self.effort_per_kilogram(q, v, a)
 
     def unloaded_effort(self, q: Array, v: Array, a: Array) -> Array:
@@ -121,8 +123,14 @@ class Dynamics:
         # Pinocchio aborts the process on anything but float64.
         flat = [np.ascontiguousarray(x, dtype=np.float64).reshape(-1, x.shape[-1]) for x in (q, v, a)]
         torque = np.empty_like(flat[0])
-        self._computed(name, lambda: inverse_dynamics(self._model(name), self.threads))(*flat, torque)
+        self._computed(name, lambda: self._inverse_dynamics(name))(*flat, torque)
         return torque.reshape(q.shape)
+
+    def _inverse_dynamics(self, name: str) -> Any:
+        if name != "loaded":
+            return inverse_dynamics(self._model(name), self.threads)
+        load = Load(self._model("kilogram"), self.payload.mass)
+        return inverse_dynamics(self._model("unloaded"), self.threads, load)
 
     def _computed(self, name: str, make: Callable[[], Any]) -> Any:
         if name not in self._pools:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,65 +47,139 @@ class Inertias(NamedTuple):
         return cls(np.array(bodies), np.array(model.gravity.linear), np.array(model.armature))
 
 
-def kernel_of(model: Any) -> Kernel | None:
-    """The compiled torques of a model's tree; None without numba, or for a joint that is not one of ours.
+@dataclass(frozen=True)
+class Load:
+    """Something of which nothing but its weight acts: a mass, and a massless model of the robot that carries 1 kg."""
+
+    model: Any
+    mass: float
+
+    @property
+    def carrier(self) -> int | None:
+        """Number of the one joint that bears it; None where that is not one."""
+        bearing = np.flatnonzero(Inertias.of(self.model).bodies[:, 0])
+        return int(bearing[0]) + 1 if len(bearing) == 1 else None
+
+    def body(self, carrier: int) -> Array:
+        """Its mass and mass times centre of mass, shape (4,)."""
+        body: Array = self.mass * Inertias.of(self.model).bodies[carrier - 1, :4]
+        return body
+
+    def torque(self, compute: Callable[..., None], q: Array) -> Array:
+        """What holds it at rest, shape (N, n), by the inverse dynamics of its model."""
+        torque, rest = np.empty_like(q), np.zeros_like(q)
+        compute(q, rest, rest, torque)
+        torque *= self.mass
+        return torque
+
+
+def kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | None:
+    """The compiled torques of a model's tree with its inertias: of states q, v, a (N, n), into the last of four arrays.
+
+    None without numba, for a joint that is not one of ours, or a load that more than one joint bears.
 
     Warns:
         UserWarning: the kernel was compiled and does not agree with Pinocchio, which is used then.
     """
-    return _agreeing(model, "inverse dynamics", source, _difference)
+    tree, carrier = tree_of(model), None if load is None else load.carrier
+    if tree is None or not can_compile() or (carrier is None and load is not None):
+        return None
+    body = np.zeros(4) if load is None or carrier is None else load.body(carrier)
+    inertias = Inertias.of(model)
+
+    def with_inertias(kernel: Kernel) -> Callable[..., None]:
+        return lambda *states: kernel(*states, *inertias, body)
+
+    def difference(kernel: Kernel) -> float:
+        return _difference(with_inertias(kernel), model, load)
+
+    kernel = _agreeing(
+        f"inverse dynamics {carrier or ''}".strip(), tree, model, lambda: source(tree, carrier), difference
+    )
+    return None if kernel is None else with_inertias(kernel)
 
 
-def slopes_kernel_of(model: Any) -> Kernel | None:
-    """The compiled torques of complex states of a model's tree; None where there is no :func:`kernel_of`.
+def slopes_kernel_of(model: Any) -> Callable[..., None] | None:
+    """The compiled torques of complex states q, v, a (R, T, n): of those and beginnings of groups, into the last array.
+
+    None where there is no :func:`kernel_of`.
 
     Warns:
         UserWarning: the kernel was compiled and does not agree with Pinocchio, which is used then.
     """
-    return _agreeing(model, "derivatives of inverse dynamics", slopes_source, _difference_of_slopes)
-
-
-def _agreeing(
-    model: Any, what: str, write: Callable[[tuple[Joint, ...]], str], difference: Callable[[Kernel, Any], float]
-) -> Kernel | None:
     tree = tree_of(model)
     if tree is None or not can_compile():
         return None
+    inertias = Inertias.of(model)
+
+    def with_inertias(kernel: Kernel) -> Callable[..., None]:
+        return lambda *states: kernel(*states, *inertias)
+
+    def difference(kernel: Kernel) -> float:
+        return _difference_of_slopes(with_inertias(kernel), model)
+
+    kernel = _agreeing("derivatives of inverse dynamics", tree, model, lambda: slopes_source(tree), difference)
+    return None if kernel is None else with_inertias(kernel)
+
+
+def _agreeing(
+    what: str,
+    tree: tuple[Joint, ...],
+    model: Any,
+    write: Callable[[], str],
+    difference: Callable[[Kernel], float],
+) -> Kernel | None:
     if (what, tree) not in _known:
-        kernel = compiled(write(tree))
-        off = difference(kernel, model)
+        kernel = compiled(write())
+        off = difference(kernel)
         _known[what, tree] = kernel if off <= _AGREES else None
         if _known[what, tree] is None:
             warnings.warn(
                 f"robot {model.name!r}: the compiled {what} differ from Pinocchio's by {off:.1e} of the "
                 "greatest and are not used",
-                stacklevel=3,
+                stacklevel=4,
             )
     return _known[what, tree]
 
 
-def inverse_dynamics(model: Any, threads: int) -> Callable[[Array, Array, Array, Array], None]:
+def inverse_dynamics(
+    model: Any, threads: int, load: Load | None = None
+) -> Callable[[Array, Array, Array, Array], None]:
     """What writes the torques of states q, v, a (N, n), arrays in C order of float64, into the last of four arrays.
 
     Args:
         model: a model of Pinocchio.
         threads: threads to use; a state's torque does not depend on their number.
+        load: what the robot holds besides.
     """
-    kernel = kernel_of(model)
+    kernel = kernel_of(model, load)
     if kernel is None:
-        pool = pin.ModelPool(model, threads)
-        return lambda *states: pin.rneaInParallel(usable_threads(threads), pool, *(x.T for x in states))
-    inertias = Inertias.of(model)
+        return _pinocchio(model, threads) if load is None else _two_passes(model, threads, load)
 
     def compute(*states: Array) -> None:
         shares = min(usable_threads(threads), -(-len(states[0]) // _WORTH_A_THREAD))
         if shares <= 1:
-            kernel(*states, *inertias)
+            kernel(*states)
             return
         with ThreadPoolExecutor(shares) as pool:
             parts = zip(*(np.array_split(x, shares) for x in states), strict=True)
-            for done in [pool.submit(kernel, *part, *inertias) for part in parts]:
+            for done in [pool.submit(kernel, *part) for part in parts]:
                 done.result()
+
+    return compute
+
+
+def _pinocchio(model: Any, threads: int) -> Callable[..., None]:
+    pool = pin.ModelPool(model, threads)
+    return lambda *states: pin.rneaInParallel(usable_threads(threads), pool, *(x.T for x in states))
+
+
+def _two_passes(model: Any, threads: int, load: Load) -> Callable[..., None]:
+    moving, held = inverse_dynamics(model, threads), inverse_dynamics(load.model, threads)
+
+    def compute(q: Array, v: Array, a: Array, torque: Array) -> None:
+        moving(q, v, a, torque)
+        torque += load.torque(held, q)
 
     return compute
 
@@ -120,12 +195,11 @@ def stepped_dynamics(model: Any) -> Callable[[Array, Array, Array], Array]:
     kernel = slopes_kernel_of(model)
     if kernel is None:
         return lambda *states: _by_pinocchio(model, *states)
-    inertias = Inertias.of(model)
 
     def compute(*states: Array) -> Array:
         states = tuple(np.ascontiguousarray(x, dtype=np.complex128) for x in states)
         torque = np.empty_like(states[0])
-        kernel(*states, np.append(np.flatnonzero(_begins(*states)), len(torque)), torque, *inertias)
+        kernel(*states, np.append(np.flatnonzero(_begins(*states)), len(torque)), torque)
         return torque
 
     return compute
@@ -135,17 +209,20 @@ def stepped_dynamics(model: Any) -> Callable[[Array, Array, Array], Array]:
 _known: dict[tuple[str, tuple[Joint, ...]], Kernel | None] = {}
 
 
-def _difference(kernel: Kernel, model: Any) -> float:
+def _difference(compute: Callable[..., None], model: Any, load: Load | None) -> float:
     """Greatest difference from Pinocchio on random states, as a share of the greatest torque."""
     random = np.random.default_rng(0)
-    q, v, a = (random.uniform(-3.0, 3.0, (_STATES, model.nv)) for _ in range(3))
-    torque, data = np.empty_like(q), model.createData()
-    kernel(q, v, a, torque, *Inertias.of(model))
-    expected = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    states = random.uniform(-3.0, 3.0, (3, _STATES, model.nv))
+    torque, expected = np.empty_like(states[0]), np.empty_like(states[0])
+    compute(*states, torque)
+    by_pinocchio = _pinocchio(model, 1)
+    by_pinocchio(*states, expected)
+    if load is not None:
+        expected += load.torque(_pinocchio(load.model, 1), states[0])
     return float(np.abs(torque - expected).max() / max(np.abs(expected).max(), np.finfo(float).tiny))
 
 
-def _difference_of_slopes(kernel: Kernel, model: Any) -> float:
+def _difference_of_slopes(compute: Callable[..., None], model: Any) -> float:
     """Greatest difference from Pinocchio of torques and derivatives on random states, as a share of the greatest."""
     random = np.random.default_rng(0)
     shape = (_GROUPS, _EACH, _STATES // _GROUPS, model.nv)
@@ -154,7 +231,7 @@ def _difference_of_slopes(kernel: Kernel, model: Any) -> float:
         x.real, x.imag = random.uniform(-3.0, 3.0, (_GROUPS, 1, *shape[2:])), random.uniform(-3.0, 3.0, shape)
     flat = [x.reshape(-1, *shape[2:]) for x in states]
     torque = np.empty_like(flat[0])
-    kernel(*flat, np.arange(0, len(torque) + 1, _EACH), torque, *Inertias.of(model))
+    compute(*flat, np.arange(0, len(torque) + 1, _EACH), torque)
     expected = _by_pinocchio(model, *flat)
     parts = ((torque.real, expected.real), (torque.imag, expected.imag))
     return max(float(np.abs(x - y).max() / max(np.abs(y).max(), np.finfo(float).tiny)) for x, y in parts)

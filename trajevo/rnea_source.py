@@ -18,6 +18,29 @@ _SIDE_BY_SIDE = 256
 _ROUNDING = 1e-15
 #: Variables for the rigid body of every joint: mass, mass times centre of mass, inertia about the joint's origin.
 _BODY = ("m", "hx", "hy", "hz", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+#: Variables for a load of which nothing but its weight acts.
+_LOAD = ("load_m", "load_hx", "load_hy", "load_hz")
+#: Coefficients of sine and cosine on [-π/4, π/4], lowest power first (minimax polynomials of Sun's fdlibm, 1993), and
+#: π/2 in three parts, of which multiples up to 2²⁰ of the first two are exact.
+_SINE = (
+    -1.66666666666666324348e-01,
+    8.33333333332248946124e-03,
+    -1.98412698298579493134e-04,
+    2.75573137070700676789e-06,
+    -2.50507602534068634195e-08,
+    1.58969099521155010221e-10,
+)
+_COSINE = (
+    4.16666666666666019037e-02,
+    -1.38888888888741095749e-03,
+    2.48015872894767294178e-05,
+    -2.75573143513906633035e-07,
+    2.08757232129817482790e-09,
+    -1.13596475577881948265e-11,
+)
+_QUARTER = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
+#: Angle up to which that holds [rad]; beyond it the library's functions do the work.
+_GREATEST_ANGLE = 1e5
 
 
 class Joint(NamedTuple):
@@ -43,16 +66,22 @@ def tree_of(model: Any) -> tuple[Joint, ...] | None:
     return tuple(joints)
 
 
-def source(tree: tuple[Joint, ...]) -> str:
+def source(tree: tuple[Joint, ...], carrier: int | None) -> str:
     """A function of states q, v, a (N, n) that writes their torques (N, n).
 
-    Its arguments: q, v, a, torque, bodies (n, 10), gravity (3,), armature (n,).
+    Its arguments: q, v, a, torque, bodies (n, 10), gravity (3,), armature (n,) and load (4,).
+
+    Args:
+        tree: the joints.
+        carrier: number of the joint that bears a load of which nothing but its weight acts, None where there is none;
+            the load is its mass and mass times centre of mass.
     """
-    written, results = _written(tree)
-    lines = [*_head("kernel(q, v, a, torque, bodies, gravity, armature)", tree, 5)]
+    written, results = _written(tree, carrier)
+    lines = [*_head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree, 5)]
+    lines += [] if carrier is None else [f"    {name} = load[{k}]" for k, name in enumerate(_LOAD)]
     lines += [f"    for begin in range(0, len(q), {_SIDE_BY_SIDE}):"]
-    lines += [f"        count = min({_SIDE_BY_SIDE}, len(q) - begin)", "        for i in range(count):"]
-    lines += [f"            {line}" for line in _laid_out(tree, "begin + i, ", "")]
+    lines += [f"        count = min({_SIDE_BY_SIDE}, len(q) - begin)"]
+    lines += [f"        {line}" for line in _laid_out(tree, "begin + i, ", "")]
     lines += ["        for i in range(count):"]
     lines += [f"            {line}" for line in _picked_up(tree)]
     lines += [f"            {line}" for line in written.lines(results.values())]
@@ -68,15 +97,15 @@ def slopes_source(tree: tuple[Joint, ...]) -> str:
     Rows that differ in their imaginary parts alone stand next to each other; ``begins`` (S + 1,) has where each such
     group begins, and R. The other arguments: torque (R, T, n), complex, and those of the torques' own function.
     """
-    written, results = _written(tree)
+    written, results = _written(tree, None)
     moving: dict[Term, Term] = {f"{name}{i}": f"d{name}{i}" for i in results for name in "csqva"}
     written, values, slopes = written.differentiated(moving)
     ends = {i: (values.get(term, term), slopes.get(term, 0.0)) for i, term in results.items()}
     lines = [*_head("kernel(q, v, a, begins, torque, bodies, gravity, armature)", tree, 9)]
     lines += ["    for group in range(len(begins) - 1):", "        first = begins[group]"]
     lines += [f"        for begin in range(0, q.shape[1], {_SIDE_BY_SIDE}):"]
-    lines += [f"            count = min({_SIDE_BY_SIDE}, q.shape[1] - begin)", "            for i in range(count):"]
-    lines += [f"                {line}" for line in _laid_out(tree, "first, begin + i, ", ".real")]
+    lines += [f"            count = min({_SIDE_BY_SIDE}, q.shape[1] - begin)"]
+    lines += [f"            {line}" for line in _laid_out(tree, "first, begin + i, ", ".real")]
     lines += ["            for row in range(first, begins[group + 1]):", "                for i in range(count):"]
     for k, name in enumerate("qva"):
         lines += [
@@ -100,16 +129,23 @@ def slopes_source(tree: tuple[Joint, ...]) -> str:
     return "\n".join([*lines, ""])
 
 
-def _written(tree: tuple[Joint, ...]) -> tuple[StraightLine, dict[int, Term]]:
+def _written(tree: tuple[Joint, ...], carrier: int | None) -> tuple[StraightLine, dict[int, Term]]:
     """The recursion, and the torque of every joint by its number."""
     written, results = StraightLine(), dict[int, Term]()
     # A base that accelerates upwards instead of gravity that pulls down.
-    states: dict[int, Any] = {0: ([0.0] * 3, [0.0] * 3, [written.subtract(0.0, f"g{k}") for k in "xyz"])}
-    places, forces = {}, {}
+    upwards = [written.subtract(0.0, f"g{k}") for k in "xyz"]
+    states: dict[int, Any] = {0: ([0.0] * 3, [0.0] * 3, upwards)}
+    places, forces, held = {}, {}, {0: upwards}
     for number, joint in enumerate(tree, start=1):
         places[number] = _place(written, joint, number)
         states[number] = _moved(written, states[joint.parent], places[number], joint, number)
         forces[number] = _force(written, states[number], number)
+        held[number] = _back(written, places[number][0], held[joint.parent])
+        if number == carrier:
+            mass, *lever = _LOAD
+            weight = written.scaled(mass, held[number]), written.cross(lever, held[number])
+            force, moment = forces[number]
+            forces[number] = written.sum(force, weight[0]), written.sum(moment, weight[1])
     for number, joint in reversed(list(enumerate(tree, start=1))):
         force, moment = forces[number]
         torque = written.dot(joint.axis, force if joint.slides else moment)
@@ -162,16 +198,20 @@ def _place(written: StraightLine, joint: Joint, number: int) -> tuple[list[Vecto
 def _moved(written: StraightLine, state: Any, place: Any, joint: Joint, number: int) -> tuple[Any, Any, Any]:
     """Angular velocity and acceleration, and acceleration of the origin, of a joint's frame in its own axes."""
     (turning, rate, gain), (rotation, arm) = state, place
-    back = [list(column) for column in zip(*rotation, strict=True)]
     whirled = written.cross(turning, written.cross(turning, arm))
-    gain = written.product(back, written.sum(gain, written.cross(rate, arm), whirled))
-    turning, rate = written.product(back, turning), written.product(back, rate)
+    gain = _back(written, rotation, written.sum(gain, written.cross(rate, arm), whirled))
+    turning, rate = _back(written, rotation, turning), _back(written, rotation, rate)
     speed, growth = written.scaled(f"v{number}", joint.axis), written.scaled(f"a{number}", joint.axis)
     if joint.slides:
         coriolis = written.scaled(2.0, written.cross(turning, speed))
         return turning, rate, written.sum(gain, coriolis, growth)
     rate = written.sum(rate, written.cross(turning, speed), growth)
     return written.sum(turning, speed), rate, gain
+
+
+def _back(written: StraightLine, rotation: list[Vector], vector: Vector) -> list[Term]:
+    """A vector of the parent's frame in that of a joint."""
+    return written.product(list(zip(*rotation, strict=True)), vector)
 
 
 def _force(written: StraightLine, state: Any, number: int) -> tuple[list[Term], list[Term]]:
@@ -200,13 +240,40 @@ def _head(signature: str, tree: tuple[Joint, ...], rows: int) -> list[str]:
 
 def _laid_out(tree: tuple[Joint, ...], place: str, part: str) -> list[str]:
     """States put side by side: position or its cosine and sine, velocity, acceleration."""
-    lines = []
-    for i, joint in enumerate(tree):
-        row, entry = f"side[{i}", f"[{place}{i}]{part}"
-        position = [f"q{entry}"] if joint.slides else [f"math.cos(q{entry})", f"math.sin(q{entry})"]
-        lines += [f"{row}, {k}, i] = {value}" for k, value in enumerate(position)]
-        lines += [f"{row}, 2, i] = v{entry}", f"{row}, 3, i] = a{entry}"]
+    lines = ["for i in range(count):"]
+    for i in range(len(tree)):
+        lines += [f"    side[{i}, {k}, i] = {name}[{place}{i}]{part}" for k, name in ((0, "q"), (2, "v"), (3, "a"))]
+    for i in (i for i, joint in enumerate(tree) if not joint.slides):
+        lines += ["for i in range(count):", *(f"    {line}" for line in _turned(f"side[{i}"))]
+        entry = f"q[{place}{i}]{part}"
+        lines += ["for i in range(count):", f"    if abs({entry}) > {_GREATEST_ANGLE!r}:"]
+        lines += [f"        side[{i}, {k}, i] = math.{name}({entry})" for k, name in enumerate(("cos", "sin"))]
     return lines
+
+
+def _turned(row: str) -> list[str]:
+    """Cosine and sine of an angle in arithmetic that the compiler does for several states at once."""
+
+    def polynomial(coefficients: tuple[float, ...]) -> str:
+        result = repr(coefficients[-1])
+        for coefficient in coefficients[-2::-1]:
+            result = f"({result} * square + {coefficient!r})"
+        return result
+
+    rest = "".join(f" - quarters * {part!r}" for part in _QUARTER)
+    return [
+        f"angle = {row}, 0, i]",
+        f"quarters = np.floor(angle * {2.0 / np.pi!r} + 0.5)",
+        f"rest = angle{rest}",
+        "square = rest * rest",
+        f"sine = rest + rest * square * {polynomial(_SINE)}",
+        f"cosine = 1.0 - (0.5 * square - square * square * {polynomial(_COSINE)})",
+        "quarter = quarters - 4.0 * np.floor(0.25 * quarters)",
+        "odd = quarter == 1.0 or quarter == 3.0",
+        "first, second = (sine, cosine) if odd else (cosine, sine)",
+        f"{row}, 0, i] = -first if quarter == 1.0 or quarter == 2.0 else first",
+        f"{row}, 1, i] = -second if quarter >= 2.0 else second",
+    ]
 
 
 def _picked_up(tree: tuple[Joint, ...]) -> list[str]:
