@@ -228,6 +228,12 @@ def _magnitude(values: Array) -> Array:
     return magnitude
 
 
+def _square(values: Array) -> Array:
+    """Σⱼ of squares over the last axis."""
+    square: Array = np.einsum("...j,...j->...", values, values)
+    return square
+
+
 def _trapezoid(rollout: Rollout, first: Array, second: Array) -> Array:
     """Σ h/2 (first + second) for values at both ends of every interval, shapes (B, m - 1) -> (B,)."""
     total: Array = (0.5 * rollout.trajectory.segment_durations * (first + second)).sum(axis=1)
@@ -236,7 +242,7 @@ def _trapezoid(rollout: Rollout, first: Array, second: Array) -> Array:
 
 def _printed_energy(rollout: Rollout) -> Array:
     """z₂ of eq. (154): trapezoid at the knots of Σⱼ (U_j q̇_j)², shape (B,) [W²·s]."""
-    return _trapezoid(rollout, *((power**2).sum(axis=2) for power in _at_knots(rollout, rollout.power)))
+    return _trapezoid(rollout, *(_square(power) for power in _at_knots(rollout, rollout.power)))
 
 
 def _as_run_energy(rollout: Rollout) -> Array:
@@ -247,14 +253,14 @@ def _as_run_energy(rollout: Rollout) -> Array:
 
 def _printed_jerk(rollout: Rollout) -> Array:
     """z₃ of eq. (154), which pairs the jerks of neighbouring intervals and stops one short, shape (B,) [SI²/s⁵]."""
-    square = (_at_knots(rollout, rollout.j)[0] ** 2).sum(axis=2)
+    square = _square(_at_knots(rollout, rollout.j)[0])
     total: Array = (0.5 * rollout.trajectory.segment_durations[:, :-1] * (square[:, :-1] + square[:, 1:])).sum(axis=1)
     return total
 
 
 def _printed_acceleration(rollout: Rollout) -> Array:
     """z₄ of eq. (154): trapezoid at the knots of Σⱼ a_j², shape (B,) [SI²/s³]."""
-    return _trapezoid(rollout, *((a**2).sum(axis=2) for a in _at_knots(rollout, rollout.a)))
+    return _trapezoid(rollout, *(_square(a) for a in _at_knots(rollout, rollout.a)))
 
 
 def _interval_bound(robot: Robot) -> Constraint:

@@ -13,7 +13,7 @@ import pytest
 
 from problems import HybridManipulator
 from tests.guo2016 import GUO2016, TABLE_7, forces_along
-from trajevo import PolynomialBatch, TrajevoError, load_robot, rnea_kernel
+from trajevo import PolynomialBatch, TrajevoError, compiled, load_robot
 from trajevo.dynamics import Dynamics, Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.gauss_lobatto import lobatto
@@ -108,7 +108,7 @@ def test_power_equals_the_rate_of_energy(mass):
 
 
 def test_without_numba_a_batch_equals_a_loop_of_pinocchio_to_the_bit(monkeypatch):
-    monkeypatch.setattr(rnea_kernel, "can_compile", lambda: False)
+    monkeypatch.setattr(compiled, "can_compile", lambda: False)
     q, v, a = random_states(POINTING, 120)
     data = POINTING.model.createData()
     loop = np.array([pin.rnea(POINTING.model, data, *row).copy() for row in zip(q, v, a, strict=True)])

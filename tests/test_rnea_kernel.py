@@ -10,9 +10,10 @@ import pytest
 
 from problems import HybridManipulator, PickAndPlace, ViaPointProblem
 from tests.test_newton_euler import PAYLOADS, ROBOTS, random_states
-from trajevo import load_robot, optimise, rnea_kernel
+from trajevo import compiled, load_robot, optimise, rnea_kernel
 from trajevo.dynamics import Dynamics
-from trajevo.rnea_kernel import Inertias, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
+from trajevo.payload import Payload
+from trajevo.rnea_kernel import Load, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
 from trajevo.straight_line import StraightLine
 
 pytest.importorskip("numba")
@@ -21,7 +22,7 @@ pytest.importorskip("numba")
 @pytest.fixture
 def plain(monkeypatch):
     """As where numba is not installed."""
-    monkeypatch.setattr(rnea_kernel, "can_compile", lambda: False)
+    monkeypatch.setattr(compiled, "can_compile", lambda: False)
 
 
 @pytest.fixture(scope="module", params=ROBOTS)
@@ -36,7 +37,7 @@ def by_pinocchio(model, states):
 
 def of_kernel(model, states):
     torque = np.empty_like(states[0])
-    kernel_of(model)(*states, torque, *Inertias.of(model))
+    kernel_of(model)(*states, torque)
     return torque
 
 
@@ -93,6 +94,55 @@ def test_trees_and_joints_of_every_kind(joints, tmp_path, monkeypatch):
     np.testing.assert_allclose(of_kernel(model, states), expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
     assert slopes_kernel_of(model) is not None
     compared_with_pinocchio_s_derivatives(model, stepped(states.reshape(3, 5, 100, 3)))
+
+
+def held(robot, mass):
+    """A load with a centre of mass off the tool's axis, and its model."""
+    dynamics = Dynamics(robot, Payload(1.0, com=(0.02, -0.03, 0.1)))
+    return Load(dynamics._model("kilogram"), mass)
+
+
+def test_loads_add_what_holds_them_at_rest(robot, request):
+    states, load = random_states(robot, 500), held(robot, 3.0)
+    still = np.zeros_like(states[0])
+    expected = by_pinocchio(robot.model, states) + 3.0 * by_pinocchio(load.model, [states[0], still, still])
+    within = 1e-12 * np.abs(expected).max()
+    torque = np.empty_like(states[0])
+    assert kernel_of(robot.model, load) is not None
+    inverse_dynamics(robot.model, 1, load)(*states, torque)
+    np.testing.assert_allclose(torque, expected, rtol=0.0, atol=within)
+    nothing = np.empty_like(torque)
+    inverse_dynamics(robot.model, 1, held(robot, 0.0))(*states, nothing)
+    np.testing.assert_array_equal(nothing, of_kernel(robot.model, states))
+    request.getfixturevalue("plain")
+    inverse_dynamics(robot.model, 1, load)(*states, torque)
+    np.testing.assert_allclose(torque, expected, rtol=0.0, atol=within)
+
+
+def test_a_load_on_several_joints_is_left_to_two_passes():
+    robot = load_robot("puma560")
+    load, states = Load(robot.model, 0.5), random_states(robot, 100)
+    assert kernel_of(robot.model, load) is None
+    torque, still = np.empty_like(states[0]), np.zeros_like(states[0])
+    inverse_dynamics(robot.model, 1, load)(*states, torque)
+    expected = by_pinocchio(robot.model, states) + 0.5 * by_pinocchio(robot.model, [states[0], still, still])
+    np.testing.assert_allclose(torque, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_angles_of_any_size():
+    random = np.random.default_rng(6)
+    quarters = np.arange(-50_000, 50_000) * (0.5 * np.pi)
+    turns = [random.uniform(-reach, reach, 20_000) for reach in (1e-9, 1.0, 10.0, 1e5, 1e9)]
+    model = pin.Model()
+    joint = model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "joint")
+    model.appendBodyToJoint(joint, pin.Inertia(1.0, np.array([0.0, 1.0, 0.0]), np.zeros((3, 3))), pin.SE3.Identity())
+    model.gravity.linear = np.array([0.0, 0.0, -1.0])
+    q = np.concatenate([quarters, *turns, [0.0, -0.0, 5e-324, 1e300, np.nan, np.inf, -np.inf]])[:, None]
+    still = np.zeros_like(q)
+    with np.errstate(invalid="ignore"):
+        expected = np.cos(q)
+    # The weight turns about the axis with the cosine of the angle.
+    np.testing.assert_allclose(of_kernel(model, [q, still, still]), expected, rtol=0.0, atol=3e-16)
 
 
 def stepped(states):
@@ -164,7 +214,9 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     model.name = "lopsided"
     monkeypatch.setattr(rnea_kernel, "_known", {})
     honest = getattr(rnea_kernel, wrong)
-    monkeypatch.setattr(rnea_kernel, wrong, lambda tree: honest(tree).replace("math.cos", "1.000001 * math.cos"))
+    monkeypatch.setattr(
+        rnea_kernel, wrong, lambda *tree: honest(*tree).replace("rest * rest", "1.000001 * rest * rest")
+    )
     motions, torque = stepped(states), np.empty((200, 6))
     states = motions.real
     said = r"robot 'lopsided': .* differ from Pinocchio's by .* and are not used"
@@ -185,8 +237,9 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
 def test_what_was_compiled_is_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     script = (
-        "import numpy as np; from trajevo import load_robot; from trajevo.rnea_kernel import kernel_of\n"
-        "kernel = kernel_of(load_robot('pointing_mechanism').model)\n"
+        "from trajevo import load_robot, rnea_kernel; from trajevo.rnea_kernel import kernel_of\n"
+        "kernel_of(load_robot('pointing_mechanism').model)\n"
+        "(kernel,) = rnea_kernel._known.values()\n"
         "print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))\n"
     )
     said = [

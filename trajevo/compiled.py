@@ -7,21 +7,25 @@ import importlib.util
 import os
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any, TypeVar, cast
 
 from trajevo.files import write_whole
 
 #: A compiled function that writes into arrays.
 Kernel = Callable[..., None]
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
+@cache
 def can_compile() -> bool:
     """Whether numba is installed."""
     return importlib.util.find_spec("numba") is not None
 
 
-def compiled(source: str) -> Kernel:
+def kernel(source: str) -> Kernel:
     """The function ``kernel`` of a source text, from numba's cache where it has been compiled before."""
     import numba
 
@@ -32,8 +36,15 @@ def compiled(source: str) -> Kernel:
     module.__file__ = str(file or "<kernel>")
     exec(compile(source, module.__file__, "exec"), vars(module))
     # Without reassociation or contraction, so that a row's result does not depend on its neighbours.
-    kernel: Kernel = numba.njit(error_model="numpy", nogil=True, cache=file is not None)(module.kernel)
-    return kernel
+    compiled: Kernel = numba.njit(error_model="numpy", nogil=True, cache=file is not None)(module.kernel)
+    return compiled
+
+
+def fast(function: Function) -> Function:
+    """A function that is compiled when it is first called; for modules that are not imported where numba is missing."""
+    import numba
+
+    return cast(Function, numba.njit(error_model="numpy", nogil=True, cache=True)(function))
 
 
 def _kept(source: str, name: str) -> Path | None:

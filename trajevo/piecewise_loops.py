@@ -1,7 +1,7 @@
 """Loops over polynomial segments, one number at a time: what numba, the optional extra ``fast``, compiles.
 
-With numba installed they take the place of :mod:`trajevo.polynomials` for real numbers and do the same arithmetic, so that
-results are the same to rounding.
+With numba installed they take the place of :mod:`trajevo.polynomials` for real numbers. They do the same
+arithmetic, and results are the same to rounding.
 """
 
 from __future__ import annotations
@@ -11,95 +11,133 @@ import math
 import numpy as np
 
 from trajevo.arrays import Array
-from trajevo import compiled
-fast = compiled.fast
+from trajevo.compiled import fast
 
 #: As in :mod:`trajevo.polynomials`: how near to the last guess a root is found, and in how many steps at most.
 _STEP_TOLERANCE, _MAX_STEPS = 1e-10, 60
 
 
-def samples(coefficients: Array, steps: Array, shares: Array, out: Array) -> None:
-    """Values of the first derivatives at shares of every segment.
+@fast
+def samples(coefficients: Array, steps: Array, tables: Array, out: Array) -> None:
+    """Values of derivatives at shares of every segment.
 
     Args:
         coefficients: shape (B, S, n, degree + 1), ascending powers of the time since the segment began.
         steps: lengths of the segments, shape (B, S).
-        shares: shape (U,).
-        out: what is written, shape (derivatives, B, S, U, n).
+        tables: what the coefficients of the unit interval are multiplied by, shape (derivatives, degree + 1, U n).
+        out: what is written, shape (derivatives, B, S, U n).
     """
-    orders, batch, segments, instants, joints = out.shape
-    count = coefficients.shape[3]
-    local = np.empty((count, joints))
+    orders, batch, segments, width = out.shape
+    joints, count = coefficients.shape[2:]
+    wide, total = np.empty((count, width)), np.empty(width)
     for b in range(batch):
         for s in range(segments):
+            power = 1.0
             for k in range(count):
                 for j in range(joints):
-                    local[k, j] = coefficients[b, s, j, k]
+                    wide[k, j] = coefficients[b, s, j, k] * power
+                for w in range(joints, width):
+                    wide[k, w] = wide[k, w - joints]
+                power *= steps[b, s]
+            scale = 1.0
             for order in range(orders):
-                for u in range(instants):
-                    t = steps[b, s] * shares[u]
-                    for j in range(joints):
-                        value = 0.0
-                        for k in range(count - 1, order - 1, -1):
-                            value = value * t + local[k, j]
-                        out[order, b, s, u, j] = value
+                for w in range(width):
+                    total[w] = 0.0
                 for k in range(order, count):
-                    for j in range(joints):
-                        local[k, j] *= k - order
+                    for w in range(width):
+                        total[w] += tables[order, k, w] * wide[k, w]
+                for w in range(width):
+                    out[order, b, s, w] = total[w] * scale
+                scale /= steps[b, s]
 
 
-def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array) -> None:
-    """Exact least and greatest values of the first derivatives in every segment, as :func:`trajevo.polynomials.extremes`.
+@fast
+def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, lowest: Array, highest: Array) -> None:
+    """Exact least and greatest values of the first derivatives, see :func:`trajevo.polynomials.extremes`.
 
     Args:
         coefficients: shape (B, S, n, degree + 1), ascending powers of the time since the segment began.
         steps: lengths of the segments, shape (B, S).
-        least: what is written, shape (derivatives, B, S, n).
+        least: what is written, of every segment, shape (derivatives, B, S, n).
         greatest: the same.
+        lowest: what is written, of all segments, shape (derivatives, B, n).
+        highest: the same.
     """
     orders, batch, segments, joints = least.shape
     degree = coefficients.shape[3] - 1
-    unit, current, nodes, values, roots = np.empty((5, degree + 3))
+    unit, low, high, room = np.empty(degree + 1), np.zeros(orders), np.zeros(orders), np.empty((4, degree + 3))
+    lowest[:], highest[:] = np.inf, -np.inf
     for b in range(batch):
         for s in range(segments):
-            step = steps[b, s]
             for j in range(joints):
                 power = 1.0
                 for k in range(degree + 1):
                     unit[k] = coefficients[b, s, j, k] * power
-                    power *= step
-                nodes[0], nodes[1], count = 0.0, 1.0, 2
-                for order in range(degree, -1, -1):
-                    size = degree - order
-                    for i in range(size + 1):
-                        current[i] = unit[i + order]
-                        for k in range(order):
-                            current[i] *= i + order - k
-                    low, high = np.inf, -np.inf
-                    for i in range(count):
-                        values[i] = _value(current, size, nodes[i])
-                        low, high = min(low, values[i]), max(high, values[i])
-                    if order < orders:
-                        scale = 1.0
-                        for _ in range(order):
-                            scale /= step
-                        least[order, b, s, j], greatest[order, b, s, j] = low * scale, high * scale
-                    if order == 0 or size == 0:
-                        continue
-                    roots[0], found = 0.0, 1
-                    for i in range(count - 1):
-                        if (values[i] < 0.0 < values[i + 1]) or (values[i] > 0.0 > values[i + 1]):
-                            roots[found] = _root(current, size, nodes[i], nodes[i + 1], values[i], values[i + 1])
-                            found += 1
-                    roots[found] = 1.0
-                    nodes, roots, count = roots, nodes, found + 1
-                for order in range(degree + 1, orders):
-                    least[order, b, s, j] = greatest[order, b, s, j] = 0.0
+                    power *= steps[b, s]
+                if degree == 3 and orders == 4:
+                    _of_cubic(unit, low, high)
+                else:
+                    _climb(unit, low, high, room)
+                scale = 1.0
+                for order in range(orders):
+                    least[order, b, s, j], greatest[order, b, s, j] = low[order] * scale, high[order] * scale
+                    lowest[order, b, j] = min(lowest[order, b, j], least[order, b, s, j])
+                    highest[order, b, j] = max(highest[order, b, j], greatest[order, b, s, j])
+                    scale /= steps[b, s]
+
+
+@fast
+def _of_cubic(c: Array, low: Array, high: Array) -> None:
+    """Closed forms without branches; any point of [0, 1] may stand in for a stationary one that does not exist."""
+    half = -(c[2] + math.copysign(math.sqrt(max(c[2] * c[2] - 3.0 * c[3] * c[1], 0.0)), c[2]))
+    first, second, turn = _inside(half / (3.0 * c[3])), _inside(c[1] / half), _inside(-c[2] / (3.0 * c[3]))
+    end = c[0] + c[1] + c[2] + c[3]
+    one = ((c[3] * first + c[2]) * first + c[1]) * first + c[0]
+    other = ((c[3] * second + c[2]) * second + c[1]) * second + c[0]
+    low[0], high[0] = min(min(c[0], end), min(one, other)), max(max(c[0], end), max(one, other))
+    end = c[1] + 2.0 * c[2] + 3.0 * c[3]
+    one = (3.0 * c[3] * turn + 2.0 * c[2]) * turn + c[1]
+    low[1], high[1] = min(min(c[1], end), one), max(max(c[1], end), one)
+    start, end = 2.0 * c[2], 2.0 * c[2] + 6.0 * c[3]
+    low[2], high[2] = min(start, end), max(start, end)
+    low[3] = high[3] = 6.0 * c[3]
+
+
+@fast
+def _inside(u: float) -> float:
+    """The nearest place in [0, 1]; 0 of what is no number."""
+    return min(u, 1.0) if u > 0.0 else 0.0
+
+
+@fast
+def _climb(unit: Array, low: Array, high: Array, room: Array) -> None:
+    """From the derivative that is constant to the polynomial itself: stationary points of one are roots of the next."""
+    degree, (current, nodes, values, roots) = len(unit) - 1, room
+    nodes[0], nodes[1], count = 0.0, 1.0, 2
+    for order in range(degree, -1, -1):
+        size = degree - order
+        for i in range(size + 1):
+            current[i] = unit[i + order]
+            for k in range(order):
+                current[i] *= i + order - k
+        for i in range(count):
+            values[i] = _value(current, size, nodes[i])
+        if order < len(low):
+            low[order], high[order] = values[:count].min(), values[:count].max()
+        if order == 0 or size == 0:
+            continue
+        roots[0], found = 0.0, 1
+        for i in range(count - 1):
+            if (values[i] < 0.0 < values[i + 1]) or (values[i] > 0.0 > values[i + 1]):
+                roots[found] = _root(current, size, nodes[i], nodes[i + 1], values[i], values[i + 1])
+                found += 1
+        roots[found] = 1.0
+        nodes, roots, count = roots, nodes, found + 1
 
 
 @fast
 def _value(coefficients: Array, degree: int, u: float) -> float:
-    value = coefficients[degree]
+    value: float = coefficients[degree]
     for k in range(degree - 1, -1, -1):
         value = value * u + coefficients[k]
     return value
@@ -108,13 +146,13 @@ def _value(coefficients: Array, degree: int, u: float) -> float:
 @fast
 def _root(c: Array, degree: int, left: float, right: float, from_value: float, to_value: float) -> float:
     """The root between two neighbouring stationary points with values of opposite signs."""
-    if degree == 1:
-        return min(max(-c[0] / c[1], left), right)
+    root: float = -c[0] / c[1]
     if degree == 2:
         half = -0.5 * (c[1] + math.copysign(math.sqrt(max(c[1] * c[1] - 4.0 * c[2] * c[0], 0.0)), c[1]))
         root = half / c[2]
         if not left <= root <= right:
             root = c[0] / half
+    if degree <= 2:
         return min(max(root, left), right)
     share = from_value / (from_value - to_value)
     root = left + (right - left) * (0.5 - math.sin(math.asin(1.0 - 2.0 * share) / 3.0))

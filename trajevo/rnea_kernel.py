@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from trajevo import compiled
 from trajevo.arrays import Array, usable_threads
-from trajevo.compiled import Kernel, can_compile, compiled
 from trajevo.rnea_source import Joint, slopes_source, source, tree_of
 
 #: States on which a kernel must agree with Pinocchio, and to what share of the greatest torque.
@@ -82,15 +82,15 @@ def kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | Non
         UserWarning: the kernel was compiled and does not agree with Pinocchio, which is used then.
     """
     tree, carrier = tree_of(model), None if load is None else load.carrier
-    if tree is None or not can_compile() or (carrier is None and load is not None):
+    if tree is None or not compiled.can_compile() or (carrier is None and load is not None):
         return None
     body = np.zeros(4) if load is None or carrier is None else load.body(carrier)
     inertias = Inertias.of(model)
 
-    def with_inertias(kernel: Kernel) -> Callable[..., None]:
+    def with_inertias(kernel: compiled.Kernel) -> Callable[..., None]:
         return lambda *states: kernel(*states, *inertias, body)
 
-    def difference(kernel: Kernel) -> float:
+    def difference(kernel: compiled.Kernel) -> float:
         return _difference(with_inertias(kernel), model, load)
 
     kernel = _agreeing(
@@ -108,14 +108,14 @@ def slopes_kernel_of(model: Any) -> Callable[..., None] | None:
         UserWarning: the kernel was compiled and does not agree with Pinocchio, which is used then.
     """
     tree = tree_of(model)
-    if tree is None or not can_compile():
+    if tree is None or not compiled.can_compile():
         return None
     inertias = Inertias.of(model)
 
-    def with_inertias(kernel: Kernel) -> Callable[..., None]:
+    def with_inertias(kernel: compiled.Kernel) -> Callable[..., None]:
         return lambda *states: kernel(*states, *inertias)
 
-    def difference(kernel: Kernel) -> float:
+    def difference(kernel: compiled.Kernel) -> float:
         return _difference_of_slopes(with_inertias(kernel), model)
 
     kernel = _agreeing("derivatives of inverse dynamics", tree, model, lambda: slopes_source(tree), difference)
@@ -127,10 +127,10 @@ def _agreeing(
     tree: tuple[Joint, ...],
     model: Any,
     write: Callable[[], str],
-    difference: Callable[[Kernel], float],
-) -> Kernel | None:
+    difference: Callable[[compiled.Kernel], float],
+) -> compiled.Kernel | None:
     if (what, tree) not in _known:
-        kernel = compiled(write())
+        kernel = compiled.kernel(write())
         off = difference(kernel)
         _known[what, tree] = kernel if off <= _AGREES else None
         if _known[what, tree] is None:
@@ -205,8 +205,8 @@ def stepped_dynamics(model: Any) -> Callable[[Array, Array, Array], Array]:
     return compute
 
 
-#: Kernels of this process, None where one does not agree with Pinocchio.
-_known: dict[tuple[str, tuple[Joint, ...]], Kernel | None] = {}
+#: compiled.Kernels of this process, None where one does not agree with Pinocchio.
+_known: dict[tuple[str, tuple[Joint, ...]], compiled.Kernel | None] = {}
 
 
 def _difference(compute: Callable[..., None], model: Any, load: Load | None) -> float:

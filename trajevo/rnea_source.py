@@ -270,9 +270,9 @@ def _turned(row: str) -> list[str]:
         f"cosine = 1.0 - (0.5 * square - square * square * {polynomial(_COSINE)})",
         "quarter = quarters - 4.0 * np.floor(0.25 * quarters)",
         "odd = quarter == 1.0 or quarter == 3.0",
-        "first, second = (sine, cosine) if odd else (cosine, sine)",
-        f"{row}, 0, i] = -first if quarter == 1.0 or quarter == 2.0 else first",
-        f"{row}, 1, i] = -second if quarter >= 2.0 else second",
+        "near, far = (sine, cosine) if odd else (cosine, sine)",
+        f"{row}, 0, i] = -near if quarter == 1.0 or quarter == 2.0 else near",
+        f"{row}, 1, i] = -far if quarter >= 2.0 else far",
     ]
 
 
