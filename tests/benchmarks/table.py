@@ -10,7 +10,6 @@ import argparse
 import importlib.metadata
 import os
 import platform
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -78,14 +77,14 @@ def main() -> None:
     if unknown := sorted(set(parts) - set(PARTS)):
         parser.error(f"no such part: {', '.join(unknown)}; there are {', '.join(PARTS)}")
     print(header(), flush=True)
-    missed = 0
+    missed, above = 0, ""
     with one_blas_thread():
         for part in parts:
             for line in PARTS[part]():
                 missed += "missed" in line.asked
-                print(line, flush=True)
-    print(f"\n{missed} of what is asked for missed" if missed else "\nall that is asked for met")
-    print(f"`python tests/benchmarks/table.py {' '.join(sys.argv[1:])}`".replace(" `", "`"))
+                print(line._replace(measured="") if line.measured == above else line, flush=True)
+                above = line.measured
+    print(f"\nLines that miss what is asked for: {missed}.")
 
 
 if __name__ == "__main__":
