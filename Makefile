@@ -3,9 +3,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+PEERS := $(VENV)/.peers
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks test test-long check bench study-algorithms notebooks clean
+.PHONY: help demo demo-tasks test test-long check bench bench-more study-algorithms notebooks clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -15,6 +16,11 @@ $(READY): pyproject.toml constraints.txt
 		{ echo "trajevo needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version). Use: make PYTHON=python3.12 ..."; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+# What the table compares with where it can be installed; where it cannot, the table says so.
+$(PEERS): $(READY)
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
 	@touch $@
 
 demo: $(READY)  ## solve the pointing mechanism of Sun 2020: front, plots and report in runs/pointing
@@ -41,21 +47,11 @@ check: $(READY)  ## lint, types and the layer contract
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(READY)  ## print the speed ratios
-	$(BIN)/python tests/benchmarks/bench_pointing_mechanism.py
-	$(BIN)/python tests/benchmarks/bench_hybrid_manipulator.py
-	$(BIN)/python tests/benchmarks/bench_time_jerk_reparameterisation.py
-	$(BIN)/python tests/benchmarks/bench_study.py
-	$(BIN)/python tests/benchmarks/bench_run_folder.py
-	$(BIN)/python tests/benchmarks/bench_payload_diagram.py
-	$(BIN)/python tests/benchmarks/bench_limits_in_terms.py
-	$(BIN)/python tests/benchmarks/bench_workspace.py
-	$(BIN)/python tests/benchmarks/bench_polish.py
-	$(BIN)/python tests/benchmarks/bench_gradients.py
-	$(BIN)/python tests/benchmarks/bench_certificate.py
-	$(BIN)/python tests/benchmarks/bench_starts.py
-	$(BIN)/python tests/benchmarks/bench_evolution.py
-	$(BIN)/python tests/benchmarks/bench_inverse_dynamics.py
+bench: $(PEERS)  ## print one table of speed: ratios to what others take, in one run; docs/speed.md
+	$(BIN)/python tests/benchmarks/table.py
+
+bench-more: $(READY)  ## print what else is measured: certificates, polish, starts, studies, payload diagrams, workspaces
+	set -e; for file in tests/benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file; done
 
 study-algorithms: $(READY)  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py

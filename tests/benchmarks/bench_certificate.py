@@ -1,4 +1,4 @@
-"""Speed of certificates and of limits that are proven, as ratios measured in one run: `make bench`.
+"""Speed of certificates and of limits that are proven, as ratios measured in one run: `make bench-more`.
 
 1. A certificate of the solution of Guo 2016, Table 7, against checking its efforts at 10,000 instants with one call of
    `pin.rnea` each, which proves nothing between them.

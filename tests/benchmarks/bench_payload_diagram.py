@@ -1,4 +1,4 @@
-"""Speed of the payload diagram, as a ratio measured in one run: `make bench`.
+"""Speed of the payload diagram, as a ratio measured in one run: `make bench-more`.
 
 A UR5 on a motion of 200 samples, 60 x 60 cells. The other side is a bisection to 1e-8 kg with one loop of `pin.rnea`
 over the samples per payload tried; a few cells of it are measured and scaled up to all of them. Its masses must agree.

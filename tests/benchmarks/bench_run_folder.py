@@ -1,4 +1,4 @@
-"""What it costs to keep a run in a folder, as a ratio measured in one run: `make bench`.
+"""What it costs to keep a run in a folder, as a ratio measured in one run: `make bench-more`.
 
 The hybrid manipulator, 100 x 200: `optimise` with a folder against `optimise` without one, taken in turn, medians of
 wall time, since waiting for the disk is what a checkpoint costs.

@@ -1,4 +1,4 @@
-"""Speed of studies, as ratios of wall times measured in one run: `make bench`.
+"""Speed of studies, as ratios of wall times measured in one run: `make bench-more`.
 
 The same 24 cells one after the other in this process; on a Dask cluster of two workers of this machine, its start and
 end included; and so again with one worker killed half-way. All fronts are compared to the bit. The ratios mean

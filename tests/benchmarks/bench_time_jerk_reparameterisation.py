@@ -1,12 +1,9 @@
-"""Time and jerk along a path, as ratios measured in one run: `make bench`.
+"""Time and jerk along a path: what the ways to a front reach. The times of evaluation are in the table of `make bench`.
 
-1. Evaluation of 100 candidates on GEMINI, with the paper's limits (20)-(25) and with guaranteed tight ones: ours,
-   against one candidate at a time with scipy's BSpline objects, vectorised in time, and 1000 trapezoids.
-2. Errors of both quadratures, against a million trapezoids.
-3. What 10,000 evaluations of NSGA-II reach with each encoding, as a share of the hypervolume of 100 points by SQP. The
+1. Errors of the quadratures, ours and 1000 trapezoids, against a million trapezoids.
+2. What 10,000 evaluations of NSGA-II reach with each encoding, as a share of the hypervolume of 100 points by SQP. The
    paper's own 17 variables are kept as a negative result: not one feasible individual.
-4. The whole front by normal constraints, divide and conquer and SQP: how long it takes, and its share.
-Every pair of 1 is interleaved and the medians of CPU time are compared.
+3. The whole front by normal constraints, divide and conquer and SQP: how long it takes, and its share.
 """
 
 from __future__ import annotations
@@ -15,64 +12,22 @@ from typing import Any
 
 import moocore
 import numpy as np
-from compare import compare
+from elementwise_path import INTERVALS, ScipyLoop
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
-from scipy.interpolate import BSpline
 
 from problems import TimeJerkReparameterisation
 from trajevo import optimise
-from trajevo.arrays import one_blas_thread
 from trajevo.composed import ComposedBatch
 from trajevo.course import Course
 from trajevo.front import Front
 from trajevo.nnc import solve_nnc
 
-CANDIDATES, ROUNDS, INTERVALS, FINE = 100, 15, 1000, 1_000_000
+FINE = 1_000_000  # trapezoids
 POPULATION, GENERATIONS, SEED = 100, 100, 1
-
-
-class ScipyLoop:
-    """The evaluation as it is written with scipy: one candidate at a time, BSpline objects, all instants at once."""
-
-    def __init__(self, problem: TimeJerkReparameterisation) -> None:
-        path, self.limits = problem.path, problem.robot.limits
-        self.s = [BSpline(path.knots, path.control_points, path.order - 1).derivative(k) for k in (1, 2, 3)]
-        self.peaks = [path.peak(k) for k in (1, 2, 3)]
-        self.knots = Course(path, np.linspace(0.0, 1.0, 16)[None]).knots
-
-    def evaluate(self, c: np.ndarray, intervals: int = INTERVALS) -> tuple[float, float]:
-        """Least time by (20)-(25) and the jerk integral in unit time, of control points (16,)."""
-        u = BSpline(self.knots, c, 5)
-        du, ddu, dddu = (u.derivative(k) for k in (1, 2, 3))
-        t = np.linspace(0.0, 1.0, intervals + 1)
-        at, v, a, j = np.clip(u(t), 0.0, 1.0)[:, None], du(t)[:, None], ddu(t)[:, None], dddu(t)[:, None]
-        s1, s2, s3 = (s(at[:, 0]) for s in self.s)
-        square = ((s3 * v**3 + 3.0 * s2 * v * a + s1 * j) ** 2).sum(axis=1)
-        integral = float((square[:-1] + square[1:]).sum() / (2.0 * intervals))
-        return self.least_time(du.c[:15], ddu.c[:14], dddu.c[:13]), integral
-
-    def least_time(self, v: np.ndarray, a: np.ndarray, j: np.ndarray) -> float:
-        """The greatest of the times that the terms of (20)-(25) need."""
-        needed = 0.0
-        (s1, s2, s3), limits = self.peaks, self.limits
-        for axis in range(2):
-            velocity = s1[axis] * np.abs(v).max()
-            acceleration = max((s2[axis] * v[k : k + 14] ** 2 + s1[axis] * np.abs(a)).max() for k in range(2))
-            jerk = 0.0
-            for k, i in ((0, 0), (1, 0), (1, 1), (2, 1)):
-                V, A = np.abs(v[k : k + 13]), np.abs(a[i : i + 13])
-                jerk = max(jerk, (s3[axis] * V**3 + 3.0 * s2[axis] * A * V + s1[axis] * np.abs(j)).max())
-            needed = max(
-                needed,
-                velocity / limits.velocity[axis],
-                (acceleration / limits.acceleration[axis]) ** 0.5,
-                (jerk / limits.jerk[axis]) ** (1.0 / 3.0),
-            )
-        return needed
 
 
 class Raw(Problem):
@@ -120,30 +75,18 @@ def share(front: Front, dense: Front) -> float:
     return float(volumes[0] / volumes[1])
 
 
-def evaluation(random: np.random.Generator) -> None:
-    """Parts 1 and 2."""
-    rises = random.uniform(size=(CANDIDATES, 12))
-    problems = {limits: TimeJerkReparameterisation(limits=limits) for limits in ("hull", "tight")}
-    loop = ScipyLoop(problems["hull"])
-    c = problems["hull"].decode(rises).course.control_points
-    with one_blas_thread():
-        for limits, problem in problems.items():
-            mine, other = compare(
-                f"{CANDIDATES} candidates, {limits} limits",
-                lambda problem=problem: problem.evaluate(rises),
-                lambda: [loop.evaluate(row) for row in c],
-                ROUNDS,
-            )
-            promise = "30 is the wish, 10 the bar" if limits == "hull" else "guaranteed bounds, which the loop has not"
-            print(f"RATIO scipy loop / ours, {limits}: {other / mine:.1f} ({promise})")
-    exact = problems["hull"].decode(rises[:10]).course.integral_of_square(3).sum(axis=1)
-    fine, coarse = (np.array([loop.evaluate(row, n)[1] for row in c[:10]]) for n in (FINE, INTERVALS))
+def quadratures(random: np.random.Generator) -> None:
+    """Part 1."""
+    problem = TimeJerkReparameterisation(limits="hull")
+    course = problem.decode(random.uniform(size=(10, 12))).course
+    loop, exact = ScipyLoop(problem), course.integral_of_square(3).sum(axis=1)
+    fine, coarse = (np.array([loop.evaluate(row, n)[1] for row in course.control_points]) for n in (FINE, INTERVALS))
     ours, theirs = (np.abs(values / fine - 1.0).max() for values in (exact, coarse))
     print(f"greatest error of our quadrature {ours:.1e} (1e-6 is promised), of {INTERVALS} trapezoids {theirs:.1e}")
 
 
 def encodings() -> None:
-    """Parts 3 and 4."""
+    """Parts 2 and 3."""
     for limits in ("hull", "tight"):
         plain = TimeJerkReparameterisation(limits=limits)
         dense = solve_nnc(plain, points=100)
@@ -174,5 +117,5 @@ def encodings() -> None:
 
 
 if __name__ == "__main__":
-    evaluation(np.random.default_rng(0))
+    quadratures(np.random.default_rng(0))
     encodings()

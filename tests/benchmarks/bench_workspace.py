@@ -1,4 +1,4 @@
-"""Speed of the capacity over the workspace, as a ratio measured in one run: `make bench`.
+"""Speed of the capacity over the workspace, as a ratio measured in one run: `make bench-more`.
 
 Postures of a UR5's tool, pointing down, at 31 x 31 positions, for every cell from the starts that `inverse_kinematics`
 draws: in one batch of arrays, and cell by cell, of which some are measured and scaled up to all of them. Both must

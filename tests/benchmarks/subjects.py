@@ -1,0 +1,153 @@
+"""Problems of the table of `make bench`, and the way to evaluate them as where numba is not installed."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from types import ModuleType
+
+import numpy as np
+from cases import FAST, PLAIN
+from compare import Action
+from elementwise import HybridLoop, SplineLoop, Values
+from elementwise_path import ScipyLoop
+from elementwise_pointing import values as pointing_values
+
+from problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation, ViaPointProblem
+from trajevo import TrajectoryProblem, load_robot
+from trajevo.arrays import Array
+from trajevo.compiled import can_compile
+
+#: Instants of each of twelve segments at which torque is looked at, 48 in all.
+SAMPLES = 4
+
+OBJECTIVES = ("time", "square_power", "square_jerk", "square_acceleration")
+LIMITS = ("position", "velocity", "acceleration", "jerk", "effort", "mean_velocity")
+
+#: By how much values of candidates evaluated one by one may differ.
+_SAME = 1e-8
+
+
+def hybrid() -> HybridManipulator:
+    """Guo 2016: 13 knots, 12 times, five joints."""
+    return HybridManipulator(samples=SAMPLES)
+
+
+def ur5(points: int = 11, samples: int = SAMPLES) -> ViaPointProblem:
+    """A UR5 with 3 kg through points, of which the spline makes two knots more; four objectives and every limit."""
+    free = {"acceleration": 15.0, "jerk": 150.0}
+    robot = load_robot("ur5", tool="tool0", limits=free)
+    ends = np.array([[-0.6, -1.4, 1.6, -1.7, -1.57, 0.0], [0.6, -1.0, 1.2, -1.9, -1.57, 0.5]])
+    share = np.linspace(0.0, 1.0, points)[:, None]
+    swing = 0.15 * np.sin(np.pi * share) * np.sin(2.0 * np.pi * share + np.arange(6))
+    via = (1.0 - share) * ends[0] + share * ends[1] + swing
+    return of_objectives(robot, via, samples, payload=3.0)
+
+
+def of_objectives(robot: object, points: Array, samples: int, payload: float = 0.0) -> ViaPointProblem:
+    """Cubic splines of any robot with the objectives and limits of Guo 2016."""
+    return ViaPointProblem(
+        robot=robot,
+        points=points,
+        duration_bounds=(0.05, 1.5),
+        interpolant="cubic",
+        objectives=OBJECTIVES,
+        constraints=LIMITS,
+        limits="sampled",
+        payload=payload,
+        samples=samples,
+    )
+
+
+def candidates(problem: TrajectoryProblem, count: int) -> Array:
+    """Random decision vectors, none of them near the least of its bounds."""
+    lower = problem.xl + 0.2 * (problem.xu - problem.xl)
+    return np.random.default_rng(0).uniform(lower, problem.xu, (count, problem.n_var))
+
+
+def path_values(problem: TimeJerkReparameterisation) -> Values:
+    """The paper's evaluation of one candidate, from its rises and its slowness."""
+    loop = ScipyLoop(problem)
+
+    def values(x: Array) -> tuple[Array, Array]:
+        rises = np.maximum(x[:-1], 1e-9)
+        inner = np.concatenate([[0.0], np.cumsum(rises) / rises.sum()])
+        control_points = np.concatenate([np.zeros(2), inner, np.ones(16 - 2 - len(inner))])
+        least, integral = loop.evaluate(control_points)
+        duration = least + x[-1] * max(problem.longest_time - least, 0.0)
+        return np.array([duration, integral / duration**5]), np.full(problem.n_ieq_constr, least - problem.longest_time)
+
+    return values
+
+
+def checked(problem: TrajectoryProblem, values: Values, tolerance: float = _SAME) -> Values:
+    """The evaluation of one candidate, after a look at whether it gives the problem's objectives.
+
+    Raises:
+        SystemExit: it does not.
+    """
+    x = candidates(problem, 5)
+    F = problem.evaluate(x, return_values_of=["F"])
+    off = float(np.abs(np.array([values(row)[0] for row in x]) / F - 1.0).max())
+    if not off <= tolerance:
+        raise SystemExit(f"{problem.title}: evaluated one by one, objectives differ by {off:.1e}")
+    return values
+
+
+#: Every registered problem: title, problem, and its candidates one by one where somebody has written that down.
+SUBJECTS: dict[str, tuple[Callable[[], TrajectoryProblem], Callable[[TrajectoryProblem], Values] | None]] = {
+    "hybrid manipulator, 5 joints, 13 knots, torque at 48 instants": (
+        hybrid,
+        lambda p: checked(p, HybridLoop(p).values),
+    ),
+    "UR5 via points, 6 joints, 13 knots, torque at 48 instants": (ur5, lambda p: checked(p, SplineLoop(p).values)),
+    "pointing mechanism": (PointingMechanism, lambda p: checked(p, lambda x: pointing_values(p, x))),
+    "run along a path": (
+        lambda: TimeJerkReparameterisation(limits="hull"),
+        lambda p: checked(p, path_values(p), 1e-3),  # 1000 trapezoids are not the integral
+    ),
+    "PUMA 560 pick and place": (PickAndPlace, None),
+}
+
+
+def switches() -> tuple[ModuleType, ...]:
+    """Modules that ask whether numba is installed."""
+    return tuple(
+        module
+        for name, module in list(sys.modules.items())
+        if name.startswith("trajevo.") and hasattr(module, "can_compile")
+    )
+
+
+@contextlib.contextmanager
+def without_numba(modules: tuple[ModuleType, ...]) -> Iterator[None]:
+    """As where numba is not installed. It takes a few microseconds, as it is measured with what it surrounds."""
+    for module in modules:
+        module.can_compile = lambda: False  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        for module in modules:
+            module.can_compile = can_compile  # type: ignore[attr-defined]
+
+
+def ours(make: Callable[[], TrajectoryProblem], action: Callable[[TrajectoryProblem], object]) -> dict[str, Action]:
+    """An action on a problem as where numba is not installed, and with it where it is.
+
+    Each has a problem of its own, since a problem keeps the kernels that it has asked for.
+    """
+    modules = switches()
+    with without_numba(modules):
+        slow = make()
+        slow.evaluate(candidates(slow, 2))
+
+    def plain() -> None:
+        with without_numba(modules):
+            action(slow)
+
+    if not can_compile():
+        return {PLAIN: plain}
+    quick = make()
+    quick.evaluate(candidates(quick, 2))
+    return {PLAIN: plain, FAST: lambda: action(quick)}
