@@ -41,7 +41,9 @@ def of_kernel(model, states):
     return torque
 
 
-def test_torques_are_pinocchio_s(robot):
+@pytest.mark.parametrize("compiles", [True, False])
+def test_torques_are_pinocchio_s(robot, compiles, monkeypatch):
+    monkeypatch.setattr(compiled, "can_compile", lambda: compiles)
     states = random_states(robot, 2000)
     model = robot.model.copy()
     model.armature = np.linspace(0.1, 0.4, model.nv)
@@ -190,8 +192,11 @@ def test_other_joints_are_left_to_pinocchio(joint):
     assert slopes_kernel_of(built(joint)) is None
 
 
+@pytest.mark.parametrize("compiles", [True, False])
 @pytest.mark.parametrize("threads", [1, 3])
-def test_a_torque_does_not_depend_on_its_neighbours_nor_on_threads(threads):
+def test_a_torque_does_not_depend_on_its_neighbours_nor_on_threads(threads, compiles, monkeypatch):
+    if not compiles:
+        monkeypatch.setattr(compiled, "can_compile", lambda: False)
     model = load_robot("puma560").model
     states = np.random.default_rng(2).uniform(-3.0, 3.0, (3, 20_000, 6))
     together, order = np.empty_like(states[0]), np.random.default_rng(3).permutation(20_000)
@@ -219,7 +224,7 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     )
     motions, torque = stepped(states), np.empty((200, 6))
     states = motions.real
-    said = r"robot 'lopsided': .* differ from Pinocchio's by .* and are not used"
+    said = r"robot 'lopsided': .* written out differ from Pinocchio's by .* and are not used"
     with pytest.warns(UserWarning, match=said) as told:
         compute, slope = inverse_dynamics(model, 1), stepped_dynamics(model)
     compute(*np.ascontiguousarray(states).reshape(3, -1, 6), torque)

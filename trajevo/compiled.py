@@ -40,6 +40,14 @@ def kernel(source: str) -> Kernel:
     return compiled
 
 
+def interpreted(source: str) -> Kernel:
+    """The function ``kernel`` of a source text as it is."""
+    names: dict[str, Any] = {}
+    exec(compile(source, "<kernel>", "exec"), names)
+    as_it_is: Kernel = names["kernel"]
+    return as_it_is
+
+
 def fast(function: Function) -> Function:
     """A function that is compiled when it is first called; for modules that are not imported where numba is missing."""
     import numba

@@ -133,11 +133,11 @@ class PolynomialBatch(TrajectoryBatch):
     def integral_of_square(self, derivative: int) -> Array:
         """By Gauss-Legendre quadrature with as many nodes as make it exact for the squared polynomial."""
         order = checked_order(derivative)
-        nodes, weights = np.polynomial.legendre.leggauss(max(self.degree - order, 0) + 1)
-        powers = _powers(tuple((0.5 * (nodes + 1.0)).tolist()), order, self.degree)
+        nodes, weights = _legendre(max(self.degree - order, 0) + 1)
+        powers = _powers(nodes, order, self.degree)
         # Trajectory by trajectory, so that the digits of one do not depend on how many there are.
         flat = np.swapaxes(self._unit_coefficients, 2, 3).reshape(len(self), -1, self.degree + 1)
-        per_segment = (np.square(flat @ powers.T) @ (0.5 * weights)).reshape(*self.coefficients.shape[:3])
+        per_segment = (np.square(flat @ powers.T) @ weights).reshape(*self.coefficients.shape[:3])
         factor = self.segment_durations ** (1 - 2 * order)
         return frozen((per_segment * factor[:, :, None]).sum(axis=1))
 
@@ -172,7 +172,7 @@ class PolynomialBatch(TrajectoryBatch):
             orders = len(DERIVATIVES) if order or len(shares) > 2 else 1
             at = np.empty((orders, *self.segment_durations.shape, len(shares) * self.n_joints))
             tables = _tables(shares, orders, self.degree, self.n_joints)
-            self._loops.samples(self.coefficients, self.segment_durations, tables, at)
+            self._loops.samples(np.ascontiguousarray(self.coefficients), self.segment_durations, tables, at)
             kept = frozen(at.reshape(orders, len(self), -1, self.n_joints))
             if orders > 1:
                 object.__setattr__(self, "_last_sampled", (shares, kept))
@@ -201,9 +201,10 @@ class PolynomialBatch(TrajectoryBatch):
         shape = (len(DERIVATIVES), len(self), self.segment_durations.shape[1], self.n_joints)
         loops = self._loops
         if loops is not None:
-            lower, upper, lowest, highest = (np.empty(shape[:k] + shape[k + 1 :]) for k in (4, 4, 2, 2))
-            loops.extremes(self.coefficients, self.segment_durations, lower, upper, lowest, highest)
-            return frozen(lower), frozen(upper), frozen(lowest), frozen(highest)
+            bounds = [np.empty(shape[:k] + shape[k + 1 :]) for k in (4, 4, 2, 2)]
+            loops.extremes(np.ascontiguousarray(self.coefficients), self.segment_durations, *bounds)
+            lower, upper, lowest, highest = (frozen(bound) for bound in bounds)
+            return lower, upper, lowest, highest
         unit = np.ascontiguousarray(np.moveaxis(self._unit_coefficients, 2, 0)).reshape(self.degree + 1, -1)
         per_second = self.segment_durations[..., None] ** -np.arange(len(DERIVATIVES), dtype=np.float64).reshape(
             -1, 1, 1, 1
@@ -235,3 +236,10 @@ def _tables(shares: tuple[float, ...], orders: int, degree: int, joints: int) ->
     """The matrices of the first derivatives, an entry for each joint: (orders, degree + 1, U joints)."""
     matrices = np.stack([_powers(shares, order, degree).T for order in range(orders)])
     return frozen(matrices.repeat(joints, axis=2))
+
+
+@lru_cache(maxsize=64)
+def _legendre(count: int) -> tuple[tuple[float, ...], Array]:
+    """Gauss-Legendre nodes on [0, 1], and weights of sum 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return tuple((0.5 * (nodes + 1.0)).tolist()), frozen(0.5 * weights)

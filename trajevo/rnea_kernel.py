@@ -1,9 +1,9 @@
-"""Inverse dynamics written out for one kinematic tree and compiled by numba, the optional extra ``fast``.
+"""Inverse dynamics written out for one kinematic tree: compiled by numba, the optional extra ``fast``, or by numpy.
 
-The recursion of Newton and Euler runs once over names instead of numbers. What comes out are a few hundred assignments
-in which only the tree's placements and axes are numbers: masses, gravity and armature are arguments, so that one robot
-takes one compilation whatever it carries. Pinocchio stays the reference: a kernel is used only if it gives the same
-torques on a thousand random states.
+The recursion of Newton and Euler runs once over names instead of numbers (:mod:`trajevo.rnea_source`). Only the tree's
+placements and axes are numbers there: masses, gravity and armature are arguments, so that a robot takes one compilation
+whatever it carries. Pinocchio stays the reference: a kernel is used only if it gives the same torques on a thousand
+random states.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import pinocchio as pin
 
 from trajevo import compiled
 from trajevo.arrays import Array, usable_threads
-from trajevo.rnea_source import Joint, slopes_source, source, tree_of
+from trajevo.rnea_source import Joint, arrays_source, slopes_source, source, tree_of
 
 #: States on which a kernel must agree with Pinocchio, and to what share of the greatest torque.
 _STATES, _AGREES = 1000, 1e-10
@@ -27,6 +27,10 @@ _STATES, _AGREES = 1000, 1e-10
 _GROUPS, _EACH = 5, 3
 #: States that are worth a thread of their own.
 _WORTH_A_THREAD = 4096
+
+
+#: What a kernel computes, of which tree, with a load on which joint, and whether it is compiled.
+_What = tuple[str, tuple[Joint, ...], int | None, bool]
 
 
 class Inertias(NamedTuple):
@@ -74,15 +78,16 @@ class Load:
 
 
 def kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | None:
-    """The compiled torques of a model's tree with its inertias: of states q, v, a (N, n), into the last of four arrays.
+    """The torques of a model's tree written out: of states q, v, a (N, n), into the last of four arrays.
 
-    None without numba, for a joint that is not one of ours, or a load that more than one joint bears.
+    Compiled where numba is installed, else in numpy's arithmetic. None for a joint that is not one of ours, or a load
+    that more than one joint bears.
 
     Warns:
-        UserWarning: the kernel was compiled and does not agree with Pinocchio, which is used then.
+        UserWarning: it does not agree with Pinocchio, which is used then.
     """
     tree, carrier = tree_of(model), None if load is None else load.carrier
-    if tree is None or not compiled.can_compile() or (carrier is None and load is not None):
+    if tree is None or (carrier is None and load is not None):
         return None
     body = np.zeros(4) if load is None or carrier is None else load.body(carrier)
     inertias = Inertias.of(model)
@@ -93,19 +98,22 @@ def kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | Non
     def difference(kernel: compiled.Kernel) -> float:
         return _difference(with_inertias(kernel), model, load)
 
-    kernel = _agreeing(
-        f"inverse dynamics {carrier or ''}".strip(), tree, model, lambda: source(tree, carrier), difference
-    )
+    def make() -> compiled.Kernel:
+        if compiled.can_compile():
+            return compiled.kernel(source(tree, carrier))
+        return compiled.interpreted(arrays_source(tree, carrier))
+
+    kernel = _agreeing(("inverse dynamics", tree, carrier, compiled.can_compile()), model, make, difference)
     return None if kernel is None else with_inertias(kernel)
 
 
 def slopes_kernel_of(model: Any) -> Callable[..., None] | None:
     """The compiled torques of complex states q, v, a (R, T, n): of those and beginnings of groups, into the last array.
 
-    None where there is no :func:`kernel_of`.
+    None without numba, and where there is no :func:`kernel_of`.
 
     Warns:
-        UserWarning: the kernel was compiled and does not agree with Pinocchio, which is used then.
+        UserWarning: it does not agree with Pinocchio, which is used then.
     """
     tree = tree_of(model)
     if tree is None or not compiled.can_compile():
@@ -118,28 +126,25 @@ def slopes_kernel_of(model: Any) -> Callable[..., None] | None:
     def difference(kernel: compiled.Kernel) -> float:
         return _difference_of_slopes(with_inertias(kernel), model)
 
-    kernel = _agreeing("derivatives of inverse dynamics", tree, model, lambda: slopes_source(tree), difference)
+    what = "derivatives of inverse dynamics", tree, None, True
+    kernel = _agreeing(what, model, lambda: compiled.kernel(slopes_source(tree)), difference)
     return None if kernel is None else with_inertias(kernel)
 
 
 def _agreeing(
-    what: str,
-    tree: tuple[Joint, ...],
-    model: Any,
-    write: Callable[[], str],
-    difference: Callable[[compiled.Kernel], float],
+    what: _What, model: Any, make: Callable[[], compiled.Kernel], difference: Callable[[compiled.Kernel], float]
 ) -> compiled.Kernel | None:
-    if (what, tree) not in _known:
-        kernel = compiled.kernel(write())
+    if what not in _known:
+        kernel = make()
         off = difference(kernel)
-        _known[what, tree] = kernel if off <= _AGREES else None
-        if _known[what, tree] is None:
+        _known[what] = kernel if off <= _AGREES else None
+        if _known[what] is None:
             warnings.warn(
-                f"robot {model.name!r}: the compiled {what} differ from Pinocchio's by {off:.1e} of the "
+                f"robot {model.name!r}: the {what[0]} written out differ from Pinocchio's by {off:.1e} of the "
                 "greatest and are not used",
                 stacklevel=4,
             )
-    return _known[what, tree]
+    return _known[what]
 
 
 def inverse_dynamics(
@@ -206,7 +211,7 @@ def stepped_dynamics(model: Any) -> Callable[[Array, Array, Array], Array]:
 
 
 #: compiled.Kernels of this process, None where one does not agree with Pinocchio.
-_known: dict[tuple[str, tuple[Joint, ...]], compiled.Kernel | None] = {}
+_known: dict[_What, compiled.Kernel | None] = {}
 
 
 def _difference(compute: Callable[..., None], model: Any, load: Load | None) -> float:

@@ -6,6 +6,7 @@ in which only the tree's placements and axes are numbers: masses, gravity and ar
 
 from __future__ import annotations
 
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,9 @@ from trajevo.straight_line import StraightLine, Term, Vector, text
 
 #: States whose values lie side by side in memory at a time.
 _SIDE_BY_SIDE = 256
+#: States of which every variable is an array where numpy does the work.
+_STATES_AS_ARRAY = 4096
+_TEMPORARY = re.compile(r"\bt\d+\b")
 #: Entries of placements that are rounding of 0 or 1.
 _ROUNDING = 1e-15
 #: Variables for the rigid body of every joint: mass, mass times centre of mass, inertia about the joint's origin.
@@ -77,7 +81,7 @@ def source(tree: tuple[Joint, ...], carrier: int | None) -> str:
             the load is its mass and mass times centre of mass.
     """
     written, results = _written(tree, carrier)
-    lines = [*_head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree, 5)]
+    lines = [*_head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree), _side(tree, 5)]
     lines += [] if carrier is None else [f"    {name} = load[{k}]" for k, name in enumerate(_LOAD)]
     lines += [f"    for begin in range(0, len(q), {_SIDE_BY_SIDE}):"]
     lines += [f"        count = min({_SIDE_BY_SIDE}, len(q) - begin)"]
@@ -91,6 +95,34 @@ def source(tree: tuple[Joint, ...], carrier: int | None) -> str:
     return "\n".join([*lines, ""])
 
 
+def arrays_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
+    """The function of :func:`source` for numpy: every variable is an array of as many states as stay in the cache."""
+    written, results = _written(tree, carrier)
+    lines = _head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree)
+    lines += [] if carrier is None else [f"    {name} = load[{k}]" for k, name in enumerate(_LOAD)]
+    lines += [
+        f"    for begin in range(0, len(q), {_STATES_AS_ARRAY}):",
+        f"        part = slice(begin, begin + {_STATES_AS_ARRAY})",
+    ]
+    for i, joint in enumerate(tree, start=1):
+        names = [("q", "{}")] if joint.slides else [("c", "np.cos({})"), ("s", "np.sin({})")]
+        lines += [f"        {name}{i} = {value.format(f'q[part, {i - 1}]')}" for name, value in names]
+        lines += [f"        {name}{i} = {name}[part, {i - 1}].copy()" for name in "va"]
+    lines += [f"        {line}" for line in _forgetting(written.lines(results.values()), set(results.values()))]
+    lines += [f"        torque[part, {i - 1}] = {text(results[i])}" for i in results]
+    return "\n".join([*lines, ""])
+
+
+def _forgetting(lines: list[str], results: set[Term]) -> list[str]:
+    """Assignments that give the memory of a variable back after its last use, so that the next one is in the cache."""
+    needed, shorter = set(results), []
+    for line in reversed(lines):
+        last = sorted(set(_TEMPORARY.findall(line)) - needed)
+        needed.update(last)
+        shorter.append(f"{line}; del {', '.join(last)}" if last else line)
+    return shorter[::-1]
+
+
 def slopes_source(tree: tuple[Joint, ...]) -> str:
     """A function of complex states q, v, a (R, T, n) that writes torques whose imaginary parts are exact derivatives.
 
@@ -101,7 +133,7 @@ def slopes_source(tree: tuple[Joint, ...]) -> str:
     moving: dict[Term, Term] = {f"{name}{i}": f"d{name}{i}" for i in results for name in "csqva"}
     written, values, slopes = written.differentiated(moving)
     ends = {i: (values.get(term, term), slopes.get(term, 0.0)) for i, term in results.items()}
-    lines = [*_head("kernel(q, v, a, begins, torque, bodies, gravity, armature)", tree, 9)]
+    lines = [*_head("kernel(q, v, a, begins, torque, bodies, gravity, armature)", tree), _side(tree, 9)]
     lines += ["    for group in range(len(begins) - 1):", "        first = begins[group]"]
     lines += [f"        for begin in range(0, q.shape[1], {_SIDE_BY_SIDE}):"]
     lines += [f"            count = min({_SIDE_BY_SIDE}, q.shape[1] - begin)"]
@@ -225,17 +257,19 @@ def _force(written: StraightLine, state: Any, number: int) -> tuple[list[Term], 
     return force, written.sum(written.product(inertia, rate), spun, written.cross(lever, gain))
 
 
-def _head(signature: str, tree: tuple[Joint, ...], rows: int) -> list[str]:
-    """What stands before the loops: arguments by their names, and room for states side by side.
-
-    The compiler handles several such states at once.
-    """
+def _head(signature: str, tree: tuple[Joint, ...]) -> list[str]:
+    """What stands before the loops: arguments by their names."""
     joints = range(1, len(tree) + 1)
     lines = ["import math", "", "import numpy as np", "", "", f"def {signature}:"]
     lines += [f"    {name}{i} = bodies[{i - 1}, {k}]" for i in joints for k, name in enumerate(_BODY)]
     lines += [f"    g{name} = gravity[{k}]" for k, name in enumerate("xyz")]
     lines += [f"    armature{i} = armature[{i - 1}]" for i in joints]
-    return [*lines, f"    side = np.empty(({len(tree)}, {rows}, {_SIDE_BY_SIDE}))"]
+    return lines
+
+
+def _side(tree: tuple[Joint, ...], rows: int) -> str:
+    """Room for states side by side, of which the compiler handles several at once."""
+    return f"    side = np.empty(({len(tree)}, {rows}, {_SIDE_BY_SIDE}))"
 
 
 def _laid_out(tree: tuple[Joint, ...], place: str, part: str) -> list[str]:

@@ -11,6 +11,7 @@ from typing import Any, final
 
 import numpy as np
 
+from trajevo import compiled
 from trajevo.arrays import Array, numbers, read_only
 from trajevo.interpolants.interpolant import (
     Interpolant,
@@ -64,12 +65,23 @@ class CubicSpline(Interpolant):
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for interval lengths of shape (B, m - 1) [s]."""
         h = check_durations(x, len(self.points) + 1)
+        if compiled.can_compile() and not np.iscomplexobj(h):
+            return self._by_loops(np.ascontiguousarray(h))
         q, a = self._knots(h)
         step = h.T[:, :, None]
         velocity = (q[1:] - q[:-1]) / step - step * (2.0 * a[:-1] + a[1:]) / 6.0
         cubic = (a[1:] - a[:-1]) / (6.0 * step)
         coefficients = np.stack([q[:-1], velocity, 0.5 * a[:-1], cubic], axis=-1)
         return PolynomialBatch(breaks_of(h), np.moveaxis(coefficients, 0, 1))
+
+    def _by_loops(self, h: Array) -> TrajectoryBatch:
+        from trajevo.interpolants import cubic_loops
+
+        names = ("start_velocity", "start_acceleration", "end_velocity", "end_acceleration")
+        ends = np.stack([getattr(self, name) for name in names])
+        coefficients = np.empty((*h.shape, self.points.n_joints, 4))
+        cubic_loops.coefficients(h, np.array(self.points.positions), ends, coefficients)
+        return PolynomialBatch(breaks_of(h), coefficients)
 
     def via_times(self, x: Array) -> Array:
         """Instants of all knots but the two virtual ones, (B, m - 1) -> (B, m₀) [s]."""
