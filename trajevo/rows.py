@@ -87,8 +87,8 @@ class Rows:
         arrays = {name: np.concatenate([getattr(one, name), getattr(other, name)]) for name in _ARRAYS}
         return cls(**arrays, notes=notes)
 
-    def chosen(self, indices: Array) -> Rows:
-        """Some of them."""
+    def chosen(self, indices: Array | slice) -> Rows:
+        """Some of them; views of their arrays where they follow each other as a slice."""
         arrays = {name: getattr(self, name)[indices] for name in _ARRAYS}
         return Rows(**arrays, notes={key: values[indices] for key, values in self.notes.items()})
 

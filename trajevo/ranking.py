@@ -1,0 +1,101 @@
+"""What NSGA-II compares individuals by: fronts, crowding, tournaments and copies, to the bit as in pymoo."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import moocore
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from trajevo.arrays import Array
+
+#: Distance up to which pymoo takes two decision vectors for the same one.
+_SAME = 1e-16
+
+
+def fronts(F: Array, most: int) -> Iterator[Array]:
+    """Indices of the fronts of objectives (N, n_obj), the best one first, until they have the most that are wanted."""
+    if not len(F):
+        return
+    ranks, found = moocore.pareto_rank(F), 0
+    for rank in range(ranks.max() + 1):
+        front = np.flatnonzero(ranks == rank)
+        yield front
+        found += len(front)
+        if found >= most:
+            return
+
+
+def crowding_distances(F: Array) -> Array:
+    """Crowding distances of the objectives of a front, (N, n_obj) -> (N,)."""
+    size, n_obj = F.shape
+    if size <= 2:
+        return np.full(size, np.inf)
+    order = n_obj * F.argsort(axis=0, kind="stable") + np.arange(n_obj)
+    ascending, gaps = F.take(order), np.full((size + 1, n_obj), np.inf)
+    # What is not finite has no distance: pymoo takes 0 there, as for an objective that is the same for all.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        np.subtract(ascending[1:], ascending[:-1], out=gaps[1:-1])
+        extent = ascending[-1] - ascending[0]
+        extent[extent == 0.0] = np.nan
+        gaps /= extent
+    gaps[np.isnan(gaps)] = 0.0
+    distances = np.empty(F.shape)
+    distances.reshape(-1)[order] = gaps[:-1] + gaps[1:]
+    mean: Array = distances.sum(axis=1) / n_obj
+    return mean
+
+
+def copies(X: Array, *others: Array) -> Array:
+    """Which decision vectors (N, n_var) are those of an earlier one or of others, shape (N,).
+
+    Equal vectors have equal products with any direction, up to rounding: what stands alone there needs no comparison.
+    """
+    size, n_var = X.shape
+    every = np.concatenate([X, *others])
+    along = every @ np.linspace(1.0, 2.0, n_var)
+    order = along.argsort()
+    ascending = along[order]
+    rounding = 4.0 * n_var**2 * np.finfo(np.float64).eps * (1.0 + np.abs(every).max(initial=0.0))
+    close = ascending[1:] - ascending[:-1] <= rounding
+    alone = np.ones(len(every), dtype=np.bool_)
+    alone[order[1:][close]] = alone[order[:-1][close]] = False
+    copied = np.zeros(size, dtype=np.bool_)
+    suspects = np.flatnonzero(~alone[:size])
+    if len(suspects):
+        rivals = np.flatnonzero(~alone)
+        near = cdist(every[suspects], every[rivals]) <= _SAME
+        near &= (rivals < suspects[:, None]) | (rivals >= size)
+        copied[suspects] = near.any(axis=1)
+    return copied
+
+
+def winners(pairs: Array, violation: Array, F: Array, crowding: Array, random: np.random.Generator) -> Array:
+    """Winners of tournaments between two: by violation, dominance, crowding; ties are drawn.
+
+    Args:
+        pairs: indices of who meets whom, shape (N, 2).
+        violation: of every individual, 0 for feasible ones.
+        F: objectives of every individual, shape (individuals, n_obj).
+        crowding: crowding distance of every individual.
+        random: generator of the draws.
+
+    Returns:
+        Indices, shape (N,).
+    """
+    one, other = pairs.T
+    mine, theirs = F[one], F[other]
+    less, greater = (mine < theirs).any(axis=1), (mine > theirs).any(axis=1)
+    mine, theirs = crowding[one], crowding[other]
+    neither = less == greater
+    better, worse = np.where(neither, mine > theirs, less), np.where(neither, mine < theirs, greater)
+    mine, theirs = violation[one], violation[other]
+    broken = (mine > 0.0) | (theirs > 0.0)
+    if broken.any():
+        better = np.where(broken, mine < theirs, better)
+        worse = np.where(broken, mine > theirs, worse)
+    found: Array = np.where(better, one, other)
+    ties = np.flatnonzero(better == worse)
+    found[ties] = pairs[ties, random.integers(0, 2, size=len(ties))]
+    return found

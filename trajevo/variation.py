@@ -1,0 +1,155 @@
+"""Simulated binary crossover and polynomial mutation of pymoo: its draws and its arithmetic, without its detours.
+
+pymoo repeats bounds and settings for every variable and raises both branches of every formula to a power. Here each
+number is computed once; every power is of arrays of the same kind, so that the results are pymoo's to the bit.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+
+from trajevo.arrays import Array
+
+#: Distance up to which pymoo takes two values of parents for the same one.
+_CLOSE = 1e-14
+
+
+def crossed(operator: Any, problem: Any, parents: Array, random: np.random.Generator) -> Array:
+    """Children of pairs of parents.
+
+    Args:
+        operator: a crossover of pymoo, of two parents into two children.
+        problem: a problem of pymoo, which has the bounds.
+        parents: decision vectors, shape (2, N, n_var).
+        random: generator of every draw.
+
+    Returns:
+        Shape (2, N, n_var); the parents themselves where the operator's probability leaves a pair as it is.
+    """
+    chosen = random.random(parents.shape[1]) < _value(operator.prob)
+    if not chosen.any():
+        return parents
+    settings = _numbers(operator, SBX, "prob_var", "eta", "prob_exch", "prob_bin")
+    if settings is None:
+        children = operator._do(problem, parents, random_state=random)
+    else:
+        children = _simulated_binary(parents, problem.xl, problem.xu, *settings, random)
+    return np.where(chosen[:, None], children, parents)
+
+
+def mutated(operator: Any, problem: Any, X: Array, random: np.random.Generator) -> Array:
+    """Decision vectors after a mutation.
+
+    Args:
+        operator: a mutation of pymoo.
+        problem: a problem of pymoo, which has the bounds.
+        X: decision vectors, shape (N, n_var).
+        random: generator of every draw.
+
+    Returns:
+        Shape (N, n_var); the same ones where the operator's probability leaves them as they are.
+    """
+    settings = None
+    if not getattr(operator, "at_least_once", True):
+        settings = _numbers(operator, PM, "eta")
+    if settings is None:
+        changed = operator._do(problem, X, random_state=random)
+    else:
+        rate = _value(operator.get_prob_var(problem))
+        changed = _polynomial(X, problem.xl, problem.xu, rate, *settings, random)
+    chosen = random.random(len(X)) <= _value(operator.prob)
+    return np.where(chosen[:, None], changed, X)
+
+
+def _simulated_binary(
+    parents: Array,
+    low: Array,
+    high: Array,
+    rate: float,
+    index: float,
+    exchange_rate: float,
+    swap_rate: float,
+    random: np.random.Generator,
+) -> Array:
+    _, matings, n_var = parents.shape
+    draws = random.random((n_var + 1) * matings)
+    cross = draws[matings:].reshape(matings, n_var) < rate
+    cross &= np.abs(parents[0] - parents[1]) > _CLOSE
+    cross &= low != high
+    where = np.flatnonzero(cross)
+    row = where // n_var
+    column = where - n_var * row
+    pairs = parents.reshape(2, -1).take(where, axis=1)
+    lesser, greater = np.minimum(*pairs), np.maximum(*pairs)
+    room = np.empty_like(pairs)
+    np.subtract(lesser, low[column], out=room[0])
+    np.subtract(high[column], greater, out=room[1])
+    drawn, swapping = random.random(pairs.shape)
+    apart, total = greater - lesser, lesser + greater
+    spread = _spread(room, apart, drawn, index) * apart
+    down, up = 0.5 * (total - spread[0]), 0.5 * (total + spread[1])
+    swapped = swapping < np.where(draws[:matings] > exchange_rate, 0.0, swap_rate)[row]
+    children = parents.copy()
+    # The lower child is the first one, unless they are swapped: whichever parent is the lower one.
+    first, second = children.reshape(2, -1)
+    first[where], second[where] = np.where(swapped, up, down), np.where(swapped, down, up)
+    return _clamped(children, low, high)
+
+
+def _spread(room: Array, apart: Array, drawn: Array, index: float) -> Array:
+    """How far children lie apart, as a share of how far their parents do, towards either bound; shape (2, K)."""
+    # Parents outside their bounds may have no number here; pymoo takes 0 then.
+    with np.errstate(all="ignore"):
+        alpha = 2.0 - np.power(1.0 + 2.0 * room / apart, np.full(room.shape, -(index + 1.0)))
+        scaled = drawn * alpha
+        base = np.where(drawn <= 1.0 / alpha, scaled, 1.0 / (2.0 - scaled))
+        spread: Array = np.power(base, np.full(room.shape, 1.0 / (index + 1.0)))
+    spread[np.isnan(alpha)] = 0.0
+    return spread
+
+
+def _polynomial(X: Array, low: Array, high: Array, rate: float, index: float, random: np.random.Generator) -> Array:
+    size, n_var = X.shape
+    mutate = random.random((size, n_var)) < rate
+    mutate &= low != high
+    where = np.flatnonzero(mutate)
+    column = where % n_var
+    x, least, most = X.reshape(-1)[where], low[column], high[column]
+    width = most - least
+    drawn = random.random(len(where))
+    down = drawn <= 0.5
+    power = np.full(len(where), index + 1.0)
+    # Variables outside their bounds may have no number here.
+    with np.errstate(invalid="ignore"):
+        kept = np.power(1.0 - np.where(down, x - least, most - x) / width, power)
+        value = np.where(
+            down, 2.0 * drawn + (1.0 - 2.0 * drawn) * kept, 2.0 * (1.0 - drawn) + 2.0 * (drawn - 0.5) * kept
+        )
+        root = np.power(value, 1.0 / power)
+        step = np.where(down, root - 1.0, 1.0 - root)
+    changed = X.copy()
+    changed.reshape(-1)[where] = x + step * width
+    return _clamped(changed, low, high)
+
+
+def _clamped(X: Array, low: Array, high: Array) -> Array:
+    """The same array with what is outside the bounds set to them; not by minima, in which -0 and 0 are the same."""
+    np.copyto(X, low, where=X < low)
+    np.copyto(X, high, where=X > high)
+    return X
+
+
+def _numbers(operator: Any, kind: type, *names: str) -> tuple[float, ...] | None:
+    """Settings of an operator that is exactly of one kind, None where it is another or one is no plain number."""
+    if type(operator) is not kind:
+        return None
+    values = [getattr(getattr(operator, name), "value", getattr(operator, name)) for name in names]
+    return tuple(values) if all(isinstance(value, int | float) for value in values) else None
+
+
+def _value(setting: Any) -> float:
+    return float(getattr(setting, "value", setting))
