@@ -140,7 +140,7 @@ class ArrayNSGA2(NSGA2):
         rows = self._population()
         both = Rows.joined(rows, offspring)
         self._survive(both)
-        self._remember(both.chosen(slice(len(rows.X), None)))
+        self._remember(both.after(len(rows.X)))
 
     def _remember(self, offspring: Rows) -> None:
         """The latest individuals, ranked by now."""
@@ -182,7 +182,7 @@ class ArrayNSGA2(NSGA2):
         rounds = math.ceil(4 * matings / size)
         contests = np.concatenate([random.permutation(size) for _ in range(rounds)])[: 4 * matings].reshape(-1, 2)
         parents = winners(contests, rows.violation, rows.F, rows.crowding, random).reshape(-1, 2).T
-        children = crossed(self.mating.crossover, self.problem, rows.X[parents], random)
+        children = crossed(self.mating.crossover, self.problem, rows.X.take(parents, axis=0), random)
         return mutated(self.mating.mutation, self.problem, children.reshape(-1, rows.X.shape[1]), random)
 
     def _survive(self, rows: Rows, most: int | None = None) -> None:

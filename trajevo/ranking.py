@@ -12,6 +12,8 @@ from trajevo.arrays import Array
 
 #: Distance up to which pymoo takes two decision vectors for the same one.
 _SAME = 1e-16
+#: Twice what two such vectors' sums of products may differ by, were all n_var terms as great as any.
+_ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
 def fronts(F: Array, most: int) -> Iterator[Array]:
@@ -54,17 +56,16 @@ def copies(X: Array, *others: Array) -> Array:
     """
     size, n_var = X.shape
     every = np.concatenate([X, *others])
-    along = every @ np.linspace(1.0, 2.0, n_var)
+    along = every @ np.arange(n_var, 2.0 * n_var)
     order = along.argsort()
-    ascending = along[order]
-    rounding = 4.0 * n_var**2 * np.finfo(np.float64).eps * (1.0 + np.abs(every).max(initial=0.0))
-    close = ascending[1:] - ascending[:-1] <= rounding
-    alone = np.ones(len(every), dtype=np.bool_)
-    alone[order[1:][close]] = alone[order[:-1][close]] = False
+    ascending = along.take(order)
+    close = ascending[1:] - ascending[:-1] <= _ROUNDING * n_var**3 * (1.0 + np.abs(every).max(initial=0.0))
+    shared = np.zeros(len(every), dtype=np.bool_)
+    shared[order[1:][close]] = shared[order[:-1][close]] = True
     copied = np.zeros(size, dtype=np.bool_)
-    suspects = np.flatnonzero(~alone[:size])
+    (suspects,) = shared[:size].nonzero()
     if len(suspects):
-        rivals = np.flatnonzero(~alone)
+        (rivals,) = shared.nonzero()
         near = cdist(every[suspects], every[rivals]) <= _SAME
         near &= (rivals < suspects[:, None]) | (rivals >= size)
         copied[suspects] = near.any(axis=1)
@@ -84,18 +85,19 @@ def winners(pairs: Array, violation: Array, F: Array, crowding: Array, random: n
     Returns:
         Indices, shape (N,).
     """
-    one, other = pairs.T
-    mine, theirs = F[one], F[other]
+    contests = np.ascontiguousarray(pairs.T)
+    one, other = contests
+    mine, theirs = F.take(one, axis=0), F.take(other, axis=0)
     less, greater = (mine < theirs).any(axis=1), (mine > theirs).any(axis=1)
-    mine, theirs = crowding[one], crowding[other]
+    mine, theirs = crowding.take(contests)
     neither = less == greater
     better, worse = np.where(neither, mine > theirs, less), np.where(neither, mine < theirs, greater)
-    mine, theirs = violation[one], violation[other]
+    mine, theirs = violation.take(contests)
     broken = (mine > 0.0) | (theirs > 0.0)
     if broken.any():
         better = np.where(broken, mine < theirs, better)
         worse = np.where(broken, mine > theirs, worse)
     found: Array = np.where(better, one, other)
-    ties = np.flatnonzero(better == worse)
+    (ties,) = (better == worse).nonzero()
     found[ties] = pairs[ties, random.integers(0, 2, size=len(ties))]
     return found

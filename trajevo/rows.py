@@ -87,10 +87,15 @@ class Rows:
         arrays = {name: np.concatenate([getattr(one, name), getattr(other, name)]) for name in _ARRAYS}
         return cls(**arrays, notes=notes)
 
-    def chosen(self, indices: Array | slice) -> Rows:
-        """Some of them; views of their arrays where they follow each other as a slice."""
-        arrays = {name: getattr(self, name)[indices] for name in _ARRAYS}
+    def chosen(self, indices: Array) -> Rows:
+        """Some of them."""
+        arrays = {name: getattr(self, name).take(indices, axis=0) for name in _ARRAYS}
         return Rows(**arrays, notes={key: values[indices] for key, values in self.notes.items()})
+
+    def after(self, count: int) -> Rows:
+        """All but the first ones, as views of the same arrays."""
+        arrays = {name: getattr(self, name)[count:] for name in _ARRAYS}
+        return Rows(**arrays, notes={key: values[count:] for key, values in self.notes.items()})
 
     def population(self) -> Population:
         """The same as individuals of pymoo."""
@@ -119,8 +124,8 @@ def _columns(values: Any, size: int) -> Array:
 
 
 def _violation(G: Array, H: Array) -> Array:
-    violation: Array = np.maximum(0.0, G).sum(axis=1) + np.maximum(0.0, np.abs(H) - _EQUAL).sum(axis=1)
-    return violation
+    violation: Array = np.maximum(0.0, G).sum(axis=1)
+    return violation + np.maximum(0.0, np.abs(H) - _EQUAL).sum(axis=1) if H.shape[1] else violation
 
 
 def _unranked(size: int) -> tuple[Array, Array]:

@@ -80,14 +80,14 @@ def _simulated_binary(
     cross = draws[matings:].reshape(matings, n_var) < rate
     cross &= np.abs(parents[0] - parents[1]) > _CLOSE
     cross &= low != high
-    where = np.flatnonzero(cross)
+    (where,) = cross.reshape(-1).nonzero()
     row = where // n_var
     column = where - n_var * row
     pairs = parents.reshape(2, -1).take(where, axis=1)
     lesser, greater = np.minimum(*pairs), np.maximum(*pairs)
     room = np.empty_like(pairs)
-    np.subtract(lesser, low[column], out=room[0])
-    np.subtract(high[column], greater, out=room[1])
+    np.subtract(lesser, low.take(column), out=room[0])
+    np.subtract(high.take(column), greater, out=room[1])
     drawn, swapping = random.random(pairs.shape)
     apart, total = greater - lesser, lesser + greater
     spread = _spread(room, apart, drawn, index) * apart
@@ -116,9 +116,9 @@ def _polynomial(X: Array, low: Array, high: Array, rate: float, index: float, ra
     size, n_var = X.shape
     mutate = random.random((size, n_var)) < rate
     mutate &= low != high
-    where = np.flatnonzero(mutate)
+    (where,) = mutate.reshape(-1).nonzero()
     column = where % n_var
-    x, least, most = X.reshape(-1)[where], low[column], high[column]
+    x, least, most = X.take(where), low.take(column), high.take(column)
     width = most - least
     drawn = random.random(len(where))
     down = drawn <= 0.5
