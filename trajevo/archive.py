@@ -21,9 +21,7 @@ class Archive:
     """Grows with every evaluated population; only non-dominated feasible points stay.
 
     Attributes:
-        X: decision vectors, shape (N, n_var).
         F: objective values, shape (N, n_obj).
-        G: constraint values, shape (N, n_constr).
         least_violation: least Σ max(G, 0) of any individual so far; 0 once one is feasible, inf before any number.
         nearest: decision vector and constraint values of that individual, or None.
         failures: individuals whose evaluation gave no numbers.
@@ -40,24 +38,28 @@ class Archive:
 
     @property
     def X(self) -> Array:
+        """Decision vectors, shape (N, n_var)."""
         return self._rest.rows(0)
 
     @property
     def G(self) -> Array:
+        """Constraint values, shape (N, n_constr)."""
         return self._rest.rows(1)
 
     def add(self, X: Array, F: Array, G: Array, said: Sequence[str] | None = None) -> None:
         """Take in an evaluated population, shapes (B, n_var), (B, n_obj), (B, n_constr), and what failed ones said."""
-        finite = np.isfinite(F).all(axis=1)
-        self.failures += int((~finite).sum())
-        for i in np.flatnonzero(~finite)[: MOST_LISTED - len(self.failed)]:
-            self.failed.append((X[i].copy(), "" if said is None else str(said[i])))
-        violation = np.where(finite, np.maximum(G, 0.0).sum(axis=1), np.inf)
-        if len(X) and violation.min() < self.least_violation:
+        violation = np.maximum(G, 0.0).sum(axis=1)
+        if not np.isfinite(F).all():
+            failed = np.flatnonzero(~np.isfinite(F).all(axis=1))
+            violation[failed] = np.inf
+            self.failures += len(failed)
+            for i in failed[: MOST_LISTED - len(self.failed)]:
+                self.failed.append((X[i].copy(), "" if said is None else str(said[i])))
+        if self.least_violation > 0.0 and len(X) and violation.min() < self.least_violation:
             best = int(violation.argmin())
             self.least_violation = float(violation[best])
             self.nearest = X[best].copy(), G[best].copy()
-        feasible = np.flatnonzero(violation == 0.0)
+        (feasible,) = (violation == 0.0).nonzero()
         kept, taken = _non_dominated(self.F, F[feasible])
         if len(taken):
             chosen = feasible[taken]
@@ -105,13 +107,12 @@ def _non_dominated(old: Array, new: Array) -> tuple[Array, Array]:
     few of the new ones are left to be compared with all.
     """
     points, rivals = np.ascontiguousarray(new.T), np.ascontiguousarray(old.T)
-    left = np.arange(len(new))
+    left, kept = np.arange(len(new)), np.ones(len(old), dtype=np.bool_)
     for some in (rivals[:, -_LATEST:], rivals[:, :-_LATEST]):
         beaten = [pairs.any(axis=1) for pairs in _compared(np.greater_equal, points.take(left, axis=1), some)]
         left = left[~np.concatenate(beaten)] if beaten else left
     if len(left):
         left = left[moocore.is_nondominated(new[left])]
-    kept = np.ones(len(old), dtype=np.bool_)
     for pairs in _compared(np.less_equal, points.take(left, axis=1), rivals):
         kept &= ~pairs.any(axis=0)
     return kept, left

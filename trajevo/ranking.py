@@ -50,26 +50,32 @@ def crowding_distances(F: Array) -> Array:
 
 
 def copies(X: Array, *others: Array) -> Array:
-    """Which decision vectors (N, n_var) are those of an earlier one or of others, shape (N,).
-
-    Equal vectors have equal products with any direction, up to rounding: what stands alone there needs no comparison.
-    """
-    size, n_var = X.shape
-    every = np.concatenate([X, *others])
-    along = every @ np.arange(n_var, 2.0 * n_var)
-    order = along.argsort()
-    ascending = along.take(order)
-    close = ascending[1:] - ascending[:-1] <= _ROUNDING * n_var**3 * (1.0 + np.abs(every).max(initial=0.0))
-    shared = np.zeros(len(every), dtype=np.bool_)
-    shared[order[1:][close]] = shared[order[:-1][close]] = True
+    """Which decision vectors (N, n_var) are those of an earlier one or of others, shape (N,)."""
+    size, every = len(X), np.concatenate([X, *others])
+    rivals = _not_alone(every)
+    suspects = rivals[rivals < size]
     copied = np.zeros(size, dtype=np.bool_)
-    (suspects,) = shared[:size].nonzero()
     if len(suspects):
-        (rivals,) = shared.nonzero()
         near = cdist(every[suspects], every[rivals]) <= _SAME
         near &= (rivals < suspects[:, None]) | (rivals >= size)
         copied[suspects] = near.any(axis=1)
     return copied
+
+
+def _not_alone(X: Array) -> Array:
+    """Indices of decision vectors (N, n_var) among which all equal ones are.
+
+    Their products with any direction are equal too, up to rounding.
+    """
+    n_var = X.shape[1]
+    along = X @ np.arange(n_var, 2.0 * n_var)
+    order = along.argsort()
+    ascending = along.take(order)
+    close = ascending[1:] - ascending[:-1] <= _ROUNDING * n_var**3 * (1.0 + np.abs(X).max(initial=0.0))
+    shared = np.zeros(len(X), dtype=np.bool_)
+    shared[order[1:][close]] = shared[order[:-1][close]] = True
+    (found,) = shared.nonzero()
+    return found
 
 
 def winners(pairs: Array, violation: Array, F: Array, crowding: Array, random: np.random.Generator) -> Array:
@@ -87,17 +93,17 @@ def winners(pairs: Array, violation: Array, F: Array, crowding: Array, random: n
     """
     contests = np.ascontiguousarray(pairs.T)
     one, other = contests
-    mine, theirs = F.take(one, axis=0), F.take(other, axis=0)
+    mine, theirs = F.take(contests, axis=0)
     less, greater = (mine < theirs).any(axis=1), (mine > theirs).any(axis=1)
     mine, theirs = crowding.take(contests)
     neither = less == greater
     better, worse = np.where(neither, mine > theirs, less), np.where(neither, mine < theirs, greater)
-    mine, theirs = violation.take(contests)
-    broken = (mine > 0.0) | (theirs > 0.0)
-    if broken.any():
-        better = np.where(broken, mine < theirs, better)
-        worse = np.where(broken, mine > theirs, worse)
+    if (violation > 0.0).any():
+        mine, theirs = violation.take(contests)
+        broken = (mine > 0.0) | (theirs > 0.0)
+        better, worse = np.where(broken, mine < theirs, better), np.where(broken, mine > theirs, worse)
     found: Array = np.where(better, one, other)
     (ties,) = (better == worse).nonzero()
-    found[ties] = pairs[ties, random.integers(0, 2, size=len(ties))]
+    if len(ties):
+        found[ties] = pairs[ties, random.integers(0, 2, size=len(ties))]
     return found

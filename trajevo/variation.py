@@ -37,7 +37,7 @@ def crossed(operator: Any, problem: Any, parents: Array, random: np.random.Gener
     if settings is None:
         children = operator._do(problem, parents, random_state=random)
     else:
-        children = _simulated_binary(parents, problem.xl, problem.xu, *settings, random)
+        children = _simulated_binary(parents, problem.xl, problem.xu, settings, random)
     return np.where(chosen[:, None], children, parents)
 
 
@@ -53,36 +53,29 @@ def mutated(operator: Any, problem: Any, X: Array, random: np.random.Generator) 
     Returns:
         Shape (N, n_var); the same ones where the operator's probability leaves them as they are.
     """
-    settings = None
-    if not getattr(operator, "at_least_once", True):
-        settings = _numbers(operator, PM, "eta")
-    if settings is None:
-        changed = operator._do(problem, X, random_state=random)
+    settings = _numbers(operator, PM, "eta", "at_least_once")
+    rate = None if settings is None else operator.get_prob_var(problem)
+    if settings is None or settings[1] or not isinstance(rate, int | float):
+        changed = np.asarray(operator._do(problem, X, random_state=random), dtype=np.float64)
     else:
-        rate = _value(operator.get_prob_var(problem))
-        changed = _polynomial(X, problem.xl, problem.xu, rate, *settings, random)
+        changed = _polynomial(X, problem.xl, problem.xu, rate, settings[0], random)
     chosen = random.random(len(X)) <= _value(operator.prob)
+    if chosen.all():
+        return changed
     return np.where(chosen[:, None], changed, X)
 
 
 def _simulated_binary(
-    parents: Array,
-    low: Array,
-    high: Array,
-    rate: float,
-    index: float,
-    exchange_rate: float,
-    swap_rate: float,
-    random: np.random.Generator,
+    parents: Array, low: Array, high: Array, settings: tuple[float, ...], random: np.random.Generator
 ) -> Array:
+    rate, index, exchange_rate, swap_rate = settings
     _, matings, n_var = parents.shape
     draws = random.random((n_var + 1) * matings)
     cross = draws[matings:].reshape(matings, n_var) < rate
     cross &= np.abs(parents[0] - parents[1]) > _CLOSE
     cross &= low != high
     (where,) = cross.reshape(-1).nonzero()
-    row = where // n_var
-    column = where - n_var * row
+    column = where % n_var
     pairs = parents.reshape(2, -1).take(where, axis=1)
     lesser, greater = np.minimum(*pairs), np.maximum(*pairs)
     room = np.empty_like(pairs)
@@ -92,7 +85,9 @@ def _simulated_binary(
     apart, total = greater - lesser, lesser + greater
     spread = _spread(room, apart, drawn, index) * apart
     down, up = 0.5 * (total - spread[0]), 0.5 * (total + spread[1])
-    swapped = swapping < np.where(draws[:matings] > exchange_rate, 0.0, swap_rate)[row]
+    swapped = swapping < swap_rate
+    if exchange_rate < 1.0:
+        swapped &= (draws[:matings] <= exchange_rate)[where // n_var]
     children = parents.copy()
     # The lower child is the first one, unless they are swapped: whichever parent is the lower one.
     first, second = children.reshape(2, -1)
@@ -126,10 +121,9 @@ def _polynomial(X: Array, low: Array, high: Array, rate: float, index: float, ra
     # Variables outside their bounds may have no number here.
     with np.errstate(invalid="ignore"):
         kept = np.power(1.0 - np.where(down, x - least, most - x) / width, power)
-        value = np.where(
-            down, 2.0 * drawn + (1.0 - 2.0 * drawn) * kept, 2.0 * (1.0 - drawn) + 2.0 * (drawn - 0.5) * kept
-        )
-        root = np.power(value, 1.0 / power)
+        # pymoo has a formula for either side; doubles below 1 are drawn in steps of 2^-53, and 1 less one is exact.
+        twice = 2.0 * np.minimum(drawn, 1.0 - drawn)
+        root = np.power(twice + (1.0 - twice) * kept, 1.0 / power)
         step = np.where(down, root - 1.0, 1.0 - root)
     changed = X.copy()
     changed.reshape(-1)[where] = x + step * width
@@ -138,8 +132,8 @@ def _polynomial(X: Array, low: Array, high: Array, rate: float, index: float, ra
 
 def _clamped(X: Array, low: Array, high: Array) -> Array:
     """The same array with what is outside the bounds set to them; not by minima, in which -0 and 0 are the same."""
-    np.copyto(X, low, where=X < low)
-    np.copyto(X, high, where=X > high)
+    np.copyto(X, low, where=np.less(X, low))
+    np.copyto(X, high, where=np.greater(X, high))
     return X
 
 

@@ -156,7 +156,7 @@ class Watch:
 
     def _measure(self) -> None:
         """The hypervolume of an archive that has changed."""
-        F = self._points()[1] if self.problem.expansion is not None else self.archive.F
+        F = self.archive.F if self.problem.expansion is None else self._points()[1]
         if self.reference_point is None and len(F):
             self.reference_point = _box_corner(F)
         self._volume = 0.0 if self.reference_point is None else hypervolume(F, self.reference_point)
