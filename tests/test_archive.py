@@ -37,8 +37,9 @@ def at_once(parts):
 
 @pytest.mark.parametrize("n_obj", [1, 2, 3, 4, 5])
 @pytest.mark.parametrize("levels", [5, 10**6])
-@pytest.mark.parametrize("pairs", [1, 500, 2**16])
-def test_an_archive_is_that_of_all_points_together(monkeypatch, n_obj, levels, pairs):
+@pytest.mark.parametrize(("slow_from", "pairs"), [((4, 500), 2**16), ((1, 0), 2**16), ((1, 0), 500), ((1, 0), 1)])
+def test_an_archive_is_that_of_all_points_together(monkeypatch, n_obj, levels, slow_from, pairs):
+    monkeypatch.setattr(module, "_SLOW_FROM", slow_from)
     monkeypatch.setattr(module, "_PAIRS", pairs)
     parts = list(populations(n_obj, levels=levels, seed=n_obj))
     archive = Archive(2, n_obj, 2)
@@ -50,7 +51,8 @@ def test_an_archive_is_that_of_all_points_together(monkeypatch, n_obj, levels, p
 
 
 @pytest.mark.parametrize("n_obj", [2, 3, 4])
-def test_every_step_is_that_of_moocore(n_obj):
+def test_every_step_is_that_of_moocore(monkeypatch, n_obj):
+    monkeypatch.setattr(module, "_SLOW_FROM", (1, 0))
     old = np.empty((0, n_obj))
     for _, F, _ in populations(n_obj, levels=10**6, seed=9):
         new = F[np.isfinite(F).all(axis=1)]

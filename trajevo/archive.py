@@ -11,6 +11,8 @@ from trajevo.arrays import Array
 
 #: Failed individuals of a run that are listed; all are counted.
 MOST_LISTED = 100
+#: Objectives and points from which on moocore takes longer than comparing new points with the others.
+_SLOW_FROM = (4, 500)
 #: Points taken in latest that new ones are compared with first: most of what is dominated is dominated by one of them.
 _LATEST = 200
 #: Pairs of points that are compared at a time, so that what comes of them stays in the processor's cache.
@@ -60,6 +62,8 @@ class Archive:
             self.least_violation = float(violation[best])
             self.nearest = X[best].copy(), G[best].copy()
         (feasible,) = (violation == 0.0).nonzero()
+        if not len(feasible):
+            return
         kept, taken = _non_dominated(self.F, F[feasible])
         if len(taken):
             chosen = feasible[taken]
@@ -103,9 +107,12 @@ class _Shelf:
 def _non_dominated(old: Array, new: Array) -> tuple[Array, Array]:
     """What stays of points that do not dominate each other, as a mask, and indices of the new ones that join them.
 
-    The same as :func:`moocore.is_nondominated` of all together, of equal points the first, for a third of the time:
-    few of the new ones are left to be compared with all.
+    The same as :func:`moocore.is_nondominated` of all together, of equal points the first. Where that takes long, new
+    ones are compared with the others instead: a third of the time, for few are left to be compared with all.
     """
+    if old.shape[1] < _SLOW_FROM[0] or len(old) < _SLOW_FROM[1]:
+        left_over = moocore.is_nondominated(np.concatenate([old, new]))
+        return left_over[: len(old)], np.flatnonzero(left_over[len(old) :])
     points, rivals = np.ascontiguousarray(new.T), np.ascontiguousarray(old.T)
     left, kept = np.arange(len(new)), np.ones(len(old), dtype=np.bool_)
     for some in (rivals[:, -_LATEST:], rivals[:, :-_LATEST]):
