@@ -12,18 +12,12 @@ from pymoo.core.population import Population
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
-from pymoo.operators.survival.rank_and_crowding.metrics import calc_crowding_distance
-from pymoo.util.misc import random_permutations
-from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
-from pymoo.util.randomized_argsort import randomized_argsort
-from scipy.spatial.distance import cdist
 
 from trajevo.arrays import Array
 from trajevo.errors import InvalidInputError
+from trajevo.ranking import copies, crowding_distances, fronts, winners
 from trajevo.rows import Rows
-
-#: Distance up to which pymoo takes two decision vectors for the same one.
-_SAME = 1e-16
+from trajevo.variation import crossed, mutated
 
 
 @final
@@ -70,7 +64,6 @@ class ArrayNSGA2(NSGA2):
             raise InvalidInputError(
                 f"crossover: expected two parents and two children, got {kind.n_parents} and {kind.n_offsprings}"
             )
-        self._sorting = NonDominatedSorting()
 
     @property
     def pop(self) -> Population | None:
@@ -147,7 +140,7 @@ class ArrayNSGA2(NSGA2):
         rows = self._population()
         both = Rows.joined(rows, offspring)
         self._survive(both)
-        self._remember(both.chosen(np.arange(len(rows.X), len(both.X))))
+        self._remember(both.after(len(rows.X)))
 
     def _remember(self, offspring: Rows) -> None:
         """The latest individuals, ranked by now."""
@@ -177,10 +170,7 @@ class ArrayNSGA2(NSGA2):
         for _ in range(self.mating.n_max_iterations):
             wanted = self.n_offsprings - len(kept)
             X = self._mated(rows, wanted)
-            X = X[~_repeated(X)]
-            for others in (rows.X, kept):
-                if len(X) and len(others):
-                    X = X[~(cdist(X, others) <= _SAME).any(axis=1)]
+            X = X[~copies(X, rows.X, kept)]
             kept = np.concatenate([kept, X[:wanted]])
             if len(kept) == self.n_offsprings:
                 break
@@ -188,21 +178,12 @@ class ArrayNSGA2(NSGA2):
 
     def _mated(self, rows: Rows, wanted: int) -> Array:
         """Children of parents that win tournaments; at least as many as wanted."""
-        crossover, mutation, random = self.mating.crossover, self.mating.mutation, self.random_state
-        matings = math.ceil(wanted / 2)
-        size = len(rows.X)
-        contests = random_permutations(math.ceil(4 * matings / size), size, random_state=random)[: 4 * matings]
-        winners = _winners(rows, contests.reshape(-1, 2), random).reshape(-1, 2)
-        parents = rows.X[winners.T]
-        crossed = random.random(matings) < _value(crossover.prob)
-        children = parents.copy()
-        if crossed.any():
-            children[:, crossed] = crossover._do(self.problem, parents, random_state=random)[:, crossed]
-        X: Array = children.reshape(-1, parents.shape[-1])
-        mutated = mutation._do(self.problem, X, random_state=random)
-        chosen = random.random(size=len(X)) <= _value(mutation.prob)
-        X[chosen] = mutated[chosen]
-        return X
+        random, size, matings = self.random_state, len(rows.X), math.ceil(wanted / 2)
+        rounds = math.ceil(4 * matings / size)
+        contests = np.concatenate([random.permutation(size) for _ in range(rounds)])[: 4 * matings].reshape(-1, 2)
+        parents = winners(contests, rows.violation, rows.F, rows.crowding, random).reshape(-1, 2).T
+        children = crossed(self.mating.crossover, self.problem, rows.X.take(parents, axis=0), random)
+        return mutated(self.mating.mutation, self.problem, children.reshape(-1, rows.X.shape[1]), random)
 
     def _survive(self, rows: Rows, most: int | None = None) -> None:
         """Keep the best: feasible ones by rank and crowding, then those that break limits least."""
@@ -219,46 +200,14 @@ class ArrayNSGA2(NSGA2):
 
     def _best(self, rows: Rows, among: Array, most: int) -> Array:
         F, survivors, left = rows.F[among], [np.empty(0, dtype=np.intp)], most
-        for rank, front in enumerate(self._sorting.do(F, n_stop_if_ranked=most)):
-            crowding = _crowding(F[front])
+        for rank, front in enumerate(fronts(F, most)):
+            crowding = crowding_distances(F[front])
             members = among[front]
             rows.rank[members], rows.crowding[members] = rank, crowding
             if len(front) > left:
-                order = randomized_argsort(crowding, order="descending", method="numpy", random_state=self.random_state)
-                members = members[order[:left]]
+                # Shuffled before they are sorted, so that chance decides among equal ones.
+                shuffled = self.random_state.permutation(len(front))
+                members = members[shuffled[crowding[shuffled].argsort()][::-1][:left]]
             survivors.append(members)
             left -= len(members)
         return np.concatenate(survivors)
-
-
-def _crowding(F: Array) -> Array:
-    distances: Array = np.full(len(F), np.inf) if len(F) <= 2 else calc_crowding_distance(F)
-    return distances
-
-
-def _repeated(X: Array) -> Array:
-    """Whether a row is that of an earlier one."""
-    near = cdist(X, X) <= _SAME
-    repeated: Array = np.tril(near, -1).any(axis=1)
-    return repeated
-
-
-def _winners(rows: Rows, pairs: Array, random: np.random.Generator) -> Array:
-    """Winners of tournaments between two, (N, 2) -> (N,): by violation, dominance, crowding; ties are drawn."""
-    one, other = pairs.T
-    violation, F, crowding = rows.violation, rows.F, rows.crowding
-    broken = (violation[one] > 0.0) | (violation[other] > 0.0)
-    less, greater = (F[one] < F[other]).any(axis=1), (F[one] > F[other]).any(axis=1)
-    better = np.where(broken, violation[one] < violation[other], less & ~greater)
-    worse = np.where(broken, violation[one] > violation[other], greater & ~less)
-    open_ = ~broken & ~better & ~worse
-    better |= open_ & (crowding[one] > crowding[other])
-    worse |= open_ & (crowding[one] < crowding[other])
-    winners: Array = np.where(better, one, other)
-    ties = np.flatnonzero(~better & ~worse)
-    winners[ties] = pairs[ties, random.integers(0, 2, size=len(ties))]
-    return winners
-
-
-def _value(setting: Any) -> float:
-    return float(getattr(setting, "value", setting))

@@ -89,8 +89,13 @@ class Rows:
 
     def chosen(self, indices: Array) -> Rows:
         """Some of them."""
-        arrays = {name: getattr(self, name)[indices] for name in _ARRAYS}
+        arrays = {name: getattr(self, name).take(indices, axis=0) for name in _ARRAYS}
         return Rows(**arrays, notes={key: values[indices] for key, values in self.notes.items()})
+
+    def after(self, count: int) -> Rows:
+        """All but the first ones, as views of the same arrays."""
+        arrays = {name: getattr(self, name)[count:] for name in _ARRAYS}
+        return Rows(**arrays, notes={key: values[count:] for key, values in self.notes.items()})
 
     def population(self) -> Population:
         """The same as individuals of pymoo."""
@@ -119,8 +124,8 @@ def _columns(values: Any, size: int) -> Array:
 
 
 def _violation(G: Array, H: Array) -> Array:
-    violation: Array = np.maximum(0.0, G).sum(axis=1) + np.maximum(0.0, np.abs(H) - _EQUAL).sum(axis=1)
-    return violation
+    violation: Array = np.maximum(0.0, G).sum(axis=1)
+    return violation + np.maximum(0.0, np.abs(H) - _EQUAL).sum(axis=1) if H.shape[1] else violation
 
 
 def _unranked(size: int) -> tuple[Array, Array]:

@@ -32,6 +32,7 @@ class Watch:
         self.front_size: list[int] = []
         self.polishing: list[int] = []
         self.cpu_seconds: list[float] = []
+        self._measured, self._volume = self.archive.F, 0.0
 
     def collect(self, X: Array, out: dict[str, Any]) -> None:
         """Callback of pymoo's problem: the arrays of every evaluation."""
@@ -48,11 +49,9 @@ class Watch:
             polishing: evaluations spent beside those: on refining members, or on finding the first population.
             cpu_seconds: CPU time of the run so far [s].
         """
-        _, F = self._points()
-        if self.reference_point is None and len(F):
-            self.reference_point = _box_corner(F)
-        volume = 0.0 if self.reference_point is None else hypervolume(F, self.reference_point)
-        violation = self.archive.least_violation
+        if self.archive.F is not self._measured:
+            self._measure()
+        volume, violation = self._volume, self.archive.least_violation
         self.evaluations.append(evaluations)
         self.hypervolume.append(volume)
         self.least_violation.append(violation if np.isfinite(violation) else None)
@@ -154,6 +153,14 @@ class Watch:
         """Decision vectors and objectives of the target problem so far."""
         X, F = self.archive.X, self.archive.F
         return (X, F) if self.problem.expansion is None or not len(X) else self.problem.expansion.points(X, F)
+
+    def _measure(self) -> None:
+        """The hypervolume of an archive that has changed."""
+        F = self.archive.F if self.problem.expansion is None else self._points()[1]
+        if self.reference_point is None and len(F):
+            self.reference_point = _box_corner(F)
+        self._volume = 0.0 if self.reference_point is None else hypervolume(F, self.reference_point)
+        self._measured = self.archive.F
 
 
 def _blocking(archive: Archive, names: tuple[str, ...]) -> Blocking:

@@ -1,0 +1,109 @@
+"""What NSGA-II compares individuals by: fronts, crowding, tournaments and copies, to the bit as in pymoo."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import moocore
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from trajevo.arrays import Array
+
+#: Distance up to which pymoo takes two decision vectors for the same one.
+_SAME = 1e-16
+#: Twice what two such vectors' sums of products may differ by, were all n_var terms as great as any.
+_ROUNDING = 4.0 * np.finfo(np.float64).eps
+
+
+def fronts(F: Array, most: int) -> Iterator[Array]:
+    """Indices of the fronts of objectives (N, n_obj), the best one first, until they have the most that are wanted."""
+    if not len(F):
+        return
+    ranks, found = moocore.pareto_rank(F), 0
+    for rank in range(ranks.max() + 1):
+        front = np.flatnonzero(ranks == rank)
+        yield front
+        found += len(front)
+        if found >= most:
+            return
+
+
+def crowding_distances(F: Array) -> Array:
+    """Crowding distances of the objectives of a front, (N, n_obj) -> (N,)."""
+    size, n_obj = F.shape
+    if size <= 2:
+        return np.full(size, np.inf)
+    order = n_obj * F.argsort(axis=0, kind="stable") + np.arange(n_obj)
+    ascending, gaps = F.take(order), np.full((size + 1, n_obj), np.inf)
+    # What is not finite has no distance: pymoo takes 0 there, as for an objective that is the same for all.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        np.subtract(ascending[1:], ascending[:-1], out=gaps[1:-1])
+        extent = ascending[-1] - ascending[0]
+        extent[extent == 0.0] = np.nan
+        gaps /= extent
+    gaps[np.isnan(gaps)] = 0.0
+    distances = np.empty(F.shape)
+    distances.reshape(-1)[order] = gaps[:-1] + gaps[1:]
+    mean: Array = distances.sum(axis=1) / n_obj
+    return mean
+
+
+def copies(X: Array, *others: Array) -> Array:
+    """Which decision vectors (N, n_var) are those of an earlier one or of others, shape (N,)."""
+    size, every = len(X), np.concatenate([X, *others])
+    rivals = _not_alone(every)
+    suspects = rivals[rivals < size]
+    copied = np.zeros(size, dtype=np.bool_)
+    if len(suspects):
+        near = cdist(every[suspects], every[rivals]) <= _SAME
+        near &= (rivals < suspects[:, None]) | (rivals >= size)
+        copied[suspects] = near.any(axis=1)
+    return copied
+
+
+def _not_alone(X: Array) -> Array:
+    """Indices of decision vectors (N, n_var) among which all equal ones are.
+
+    Their products with any direction are equal too, up to rounding.
+    """
+    n_var = X.shape[1]
+    along = X @ np.arange(n_var, 2.0 * n_var)
+    order = along.argsort()
+    ascending = along.take(order)
+    close = ascending[1:] - ascending[:-1] <= _ROUNDING * n_var**3 * (1.0 + np.abs(X).max(initial=0.0))
+    shared = np.zeros(len(X), dtype=np.bool_)
+    shared[order[1:][close]] = shared[order[:-1][close]] = True
+    (found,) = shared.nonzero()
+    return found
+
+
+def winners(pairs: Array, violation: Array, F: Array, crowding: Array, random: np.random.Generator) -> Array:
+    """Winners of tournaments between two: by violation, dominance, crowding; ties are drawn.
+
+    Args:
+        pairs: indices of who meets whom, shape (N, 2).
+        violation: of every individual, 0 for feasible ones.
+        F: objectives of every individual, shape (individuals, n_obj).
+        crowding: crowding distance of every individual.
+        random: generator of the draws.
+
+    Returns:
+        Indices, shape (N,).
+    """
+    contests = np.ascontiguousarray(pairs.T)
+    one, other = contests
+    mine, theirs = F.take(contests, axis=0)
+    less, greater = (mine < theirs).any(axis=1), (mine > theirs).any(axis=1)
+    mine, theirs = crowding.take(contests)
+    neither = less == greater
+    better, worse = np.where(neither, mine > theirs, less), np.where(neither, mine < theirs, greater)
+    if (violation > 0.0).any():
+        mine, theirs = violation.take(contests)
+        broken = (mine > 0.0) | (theirs > 0.0)
+        better, worse = np.where(broken, mine < theirs, better), np.where(broken, mine > theirs, worse)
+    found: Array = np.where(better, one, other)
+    (ties,) = (better == worse).nonzero()
+    if len(ties):
+        found[ties] = pairs[ties, random.integers(0, 2, size=len(ties))]
+    return found
