@@ -111,13 +111,13 @@ def test_loads_add_what_holds_them_at_rest(robot, request):
     within = 1e-12 * np.abs(expected).max()
     torque = np.empty_like(states[0])
     assert kernel_of(robot.model, load) is not None
-    inverse_dynamics(robot.model, 1, load)(*states, torque)
+    inverse_dynamics(robot.model, load, threads=1)(*states, torque)
     np.testing.assert_allclose(torque, expected, rtol=0.0, atol=within)
     nothing = np.empty_like(torque)
-    inverse_dynamics(robot.model, 1, held(robot, 0.0))(*states, nothing)
+    inverse_dynamics(robot.model, held(robot, 0.0), threads=1)(*states, nothing)
     np.testing.assert_array_equal(nothing, of_kernel(robot.model, states))
     request.getfixturevalue("plain")
-    inverse_dynamics(robot.model, 1, load)(*states, torque)
+    inverse_dynamics(robot.model, load, threads=1)(*states, torque)
     np.testing.assert_allclose(torque, expected, rtol=0.0, atol=within)
 
 
@@ -126,7 +126,7 @@ def test_a_load_on_several_joints_is_left_to_two_passes():
     load, states = Load(robot.model, 0.5), random_states(robot, 100)
     assert kernel_of(robot.model, load) is None
     torque, still = np.empty_like(states[0]), np.zeros_like(states[0])
-    inverse_dynamics(robot.model, 1, load)(*states, torque)
+    inverse_dynamics(robot.model, load, threads=1)(*states, torque)
     expected = by_pinocchio(robot.model, states) + 0.5 * by_pinocchio(robot.model, [states[0], still, still])
     np.testing.assert_allclose(torque, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 
@@ -175,6 +175,20 @@ def test_slopes_are_pinocchio_s(robot):
     compared_with_pinocchio_s_derivatives(model, stepped(np.stack(states).reshape(3, 5, 300, -1)))
 
 
+def test_slopes_of_loads_are_those_of_two_passes(request):
+    robot = load_robot("pointing_mechanism")
+    motions, load = stepped(np.stack(random_states(robot, 4 * 50)).reshape(3, 4, 50, -1)), held(robot, 3.0)
+    together = stepped_dynamics(robot.model, load)(*motions)
+    rest = np.zeros_like(motions[0])
+    apart = stepped_dynamics(robot.model)(*motions) + 3.0 * stepped_dynamics(load.model)(motions[0], rest, rest)
+    request.getfixturevalue("plain")
+    plain = stepped_dynamics(robot.model, load)(*motions)
+    for part in (np.real, np.imag):
+        within = 1e-12 * np.abs(part(apart)).max()
+        np.testing.assert_allclose(part(together), part(apart), rtol=0.0, atol=within)
+        np.testing.assert_allclose(part(plain), part(apart), rtol=0.0, atol=within)
+
+
 @pytest.mark.parametrize("shape", [(0, 7), (1, 1), (3, 257)])
 def test_slopes_of_batches_of_any_size(shape, request):
     model = load_robot("pointing_mechanism").model
@@ -200,7 +214,7 @@ def test_a_torque_does_not_depend_on_its_neighbours_nor_on_threads(threads, comp
     model = load_robot("puma560").model
     states = np.random.default_rng(2).uniform(-3.0, 3.0, (3, 20_000, 6))
     together, order = np.empty_like(states[0]), np.random.default_rng(3).permutation(20_000)
-    compute = inverse_dynamics(model, threads)
+    compute = inverse_dynamics(model, threads=threads)
     compute(*states, together)
     shuffled = np.empty_like(together)
     compute(*(np.ascontiguousarray(x[order]) for x in states), shuffled)
@@ -226,7 +240,7 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     states = motions.real
     said = r"robot 'lopsided': .* written out differ from Pinocchio's by .* and are not used"
     with pytest.warns(UserWarning, match=said) as told:
-        compute, slope = inverse_dynamics(model, 1), stepped_dynamics(model)
+        compute, slope = inverse_dynamics(model, threads=1), stepped_dynamics(model)
     compute(*np.ascontiguousarray(states).reshape(3, -1, 6), torque)
     slopes = slope(*motions)
     assert len(told) == 1
@@ -235,7 +249,7 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     np.testing.assert_allclose(slopes.real.reshape(-1, 6), expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        inverse_dynamics(model, 1)
+        inverse_dynamics(model, threads=1)
         stepped_dynamics(model)
 
 

@@ -21,7 +21,7 @@ _out = Console(soft_wrap=True, highlight=False)
 
 def polish_run(
     run: RunArgument,
-    members: Annotated[int, typer.Option(help="Members that are refined in every round.")] = 20,
+    members: Annotated[int, typer.Option(help="Members that are refined in every round.")] = 10,
     rounds: Annotated[int, typer.Option(help="Rounds of refining members and filling gaps.")] = 2,
     seed: Annotated[int | None, typer.Option(help="Seed of all randomness; the run's own if not given.")] = None,
     cpu_time: Annotated[float | None, typer.Option(help="CPU time after which no step is begun [s].")] = None,

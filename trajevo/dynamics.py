@@ -68,7 +68,7 @@ class Dynamics:
             return self.unloaded_effort(q, v, a)
         if self.payload.model == "rigid":
             return self._actuated("carrying", q, v, a, self.robot.friction)
-        if self.payload.model == "weight_only" and not any(map(np.iscomplexobj, (q, v, a))):
+        if self.payload.model == "weight_only":
             return self._actuated("loaded", q, v, a, self.robot.friction)
         return self.unloaded_effort(q, v, a) + self.payload.mass * self.effort_per_kilogram(q, v, a)
 
@@ -116,21 +116,21 @@ class Dynamics:
     def _rnea(self, name: str, q: Array, v: Array, a: Array) -> Array:
         """Pinocchio's torque for arrays of shape (..., n) in model coordinates."""
         if any(map(np.iscomplexobj, (q, v, a))):
-            stepped = self._computed(f"{name}, stepped", lambda: stepped_dynamics(self._model(name)))
+            stepped = self._computed(f"{name}, stepped", lambda: stepped_dynamics(*self._masses(name)))
             rows = [x.reshape(len(x), -1, x.shape[-1]) for x in np.broadcast_arrays(q, v, a)]
             slopes: Array = stepped(*rows)
             return slopes.reshape(q.shape)
         # Pinocchio aborts the process on anything but float64.
         flat = [np.ascontiguousarray(x, dtype=np.float64).reshape(-1, x.shape[-1]) for x in (q, v, a)]
         torque = np.empty_like(flat[0])
-        self._computed(name, lambda: self._inverse_dynamics(name))(*flat, torque)
+        self._computed(name, lambda: inverse_dynamics(*self._masses(name), threads=self.threads))(*flat, torque)
         return torque.reshape(q.shape)
 
-    def _inverse_dynamics(self, name: str) -> Any:
+    def _masses(self, name: str) -> tuple[Any, Load | None]:
+        """A model, and what it holds of which nothing but its weight acts."""
         if name != "loaded":
-            return inverse_dynamics(self._model(name), self.threads)
-        load = Load(self._model("kilogram"), self.payload.mass)
-        return inverse_dynamics(self._model("unloaded"), self.threads, load)
+            return self._model(name), None
+        return self._model("unloaded"), Load(self._model("kilogram"), self.payload.mass)
 
     def _computed(self, name: str, make: Callable[[], Any]) -> Any:
         if name not in self._pools:

@@ -103,7 +103,10 @@ class PolynomialBatch(TrajectoryBatch):
         order, loops = checked_order(derivative), self._loops
         if loops is not None and order < len(DERIVATIVES):
             return self._sampled(tuple(np.asarray(u, dtype=np.float64).tolist()), order)
-        at = _powers(tuple(np.asarray(u, dtype=np.float64).tolist()), order, self.degree) @ self._unit_coefficients
+        unit = self._unit_coefficients
+        # Real and imaginary parts side by side: numpy would make a real matrix complex before it multiplies.
+        parts = unit.view(np.float64) if np.iscomplexobj(unit) else unit
+        at = (_powers(tuple(np.asarray(u, dtype=np.float64).tolist()), order, self.degree) @ parts).view(unit.dtype)
         if order:
             at *= (self.segment_durations**-order)[:, :, None, None]
         return frozen(at.reshape(len(self), -1, self.n_joints))

@@ -66,7 +66,7 @@ class Polished:
 def polish(
     front: Front,
     *,
-    members: int = 20,
+    members: int = 10,
     rounds: int = 2,
     seed: int | None = None,
     evaluations: int | None = None,

@@ -25,7 +25,7 @@ from trajevo.trajectory import TrajectoryBatch
 #: Far below rounding of any real part: the imaginary part over it is the derivative.
 _COMPLEX_STEP = 1e-20
 #: Numbers of one quantity that are worked on at a time, a megabyte, and individuals at the least.
-_CACHED, _FEWEST = 2**17, 16
+_CACHED, _FEWEST, _FIRST = 2**17, 16, 128
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class TrajectoryProblem(Problem):
     smooth: SmoothForm | None = None
     expansion: Expansion | None = None
     time_limited: TimeLimited | None = None
-    _chunk: int = _FEWEST
+    _chunk: int = _FIRST
 
     def __init__(
         self,

@@ -86,28 +86,16 @@ def kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | Non
     Warns:
         UserWarning: it does not agree with Pinocchio, which is used then.
     """
-    tree, carrier = tree_of(model), None if load is None else load.carrier
-    if tree is None or (carrier is None and load is not None):
-        return None
-    body = np.zeros(4) if load is None or carrier is None else load.body(carrier)
-    inertias = Inertias.of(model)
 
-    def with_inertias(kernel: compiled.Kernel) -> Callable[..., None]:
-        return lambda *states: kernel(*states, *inertias, body)
-
-    def difference(kernel: compiled.Kernel) -> float:
-        return _difference(with_inertias(kernel), model, load)
-
-    def make() -> compiled.Kernel:
+    def make(tree: tuple[Joint, ...], carrier: int | None) -> compiled.Kernel:
         if compiled.can_compile():
             return compiled.kernel(source(tree, carrier))
         return compiled.interpreted(arrays_source(tree, carrier))
 
-    kernel = _agreeing(("inverse dynamics", tree, carrier, compiled.can_compile()), model, make, difference)
-    return None if kernel is None else with_inertias(kernel)
+    return _agreeing("inverse dynamics", model, load, make, _difference)
 
 
-def slopes_kernel_of(model: Any) -> Callable[..., None] | None:
+def slopes_kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | None:
     """The compiled torques of complex states q, v, a (R, T, n): of those and beginnings of groups, into the last array.
 
     None without numba, and where there is no :func:`kernel_of`.
@@ -115,47 +103,55 @@ def slopes_kernel_of(model: Any) -> Callable[..., None] | None:
     Warns:
         UserWarning: it does not agree with Pinocchio, which is used then.
     """
-    tree = tree_of(model)
-    if tree is None or not compiled.can_compile():
+
+    def make(tree: tuple[Joint, ...], carrier: int | None) -> compiled.Kernel:
+        return compiled.kernel(slopes_source(tree, carrier))
+
+    if not compiled.can_compile():
         return None
-    inertias = Inertias.of(model)
-
-    def with_inertias(kernel: compiled.Kernel) -> Callable[..., None]:
-        return lambda *states: kernel(*states, *inertias)
-
-    def difference(kernel: compiled.Kernel) -> float:
-        return _difference_of_slopes(with_inertias(kernel), model)
-
-    what = "derivatives of inverse dynamics", tree, None, True
-    kernel = _agreeing(what, model, lambda: compiled.kernel(slopes_source(tree)), difference)
-    return None if kernel is None else with_inertias(kernel)
+    return _agreeing("derivatives of inverse dynamics", model, load, make, _difference_of_slopes)
 
 
 def _agreeing(
-    what: _What, model: Any, make: Callable[[], compiled.Kernel], difference: Callable[[compiled.Kernel], float]
-) -> compiled.Kernel | None:
-    if what not in _known:
-        kernel = make()
-        off = difference(kernel)
-        _known[what] = kernel if off <= _AGREES else None
-        if _known[what] is None:
+    what: str,
+    model: Any,
+    load: Load | None,
+    make: Callable[[tuple[Joint, ...], int | None], compiled.Kernel],
+    difference: Callable[[Callable[..., None], Any, Load | None], float],
+) -> Callable[..., None] | None:
+    """A kernel with the inertias of a model and a load, made if need be; None where it differs from Pinocchio."""
+    tree, carrier = tree_of(model), None if load is None else load.carrier
+    if tree is None or (carrier is None and load is not None):
+        return None
+    rest = *Inertias.of(model), np.zeros(4) if load is None or carrier is None else load.body(carrier)
+
+    def with_inertias(kernel: compiled.Kernel) -> Callable[..., None]:
+        return lambda *states: kernel(*states, *rest)
+
+    key = what, tree, carrier, compiled.can_compile()
+    if key not in _known:
+        kernel = make(tree, carrier)
+        off = difference(with_inertias(kernel), model, load)
+        _known[key] = kernel if off <= _AGREES else None
+        if off > _AGREES:
             warnings.warn(
-                f"robot {model.name!r}: the {what[0]} written out differ from Pinocchio's by {off:.1e} of the "
+                f"robot {model.name!r}: the {what} written out differ from Pinocchio's by {off:.1e} of the "
                 "greatest and are not used",
                 stacklevel=4,
             )
-    return _known[what]
+    known = _known[key]
+    return None if known is None else with_inertias(known)
 
 
 def inverse_dynamics(
-    model: Any, threads: int, load: Load | None = None
+    model: Any, load: Load | None = None, *, threads: int
 ) -> Callable[[Array, Array, Array, Array], None]:
     """What writes the torques of states q, v, a (N, n), arrays in C order of float64, into the last of four arrays.
 
     Args:
         model: a model of Pinocchio.
-        threads: threads to use; a state's torque does not depend on their number.
         load: what the robot holds besides.
+        threads: threads to use; a state's torque does not depend on their number.
     """
     kernel = kernel_of(model, load)
     if kernel is None:
@@ -180,7 +176,7 @@ def _pinocchio(model: Any, threads: int) -> Callable[..., None]:
 
 
 def _two_passes(model: Any, threads: int, load: Load) -> Callable[..., None]:
-    moving, held = inverse_dynamics(model, threads), inverse_dynamics(load.model, threads)
+    moving, held = inverse_dynamics(model, threads=threads), inverse_dynamics(load.model, threads=threads)
 
     def compute(q: Array, v: Array, a: Array, torque: Array) -> None:
         moving(q, v, a, torque)
@@ -189,17 +185,18 @@ def _two_passes(model: Any, threads: int, load: Load) -> Callable[..., None]:
     return compute
 
 
-def stepped_dynamics(model: Any) -> Callable[[Array, Array, Array], Array]:
+def stepped_dynamics(model: Any, load: Load | None = None) -> Callable[[Array, Array, Array], Array]:
     """What gives the torques of complex states q, v, a (R, T, n), exact to first order in the imaginary parts.
 
     Rows next to each other that differ in their imaginary parts alone share what depends on the real parts.
 
     Args:
         model: a model of Pinocchio.
+        load: what the robot holds besides.
     """
-    kernel = slopes_kernel_of(model)
+    kernel = slopes_kernel_of(model, load)
     if kernel is None:
-        return lambda *states: _by_pinocchio(model, *states)
+        return lambda *states: _by_pinocchio(model, load, *states)
 
     def compute(*states: Array) -> Array:
         states = tuple(np.ascontiguousarray(x, dtype=np.complex128) for x in states)
@@ -210,7 +207,7 @@ def stepped_dynamics(model: Any) -> Callable[[Array, Array, Array], Array]:
     return compute
 
 
-#: compiled.Kernels of this process, None where one does not agree with Pinocchio.
+#: Kernels of this process, None where one does not agree with Pinocchio.
 _known: dict[_What, compiled.Kernel | None] = {}
 
 
@@ -227,7 +224,7 @@ def _difference(compute: Callable[..., None], model: Any, load: Load | None) -> 
     return float(np.abs(torque - expected).max() / max(np.abs(expected).max(), np.finfo(float).tiny))
 
 
-def _difference_of_slopes(compute: Callable[..., None], model: Any) -> float:
+def _difference_of_slopes(compute: Callable[..., None], model: Any, load: Load | None) -> float:
     """Greatest difference from Pinocchio of torques and derivatives on random states, as a share of the greatest."""
     random = np.random.default_rng(0)
     shape = (_GROUPS, _EACH, _STATES // _GROUPS, model.nv)
@@ -237,12 +234,12 @@ def _difference_of_slopes(compute: Callable[..., None], model: Any) -> float:
     flat = [x.reshape(-1, *shape[2:]) for x in states]
     torque = np.empty_like(flat[0])
     compute(*flat, np.arange(0, len(torque) + 1, _EACH), torque)
-    expected = _by_pinocchio(model, *flat)
+    expected = _by_pinocchio(model, load, *flat)
     parts = ((torque.real, expected.real), (torque.imag, expected.imag))
     return max(float(np.abs(x - y).max() / max(np.abs(y).max(), np.finfo(float).tiny)) for x, y in parts)
 
 
-def _by_pinocchio(model: Any, q: Array, v: Array, a: Array) -> Array:
+def _by_pinocchio(model: Any, load: Load | None, q: Array, v: Array, a: Array) -> Array:
     """Torque of complex states (R, T, n) by Pinocchio's own derivatives, one call for every state that is different."""
     first, size, data = _begins(q, v, a), q.shape[-1], model.createData()
     states = [x[first].real for x in (q, v, a)]
@@ -252,6 +249,9 @@ def _by_pinocchio(model: Any, q: Array, v: Array, a: Array) -> Array:
         torque[i] = data.tau
     which, steps = np.cumsum(first) - 1, np.concatenate([q.imag, v.imag, a.imag], axis=-1)
     result: Array = torque[which] + 1j * (slopes[which] @ steps[..., None])[..., 0]
+    if load is not None:
+        rest = np.zeros_like(q)
+        result += load.mass * _by_pinocchio(load.model, None, q, rest, rest)
     return result
 
 

@@ -81,8 +81,7 @@ def source(tree: tuple[Joint, ...], carrier: int | None) -> str:
             the load is its mass and mass times centre of mass.
     """
     written, results = _written(tree, carrier)
-    lines = [*_head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree), _side(tree, 5)]
-    lines += [] if carrier is None else [f"    {name} = load[{k}]" for k, name in enumerate(_LOAD)]
+    lines = [*_head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree, carrier), _side(tree, 5)]
     lines += [f"    for begin in range(0, len(q), {_SIDE_BY_SIDE}):"]
     lines += [f"        count = min({_SIDE_BY_SIDE}, len(q) - begin)"]
     lines += [f"        {line}" for line in _laid_out(tree, "begin + i, ", "")]
@@ -98,8 +97,7 @@ def source(tree: tuple[Joint, ...], carrier: int | None) -> str:
 def arrays_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
     """The function of :func:`source` for numpy: every variable is an array of as many states as stay in the cache."""
     written, results = _written(tree, carrier)
-    lines = _head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree)
-    lines += [] if carrier is None else [f"    {name} = load[{k}]" for k, name in enumerate(_LOAD)]
+    lines = _head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree, carrier)
     lines += [
         f"    for begin in range(0, len(q), {_STATES_AS_ARRAY}):",
         f"        part = slice(begin, begin + {_STATES_AS_ARRAY})",
@@ -123,17 +121,17 @@ def _forgetting(lines: list[str], results: set[Term]) -> list[str]:
     return shorter[::-1]
 
 
-def slopes_source(tree: tuple[Joint, ...]) -> str:
+def slopes_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
     """A function of complex states q, v, a (R, T, n) that writes torques whose imaginary parts are exact derivatives.
 
     Rows that differ in their imaginary parts alone stand next to each other; ``begins`` (S + 1,) has where each such
     group begins, and R. The other arguments: torque (R, T, n), complex, and those of the torques' own function.
     """
-    written, results = _written(tree, None)
+    written, results = _written(tree, carrier)
     moving: dict[Term, Term] = {f"{name}{i}": f"d{name}{i}" for i in results for name in "csqva"}
     written, values, slopes = written.differentiated(moving)
     ends = {i: (values.get(term, term), slopes.get(term, 0.0)) for i, term in results.items()}
-    lines = [*_head("kernel(q, v, a, begins, torque, bodies, gravity, armature)", tree), _side(tree, 9)]
+    lines = [*_head("kernel(q, v, a, begins, torque, bodies, gravity, armature, load)", tree, carrier), _side(tree, 9)]
     lines += ["    for group in range(len(begins) - 1):", "        first = begins[group]"]
     lines += [f"        for begin in range(0, q.shape[1], {_SIDE_BY_SIDE}):"]
     lines += [f"            count = min({_SIDE_BY_SIDE}, q.shape[1] - begin)"]
@@ -257,13 +255,14 @@ def _force(written: StraightLine, state: Any, number: int) -> tuple[list[Term], 
     return force, written.sum(written.product(inertia, rate), spun, written.cross(lever, gain))
 
 
-def _head(signature: str, tree: tuple[Joint, ...]) -> list[str]:
+def _head(signature: str, tree: tuple[Joint, ...], carrier: int | None) -> list[str]:
     """What stands before the loops: arguments by their names."""
     joints = range(1, len(tree) + 1)
     lines = ["import math", "", "import numpy as np", "", "", f"def {signature}:"]
     lines += [f"    {name}{i} = bodies[{i - 1}, {k}]" for i in joints for k, name in enumerate(_BODY)]
     lines += [f"    g{name} = gravity[{k}]" for k, name in enumerate("xyz")]
     lines += [f"    armature{i} = armature[{i - 1}]" for i in joints]
+    lines += [] if carrier is None else [f"    {name} = load[{k}]" for k, name in enumerate(_LOAD)]
     return lines
 
 
