@@ -75,7 +75,7 @@ class HybridManipulator(TrajectoryProblem):
         duration_bounds: least and greatest interval [s].
         limits: of force, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.certified`.
         samples: instants per interval at which forces are computed, both ends included.
-        threads: threads of Pinocchio.
+        threads: threads that populations are evaluated on; results are the same for any number.
 
     Raises:
         UnknownNameError: no such convention, payload model, set of objectives or limits.

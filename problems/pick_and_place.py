@@ -54,7 +54,7 @@ class PickAndPlace(TrajectoryProblem):
         overshoot: how far a joint may leave the range of the points [rad]; not limited if None.
         limits: of torque, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.certified`.
         samples: instants per segment at which torque is computed, both ends included.
-        threads: threads of Pinocchio.
+        threads: threads that populations are evaluated on; results are the same for any number.
 
     Raises:
         UnknownNameError: no such interpolant or limits.

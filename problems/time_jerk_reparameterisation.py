@@ -85,7 +85,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         effort: limit the joints' torques or forces too, at the samples or certified; not with ``encoding="shape"``.
         payload: carried at the tool, mass [kg], a :class:`~trajevo.payload.Payload`, or its settings.
         samples: instants per segment at which effort is computed.
-        threads: threads of Pinocchio.
+        threads: threads that populations are evaluated on; results are the same for any number.
 
     Raises:
         UnknownNameError: no such path, robot, limits, encoding, interpolant or quadrature.

@@ -96,7 +96,7 @@ class ViaPointProblem(TrajectoryProblem):
             can hold at rest at the first and the last point.
         reference_point: far corner of the hypervolume's box, SI; taken from the first feasible points if None.
         samples: instants per segment at which effort and tool are looked at, both ends included.
-        threads: threads of Pinocchio.
+        threads: threads that populations are evaluated on; results are the same for any number.
 
     Raises:
         UnknownNameError: no such robot, interpolant, objective, constraint or limits.

@@ -55,10 +55,11 @@ def test_torques_are_pinocchio_s(robot, compiles, monkeypatch):
 @pytest.mark.parametrize("payload", PAYLOADS.values(), ids=PAYLOADS)
 def test_payloads_need_no_kernel_of_their_own(robot, payload, request):
     states = random_states(robot, 200)
-    compiled = Dynamics(robot, payload).effort(*states)
+    for usual in ("rigid", "weight_only"):
+        Dynamics(robot, PAYLOADS[usual]).effort(*states)
     known = len(rnea_kernel._known)
+    compiled = Dynamics(robot, payload).effort(*states)
     np.testing.assert_array_equal(compiled, Dynamics(robot, payload).effort(*states))
-    Dynamics(robot, PAYLOADS["rigid"]).effort(*states)
     assert len(rnea_kernel._known) == known
     request.getfixturevalue("plain")
     expected = Dynamics(robot, payload).effort(*states)
@@ -211,6 +212,7 @@ def test_other_joints_are_left_to_pinocchio(joint):
 def test_a_torque_does_not_depend_on_its_neighbours_nor_on_threads(threads, compiles, monkeypatch):
     if not compiles:
         monkeypatch.setattr(compiled, "can_compile", lambda: False)
+    monkeypatch.setattr(rnea_kernel, "_WORTH_A_THREAD", 4096)
     model = load_robot("puma560").model
     states = np.random.default_rng(2).uniform(-3.0, 3.0, (3, 20_000, 6))
     together, order = np.empty_like(states[0]), np.random.default_rng(3).permutation(20_000)

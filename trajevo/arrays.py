@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -68,17 +67,6 @@ def row_products(rows: Array, matrix: Array) -> Array:
     padded[: len(rows)] = rows
     products: Array = padded.reshape(blocks, _BLOCK, rows.shape[1]) @ matrix
     return products.reshape(len(padded), matrix.shape[1])[: len(rows)]
-
-
-#: Not empty in a process that was forked.
-_forked: list[bool] = []
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=lambda: _forked.append(True))
-
-
-def usable_threads(wanted: int) -> int:
-    """Threads that OpenMP may use here: one in a forked process, where GNU's hangs once its parent used several."""
-    return 1 if _forked else wanted
 
 
 def numbers(values: Any, *, name: str, shape: tuple[str | int, ...]) -> Array:

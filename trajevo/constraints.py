@@ -227,8 +227,7 @@ def along_path(rollout: Rollout) -> ComposedBatch:
 def _effort_excess(rollout: Rollout, *, share: float) -> Array:
     limit = rollout.robot.limits.effort * share
     kept = np.isfinite(limit)
-    # numpy finds extremes along the last axis in memory ten times faster.
-    effort = np.ascontiguousarray(np.swapaxes(rollout.effort, 1, 2))
+    effort = np.ascontiguousarray(np.swapaxes(rollout.effort, 1, 2))  # numpy's extremes are fast along the last axis
     peak = np.maximum(effort.max(axis=2), -effort.min(axis=2))
     excess: Array = peak[:, kept] / limit[kept] - 1.0
     return excess

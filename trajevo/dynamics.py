@@ -32,7 +32,8 @@ class Dynamics:
         robot: the robot; it is not touched.
         payload: what it carries; a mass of 0 changes nothing.
         samples: instants per segment at which effort is computed, both ends included (Gauss-Lobatto nodes).
-        threads: threads of Pinocchio; the results are the same for any number. A forked process uses one.
+        threads: for efforts and for large populations; the results are the same for any number. A forked process uses
+            one.
 
     Raises:
         InvalidInputError: fewer than 2 samples or fewer than 1 thread.

@@ -20,6 +20,7 @@ from trajevo.objectives import Objective
 from trajevo.payload import Payload
 from trajevo.robot import Robot
 from trajevo.selection import Weights
+from trajevo.threads import in_threads
 from trajevo.trajectory import TrajectoryBatch
 
 #: Far below rounding of any real part: the imaginary part over it is the derivative.
@@ -264,11 +265,9 @@ class TrajectoryProblem(Problem):
 
     def _evaluate_in_chunks(self, x: Array) -> tuple[Array, Array]:
         """As many at a time as stay in the cache; what an individual gets does not depend on its neighbours."""
-        parts = [self._evaluate_rows(x[: self._chunk])]
-        done = len(parts[0][0])
-        while done < len(x):
-            parts.append(self._evaluate_rows(x[done : done + self._chunk]))
-            done += len(parts[-1][0])
+        size = self._chunk
+        chunks = ((x[begin : begin + size],) for begin in range(0, max(len(x), 1), size))
+        parts = in_threads(self._evaluate_rows, chunks, self.dynamics.threads)
         F, G = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         return F, G
 

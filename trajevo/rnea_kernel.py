@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,15 +17,16 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo import compiled
-from trajevo.arrays import Array, usable_threads
+from trajevo.arrays import Array
 from trajevo.rnea_source import Joint, arrays_source, slopes_source, source, tree_of
+from trajevo.threads import in_threads, usable_threads
 
 #: States on which a kernel must agree with Pinocchio, and to what share of the greatest torque.
 _STATES, _AGREES = 1000, 1e-10
 #: Into how many groups they are divided for derivatives, and how many directions each of them has.
 _GROUPS, _EACH = 5, 3
 #: States that are worth a thread of their own.
-_WORTH_A_THREAD = 4096
+_WORTH_A_THREAD = 2**15
 
 
 #: What a kernel computes, of which tree, with a load on which joint, and whether it is compiled.
@@ -158,14 +158,8 @@ def inverse_dynamics(
         return _pinocchio(model, threads) if load is None else _two_passes(model, threads, load)
 
     def compute(*states: Array) -> None:
-        shares = min(usable_threads(threads), -(-len(states[0]) // _WORTH_A_THREAD))
-        if shares <= 1:
-            kernel(*states)
-            return
-        with ThreadPoolExecutor(shares) as pool:
-            parts = zip(*(np.array_split(x, shares) for x in states), strict=True)
-            for done in [pool.submit(kernel, *part) for part in parts]:
-                done.result()
+        shares = max(1, min(usable_threads(threads), -(-len(states[0]) // _WORTH_A_THREAD)))
+        in_threads(kernel, zip(*(np.array_split(x, shares) for x in states), strict=True), shares)
 
     return compute
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from trajevo.sine_source import GREATEST_ANGLE, cosine_and_sine
 from trajevo.straight_line import StraightLine, Term, Vector, text
 
 #: States whose values lie side by side in memory at a time.
@@ -24,27 +25,6 @@ _ROUNDING = 1e-15
 _BODY = ("m", "hx", "hy", "hz", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 #: Variables for a load of which nothing but its weight acts.
 _LOAD = ("load_m", "load_hx", "load_hy", "load_hz")
-#: Coefficients of sine and cosine on [-π/4, π/4], lowest power first (minimax polynomials of Sun's fdlibm, 1993), and
-#: π/2 in three parts, of which multiples up to 2²⁰ of the first two are exact.
-_SINE = (
-    -1.66666666666666324348e-01,
-    8.33333333332248946124e-03,
-    -1.98412698298579493134e-04,
-    2.75573137070700676789e-06,
-    -2.50507602534068634195e-08,
-    1.58969099521155010221e-10,
-)
-_COSINE = (
-    4.16666666666666019037e-02,
-    -1.38888888888741095749e-03,
-    2.48015872894767294178e-05,
-    -2.75573143513906633035e-07,
-    2.08757232129817482790e-09,
-    -1.13596475577881948265e-11,
-)
-_QUARTER = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
-#: Angle up to which that holds [rad]; beyond it the library's functions do the work.
-_GREATEST_ANGLE = 1e5
 
 
 class Joint(NamedTuple):
@@ -277,36 +257,11 @@ def _laid_out(tree: tuple[Joint, ...], place: str, part: str) -> list[str]:
     for i in range(len(tree)):
         lines += [f"    side[{i}, {k}, i] = {name}[{place}{i}]{part}" for k, name in ((0, "q"), (2, "v"), (3, "a"))]
     for i in (i for i, joint in enumerate(tree) if not joint.slides):
-        lines += ["for i in range(count):", *(f"    {line}" for line in _turned(f"side[{i}"))]
+        lines += ["for i in range(count):", *(f"    {line}" for line in cosine_and_sine(f"side[{i}"))]
         entry = f"q[{place}{i}]{part}"
-        lines += ["for i in range(count):", f"    if abs({entry}) > {_GREATEST_ANGLE!r}:"]
+        lines += ["for i in range(count):", f"    if abs({entry}) > {GREATEST_ANGLE!r}:"]
         lines += [f"        side[{i}, {k}, i] = math.{name}({entry})" for k, name in enumerate(("cos", "sin"))]
     return lines
-
-
-def _turned(row: str) -> list[str]:
-    """Cosine and sine of an angle in arithmetic that the compiler does for several states at once."""
-
-    def polynomial(coefficients: tuple[float, ...]) -> str:
-        result = repr(coefficients[-1])
-        for coefficient in coefficients[-2::-1]:
-            result = f"({result} * square + {coefficient!r})"
-        return result
-
-    rest = "".join(f" - quarters * {part!r}" for part in _QUARTER)
-    return [
-        f"angle = {row}, 0, i]",
-        f"quarters = np.floor(angle * {2.0 / np.pi!r} + 0.5)",
-        f"rest = angle{rest}",
-        "square = rest * rest",
-        f"sine = rest + rest * square * {polynomial(_SINE)}",
-        f"cosine = 1.0 - (0.5 * square - square * square * {polynomial(_COSINE)})",
-        "quarter = quarters - 4.0 * np.floor(0.25 * quarters)",
-        "odd = quarter == 1.0 or quarter == 3.0",
-        "near, far = (sine, cosine) if odd else (cosine, sine)",
-        f"{row}, 0, i] = -near if quarter == 1.0 or quarter == 2.0 else near",
-        f"{row}, 1, i] = -far if quarter >= 2.0 else far",
-    ]
 
 
 def _picked_up(tree: tuple[Joint, ...]) -> list[str]:
