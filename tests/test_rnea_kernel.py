@@ -57,8 +57,8 @@ def test_payloads_need_no_kernel_of_their_own(robot, payload, request):
     states = random_states(robot, 200)
     for usual in ("rigid", "weight_only"):
         Dynamics(robot, PAYLOADS[usual]).effort(*states)
-    known = len(rnea_kernel._known)
     compiled = Dynamics(robot, payload).effort(*states)
+    known = len(rnea_kernel._known)
     np.testing.assert_array_equal(compiled, Dynamics(robot, payload).effort(*states))
     assert len(rnea_kernel._known) == known
     request.getfixturevalue("plain")
