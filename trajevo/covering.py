@@ -7,10 +7,10 @@ from typing import final
 
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.stats import qmc
 
 from trajevo.archive import hypervolume
 from trajevo.arrays import Array
+from trajevo.spread import sobol
 
 #: Points of the box by which shares of it are counted, a power of two (Sobol).
 _PROBES = 2048
@@ -54,7 +54,7 @@ class Box:
         inside = (self.corner > F).all(axis=1)
         own = Box.of(F, None) if not inside.any() else self
         low = np.maximum(F.min(axis=0), own.low)
-        drawn = qmc.Sobol(F.shape[1], rng=np.random.default_rng(seed)).random(_PROBES)
+        drawn = sobol(F.shape[1], _PROBES, np.random.default_rng(seed))
         probes: Array = low + drawn * (own.corner - low)
         return probes
 

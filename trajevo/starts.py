@@ -11,7 +11,6 @@ import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.sampling import Sampling
 from pymoo.operators.sampling.rnd import FloatRandomSampling
-from scipy.stats import qmc
 
 from trajevo.arrays import Array, frozen, numbers, one_blas_thread
 from trajevo.covering import Box, covering
@@ -19,6 +18,7 @@ from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front import Front
 from trajevo.problem import TrajectoryProblem
 from trajevo.records import ProblemRecord, VariableRecord
+from trajevo.spread import latin_hypercube, sobol
 from trajevo.sqp import random_starts
 from trajevo.stretching import Limits, Stretching, in_seconds
 
@@ -214,11 +214,7 @@ def _stretched_population(
 
 def _drawn(dimensions: int, size: int, starts: str, generator: np.random.Generator) -> Array:
     """Points of the unit cube, shape (size, dimensions)."""
-    if starts == "latin_hypercube":
-        drawn = qmc.LatinHypercube(dimensions, rng=generator).random(size)
-    else:
-        # Only powers of two are balanced.
-        drawn = qmc.Sobol(dimensions, rng=generator).random_base2(int(size - 1).bit_length())[:size]
+    drawn = (latin_hypercube if starts == "latin_hypercube" else sobol)(dimensions, size, generator)
     return np.asarray(drawn, dtype=np.float64)
 
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.stats import qmc
 
 from trajevo.arrays import Array
 from trajevo.constraints import effort_share
 from trajevo.problem import TrajectoryProblem
+from trajevo.spread import sobol
 from trajevo.time_scaling import EffortOfPath, greatest_allowed
 
 #: Individuals that tell how a problem's limits scale, a power of two (Sobol), and the stretch that they are asked at.
@@ -84,7 +84,7 @@ class Stretching:
             share, column = effort_share(constraint), columns.stop
             if share is not None:
                 efforts.append((columns, share))
-        drawn = qmc.Sobol(problem.n_var, rng=np.random.default_rng(0)).random(_PROBES)
+        drawn = sobol(problem.n_var, _PROBES, np.random.default_rng(0))
         probes = problem.xl + drawn * (problem.xu - problem.xl)
         slower = np.where(times, _STRETCH * probes, probes)
         G, stretched = (limits(x) for x in (probes, slower))
