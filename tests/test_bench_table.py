@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trajevo import load_robot, rnea_kernel
+from trajevo import compiled, load_robot, rnea_kernel
 
 
 @pytest.fixture(autouse=True)
@@ -55,12 +55,13 @@ def test_exponents_are_of_the_greater_half():
 
 def test_without_numba_nothing_is_compiled():
     pytest.importorskip("numba")
-    from subjects import switches, without_numba
+    from subjects import without_numba
 
     model = load_robot("puma560").model
-    with without_numba(switches()):
-        assert rnea_kernel.kernel_of(model) is None
-    assert rnea_kernel.kernel_of(model) is not None
+    with without_numba():
+        assert rnea_kernel.slopes_kernel_of(model) is None
+        assert not compiled.can_compile()
+    assert rnea_kernel.slopes_kernel_of(model) is not None
 
 
 def test_candidates_one_by_one_are_the_same_problem():

@@ -12,11 +12,11 @@ from cases import FAST, PLAIN, Case, Line
 from compare import Action
 from elementwise import virtual_knots
 from scipy.interpolate import CubicSpline
-from subjects import candidates, ur5
+from subjects import candidates, ours, ur5, without_numba
 
-from trajevo import load_robot
+from trajevo import compiled, load_robot
 from trajevo.arrays import Array
-from trajevo.rnea_kernel import Inertias, kernel_of
+from trajevo.rnea_kernel import inverse_dynamics
 
 STATES, TRAJECTORIES = 7200, 100
 ROBOTS: dict[str, dict[str, Any]] = {
@@ -35,15 +35,19 @@ def lines() -> Iterator[Line]:
 
 def torques(name: str, model: Any) -> Case:
     """Inverse dynamics of the same random states, one thread."""
-    pool, data, kernel = pin.ModelPool(model, 1), model.createData(), kernel_of(model)
+    pool, data = pin.ModelPool(model, 1), model.createData()
     states = np.random.default_rng(0).uniform(-2.0, 2.0, (3, STATES, model.nv))
-    batch, inertias = np.empty_like(states[0]), Inertias.of(model)
+    batch = np.empty_like(states[0])
+    with without_numba():
+        plain = inverse_dynamics(model, threads=1)
     ways: dict[str, Action] = {
         "loop of pin.rnea": lambda: [pin.rnea(model, data, *state) for state in zip(*states, strict=True)],
-        PLAIN: lambda: pin.rneaInParallel(1, pool, *(x.T for x in states), batch.T),
+        "pin.rneaInParallel": lambda: pin.rneaInParallel(1, pool, *(x.T for x in states), batch.T),
+        PLAIN: lambda: plain(*states, batch),
     }
-    if kernel is not None:
-        ways[FAST] = lambda: kernel(*states, batch, *inertias)
+    if compiled.can_compile():
+        quick = inverse_dynamics(model, threads=1)
+        ways[FAST] = lambda: quick(*states, batch)
     peer, missing = roboticstoolbox(states) if name == "puma560" else ({}, ())
     return Case(
         title=f"inverse dynamics of a state, {name}, {model.nv} joints",
@@ -77,7 +81,7 @@ def splines() -> Case:
                 CubicSpline(t, column, bc_type="natural") for t, knots in known for column in knots.T
             ],
             "SciPy, one CubicSpline": lambda: [CubicSpline(t, knots, bc_type="natural") for t, knots in known],
-            PLAIN: lambda: problem.interpolant(h),
-        },
+        }
+        | ours(ur5, lambda problem: problem.interpolant(h)),
         per=TRAJECTORIES,
     )

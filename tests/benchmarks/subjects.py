@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 from collections.abc import Callable, Iterator
-from types import ModuleType
 
 import numpy as np
 from cases import FAST, PLAIN
@@ -15,9 +13,8 @@ from elementwise_path import ScipyLoop
 from elementwise_pointing import values as pointing_values
 
 from problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation, ViaPointProblem
-from trajevo import TrajectoryProblem, load_robot
+from trajevo import TrajectoryProblem, compiled, load_robot
 from trajevo.arrays import Array
-from trajevo.compiled import can_compile
 
 #: Instants of each of twelve segments at which torque is looked at, 48 in all.
 SAMPLES = 4
@@ -111,25 +108,15 @@ SUBJECTS: dict[str, tuple[Callable[[], TrajectoryProblem], Callable[[TrajectoryP
 }
 
 
-def switches() -> tuple[ModuleType, ...]:
-    """Modules that ask whether numba is installed."""
-    return tuple(
-        module
-        for name, module in list(sys.modules.items())
-        if name.startswith("trajevo.") and hasattr(module, "can_compile")
-    )
-
-
 @contextlib.contextmanager
-def without_numba(modules: tuple[ModuleType, ...]) -> Iterator[None]:
-    """As where numba is not installed. It takes a few microseconds, as it is measured with what it surrounds."""
-    for module in modules:
-        module.can_compile = lambda: False  # type: ignore[attr-defined]
+def without_numba() -> Iterator[None]:
+    """As where numba is not installed. It takes next to nothing, as it is measured with what it surrounds."""
+    kept = compiled.can_compile
+    compiled.can_compile = lambda: False  # type: ignore[assignment]
     try:
         yield
     finally:
-        for module in modules:
-            module.can_compile = can_compile  # type: ignore[attr-defined]
+        compiled.can_compile = kept
 
 
 def ours(make: Callable[[], TrajectoryProblem], action: Callable[[TrajectoryProblem], object]) -> dict[str, Action]:
@@ -137,16 +124,15 @@ def ours(make: Callable[[], TrajectoryProblem], action: Callable[[TrajectoryProb
 
     Each has a problem of its own, since a problem keeps the kernels that it has asked for.
     """
-    modules = switches()
-    with without_numba(modules):
+    with without_numba():
         slow = make()
         slow.evaluate(candidates(slow, 2))
 
     def plain() -> None:
-        with without_numba(modules):
+        with without_numba():
             action(slow)
 
-    if not can_compile():
+    if not compiled.can_compile():
         return {PLAIN: plain}
     quick = make()
     quick.evaluate(candidates(quick, 2))
