@@ -277,6 +277,14 @@ def test_a_run_with_refined_members_goes_on_to_the_bit(make, tmp_path, stopped_a
     assert not last.run.interrupted
 
 
+@pytest.mark.parametrize("polished", [True, False])
+def test_however_short_its_cpu_time_a_run_has_a_first_generation(polished):
+    front = optimise(PointingMechanism(), seed=1, cpu_time=1e-9, polish=polished, progress=False)
+    assert front.run.generations == 1
+    assert len(front.history.hypervolume) == len(front.run.cpu_seconds) == 1 + polished
+    assert len(front) > 0
+
+
 def test_a_run_ends_when_its_cpu_time_is_used_up(tmp_path):
     problem, settings = HybridManipulator(), {"seed": 1, "generations": 10**6, "population": 20, "progress": False}
     for polished in (True, False):

@@ -25,7 +25,14 @@ def plain(monkeypatch):
     monkeypatch.setattr(compiled, "can_compile", lambda: False)
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
+#: Robots whose kernels are compiled within seconds, all kinds of joints among them; the others take minutes.
+SHORT = ("puma560", "hybrid_manipulator", "pointing_mechanism", "feed_drive", "kinova")
+
+
+@pytest.fixture(
+    scope="module",
+    params=[name if name in SHORT else pytest.param(name, marks=pytest.mark.long) for name in ROBOTS],
+)
 def robot(request):
     return load_robot(request.param, **ROBOTS[request.param])
 

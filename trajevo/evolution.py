@@ -173,7 +173,7 @@ class _Keeper:
         return time.process_time() - self._cpu_began
 
     def used_up(self) -> bool:
-        """Whether the evolution has had its share of the evaluations and of the CPU time that the run may take."""
+        """Whether the evolution has had its share of evaluations and CPU time, the first generation in any case."""
         share = 0.5 if self._manifest.polish else 1.0
         evaluations, cpu_time = self._manifest.evaluations, self._manifest.cpu_time
         done = sum(self._watch.evaluations[-1:]) + sum(self._watch.polishing)
@@ -183,7 +183,7 @@ class _Keeper:
         used = self.cpu_seconds() / (share * cpu_time)
         if used < 1.0:
             self._plan(used)
-        return enough or used >= 1.0
+        return enough or (used >= 1.0 and bool(self._watch.evaluations))
 
     def _plan(self, used: float) -> None:
         """Tell the algorithm how many generations a share of its CPU time lets expect: some plan with their number."""

@@ -86,7 +86,8 @@ def optimise(
         evaluations: how many individuals the run may evaluate, a gradient counted as one for each variable; the
             evolution ends after the generation that reaches their number, or half of it where the front is polished.
         cpu_time: CPU time of this process that the run may take [s]; the evolution ends after the generation that
-            passes it, or half of it where the front is polished. How far it gets then depends on the machine.
+            passes it, or half of it where the front is polished, and not before the first. How far it gets depends on
+            the machine.
         polish: refine the front by gradients at the end, see :func:`trajevo.polish.polish`; where that is possible if
             None. A run that was interrupted or found nothing is left as it is. In a folder the front as the evolution
             left it is kept too, in ``evolved.json``.
