@@ -79,7 +79,7 @@ def main() -> None:
             f"polish / evolution CPU time {ratio:.2f}"
         )
     front, seconds = evolved(HybridManipulator(convention="printed"), 1)
-    for members, rounds in ((5, 1), (20, 1), (20, 2), (20, 3), (40, 2), (40, 3)):
+    for members, rounds in ((5, 1), (10, 1), (10, 2), (20, 1), (20, 2), (20, 3), (40, 2), (40, 3)):
         found = polish(front, members=members, rounds=rounds)
         print(f"  {members} members, {rounds} rounds: {found.hypervolume_after:.4f} at {found.seconds / seconds:.2f}")
 
