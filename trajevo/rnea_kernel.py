@@ -132,8 +132,8 @@ def _agreeing(
     if key not in _known:
         kernel = make(tree, carrier)
         off = difference(with_inertias(kernel), model, load)
-        _known[key] = kernel if off <= _AGREES else None
-        if off > _AGREES:
+        _known[key] = kernel if off <= _AGREES else None  # no number agrees with nothing
+        if _known[key] is None:
             warnings.warn(
                 f"robot {model.name!r}: the {what} written out differ from Pinocchio's by {off:.1e} of the "
                 "greatest and are not used",
