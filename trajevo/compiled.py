@@ -52,7 +52,11 @@ def fast(function: Function) -> Function:
     """A function that is compiled when it is first called; for modules that are not imported where numba is missing."""
     import numba
 
-    return cast(Function, numba.njit(error_model="numpy", nogil=True, cache=True)(function))
+    try:
+        compiled = numba.njit(error_model="numpy", nogil=True, cache=True)(function)
+    except RuntimeError:  # neither the module's folder nor the user's can be written to
+        compiled = numba.njit(error_model="numpy", nogil=True)(function)
+    return cast(Function, compiled)
 
 
 def _kept(source: str, name: str) -> Path | None:
