@@ -1,13 +1,18 @@
-"""The archive: what is left of all points together, whatever came when, and a hypervolume that is measured once."""
+"""The archive: what is left of all points together, whatever came when, and what is known of its hypervolumes."""
+
+import pickle
 
 import moocore
 import numpy as np
+import pydantic
 import pytest
 
 from tests.helpers import small_problem
 from trajevo import archive as module
-from trajevo import watch as books
+from trajevo import compiled, volumes
 from trajevo.archive import Archive
+from trajevo.records import History
+from trajevo.volumes import Chronicle, Volume, Volumes
 from trajevo.watch import Watch
 
 
@@ -22,6 +27,15 @@ def populations(n_obj, *, levels, seed, count=40, size=60):
         G[random.random(size) < 0.02, 0] = np.nan
         F[random.random(size) < 0.05, 0] = random.choice([np.nan, np.inf])
         yield np.column_stack([np.full(size, number), np.arange(size)]).astype(float), F, G
+
+
+@pytest.fixture(
+    params=[False, pytest.param(True, marks=pytest.mark.skipif(not compiled.can_compile(), reason="numba"))]
+)
+def compiles(request, monkeypatch):
+    """With the compiled loops, and as where numba is not installed."""
+    monkeypatch.setattr(compiled, "can_compile", lambda: request.param)
+    return request.param
 
 
 def at_once(parts):
@@ -39,6 +53,7 @@ def at_once(parts):
 @pytest.mark.parametrize("levels", [5, 10**6])
 @pytest.mark.parametrize(("slow_from", "pairs"), [((4, 500), 2**16), ((1, 0), 2**16), ((1, 0), 500), ((1, 0), 1)])
 def test_an_archive_is_that_of_all_points_together(monkeypatch, n_obj, levels, slow_from, pairs):
+    monkeypatch.setattr(compiled, "can_compile", lambda: False)
     monkeypatch.setattr(module, "_SLOW_FROM", slow_from)
     monkeypatch.setattr(module, "_PAIRS", pairs)
     parts = list(populations(n_obj, levels=levels, seed=n_obj))
@@ -50,8 +65,20 @@ def test_an_archive_is_that_of_all_points_together(monkeypatch, n_obj, levels, s
     assert archive.failures == sum(int((~np.isfinite(F).all(axis=1)).sum()) for _, F, _ in parts)
 
 
+@pytest.mark.parametrize("n_obj", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize("levels", [5, 10**6])
+def test_compiled_comparisons_keep_the_same_points(n_obj, levels):
+    pytest.importorskip("numba")
+    parts = list(populations(n_obj, levels=levels, seed=n_obj))
+    archive = Archive(2, n_obj, 2)
+    for part in parts:
+        archive.add(*part)
+    for found, expected in zip((archive.X, archive.F, archive.G), at_once(parts), strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
 @pytest.mark.parametrize("n_obj", [2, 3, 4])
-def test_every_step_is_that_of_moocore(monkeypatch, n_obj):
+def test_every_step_is_that_of_moocore(monkeypatch, compiles, n_obj):
     monkeypatch.setattr(module, "_SLOW_FROM", (1, 0))
     old = np.empty((0, n_obj))
     for _, F, _ in populations(n_obj, levels=10**6, seed=9):
@@ -84,19 +111,82 @@ def test_the_nearest_miss_is_that_of_all_points():
     assert len(archive.F) == 0
 
 
-def test_a_hypervolume_is_measured_where_the_archive_has_changed(monkeypatch):
+def test_a_chronicle_knows_what_an_archive_held_at_any_time():
+    archive, chronicle, held = Archive(2, 3, 2), Chronicle(3), [np.empty((0, 3))]
+    for part in populations(3, levels=10**6, seed=3):
+        change = archive.add(*part)
+        if change is not None:
+            chronicle.change(*change)
+            held.append(archive.F)
+    assert chronicle.time == len(held) - 1 > 10
+    for time, F in enumerate(held):
+        np.testing.assert_array_equal(chronicle.at(time), F)
+
+
+@pytest.fixture
+def watched(monkeypatch):
+    """A watch, a function that closes a generation of points, and how many were measured so far, each time."""
     measured = []
-    monkeypatch.setattr(books, "hypervolume", lambda F, corner: measured.append(len(F)) or float(len(measured)))
+    monkeypatch.setattr(volumes, "hypervolume", lambda F, corner: measured.append(len(F)) or float(F[:, 0].min()))
     watch = Watch(small_problem())
-    random = np.random.default_rng(0)
-    n_var, n_obj, n_constr = watch.problem.n_var, watch.problem.n_obj, watch.problem.n_ieq_constr
-    X, F, G = random.random((8, n_var)), random.random((8, n_obj)), np.full((8, n_constr), -1.0)
-    assert watch.close(1, 0).hypervolume == 0.0
-    watch.collect(X, {"F": F, "G": G})
-    assert watch.close(2, 8).hypervolume == 1.0
-    watch.collect(X, {"F": F + 1.0, "G": G})
-    assert watch.close(3, 16).hypervolume == 1.0
-    watch.collect(X, {"F": F - 0.5, "G": G})
-    assert watch.close(4, 24).hypervolume == 2.0
-    assert watch.hypervolume == [0.0, 1.0, 1.0, 2.0]
+    sizes = watch.problem.n_var, watch.problem.n_obj, watch.problem.n_ieq_constr
+
+    def close(F=None):
+        if F is not None:
+            watch.collect(np.zeros((len(F), sizes[0])), {"F": F, "G": np.full((len(F), sizes[2]), -1.0)})
+        return watch.close(len(watch.evaluations) + 1, 0)
+
+    return watch, close, measured
+
+
+def test_hypervolumes_are_measured_when_they_are_looked_at_and_once(watched):
+    watch, close, measured = watched
+    F = np.random.default_rng(0).random((8, watch.problem.n_obj))
+    least = F[:, 0].min()
+    shown = [close(), close(F), close(F + 1.0), close(F - 0.5), close(F - 0.7)]
+    history = watch.history()
+    assert measured == []
+    assert history.hypervolume[3] == least - 0.5
+    assert len(measured) == 1
+    assert [float(generation.hypervolume) for generation in shown] == list(history.hypervolume)
+    np.testing.assert_allclose(history.hypervolume, [0.0, least, least, least - 0.5, least - 0.7], rtol=1e-15)
+    assert len(measured) == 3
+    assert watch.measured() == list(watch.history().hypervolume)
+    assert f"{least - 0.7:.6f}" in str(shown[-1])
+    assert len(measured) == 3
+
+
+def test_a_checkpoint_measures_what_waited(watched):
+    watch, close, measured = watched
+    F = np.random.default_rng(0).random((8, watch.problem.n_obj))
+    close(F)
+    close(F - 0.5)
+    books = watch.books()
     assert len(measured) == 2
+    again = Watch(small_problem())
+    again.reopen(books)
+    assert again.hypervolume == watch.measured()
+
+
+def test_hypervolumes_are_a_sequence_of_numbers():
+    corner = np.array([1.0, 1.0])
+    waiting = [Volume(lambda share=share: np.array([[share, share]]), corner) for share in (0.5, 0.25)]
+    found, expected = Volumes([0.0, *waiting]), (0.0, 0.25, 0.5625)
+    assert found == expected
+    assert expected == found == Volumes(expected)
+    assert found != expected[:2]
+    assert (len(found), found[-1], found[1:], list(found)) == (3, 0.5625, expected[1:], list(expected))
+    assert found.followed_by(1.0) == (*expected, 1.0)
+    assert hash(found) == hash(Volumes(expected))
+    assert pickle.loads(pickle.dumps(found)) == found
+    assert repr(found) == repr(expected)
+
+
+def test_hypervolumes_go_into_a_file_and_come_back_equal():
+    others = {"evaluations": (1, 2), "least_violation": (None, 0.0), "front_size": (0, 3)}
+    history = History(reference_point=(1.0,), hypervolume=(0.0, 0.5), **others)
+    assert History.model_validate_json(history.model_dump_json()) == history
+    assert '"hypervolume":[0.0,0.5]' in history.model_dump_json()
+    for wrong in ((0.0, np.nan), (0.0, "much"), 1.0):
+        with pytest.raises(pydantic.ValidationError, match="hypervolume"):
+            History(reference_point=(1.0,), hypervolume=wrong, **others)

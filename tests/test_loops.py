@@ -73,6 +73,13 @@ def test_extremes_are_numpy_s(degree, draw, plain):
             np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-12 * max(np.abs(other).max(), 1e-300))
 
 
+@pytest.mark.parametrize("degree", DEGREES)
+def test_integrals_of_squares_are_numpy_s(degree, plain):
+    found = [batch(degree).integral_of_square(order) for order in range(4)]
+    plain()
+    close(found, [batch(degree).integral_of_square(order) for order in range(4)])
+
+
 @pytest.mark.parametrize("count", [2, 3, 11])
 def test_cubic_splines_are_numpy_s(count, plain):
     random = np.random.default_rng(count)

@@ -11,7 +11,6 @@ from problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJer
 from tests.helpers import impossible, refused, small_problem, trajevo
 from trajevo import optimise
 from trajevo.algorithms import ALGORITHMS, algorithm_settings
-from trajevo.archive import hypervolume
 from trajevo.constraints import kinematic_limits
 from trajevo.errors import InvalidInputError
 from trajevo.front import Front
@@ -21,6 +20,7 @@ from trajevo.objectives import Objective, summed_rms_acceleration, summed_rms_je
 from trajevo.polish import polish
 from trajevo.runs import resume, standing
 from trajevo.selection import Weights
+from trajevo.volumes import hypervolume
 from trajevo.weighted import minimise_weighted
 
 #: Known values: docs/hybrid_manipulator.md, docs/pointing_mechanism.md.

@@ -18,7 +18,6 @@ from typer.testing import CliRunner
 
 from tests.helpers import refused, small_problem, trajevo
 from trajevo import Front, load_problem, optimise
-from trajevo.archive import hypervolume
 from trajevo.cli_study import app
 from trajevo.example_task import write_example
 from trajevo.objectives import Objective, summed_rms_jerk, total_time
@@ -31,6 +30,7 @@ from trajevo.study.report import write_study
 from trajevo.study.results import CellResult
 from trajevo.study.run import run_study
 from trajevo.study.statistics import compare_levels, holm, signed_rank
+from trajevo.volumes import hypervolume
 
 SIZES = {"seed": 5, "repeats": 3, "generations": 6, "population": 12}
 

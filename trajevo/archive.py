@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import moocore
 import numpy as np
 
+from trajevo import compiled
 from trajevo.arrays import Array
 
 #: Failed individuals of a run that are listed; all are counted.
@@ -48,8 +49,12 @@ class Archive:
         """Constraint values, shape (N, n_constr)."""
         return self._rest.rows(1)
 
-    def add(self, X: Array, F: Array, G: Array, said: Sequence[str] | None = None) -> None:
-        """Take in an evaluated population, shapes (B, n_var), (B, n_obj), (B, n_constr), and what failed ones said."""
+    def add(self, X: Array, F: Array, G: Array, said: Sequence[str] | None = None) -> tuple[Array, Array] | None:
+        """Take in an evaluated population, shapes (B, n_var), (B, n_obj), (B, n_constr), and what failed ones said.
+
+        Returns:
+            A mask of the points that stay, and the objectives of those that join them; None where nothing changes.
+        """
         violation = np.maximum(G, 0.0).sum(axis=1)
         if not np.isfinite(F).all():
             failed = np.flatnonzero(~np.isfinite(F).all(axis=1))
@@ -63,12 +68,15 @@ class Archive:
             self.nearest = X[best].copy(), G[best].copy()
         (feasible,) = (violation == 0.0).nonzero()
         if not len(feasible):
-            return
+            return None
         kept, taken = _non_dominated(self.F, F[feasible])
-        if len(taken):
-            chosen = feasible[taken]
-            self.F = np.concatenate([self.F[kept], F[chosen]])
-            self._rest.change(kept, X[chosen], G[chosen])
+        if not len(taken):
+            return None
+        chosen = feasible[taken]
+        new = F[chosen]
+        self.F = np.concatenate([self.F[kept], new])
+        self._rest.change(kept, X[chosen], G[chosen])
+        return kept, new
 
 
 class _Shelf:
@@ -110,6 +118,12 @@ def _non_dominated(old: Array, new: Array) -> tuple[Array, Array]:
     The same as :func:`moocore.is_nondominated` of all together, of equal points the first. Where that takes long, new
     ones are compared with the others instead: a third of the time, for few are left to be compared with all.
     """
+    if compiled.can_compile():
+        from trajevo import archive_loops
+
+        keep, take = np.empty(len(old), dtype=np.bool_), np.empty(len(new), dtype=np.bool_)
+        archive_loops.non_dominated(np.ascontiguousarray(old.T), new, keep, take)
+        return keep, np.flatnonzero(take)
     if old.shape[1] < _SLOW_FROM[0] or len(old) < _SLOW_FROM[1]:
         left_over = moocore.is_nondominated(np.concatenate([old, new]))
         return left_over[: len(old)], np.flatnonzero(left_over[len(old) :])
@@ -141,10 +155,3 @@ def _compared(compare: np.ufunc, points: Array, rivals: Array) -> Iterator[Array
         for point, rival in zip(some[1:], rivals[1:], strict=True):
             holds &= compare(point, rival, out=one)
         yield holds
-
-
-def hypervolume(F: Array, reference_point: Array) -> float:
-    """Share of the box from 0 to the reference point that objective values (N, n_obj) dominate."""
-    if not len(F):
-        return 0.0
-    return float(moocore.hypervolume(F / reference_point, ref=np.ones(len(reference_point))))

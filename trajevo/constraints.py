@@ -114,8 +114,8 @@ def mean_velocity_limits(robot: Robot) -> Constraint:
 
 
 def _mean_velocity_excess(rollout: Rollout) -> Array:
-    ends = rollout.trajectory.at_shares(np.array([0.0, 1.0]), 0)
-    mean = (ends[:, 1::2] - ends[:, ::2]) / rollout.trajectory.segment_durations[:, :, None]
+    q = rollout.q.reshape(len(rollout.trajectory), -1, rollout.dynamics.samples, rollout.robot.dof)
+    mean = (q[:, :, -1] - q[:, :, 0]) / rollout.trajectory.segment_durations[:, :, None]
     share = mean * np.sign(mean.real) / rollout.robot.limits.velocity
     worst: Array = share.reshape(len(share), -1).max(axis=1, keepdims=True) - 1.0
     return worst

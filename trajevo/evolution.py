@@ -180,7 +180,8 @@ class _Keeper:
         enough = evaluations is not None and done >= share * evaluations
         if cpu_time is None:
             return enough
-        used = self.cpu_seconds() / (share * cpu_time)
+        # What the books say, so that a run that is gone on with later ends after the same generation.
+        used = (self._watch.cpu_seconds or [self.cpu_seconds()])[-1] / (share * cpu_time)
         if used < 1.0:
             self._plan(used)
         return enough or (used >= 1.0 and bool(self._watch.evaluations))
@@ -221,7 +222,7 @@ class _Keeper:
             self._began -= seconds
             self._cpu_began = time.process_time() - self._watch.cpu_seconds[-1]
         self._folder.forget_after(self._saved)
-        self._needs_space()
+        self._needs_space(self._folder)
 
     def generation_done(self) -> None:
         """Write a checkpoint if one is due."""
@@ -232,6 +233,7 @@ class _Keeper:
         """Write what has not been written; where that fails, say so, keep it in memory and try again later."""
         if self._folder is None or self._saved == len(self._watch.evaluations):
             return
+        self._watch.measured()
         began = time.perf_counter()
         try:
             numbers, parts = zip(*self._waiting, strict=True) if self._waiting else ((), ())
@@ -259,18 +261,16 @@ class _Keeper:
             **{f"solver.{name}": array for name, array in solver.items()},
         }
 
-    def _needs_space(self) -> None:
+    def _needs_space(self, folder: RunFolder) -> None:
         """Refuse a run that the disk has no room for, before hours are spent on it."""
         problem = self._watch.problem
         size = getattr(self._solver, "n_offsprings", None) or getattr(self._solver, "pop_size", None) or 0
         columns = problem.n_var + problem.n_obj + problem.n_ieq_constr + 1
         needed = _BESIDES + 8 * columns * size * (self._manifest.generations - self._saved)
-        free = self._folder.free() if self._folder is not None else needed
+        free = folder.free()
         if free < needed:
-            raise InvalidInputError(
-                f"{self._folder.folder if self._folder else ''}: the run needs about {needed / 1e6:.0f} MB, "
-                f"{free / 1e6:.0f} MB are free"
-            )
+            about = f"about {needed / 1e6:.0f} MB, {free / 1e6:.0f} MB are free"
+            raise InvalidInputError(f"{folder.folder}: the run needs {about}")
 
 
 #: X, F, G of an evaluated population and what those that failed said.

@@ -137,7 +137,12 @@ class PolynomialBatch(TrajectoryBatch):
         """By Gauss-Legendre quadrature with as many nodes as make it exact for the squared polynomial."""
         order = checked_order(derivative)
         nodes, weights = _legendre(max(self.degree - order, 0) + 1)
-        powers = _powers(nodes, order, self.degree)
+        powers, loops = _powers(nodes, order, self.degree), self._loops
+        if loops is not None:
+            integral = np.empty((len(self), self.n_joints))
+            steps = self.segment_durations
+            loops.square_integrals(np.ascontiguousarray(self.coefficients), steps, order, powers, weights, integral)
+            return frozen(integral)
         # Trajectory by trajectory, so that the digits of one do not depend on how many there are.
         flat = np.swapaxes(self._unit_coefficients, 2, 3).reshape(len(self), -1, self.degree + 1)
         per_segment = (np.square(flat @ powers.T) @ weights).reshape(*self.coefficients.shape[:3])

@@ -52,6 +52,40 @@ def samples(coefficients: Array, steps: Array, tables: Array, out: Array) -> Non
 
 
 @fast
+def square_integrals(coefficients: Array, steps: Array, order: int, powers: Array, weights: Array, out: Array) -> None:
+    """Integrals of a derivative's square over all segments, by quadrature in each.
+
+    Args:
+        coefficients: shape (B, S, n, degree + 1), ascending powers of the time since the segment began.
+        steps: lengths of the segments, shape (B, S).
+        order: which derivative.
+        powers: what takes coefficients of the unit interval to its values at the nodes, shape (nodes, degree + 1).
+        weights: of the nodes, shape (nodes,).
+        out: what is written, shape (B, n).
+    """
+    batch, segments, joints, count = coefficients.shape
+    unit = np.empty(count)
+    for b in range(batch):
+        for j in range(joints):
+            out[b, j] = 0.0
+        for s in range(segments):
+            step = steps[b, s]
+            factor = step / step ** (2 * order)
+            for j in range(joints):
+                power = 1.0
+                for k in range(count):
+                    unit[k] = coefficients[b, s, j, k] * power
+                    power *= step
+                integral = 0.0
+                for node in range(len(weights)):
+                    value = 0.0
+                    for k in range(order, count):
+                        value += powers[node, k] * unit[k]
+                    integral += value * value * weights[node]
+                out[b, j] += integral * factor
+
+
+@fast
 def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, lowest: Array, highest: Array) -> None:
     """Exact least and greatest values of the first derivatives, see :func:`trajevo.polynomials.extremes`.
 

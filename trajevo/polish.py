@@ -178,7 +178,7 @@ def _booked(work: Refinement, original: Front, told: dict[str, Any], seconds: fl
         history=history.model_copy(
             update={
                 "evaluations": (*history.evaluations, history.evaluations[-1] + work.cost),
-                "hypervolume": (*history.hypervolume, volume),
+                "hypervolume": history.hypervolume.followed_by(volume),
                 "least_violation": (*history.least_violation, 0.0),
                 "front_size": (*history.front_size, len(archive.F)),
             }

@@ -12,8 +12,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Column
 
+from trajevo.volumes import Volume
+
 #: Plain lines per run.
 _LINES = 10
+#: How often a bar is drawn again in a second, and what it says changes at most.
+_REFRESHED = 4
 
 
 @dataclass(frozen=True)
@@ -21,13 +25,13 @@ class Generation:
     """Where a run stands: generation number, hypervolume, least violation, number of points on the front."""
 
     number: int
-    hypervolume: float
+    hypervolume: float | Volume
     least_violation: float
     front_size: int
 
     def __str__(self) -> str:
         return (
-            f"hypervolume {self.hypervolume:.6f}  least violation {self.least_violation:.4g}  "
+            f"hypervolume {float(self.hypervolume):.6f}  least violation {self.least_violation:.4g}  "
             f"front {self.front_size} points"
         )
 
@@ -85,9 +89,10 @@ class _Bar(Reporter):
             BarColumn(bar_width=None, table_column=Column(ratio=1)),
             console=console,
             expand=True,
-            refresh_per_second=4,
+            refresh_per_second=_REFRESHED,
         )
         self._task: TaskID = self._progress.add_task("", total=total, completed=done)
+        self._total, self._due = total, 0.0
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -97,7 +102,11 @@ class _Bar(Reporter):
         self._progress.stop()
 
     def update(self, generation: Generation) -> None:
-        self._progress.update(self._task, completed=generation.number, description=str(generation))
+        now = time.perf_counter()
+        if now >= self._due or generation.number == self._total:
+            self._due = now + 1.0 / _REFRESHED
+            self._progress.update(self._task, description=str(generation))
+        self._progress.update(self._task, completed=generation.number)
 
 
 @final

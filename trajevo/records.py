@@ -6,12 +6,14 @@ import math
 import platform
 from collections.abc import Iterable
 from contextlib import suppress
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal
 
 import pydantic
 
 from trajevo.problem import TrajectoryProblem
+from trajevo.volumes import Volumes
 
 #: Packages whose versions decide what a run computes.
 _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "ruckig")
@@ -138,14 +140,14 @@ class History(Record):
         reference_point: far corner of the box, objectives in SI; the problem's, else taken from the first feasible
             points, else None.
         evaluations: individuals evaluated so far; a gradient counts as one for each variable.
-        hypervolume: of all feasible points so far.
+        hypervolume: of all feasible points so far; of a run in this process measured when it is looked at.
         least_violation: least Σ max(G, 0) so far, 0 once feasible, None before any number.
         front_size: non-dominated feasible points so far.
     """
 
     reference_point: tuple[float, ...] | None
     evaluations: tuple[int, ...]
-    hypervolume: tuple[float, ...]
+    hypervolume: Volumes
     least_violation: tuple[float | None, ...]
     front_size: tuple[int, ...]
 
@@ -200,6 +202,11 @@ class FrontFile(Record):
 
 def installed_versions() -> dict[str, str]:
     """Versions of the packages that decide what a run computes, and of Python."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
     found = {"python": platform.python_version()} | {package: version(package) for package in _PACKAGES}
     with suppress(PackageNotFoundError):
         found["numba"] = version("numba")

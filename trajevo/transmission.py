@@ -88,12 +88,9 @@ class CoupledScrews(Transmission):
     def motion(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
         """ψ, J v and J a + J' v: the last has the term -2 L u u'²/(L² + u²)² of eq. (43)."""
         u, du, ddu = (x[..., self.swivel] - x[..., self.slide] for x in (q, v, a))
-        denominator = self.span**2 + u**2
-        swivel = (
-            np.arctan(u / self.span),
-            self.span * du / denominator,
-            self.span * ddu / denominator - 2.0 * self.span * u * du**2 / denominator**2,
-        )
+        share = self.span / (self.span**2 + u * u)
+        rate = share * du
+        swivel = np.arctan(u / self.span), rate, share * ddu - 2.0 / self.span * u * rate * rate
         position, velocity, acceleration = (
             self._replaced(x, 0.5 * (x[..., self.slide] + x[..., self.swivel]), turned)
             for x, turned in zip((q, v, a), swivel, strict=True)

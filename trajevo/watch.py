@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from trajevo.archive import Archive, hypervolume
+from trajevo.archive import Archive
 from trajevo.arrays import Array
 from trajevo.front import Front
 from trajevo.problem import TrajectoryProblem
 from trajevo.progress import Generation
 from trajevo.records import Blocking, FailedIndividual, History, ProblemRecord, Run, installed_versions
+from trajevo.volumes import Chronicle, Volume, Volumes, hypervolume
 
 
 class Watch:
@@ -27,18 +29,21 @@ class Watch:
         self.archive = Archive(problem.n_var, problem.n_obj, problem.n_ieq_constr)
         self.reference_point = self.target.reference_point
         self.evaluations: list[int] = []
-        self.hypervolume: list[float] = []
+        self.hypervolume: list[float | Volume] = []
         self.least_violation: list[float | None] = []
         self.front_size: list[int] = []
         self.polishing: list[int] = []
         self.cpu_seconds: list[float] = []
-        self._measured, self._volume = self.archive.F, 0.0
+        self._chronicle, self._volume_at = Chronicle(problem.n_obj), 0
+        self._volume: float | Volume = 0.0
 
     def collect(self, X: Array, out: dict[str, Any]) -> None:
         """Callback of pymoo's problem: the arrays of every evaluation."""
         said = out.get("failure")
         x, F, G = (np.atleast_2d(values) for values in (X, out["F"], out["G"]))
-        self.archive.add(x, F, G, None if said is None else np.atleast_1d(said).tolist())
+        change = self.archive.add(x, F, G, None if said is None else np.atleast_1d(said).tolist())
+        if change is not None:
+            self._chronicle.change(*change)
 
     def close(self, number: int, evaluations: int, *, polishing: int = 0, cpu_seconds: float = 0.0) -> Generation:
         """Book a finished generation.
@@ -49,8 +54,8 @@ class Watch:
             polishing: evaluations spent beside those: on refining members, or on finding the first population.
             cpu_seconds: CPU time of the run so far [s].
         """
-        if self.archive.F is not self._measured:
-            self._measure()
+        if self._volume_at != self._chronicle.time:
+            self._changed()
         volume, violation = self._volume, self.archive.least_violation
         self.evaluations.append(evaluations)
         self.hypervolume.append(volume)
@@ -66,23 +71,27 @@ class Watch:
         return History(
             reference_point=None if corner is None else tuple(corner.tolist()),
             evaluations=tuple((np.array(self.evaluations) + np.cumsum(self.polishing)).tolist()),
-            hypervolume=tuple(self.hypervolume),
+            hypervolume=Volumes(self.hypervolume),
             least_violation=tuple(self.least_violation),
             front_size=tuple(self.front_size),
         )
 
     def books(self) -> dict[str, Array]:
-        """The books as arrays; evaluations and failures are those of the individuals that were collected."""
+        """The books as arrays, what waited measured; evaluations are those of the individuals that were collected."""
         corner = self.reference_point
         return {
             "reference_point": np.array([] if corner is None else corner, dtype=np.float64),
             "evaluations": np.array(self.evaluations, dtype=np.int64),
-            "hypervolume": np.array(self.hypervolume, dtype=np.float64),
+            "hypervolume": np.array(self.measured(), dtype=np.float64),
             "least_violation": np.array([np.nan if v is None else v for v in self.least_violation], dtype=np.float64),
             "front_size": np.array(self.front_size, dtype=np.int64),
             "polishing": np.array(self.polishing, dtype=np.int64),
             "cpu_seconds": np.array(self.cpu_seconds, dtype=np.float64),
         }
+
+    def measured(self) -> list[float]:
+        """Hypervolume of every generation."""
+        return [float(volume) for volume in self.hypervolume]
 
     def reopen(self, books: Mapping[str, Array]) -> None:
         """Go on with books that :meth:`books` gave; the individuals are to be collected again."""
@@ -154,13 +163,19 @@ class Watch:
         X, F = self.archive.X, self.archive.F
         return (X, F) if self.problem.expansion is None or not len(X) else self.problem.expansion.points(X, F)
 
-    def _measure(self) -> None:
-        """The hypervolume of an archive that has changed."""
-        F = self.archive.F if self.problem.expansion is None else self._points()[1]
+    def _changed(self) -> None:
+        """Hypervolume of an archive that has changed: measured when somebody looks at it, that of curves at once."""
+        curves = self.problem.expansion is not None
+        F = self._points()[1] if curves else self.archive.F
         if self.reference_point is None and len(F):
             self.reference_point = _box_corner(F)
-        self._volume = 0.0 if self.reference_point is None else hypervolume(F, self.reference_point)
-        self._measured = self.archive.F
+        self._volume_at = self._chronicle.time
+        if self.reference_point is None:
+            self._volume = 0.0
+        elif curves:
+            self._volume = hypervolume(F, self.reference_point)
+        else:
+            self._volume = Volume(partial(self._chronicle.at, self._volume_at), self.reference_point)
 
 
 def _blocking(archive: Archive, names: tuple[str, ...]) -> Blocking:

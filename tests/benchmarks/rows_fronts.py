@@ -15,9 +15,9 @@ from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 
 from problems import TimeJerkReparameterisation
 from trajevo import nnc
-from trajevo.archive import hypervolume
 from trajevo.arrays import Array
 from trajevo.sqp import Search, central_differences, random_starts
+from trajevo.volumes import hypervolume
 
 POINTS = 6
 TOPPRA = "toppra, jerk not limited"
