@@ -227,8 +227,8 @@ def along_path(rollout: Rollout) -> ComposedBatch:
 def _effort_excess(rollout: Rollout, *, share: float) -> Array:
     limit = rollout.robot.limits.effort * share
     kept = np.isfinite(limit)
-    effort = np.ascontiguousarray(np.swapaxes(rollout.effort, 1, 2))  # numpy's extremes are fast along the last axis
-    peak = np.maximum(effort.max(axis=2), -effort.min(axis=2))
+    effort = np.ascontiguousarray(np.moveaxis(rollout.effort, 1, 0))  # numpy's extremes are fast along the first axis
+    peak = np.maximum(effort.max(axis=0), -effort.min(axis=0))
     excess: Array = peak[:, kept] / limit[kept] - 1.0
     return excess
 

@@ -218,9 +218,9 @@ class PolynomialBatch(TrajectoryBatch):
             -1, 1, 1, 1
         )
         lower, upper = (bound.reshape(shape) * per_second for bound in polynomials.extremes(unit, len(DERIVATIVES)))
-        # numpy finds extremes along the last axis in memory several times faster.
-        lowest, highest = (np.ascontiguousarray(np.swapaxes(bound, 2, 3)) for bound in (lower, upper))
-        return frozen(lower), frozen(upper), frozen(lowest.min(axis=3)), frozen(highest.max(axis=3))
+        # numpy finds extremes along the first axis in memory many times faster.
+        lowest, highest = (np.ascontiguousarray(np.moveaxis(bound, 2, 0)) for bound in (lower, upper))
+        return frozen(lower), frozen(upper), frozen(lowest.min(axis=0)), frozen(highest.max(axis=0))
 
 
 def _within(derivative: int, extremes: Array) -> int:

@@ -264,10 +264,9 @@ class TrajectoryProblem(Problem):
             out["failure"] = np.array(failures, dtype=object)
 
     def _evaluate_in_chunks(self, x: Array) -> tuple[Array, Array]:
-        """As many at a time as stay in the cache; what an individual gets does not depend on its neighbours."""
-        size = self._chunk
-        chunks = ((x[begin : begin + size],) for begin in range(0, max(len(x), 1), size))
-        parts = in_threads(self._evaluate_rows, chunks, self.dynamics.threads)
+        """About as many at a time as stay in the cache; what an individual gets does not depend on its neighbours."""
+        chunks = np.array_split(x, max(1, round(len(x) / self._chunk)))
+        parts = in_threads(self._evaluate_rows, [(chunk,) for chunk in chunks], self.dynamics.threads)
         F, G = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         return F, G
 

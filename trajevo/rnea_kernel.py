@@ -18,7 +18,8 @@ import pinocchio as pin
 
 from trajevo import compiled
 from trajevo.arrays import Array
-from trajevo.rnea_source import Joint, arrays_source, slopes_source, source, tree_of
+from trajevo.rnea_arrays import arrays_source
+from trajevo.rnea_source import Joint, slopes_source, source, tree_of
 from trajevo.threads import in_threads, usable_threads
 
 #: States on which a kernel must agree with Pinocchio, and to what share of the greatest torque.

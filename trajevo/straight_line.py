@@ -8,6 +8,8 @@ from typing import final
 #: A number that is known, or the name of a variable.
 Term = float | str
 Vector = Sequence[Term]
+#: Name of a variable, operation, and the two terms.
+Assignment = tuple[str, str, Term, Term]
 
 
 @final
@@ -97,16 +99,23 @@ class StraightLine:
                 rates[name] = line.add(line.multiply(rate, other), line.multiply(one, change))
         return line, values, rates
 
-    def lines(self, results: Iterable[Term]) -> list[str]:
-        """The assignments that results need."""
+    def assignments(self, results: Iterable[Term]) -> list[Assignment]:
+        """What results need, in order."""
         needed: set[Term] = set(results)
         kept = []
         for (operation, one, other), name in reversed(self._names.items()):
             if name in needed:
-                first = "" if operation == "-" and one == 0.0 else f"{text(one)} "
-                kept.append(f"{name} = {first}{operation}{' ' if first else ''}{text(other)}")
+                kept.append((name, operation, one, other))
                 needed |= {one, other}
         return kept[::-1]
+
+    def lines(self, results: Iterable[Term]) -> list[str]:
+        """The assignments that results need, as source text."""
+        lines = []
+        for name, operation, one, other in self.assignments(results):
+            first = "" if operation == "-" and one == 0.0 else f"{text(one)} "
+            lines.append(f"{name} = {first}{operation}{' ' if first else ''}{text(other)}")
+        return lines
 
     def _assigned(self, operation: str, one: Term, other: Term) -> str:
         return self._names.setdefault((operation, one, other), f"t{len(self._names)}")
