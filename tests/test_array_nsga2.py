@@ -181,17 +181,36 @@ def test_ask_and_tell_give_what_next_gives():
 
 
 def test_no_individual_is_made_where_nobody_asks(monkeypatch):
-    algorithm = ArrayNSGA2(pop_size=16)
-    algorithm.setup(small_problem(), termination=("n_gen", 10), seed=4)
-    algorithm.next()
     monkeypatch.setattr(Rows, "population", lambda self: pytest.fail("individuals were made"))
     monkeypatch.setattr(Rows, "of_population", lambda *args: pytest.fail("individuals were read"))
-    algorithm.pop = algorithm.pop
-    monkeypatch.undo()
-    monkeypatch.setattr(Rows, "population", lambda self: pytest.fail("individuals were made"))
-    while algorithm.has_next():
+    problem = small_problem()
+    for sampling in (None, np.random.default_rng(0).uniform(problem.xl, problem.xu, (12, problem.n_var))):
+        algorithm = ArrayNSGA2(pop_size=16, sampling=sampling)
+        algorithm.setup(problem, termination=("n_gen", 10), seed=4)
+        while algorithm.has_next():
+            algorithm.next()
+        assert algorithm.evaluator.n_eval == 16 * 9 + (16 if sampling is None else 12)
+
+
+def test_copies_in_a_first_population_are_left_out_as_by_pymoo():
+    problem = small_problem()
+    X = np.random.default_rng(0).uniform(problem.xl, problem.xu, (12, problem.n_var))[[*range(12), 3, 5, 3]]
+    first = [kind(pop_size=12, sampling=X) for kind in (NSGA2, ArrayNSGA2)]
+    for algorithm in first:
+        algorithm.setup(problem, termination=("n_gen", 1), seed=4)
         algorithm.next()
+    expected, found = (algorithm.pop.get("X") for algorithm in first)
+    np.testing.assert_array_equal(found, expected)
+    assert len(found) == 12
+    asked = ArrayNSGA2(pop_size=12, sampling=Population.new(X=X))
+    asked.setup(problem, termination=("n_gen", 1), seed=4)
+    np.testing.assert_array_equal(asked.ask().get("X"), X[:12])
 
 
 def test_other_operators_are_refused():
     refused(lambda: ArrayNSGA2(crossover=DEX()), "crossover: expected two parents and two children, got 3 and 1")
+
+
+@pytest.mark.parametrize("name", ["selection", "survival", "repair", "eliminate_duplicates", "mating"])
+def test_parts_that_are_written_anew_are_refused(name):
+    refused(lambda: ArrayNSGA2(**{name: False}), f"{name}: expected none, ArrayNSGA2 has its own; pass it to pymoo's")

@@ -7,6 +7,7 @@ from typing import Any, final
 
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.duplicate import DuplicateElimination
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.operators.crossover.sbx import SBX
@@ -18,6 +19,9 @@ from trajevo.errors import InvalidInputError
 from trajevo.ranking import copies, crowding_distances, fronts, winners
 from trajevo.rows import Rows
 from trajevo.variation import crossed, mutated
+
+#: Parts of pymoo's algorithm that are written anew here.
+_OWN = ("selection", "survival", "repair", "eliminate_duplicates", "mating", "advance_after_initial_infill")
 
 
 @final
@@ -36,7 +40,8 @@ class ArrayNSGA2(NSGA2):
         **settings: of every algorithm of pymoo (``output``, ``callback``, ``archive``, ...).
 
     Raises:
-        InvalidInputError: a crossover of other numbers of parents or children.
+        InvalidInputError: a crossover of other numbers of parents or children, or a part of pymoo's algorithm that this
+            one has its own of.
     """
 
     def __init__(
@@ -48,6 +53,9 @@ class ArrayNSGA2(NSGA2):
         mutation: Any = None,
         **settings: Any,
     ) -> None:
+        own = next((name for name in _OWN if name in settings), None)
+        if own is not None:
+            raise InvalidInputError(f"{own}: expected none, ArrayNSGA2 has its own; pass it to pymoo's NSGA2")
         self._rows: Rows | None = None
         self._offspring: Rows | None = None
         self._given: dict[str, Population | None] = {}
@@ -59,6 +67,7 @@ class ArrayNSGA2(NSGA2):
             mutation=PM(eta=20) if mutation is None else mutation,
             **settings,
         )
+        self.initialization.eliminate_duplicates = _FirstOfCopies()
         kind = self.mating.crossover
         if (kind.n_parents, kind.n_offsprings) != (2, 2):
             raise InvalidInputError(
@@ -98,11 +107,11 @@ class ArrayNSGA2(NSGA2):
 
     def next(self) -> None:
         """One generation."""
-        if not self.is_initialized or type(self.evaluator) is not Evaluator or self.evaluator.callback is not None:
+        X = self._new() if type(self.evaluator) is Evaluator and self.evaluator.callback is None else None
+        if X is None:
             super().next()
             return
-        X = self._children(self._population())
-        if not len(X):
+        if self.is_initialized and not len(X):
             self.termination.force_termination = True
             self.advance()
             return
@@ -110,13 +119,30 @@ class ArrayNSGA2(NSGA2):
             X, return_values_of=self.evaluator.evaluate_values_of, return_as_dictionary=True, algorithm=self
         )
         self.evaluator.n_eval += len(X)
-        self._advance_by(Rows.of_evaluation(X, evaluated, self.n_iter))
+        rows = Rows.of_evaluation(X, evaluated, self.n_iter)
+        if self.is_initialized:
+            self._advance_by(rows)
+        else:
+            self._begin_with(rows)
         self._post_advance()
         if self.termination.has_terminated():
             self.finalize()
         kept: Any = vars(self)["archive"]
         if kept is not None:
             self.archive = kept.add(self.off)
+
+    def _new(self) -> Array | None:
+        """Decision vectors of the next generation; None where pymoo has to make the first one."""
+        if self.is_initialized:
+            return self._children(self._population())
+        sampling: Any = self.initialization.sampling
+        if type(sampling) is FloatRandomSampling:
+            sampling = sampling._do(self.problem, self.pop_size, random_state=self.random_state)
+        if type(sampling) is not np.ndarray:
+            return None
+        self._initialize()
+        X: Array = np.atleast_2d(np.array(sampling, dtype=np.float64))
+        return X[~copies(X)]
 
     def _infill(self) -> Population | None:
         X = self._children(self._population())
@@ -126,7 +152,10 @@ class ArrayNSGA2(NSGA2):
         return None
 
     def _initialize_advance(self, infills: Population | None = None, **kwargs: Any) -> None:
-        rows = self._population()
+        self._begin_with(self._population())
+
+    def _begin_with(self, rows: Rows) -> None:
+        self.is_initialized: bool = True
         self._survive(rows, len(rows.X))
         self._remember(rows)
 
@@ -211,3 +240,12 @@ class ArrayNSGA2(NSGA2):
             survivors.append(members)
             left -= len(members)
         return np.concatenate(survivors)
+
+
+@final
+class _FirstOfCopies(DuplicateElimination):
+    """pymoo's elimination of duplicates from a first population, without the distances of all pairs."""
+
+    def _do(self, pop: Population, other: Population | None, is_duplicate: Array) -> Array:
+        is_duplicate |= copies(pop.get("X"), *([] if other is None else [other.get("X")]))
+        return is_duplicate
