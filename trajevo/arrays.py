@@ -45,6 +45,16 @@ def one_blas_thread() -> AbstractContextManager[Any]:
     return limit
 
 
+def scaled(values: Array, factor: Array) -> Array:
+    """Values times real factors; parts of complex ones apart, as numpy would make the factors complex first."""
+    if not np.iscomplexobj(values):
+        return values * factor
+    product = np.empty(np.broadcast_shapes(values.shape, factor.shape), dtype=values.dtype)
+    np.multiply(values.real, factor, out=product.real)
+    np.multiply(values.imag, factor, out=product.imag)
+    return product
+
+
 #: Rows that BLAS is given at a time: whole tiles of its kernels, few enough for one thread.
 _BLOCK = 48
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array
+from trajevo.arrays import Array, scaled
 from trajevo.composed import ComposedBatch
 from trajevo.course import Course
 from trajevo.dynamics import Rollout
@@ -236,8 +236,8 @@ def _effort_excess(rollout: Rollout, *, share: float) -> Array:
 def _effort_terms(rollout: Rollout, *, share: float) -> Array:
     limit = rollout.robot.limits.effort * share
     kept = np.isfinite(limit)
-    effort = rollout.effort[..., kept]
-    excess: Array = effort * np.sign(effort.real) / limit[kept] - 1.0
+    effort = rollout.effort if kept.all() else rollout.effort[..., kept]
+    excess = scaled(effort, np.sign(effort.real) / limit[kept]) - 1.0
     return excess.reshape(len(excess), -1)
 
 
@@ -279,7 +279,7 @@ def _peak_excess(rollout: Rollout, *, derivative: int) -> Array:
 def _peak_terms(rollout: Rollout, *, derivative: int) -> Array:
     limit = _limit(rollout.robot, derivative)
     kept = np.isfinite(limit)
-    excess: Array = rollout.trajectory.segment_peaks(derivative)[..., kept] / limit[kept] - 1.0
+    excess = scaled(rollout.trajectory.segment_peaks(derivative)[..., kept], 1.0 / limit[kept]) - 1.0
     return excess.reshape(len(excess), -1)
 
 

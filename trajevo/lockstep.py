@@ -24,7 +24,7 @@ _SHORTER, _TRIES = 0.4, 6
 #: Times in a row that no share of a step brings enough, after which a member is done.
 _FAILURES = 3
 #: Growth of the trust region after a full step, and its least and greatest size.
-_GROWTH, _LEAST, _MOST = 1.5, 1e-4, 1.0
+_GROWTH, _LEAST, _MOST = 2.0, 1e-4, 1.0
 #: First penalty of an excess over a limit, in units of the scaled objectives, and its growth.
 _PENALTY, _HARDER = 10.0, 3.0
 #: Least share of the curvature along a step that an update may leave (Powell's damping).

@@ -139,9 +139,8 @@ class PolynomialBatch(TrajectoryBatch):
         nodes, weights = _legendre(max(self.degree - order, 0) + 1)
         powers, loops = _powers(nodes, order, self.degree), self._loops
         if loops is not None:
-            integral = np.empty((len(self), self.n_joints))
-            steps = self.segment_durations
-            loops.square_integrals(np.ascontiguousarray(self.coefficients), steps, order, powers, weights, integral)
+            integral = np.empty((len(self), self.n_joints), dtype=self._kind)
+            loops.square_integrals(*self._for_loops, order, powers, weights, integral)
             return frozen(integral)
         # Trajectory by trajectory, so that the digits of one do not depend on how many there are.
         flat = np.swapaxes(self._unit_coefficients, 2, 3).reshape(len(self), -1, self.degree + 1)
@@ -167,20 +166,36 @@ class PolynomialBatch(TrajectoryBatch):
 
     @property
     def _loops(self) -> Any:
-        """Compiled loops for real numbers; None where there are none."""
-        if not compiled.can_compile() or np.iscomplexobj(self.breaks) or np.iscomplexobj(self.coefficients):
+        """Compiled loops; None where there are none."""
+        if not compiled.can_compile():
             return None
+        if self._kind != np.float64:
+            from trajevo import stepped_loops
+
+            return stepped_loops
         from trajevo import piecewise_loops
 
         return piecewise_loops
+
+    @property
+    def _kind(self) -> Any:
+        """What kind of number coefficients and durations are together."""
+        return np.result_type(self.coefficients, self.breaks)
+
+    @property
+    def _for_loops(self) -> tuple[Array, Array]:
+        """Coefficients and durations of one kind, as loops take them."""
+        kind = self._kind
+        return np.ascontiguousarray(self.coefficients, dtype=kind), np.asarray(self.segment_durations, dtype=kind)
 
     def _sampled(self, shares: tuple[float, ...], order: int) -> Array:
         """Values of a derivative at shares of every segment; who asks for several instants asks for several of them."""
         if self._last_sampled is None or self._last_sampled[0] != shares:
             orders = len(DERIVATIVES) if order or len(shares) > 2 else 1
-            at = np.empty((orders, *self.segment_durations.shape, len(shares) * self.n_joints))
-            tables = _tables(shares, orders, self.degree, self.n_joints)
-            self._loops.samples(np.ascontiguousarray(self.coefficients), self.segment_durations, tables, at)
+            at = np.empty((orders, *self.segment_durations.shape, len(shares) * self.n_joints), dtype=self._kind)
+            # Real and imaginary parts are two numbers.
+            tables = _tables(shares, orders, self.degree, self.n_joints * at.itemsize // 8)
+            self._loops.samples(*self._for_loops, tables, at.view(np.float64))
             kept = frozen(at.reshape(orders, len(self), -1, self.n_joints))
             if orders > 1:
                 object.__setattr__(self, "_last_sampled", (shares, kept))
@@ -209,8 +224,8 @@ class PolynomialBatch(TrajectoryBatch):
         shape = (len(DERIVATIVES), len(self), self.segment_durations.shape[1], self.n_joints)
         loops = self._loops
         if loops is not None:
-            bounds = [np.empty(shape[:k] + shape[k + 1 :]) for k in (4, 4, 2, 2)]
-            loops.extremes(np.ascontiguousarray(self.coefficients), self.segment_durations, *bounds)
+            bounds = [np.empty(shape[:k] + shape[k + 1 :], dtype=self._kind) for k in (4, 4, 2, 2)]
+            loops.extremes(*self._for_loops, *bounds)
             lower, upper, lowest, highest = (frozen(bound) for bound in bounds)
             return lower, upper, lowest, highest
         unit = np.ascontiguousarray(np.moveaxis(self._unit_coefficients, 2, 0)).reshape(self.degree + 1, -1)

@@ -1,7 +1,7 @@
 """Loops over polynomial segments, one number at a time: what numba, the optional extra ``fast``, compiles.
 
-With numba installed they take the place of :mod:`trajevo.polynomials` for real numbers. They do the same
-arithmetic, and results are the same to rounding.
+With numba installed they take the place of :mod:`trajevo.polynomials`. They do the same arithmetic, and results are
+the same to rounding. Those of complex numbers are in :mod:`trajevo.stepped_loops`.
 """
 
 from __future__ import annotations
@@ -41,8 +41,7 @@ def samples(coefficients: Array, steps: Array, tables: Array, out: Array) -> Non
                 power *= steps[b, s]
             scale = 1.0
             for order in range(orders):
-                for w in range(width):
-                    total[w] = 0.0
+                total[:] = 0.0
                 for k in range(order, count):
                     for w in range(width):
                         total[w] += tables[order, k, w] * wide[k, w]
@@ -53,7 +52,7 @@ def samples(coefficients: Array, steps: Array, tables: Array, out: Array) -> Non
 
 @fast
 def square_integrals(coefficients: Array, steps: Array, order: int, powers: Array, weights: Array, out: Array) -> None:
-    """Integrals of a derivative's square over all segments, by quadrature in each.
+    """Integrals of a derivative's square over all segments, by quadrature in each; of complex numbers too.
 
     Args:
         coefficients: shape (B, S, n, degree + 1), ascending powers of the time since the segment began.
@@ -64,7 +63,7 @@ def square_integrals(coefficients: Array, steps: Array, order: int, powers: Arra
         out: what is written, shape (B, n).
     """
     batch, segments, joints, count = coefficients.shape
-    unit = np.empty(count)
+    unit = np.empty(count, out.dtype)
     for b in range(batch):
         for j in range(joints):
             out[b, j] = 0.0
@@ -99,7 +98,8 @@ def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, l
     """
     orders, batch, segments, joints = least.shape
     degree = coefficients.shape[3] - 1
-    unit, low, high, room = np.empty(degree + 1), np.zeros(orders), np.zeros(orders), np.empty((4, degree + 3))
+    unit, low, high = np.empty(degree + 1), np.zeros(orders), np.zeros(orders)
+    places, counts, room = np.empty((orders, degree + 2)), np.zeros(orders, np.intp), np.empty((4, degree + 2))
     lowest[:], highest[:] = np.inf, -np.inf
     for b in range(batch):
         for s in range(segments):
@@ -111,7 +111,7 @@ def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, l
                 if degree == 3 and orders == 4:
                     _of_cubic(unit, low, high)
                 else:
-                    _climb(unit, low, high, room)
+                    climb(unit, low, high, places, counts, room)
                 scale = 1.0
                 for order in range(orders):
                     least[order, b, s, j], greatest[order, b, s, j] = low[order] * scale, high[order] * scale
@@ -124,7 +124,7 @@ def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, l
 def _of_cubic(c: Array, low: Array, high: Array) -> None:
     """Closed forms without branches; any point of [0, 1] may stand in for a stationary one that does not exist."""
     half = -(c[2] + math.copysign(math.sqrt(max(c[2] * c[2] - 3.0 * c[3] * c[1], 0.0)), c[2]))
-    first, second, turn = _inside(half / (3.0 * c[3])), _inside(c[1] / half), _inside(-c[2] / (3.0 * c[3]))
+    first, second, turn = inside(half / (3.0 * c[3])), inside(c[1] / half), inside(-c[2] / (3.0 * c[3]))
     end = c[0] + c[1] + c[2] + c[3]
     one = ((c[3] * first + c[2]) * first + c[1]) * first + c[0]
     other = ((c[3] * second + c[2]) * second + c[1]) * second + c[0]
@@ -138,26 +138,27 @@ def _of_cubic(c: Array, low: Array, high: Array) -> None:
 
 
 @fast
-def _inside(u: float) -> float:
+def inside(u: float) -> float:
     """The nearest place in [0, 1]; 0 of what is no number."""
     return min(u, 1.0) if u > 0.0 else 0.0
 
 
 @fast
-def _climb(unit: Array, low: Array, high: Array, room: Array) -> None:
-    """From the derivative that is constant to the polynomial itself: stationary points of one are roots of the next."""
+def climb(unit: Array, low: Array, high: Array, places: Array, counts: Array, room: Array) -> None:
+    """From the derivative that is constant to the polynomial itself: stationary points of one are roots of the next.
+
+    The ends and stationary points of every derivative go into ``places``, as many as ``counts`` says.
+    """
     degree, (current, nodes, values, roots) = len(unit) - 1, room
     nodes[0], nodes[1], count = 0.0, 1.0, 2
     for order in range(degree, -1, -1):
         size = degree - order
-        for i in range(size + 1):
-            current[i] = unit[i + order]
-            for k in range(order):
-                current[i] *= i + order - k
+        differentiate(unit, order, current)
         for i in range(count):
-            values[i] = _value(current, size, nodes[i])
+            values[i] = value_at(current, size, nodes[i])
         if order < len(low):
             low[order], high[order] = values[:count].min(), values[:count].max()
+            places[order, :count], counts[order] = nodes[:count], count
         if order == 0 or size == 0:
             continue
         roots[0], found = 0.0, 1
@@ -170,7 +171,17 @@ def _climb(unit: Array, low: Array, high: Array, room: Array) -> None:
 
 
 @fast
-def _value(coefficients: Array, degree: int, u: float) -> float:
+def differentiate(unit: Array, order: int, current: Array) -> None:
+    """Coefficients of a derivative."""
+    for i in range(len(unit) - order):
+        current[i] = unit[i + order]
+        for k in range(order):
+            current[i] *= i + order - k
+
+
+@fast
+def value_at(coefficients: Array, degree: int, u: float) -> float:
+    """Value of a polynomial."""
     value: float = coefficients[degree]
     for k in range(degree - 1, -1, -1):
         value = value * u + coefficients[k]

@@ -65,7 +65,7 @@ class CubicSpline(Interpolant):
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for interval lengths of shape (B, m - 1) [s]."""
         h = check_durations(x, len(self.points) + 1)
-        if compiled.can_compile() and not np.iscomplexobj(h):
+        if compiled.can_compile():
             return self._by_loops(np.ascontiguousarray(h))
         q, a = self._knots(h)
         step = h.T[:, :, None]
@@ -79,7 +79,7 @@ class CubicSpline(Interpolant):
 
         names = ("start_velocity", "start_acceleration", "end_velocity", "end_acceleration")
         ends = np.stack([getattr(self, name) for name in names])
-        coefficients = np.empty((*h.shape, self.points.n_joints, 4))
+        coefficients = np.empty((*h.shape, self.points.n_joints, 4), dtype=h.dtype)
         cubic_loops.coefficients(h, np.array(self.points.positions), ends, coefficients)
         return PolynomialBatch(breaks_of(h), coefficients)
 

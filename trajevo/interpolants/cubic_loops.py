@@ -1,6 +1,6 @@
 """The cubic spline's equations one number at a time: what numba, the optional extra ``fast``, compiles.
 
-With numba installed they take the place of numpy's for real numbers, with the same arithmetic.
+With numba installed they take the place of numpy's, with the same arithmetic.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ def coefficients(h: Array, points: Array, ends: Array, out: Array) -> None:
     """
     batch, intervals = h.shape
     count, joints = intervals + 1, points.shape[1]
-    known, a, share = np.empty((count, joints)), np.empty((count, joints)), np.zeros(count)
+    known, a = np.empty((count, joints), out.dtype), np.empty((count, joints), out.dtype)
+    share = np.zeros(count, out.dtype)
     known[0], known[2 : count - 2], known[count - 1] = points[0], points[1:-1], points[-1]
     a[0], a[count - 1] = ends[1], ends[3]
     for b in range(batch):
@@ -46,7 +47,7 @@ def coefficients(h: Array, points: Array, ends: Array, out: Array) -> None:
 def _accelerations(step: Array, known: Array, share: Array, a: Array) -> None:
     """Those at the inner knots, by elimination, where the position of knot k is known[k] + share[k] a[k]."""
     count, joints = known.shape
-    pivot = np.empty(count)
+    pivot = np.empty(count, a.dtype)
     for k in range(1, count - 1):
         before, after = step[k - 1], step[k]
         pivot[k] = 2.0 * (before + after) + 6.0 * share[k] * (1.0 / before + 1.0 / after)
