@@ -80,6 +80,53 @@ def test_integrals_of_squares_are_numpy_s(degree, plain):
     close(found, [batch(degree).integral_of_square(order) for order in range(4)])
 
 
+def stepped(degree, draw=None):
+    """Segments whose durations and coefficients have imaginary parts far below rounding of the real ones."""
+    random, real = np.random.default_rng(50 + degree), batch(degree, None if draw is None else draw(degree))
+    steps, coefficients = (
+        values + 1e-20j * random.normal(size=values.shape) for values in (real.segment_durations, real.coefficients)
+    )
+    breaks = np.concatenate([np.zeros((len(steps), 1)), np.cumsum(steps, axis=1)], axis=1)
+    return PolynomialBatch(breaks, coefficients)
+
+
+def everything(trajectory):
+    """What loops give, by what it is: a list of one array for each derivative."""
+    orders, shares = range(4), np.linspace(0.0, 1.0, 5)
+    return {
+        "samples": [trajectory.at_shares(shares, order) for order in orders],
+        "squares": [trajectory.integral_of_square(order) for order in orders],
+        **{f"bound {k}": [trajectory.extremes(order)[k] for order in orders] for k in (0, 1)},
+        **{f"bound of a segment {k}": [trajectory.segment_extremes(order)[k] for order in orders] for k in (0, 1)},
+    }
+
+
+@pytest.mark.parametrize("degree", DEGREES)
+@pytest.mark.parametrize("draw", [None, lambda degree: np.zeros((40, 3, 2, degree + 1))])
+def test_derivatives_by_complex_steps_are_numpy_s(degree, draw, plain):
+    found = everything(stepped(degree, draw))
+    plain()
+    for name, expected in everything(stepped(degree, draw)).items():
+        if draw is not None and name == "squares":
+            continue  # of second order alone
+        assert all(np.iscomplexobj(values) for values in found[name]), name
+        for part in (np.real, np.imag):
+            close([part(values) for values in found[name]], [part(values) for values in expected])
+
+
+@pytest.mark.parametrize("degree", [3, 4, 7])
+def test_derivatives_of_extremes_are_their_finite_differences(degree):
+    trajectory, size = stepped(degree), 1e-6
+    moved = [
+        PolynomialBatch(*(values.real + side * size * values.imag * 1e20 for values in (t.breaks, t.coefficients)))
+        for t, side in ((trajectory, 1.0), (trajectory, -1.0))
+    ]
+    for order in range(4):
+        for found, up, down in zip(*(t.extremes(order) for t in (trajectory, *moved)), strict=True):
+            slope = (up - down) / (2.0 * size)
+            np.testing.assert_allclose(found.imag * 1e20, slope, rtol=0.0, atol=1e-4 * np.abs(slope).max())
+
+
 @pytest.mark.parametrize("count", [2, 3, 11])
 def test_cubic_splines_are_numpy_s(count, plain):
     random = np.random.default_rng(count)

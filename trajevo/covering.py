@@ -13,7 +13,7 @@ from trajevo.spread import sobol
 from trajevo.volumes import hypervolume
 
 #: Points of the box by which shares of it are counted, a power of two (Sobol).
-_PROBES = 2048
+_PROBES = 1024
 
 
 @final
@@ -47,7 +47,7 @@ class Box:
         return hypervolume(F - self.low, self.corner - self.low)
 
     def probes(self, F: Array, seed: int) -> Array:
-        """Points of the part of the box that objectives (N, n_obj) reach into, evenly spread, (2048, n_obj).
+        """Points of the part of the box that objectives (N, n_obj) reach into, evenly spread, (1024, n_obj).
 
         Where no member lies within the box, they are spread over the front's own.
         """

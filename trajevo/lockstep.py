@@ -44,8 +44,8 @@ class Lockstep:
         augmentation: share of every column that is added to the greatest, shape (M, C).
         curvature: first guess of the Lagrangian's second derivatives, shape (M, n, n), or None.
         radius: greatest change of a scaled variable in the first step.
-        restarts: how often a member that has come to rest forgets its curvature and looks again, as a wrong one makes
-            it stop early.
+        restarts: how often each member that has come to rest forgets its curvature and looks again, as a wrong one
+            makes it stop early, shape (M,) or one number for all.
 
     Attributes:
         y: where the members are, shape (M, n).
@@ -61,7 +61,7 @@ class Lockstep:
         augmentation: Array,
         curvature: Array | None = None,
         radius: float = 0.5,
-        restarts: int = 0,
+        restarts: Array | int = 0,
     ) -> None:
         self._scaled, self._reference, self._augmentation = scaled, reference, augmentation
         self.y = np.clip(y, *scaled.bounds)
@@ -74,15 +74,19 @@ class Lockstep:
         good = [np.isfinite(values.reshape(count, -1)).all(axis=1) for values in (self._f, self._df, self._g, self._dg)]
         self._live = np.logical_and.reduce(good)
 
-    def run(self, steps: int, tolerance: float, stop: Callable[[], bool]) -> None:
-        """Take as many steps; a member stops earlier where its model promises a decrease below the tolerance.
+    def run(self, steps: Array, tolerance: Array, stop: Callable[[], bool]) -> None:
+        """Take steps until every member is done, and stop before the one at which ``stop`` says so.
 
-        All stop before the step at which ``stop`` says so.
+        Args:
+            steps: how many each member takes at most, shape (M,).
+            tolerance: decrease promised by its model below which each is done, shape (M,).
+            stop: asked before every step.
         """
-        for _ in range(steps):
+        for number in range(steps.max(initial=0)):
+            self._live &= steps > number
             if stop():
                 break
-            solved = {int(i): self._step(int(i), tolerance) for i in np.flatnonzero(self._live)}
+            solved = {int(i): self._step(int(i), tolerance[i]) for i in np.flatnonzero(self._live)}
             going = {i: found for i, found in solved.items() if found is not None}
             self._live[[i for i in solved if i not in going]] = False
             if not going:

@@ -74,11 +74,12 @@ def polish(
 ) -> Polished:
     """Refine a front by gradients: none of its members is lost, unless something dominates it.
 
-    The least of each objective, and of the paper's weighted sum where there is one, is sought from the member that has
-    the least. In every round the members that cover most of the reference box are refined, each so that all objectives
-    fall by the same factor (:mod:`trajevo.lockstep`); then gaps are filled by points on the lines through neighbours.
-    Members whose refinement fails stay as they are. An interrupt from the keyboard or SIGTERM ends it before the next
-    step: what was found by then counts, and the front is marked as interrupted; a second one aborts.
+    In every round the members that cover most of the reference box are refined, each so that all objectives fall by the
+    same factor (:mod:`trajevo.lockstep`); in the first one the least of each objective, and of the paper's weighted sum
+    where there is one, is sought with them, from the member that has the least. Then gaps are filled by points on the
+    lines through neighbours. Members whose refinement fails stay as they are. An interrupt from the keyboard or SIGTERM
+    ends it before the next step: what was found by then counts, and the front is marked as interrupted; a second one
+    aborts.
 
     Args:
         front: of a problem with gradients and two objectives or more.
@@ -115,9 +116,8 @@ def polish(
                 bool(stopping) or cost >= share * most or time.process_time() - began >= share * seconds
             ),
         )
-        work.find_anchors()
         for number in range(rounds):
-            work.refine(members, number)
+            work.refine(members, number, anchors=number == 0)
             for _ in range(_FILLINGS):
                 work.fill()
         before, after = work.box.hypervolume(front.F), work.box.hypervolume(work.archive.F)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -29,12 +29,24 @@ _MARGIN = 1e-7
 _BACK = (1e-6, 1e-4, 1e-2, 1e-1)
 #: Points on the line through two neighbours, beyond both and between, and how many neighbours each member has.
 _SHARES, _NEIGHBOURS = (-0.5, 0.5, 1.5), 10
-#: Share of what may be spent by when anchors and other members are done; the rest fills gaps, which brings most.
-_UNTIL_ANCHORED, _UNTIL_REFINED = 0.4, 0.75
+#: Share of what may be spent by when anchors and the members beside them are done, and by when the others are; the
+#: rest fills gaps, which brings most.
+_UNTIL_ANCHORED, _UNTIL_REFINED = 0.6, 0.75
 #: Members between which gaps are filled.
 _MEMBERS_OF_GAPS = 60
 #: First trust region of members that begin near the front.
 _NEAR = 0.2
+
+
+class _Part(NamedTuple):
+    """Members that are refined in the same way: where they begin, and what :class:`Lockstep` is told of them."""
+
+    y: Array
+    reference: Array
+    share: float
+    steps: int
+    tolerance: float
+    restarts: int
 
 
 @final
@@ -73,24 +85,14 @@ class Refinement:
         self._scaled = Scaled(smooth, gradients, columns, _MARGIN if form is None else 0.0)
         self._known, self._curvature = np.empty((0, len(columns.weights))), np.empty((0, smooth.n_var, smooth.n_var))
 
-    def find_anchors(self) -> None:
-        """The least of every objective and weighted sum, from the member that has the least."""
-        f = self._scaled.columns(self.archive.F)
-        count = f.shape[1]
-        reference = np.where(np.eye(count, dtype=bool), f.min(axis=0), np.inf)
-        augmentation = np.full((count, count), _ANCHOR_SHARE) * self._single(count)
-        starts = self.archive.X[f.argmin(axis=0)]
-        run = Lockstep(
-            self._scaled,
-            self._inside(starts),
-            reference=reference,
-            augmentation=augmentation,
-            restarts=_ANCHOR_RESTARTS,
-        )
-        self._finish(run, run.y.copy(), _ANCHOR_STEPS, _ANCHOR_TOLERANCE, _UNTIL_ANCHORED)
+    def refine(self, members: int, number: int, *, anchors: bool = False) -> None:
+        """Members that cover most of the box, each along its direction; later in the widest gaps too.
 
-    def refine(self, members: int, number: int) -> None:
-        """Members that cover most of the box, each along its direction; later in the widest gaps too."""
+        Args:
+            members: how many at most.
+            number: of the round, from 0.
+            anchors: take with them the members that have the least of every objective and weighted sum, towards that.
+        """
         if self._stop(self.cost, _UNTIL_REFINED):
             return
         chosen = covering(self.archive.F, self._probes(number), members)
@@ -99,16 +101,31 @@ class Refinement:
             within = self._scaled.columns(np.minimum(self.archive.F[chosen], self.box.corner))
             y = np.concatenate([y, _between(y, gaps(within, members), members)])
             f = np.concatenate([f, self._scaled.values(y[len(f) :])[0]])
-        single = self._single(f.shape[1])
+        single = np.arange(f.shape[1]) < self._problem.n_obj
+        parts = [_Part(y, np.where(single, f, np.inf), _SHARE, _STEPS, _TOLERANCE, 0)]
+        if anchors:
+            parts.insert(0, self._anchors())
+        y, reference = np.concatenate([part.y for part in parts]), np.concatenate([part.reference for part in parts])
+        share, steps, tolerance, restarts = (
+            np.concatenate([np.full(len(part.y), part[k]) for part in parts]) for k in range(2, 6)
+        )
         run = Lockstep(
             self._scaled,
             y,
-            reference=np.where(single, f, np.inf),
-            augmentation=np.full(f.shape, _SHARE) * single,
+            reference=reference,
+            augmentation=share[:, None] * single,
             curvature=self._curvature[self._nearest(f)] if len(self._known) else None,
             radius=0.5 if number == 0 else _NEAR,
+            restarts=restarts,
         )
-        self._finish(run, y, _STEPS, _TOLERANCE, _UNTIL_REFINED)
+        run.run(steps, tolerance, lambda: self._stop(self.cost, _UNTIL_ANCHORED if anchors else _UNTIL_REFINED))
+        self._finish(run, y)
+
+    def _anchors(self) -> _Part:
+        f = self._scaled.columns(self.archive.F)
+        reference = np.where(np.eye(f.shape[1], dtype=bool), f.min(axis=0), np.inf)
+        y = self._inside(self.archive.X[f.argmin(axis=0)])
+        return _Part(y, reference, _ANCHOR_SHARE, _ANCHOR_STEPS, _ANCHOR_TOLERANCE, _ANCHOR_RESTARTS)
 
     def fill(self) -> None:
         """Points on the lines through neighbours, between and beyond them."""
@@ -144,11 +161,6 @@ class Refinement:
         """Members of the original that are in the archive still."""
         return int((~self.news()).sum())
 
-    def _single(self, count: int) -> Array:
-        """Columns that are objectives and not weighted sums, shape (C,)."""
-        single: Array = np.arange(count) < self._problem.n_obj
-        return single
-
     def _probes(self, number: int) -> Array:
         return self.box.probes(self.archive.F, self._seed + number)
 
@@ -157,9 +169,8 @@ class Refinement:
         nearest: Array = np.abs(f[:, None] - self._known).max(axis=2).argmin(axis=1)
         return nearest
 
-    def _finish(self, run: Lockstep, starts: Array, steps: int, tolerance: float, share: float) -> None:
-        """Run to the end, and take what is feasible into the archive; the rest after a way back to its start."""
-        run.run(steps, tolerance, lambda: self._stop(self.cost, share))
+    def _finish(self, run: Lockstep, starts: Array) -> None:
+        """Take what is feasible into the archive; the rest after a way back to its start."""
         self.refined += len(starts)
         feasible = self._add(run.y)
         for share in _BACK:
