@@ -80,3 +80,12 @@ def test_local_extremes_are_values_of_the_group(size):
     for group in range(8):
         sampled = at(coefficients[groups == group], FINE).max()
         assert found[group] == pytest.approx(sampled, rel=1e-5, abs=1e-6)
+
+
+def test_summits_of_rows_that_share_their_real_parts_are_those_of_each_alone():
+    random = np.random.default_rng(6)
+    real = np.repeat(random.normal(size=(30, 9)), 4, axis=0)[random.permutation(120)]
+    values, groups = real + 1e-20j * random.normal(size=real.shape), np.arange(120)
+    alone = np.concatenate([local_greatest(row[None], np.zeros(1, dtype=np.intp)) for row in values])
+    np.testing.assert_array_equal(local_greatest(values, groups), alone)
+    np.testing.assert_allclose(alone.real, local_greatest(real, groups), rtol=1e-14)

@@ -171,8 +171,20 @@ def _greatest_items(groups: Array, magnitude: Array) -> tuple[Array, Array]:
 
 
 def _summits(rows: Array, place: Array, steps: int) -> Array:
-    """Value at the summit that Newton's method climbs to from a place, or at the place if it does not climb."""
-    slopes = row_products(rows.real, _slope(rows.shape[1]))
+    """Value at the summit that Newton's method climbs to from a place, or at the place if it does not climb.
+
+    Of complex rows those that differ in their imaginary parts alone, as for the slopes of one motion, climb together.
+    """
+    first, which = _alike(rows.real, place) if np.iscomplexobj(rows) else (slice(None), slice(None))
+    size, at = rows.shape[1], _climbed(rows.real[first], place[first], steps)
+    before, after = (_summed(rows, _basis(where, size)[which]) for where in (place[first], at))
+    summits: Array = np.where(after.real > before.real, after, before)
+    return summits
+
+
+def _climbed(rows: Array, place: Array, steps: int) -> Array:
+    """Where Newton's method gets from places (G,) of real polynomials (G, size) towards summits."""
+    slopes = row_products(rows, _slope(rows.shape[1]))
     bends = row_products(slopes, _slope(rows.shape[1]))
     at = place
     for _ in range(steps):
@@ -181,9 +193,16 @@ def _summits(rows: Array, place: Array, steps: int) -> Array:
             step = -_summed(slopes, basis) / _summed(bends, basis)
         step = np.clip(np.where(np.isfinite(step), step, 0.0), -_LONGEST_STEP, _LONGEST_STEP)
         at = np.clip(at + step, 0.0, 1.0)
-    before, after = _at(rows, place), _at(rows, at)
-    summits: Array = np.where(after.real > before.real, after, before)
-    return summits
+    return at
+
+
+def _alike(rows: Array, place: Array) -> tuple[Array, Array]:
+    """The first of the rows (G, size) that are equal and have one place, and for every row which of those it equals."""
+    weights = np.sqrt(np.arange(2.0, rows.shape[1] + 2.0))
+    _, first, which = np.unique(row_products(rows, weights[:, None])[:, 0], return_index=True, return_inverse=True)
+    if not ((rows[first][which] == rows).all() and (place[first][which] == place).all()):
+        first = which = np.arange(len(rows))  # others with the same sum
+    return first, which
 
 
 def _at(rows: Array, place: Array) -> Array:
