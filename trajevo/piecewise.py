@@ -13,6 +13,9 @@ from trajevo.arrays import Array, frozen, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.trajectory import DERIVATIVES, TrajectoryBatch, checked_factor, checked_order, chosen_rows
 
+#: Derivatives that dynamics need together: position, velocity and acceleration.
+_TOGETHER = 3
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -30,7 +33,7 @@ class PolynomialBatch(TrajectoryBatch):
 
     breaks: Array
     coefficients: Array
-    _last_sampled: tuple[tuple[float, ...], Array] | None = field(default=None, init=False, repr=False)
+    _last_sampled: Any = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         breaks, coefficients = self._numbers()
@@ -189,20 +192,20 @@ class PolynomialBatch(TrajectoryBatch):
         return np.ascontiguousarray(self.coefficients, dtype=kind), np.asarray(self.segment_durations, dtype=kind)
 
     def _sampled(self, shares: tuple[float, ...], order: int) -> Array:
-        """Values of a derivative at shares of every segment; who asks for several instants asks for several of them."""
+        """Values of a derivative at shares of every segment.
+
+        Who asks for several instants asks for position, velocity and acceleration there, which are worked out together.
+        """
         if self._last_sampled is None or self._last_sampled[0] != shares:
-            orders = len(DERIVATIVES) if order or len(shares) > 2 else 1
-            at = np.empty((orders, *self.segment_durations.shape, len(shares) * self.n_joints), dtype=self._kind)
-            # Real and imaginary parts are two numbers.
-            tables = _tables(shares, orders, self.degree, self.n_joints * at.itemsize // 8)
-            self._loops.samples(*self._for_loops, tables, at.view(np.float64))
-            kept = frozen(at.reshape(orders, len(self), -1, self.n_joints))
-            if orders > 1:
-                object.__setattr__(self, "_last_sampled", (shares, kept))
-        else:
-            kept = self._last_sampled[1]
-        values: Array = kept[order]
-        return values
+            object.__setattr__(self, "_last_sampled", (shares, {}))
+        known: dict[int, Array] = self._last_sampled[1]
+        if order not in known:
+            together = order < _TOGETHER and (order > 0 or len(shares) > 2)
+            orders = range(_TOGETHER) if together else range(order, order + 1)
+            at = np.empty((len(orders), *self.segment_durations.shape, len(shares) * self.n_joints), dtype=self._kind)
+            self._loops.samples(*self._for_loops, np.array(shares), orders.start, at)
+            known.update(zip(orders, frozen(at.reshape(len(orders), len(self), -1, self.n_joints)), strict=True))
+        return known[order]
 
     @cached_property
     def _unit_coefficients(self) -> Array:
@@ -252,13 +255,6 @@ def _powers(shares: tuple[float, ...], order: int, degree: int) -> Array:
     basis = np.eye(degree + 1)
     rows = [polynomials.values(polynomials.derivative(column, order), np.array(shares)) for column in basis]
     return frozen(np.stack(rows, axis=1))
-
-
-@lru_cache(maxsize=64)
-def _tables(shares: tuple[float, ...], orders: int, degree: int, joints: int) -> Array:
-    """The matrices of the first derivatives, an entry for each joint: (orders, degree + 1, U joints)."""
-    matrices = np.stack([_powers(shares, order, degree).T for order in range(orders)])
-    return frozen(matrices.repeat(joints, axis=2))
 
 
 @lru_cache(maxsize=64)

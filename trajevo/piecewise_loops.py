@@ -18,36 +18,36 @@ _STEP_TOLERANCE, _MAX_STEPS = 1e-10, 60
 
 
 @fast
-def samples(coefficients: Array, steps: Array, tables: Array, out: Array) -> None:
+def samples(coefficients: Array, steps: Array, shares: Array, first: int, out: Array) -> None:
     """Values of derivatives at shares of every segment.
 
     Args:
         coefficients: shape (B, S, n, degree + 1), ascending powers of the time since the segment began.
         steps: lengths of the segments, shape (B, S).
-        tables: what the coefficients of the unit interval are multiplied by, shape (derivatives, degree + 1, U n).
-        out: what is written, shape (derivatives, B, S, U n).
+        shares: shape (U,).
+        first: the first derivative that is wanted.
+        out: what is written, from that on, shape (derivatives, B, S, U n).
     """
-    orders, batch, segments, width = out.shape
+    orders, batch, segments, _ = out.shape
     joints, count = coefficients.shape[2:]
-    wide, total = np.empty((count, width)), np.empty(width)
+    current = np.empty(count)
     for b in range(batch):
         for s in range(segments):
-            power = 1.0
-            for k in range(count):
-                for j in range(joints):
-                    wide[k, j] = coefficients[b, s, j, k] * power
-                for w in range(joints, width):
-                    wide[k, w] = wide[k, w - joints]
-                power *= steps[b, s]
-            scale = 1.0
-            for order in range(orders):
-                total[:] = 0.0
-                for k in range(order, count):
-                    for w in range(width):
-                        total[w] += tables[order, k, w] * wide[k, w]
-                for w in range(width):
-                    out[order, b, s, w] = total[w] * scale
-                scale /= steps[b, s]
+            for j in range(joints):
+                if count == 4 and first == 0 and orders == 3:
+                    c0, c1, c2, c3 = coefficients[b, s, j]
+                    for u in range(len(shares)):
+                        t, w = shares[u] * steps[b, s], u * joints + j
+                        out[0, b, s, w] = ((c3 * t + c2) * t + c1) * t + c0
+                        out[1, b, s, w] = (3.0 * c3 * t + 2.0 * c2) * t + c1
+                        out[2, b, s, w] = 6.0 * c3 * t + 2.0 * c2
+                    continue
+                for k in range(orders):
+                    size = count - 1 - first - k
+                    differentiate(coefficients[b, s, j], first + k, current)
+                    for u in range(len(shares)):
+                        value = value_at(current, size, shares[u] * steps[b, s]) if size >= 0 else 0.0
+                        out[k, b, s, u * joints + j] = value
 
 
 @fast

@@ -17,40 +17,43 @@ __all__ = ["extremes", "samples", "square_integrals"]
 
 
 @fast
-def samples(coefficients: Array, steps: Array, tables: Array, out: Array) -> None:
-    """As :func:`trajevo.piecewise_loops.samples` of complex coefficients and steps.
-
-    Args:
-        coefficients: shape (B, S, n, degree + 1).
-        steps: shape (B, S).
-        tables: shape (derivatives, degree + 1, 2 U n), an entry for every part.
-        out: what is written, real and imaginary parts next to each other, shape (derivatives, B, S, 2 U n).
-    """
-    orders, batch, segments, width = out.shape
+def samples(coefficients: Array, steps: Array, shares: Array, first: int, out: Array) -> None:
+    """As :func:`trajevo.piecewise_loops.samples`; coefficients, steps and what is written are complex."""
+    orders, batch, segments, _ = out.shape
     joints, count = coefficients.shape[2:]
-    wide, total = np.empty((count, width)), np.empty(width)
+    factors = np.ones((orders, count))
+    for order in range(orders):
+        for k in range(count):
+            for power in range(k, k - first - order, -1):
+                factors[order, k] *= power
     for b in range(batch):
         for s in range(segments):
-            power = 1.0 + 0.0j
-            for k in range(count):
-                for j in range(joints):
-                    entry = coefficients[b, s, j, k] * power
-                    wide[k, 2 * j], wide[k, 2 * j + 1] = entry.real, entry.imag
-                for w in range(2 * joints, width):
-                    wide[k, w] = wide[k, w - 2 * joints]
-                power *= steps[b, s]
-            scale, shorter = 1.0 + 0.0j, 1.0 / steps[b, s]
-            for order in range(orders):
-                total[:] = 0.0
-                for k in range(order, count):
-                    for w in range(width):
-                        total[w] += tables[order, k, w] * wide[k, w]
-                factor, step = scale.real, scale.imag
-                for w in range(width):
-                    out[order, b, s, w] = total[w] * factor
-                for w in range(0, width, 2):
-                    out[order, b, s, w + 1] += total[w] * step
-                scale *= shorter
+            for j in range(joints):
+                if count == 4 and first == 0 and orders == 3:
+                    _of_cubic_at(coefficients[b, s, j], shares, steps[b, s], out[:, b, s, j:], joints)
+                    continue
+                for order in range(orders):
+                    for u in range(len(shares)):
+                        t, step = shares[u] * steps[b, s].real, shares[u] * steps[b, s].imag
+                        value = slope = 0.0
+                        for k in range(count - 1, first + order - 1, -1):
+                            entry = coefficients[b, s, j, k]
+                            slope = slope * t + value * step + factors[order, k] * entry.imag
+                            value = value * t + factors[order, k] * entry.real
+                        out[order, b, s, u * joints + j] = complex(value, slope)
+
+
+@fast
+def _of_cubic_at(coefficients: Array, shares: Array, length: complex, out: Array, apart: int) -> None:
+    """A cubic and its first two derivatives at shares of a segment; entries of ``out`` lie so many apart."""
+    c0, c1, c2, c3 = coefficients
+    a, b, c, d, e, f, g, h = c0.real, c1.real, c2.real, c3.real, c0.imag, c1.imag, c2.imag, c3.imag
+    for u in range(len(shares)):
+        t, step, w = shares[u] * length.real, shares[u] * length.imag, u * apart
+        v, x = (3.0 * d * t + 2.0 * c) * t + b, 6.0 * d * t + 2.0 * c
+        out[0, w] = complex(((d * t + c) * t + b) * t + a, ((h * t + g) * t + f) * t + e + v * step)
+        out[1, w] = complex(v, (3.0 * h * t + 2.0 * g) * t + f + x * step)
+        out[2, w] = complex(x, 6.0 * h * t + 2.0 * g + 6.0 * d * step)
 
 
 @fast
