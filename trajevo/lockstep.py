@@ -49,6 +49,7 @@ class Lockstep:
 
     Attributes:
         y: where the members are, shape (M, n).
+        safe: where each was last within all limits, or where it began, shape (M, n).
         curvature: what is known of the second derivatives there.
     """
 
@@ -65,6 +66,7 @@ class Lockstep:
     ) -> None:
         self._scaled, self._reference, self._augmentation = scaled, reference, augmentation
         self.y = np.clip(y, *scaled.bounds)
+        self.safe = self.y.copy()
         count, size = self.y.shape
         self._unscaled = np.full(count, curvature is None)
         self.curvature = np.repeat(np.eye(size)[None], count, axis=0) if curvature is None else curvature.copy()
@@ -162,6 +164,8 @@ class Lockstep:
             self._bend(i, taken_now, bent)
             self.y[i] = y[k]
             self._f[i], self._df[i], self._g[i], self._dg[i] = (values[k] for values in new)
+            if self._g[i].max(initial=-np.inf) <= 0.0:
+                self.safe[i] = y[k]
 
     def _forget(self, i: int) -> None:
         self.curvature[i] = np.eye(self.y.shape[1])

@@ -25,8 +25,9 @@ _ANCHOR_RESTARTS = 4
 _ANCHOR_SHARE, _SHARE = 1e-5, 1e-2
 #: By how much limits are kept more than asked for, so that rounding does not break them.
 _MARGIN = 1e-7
-#: Ways back to its start that a member which ended beyond a limit is taken, in turn.
-_BACK = (1e-6, 1e-4, 1e-2, 1e-1)
+#: Ways back to its start that a member which ended beyond a limit is taken, in turn: before and after the place where
+#: it was within them last is tried.
+_BACK, _FAR_BACK = (1e-6, 1e-4), (1e-2, 1e-1)
 #: Points on the line through two neighbours, beyond both and between, and how many neighbours each member has.
 _SHARES, _NEIGHBOURS = (-0.5, 0.5, 1.5), 10
 #: Share of what may be spent by when anchors and the members beside them are done, and by when the others are; the
@@ -170,14 +171,15 @@ class Refinement:
         return nearest
 
     def _finish(self, run: Lockstep, starts: Array) -> None:
-        """Take what is feasible into the archive; the rest after a way back to its start."""
+        """Take what is feasible into the archive; the rest after a way back."""
         self.refined += len(starts)
         feasible = self._add(run.y)
-        for share in _BACK:
+        nearer, farther = ([run.y + share * (starts - run.y) for share in shares] for shares in (_BACK, _FAR_BACK))
+        for y in (*nearer, run.safe, *farther):
             left = np.flatnonzero(~feasible)
             if not len(left):
                 break
-            feasible[left] = self._add(run.y[left] + share * (starts[left] - run.y[left]))
+            feasible[left] = self._add(y[left])
         self._known = np.concatenate([self._known, self._scaled.values(run.y)[0]])
         self._curvature = np.concatenate([self._curvature, run.curvature])
 
