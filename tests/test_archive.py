@@ -29,11 +29,11 @@ def populations(n_obj, *, levels, seed, count=40, size=60):
         yield np.column_stack([np.full(size, number), np.arange(size)]).astype(float), F, G
 
 
-@pytest.fixture(
-    params=[False, pytest.param(True, marks=pytest.mark.skipif(not compiled.can_compile(), reason="numba"))]
-)
+@pytest.fixture(params=[False, True])
 def compiles(request, monkeypatch):
     """With the compiled loops, and as where numba is not installed."""
+    if request.param:
+        pytest.importorskip("numba")
     monkeypatch.setattr(compiled, "can_compile", lambda: request.param)
     return request.param
 
@@ -51,9 +51,12 @@ def at_once(parts):
 
 @pytest.mark.parametrize("n_obj", [1, 2, 3, 4, 5])
 @pytest.mark.parametrize("levels", [5, 10**6])
-@pytest.mark.parametrize(("slow_from", "pairs"), [((4, 500), 2**16), ((1, 0), 2**16), ((1, 0), 500), ((1, 0), 1)])
-def test_an_archive_is_that_of_all_points_together(monkeypatch, n_obj, levels, slow_from, pairs):
-    monkeypatch.setattr(compiled, "can_compile", lambda: False)
+@pytest.mark.parametrize(
+    ("compiles", "slow_from", "pairs"),
+    [(False, (4, 500), 2**16), (False, (1, 0), 2**16), (False, (1, 0), 500), (False, (1, 0), 1), (True, (1, 0), 1)],
+    indirect=["compiles"],
+)
+def test_an_archive_is_that_of_all_points_together(monkeypatch, compiles, n_obj, levels, slow_from, pairs):
     monkeypatch.setattr(module, "_SLOW_FROM", slow_from)
     monkeypatch.setattr(module, "_PAIRS", pairs)
     parts = list(populations(n_obj, levels=levels, seed=n_obj))
@@ -63,18 +66,6 @@ def test_an_archive_is_that_of_all_points_together(monkeypatch, n_obj, levels, s
     for found, expected in zip((archive.X, archive.F, archive.G), at_once(parts), strict=True):
         np.testing.assert_array_equal(found, expected)
     assert archive.failures == sum(int((~np.isfinite(F).all(axis=1)).sum()) for _, F, _ in parts)
-
-
-@pytest.mark.parametrize("n_obj", [1, 2, 3, 4, 5])
-@pytest.mark.parametrize("levels", [5, 10**6])
-def test_compiled_comparisons_keep_the_same_points(n_obj, levels):
-    pytest.importorskip("numba")
-    parts = list(populations(n_obj, levels=levels, seed=n_obj))
-    archive = Archive(2, n_obj, 2)
-    for part in parts:
-        archive.add(*part)
-    for found, expected in zip((archive.X, archive.F, archive.G), at_once(parts), strict=True):
-        np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("n_obj", [2, 3, 4])
