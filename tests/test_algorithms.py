@@ -81,7 +81,7 @@ def test_a_task_names_its_algorithm(tmp_path):
     assert 'name = "nsga2"' in text
     assert all(name in text for name in ALGORITHMS)
     (tmp_path / "task.toml").write_text(text.replace('name = "nsga2"', 'name = "u-nsga3"'), encoding="utf-8")
-    front = load_task(tmp_path / "task.toml").solve(generations=2, population=12, progress=False)
+    front = load_task(tmp_path / "task.toml").solve(generations=2, population=12, polish=False, progress=False)
     assert front.run.algorithm == "UNSGA3"
 
 

@@ -7,7 +7,7 @@ import trajevo.collision
 from problems import ViaPointProblem
 from tests.test_clearance import BALL, LIMITS, SCENE, rollout, states
 from tests.test_gradients import OBSTACLE
-from trajevo import ViaPoints, load_robot, optimise
+from trajevo import ViaPoints, compiled, load_robot, optimise
 from trajevo.clearance import clearance_along, clearance_limit
 from trajevo.collision import Collision
 from trajevo.composed import ComposedBatch
@@ -21,6 +21,14 @@ from trajevo.scene import Box, Scene, Sphere
 from trajevo.selection import Weights
 from trajevo.task import load_task
 from trajevo.weighted import minimise_weighted
+
+
+@pytest.fixture(scope="module", autouse=True)
+def interpreted():
+    """As where numba is not installed: arms of seven joints take a minute to compile, and distances are Pinocchio's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compiled, "can_compile", lambda: False)
+        yield
 
 
 @pytest.fixture(scope="module")
