@@ -65,9 +65,9 @@ class ArrayNSGA2(NSGA2):
             sampling=FloatRandomSampling() if sampling is None else sampling,
             crossover=SBX(eta=15, prob=0.9) if crossover is None else crossover,
             mutation=PM(eta=20) if mutation is None else mutation,
+            eliminate_duplicates=_FirstOfCopies(),
             **settings,
         )
-        self.initialization.eliminate_duplicates = _FirstOfCopies()
         kind = self.mating.crossover
         if (kind.n_parents, kind.n_offsprings) != (2, 2):
             raise InvalidInputError(

@@ -233,7 +233,7 @@ class _Keeper:
         """Write what has not been written; where that fails, say so, keep it in memory and try again later."""
         if self._folder is None or self._saved == len(self._watch.evaluations):
             return
-        self._watch.measured()
+        self._watch.measured()  # before the clock runs by which checkpoints are made rarer
         began = time.perf_counter()
         try:
             numbers, parts = zip(*self._waiting, strict=True) if self._waiting else ((), ())

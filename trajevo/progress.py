@@ -102,11 +102,10 @@ class _Bar(Reporter):
         self._progress.stop()
 
     def update(self, generation: Generation) -> None:
-        now = time.perf_counter()
+        now, said = time.perf_counter(), None
         if now >= self._due or generation.number == self._total:
-            self._due = now + 1.0 / _REFRESHED
-            self._progress.update(self._task, description=str(generation))
-        self._progress.update(self._task, completed=generation.number)
+            self._due, said = now + 1.0 / _REFRESHED, str(generation)
+        self._progress.update(self._task, completed=generation.number, description=said)
 
 
 @final

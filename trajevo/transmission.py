@@ -1,6 +1,6 @@
 """Transmissions: from the coordinates of the actuators, in which motions are planned, to those of the model.
 
-Formulas take complex arrays too, whose imaginary parts are the steps of derivatives.
+Formulas are analytic, so they take complex arrays too (derivatives by complex step).
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class CoupledScrews(Transmission):
         u, du, ddu = (x[..., self.swivel] - x[..., self.slide] for x in (q, v, a))
         share = self.span / (self.span**2 + u * u)
         rate = share * du
-        swivel = _arctangent(u / self.span), rate, share * ddu - 2.0 / self.span * u * rate * rate
+        swivel = np.arctan(u / self.span), rate, share * ddu - 2.0 / self.span * u * rate * rate
         position, velocity, acceleration = (
             self._replaced(x, 0.5 * (x[..., self.slide] + x[..., self.swivel]), turned)
             for x, turned in zip((q, v, a), swivel, strict=True)
@@ -131,9 +131,3 @@ class CoupledScrews(Transmission):
         replaced = array.copy()
         replaced[..., self.slide], replaced[..., self.swivel] = slide, swivel
         return replaced
-
-
-def _arctangent(x: Array) -> Array:
-    """Exact to first order in imaginary parts; numpy's of complex numbers takes ten times as long."""
-    angle: Array = np.arctan(x.real)
-    return angle + 1j * (x.imag / (1.0 + x.real**2)) if np.iscomplexobj(x) else angle

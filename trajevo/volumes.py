@@ -83,7 +83,7 @@ class Volume:
 
 @final
 class Volumes(Sequence[float]):
-    """Hypervolumes one after another; equal to any sequence of the same numbers.
+    """Hypervolumes one after another; equal to a tuple of the same numbers.
 
     Args:
         volumes: numbers, or what becomes a number when it is looked at.

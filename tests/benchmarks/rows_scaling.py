@@ -64,7 +64,7 @@ def scaling(
 
 
 def populations() -> Iterator[Line]:
-    """Whole runs of a few generations; sorting a population costs the square of its size."""
+    """Whole runs of a few generations."""
     ways: dict[str, list[Action]] = {}
     for size in POPULATIONS:
         own = settings(size)
