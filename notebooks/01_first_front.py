@@ -23,10 +23,8 @@ import os
 import matplotlib.pyplot as plt
 import numpy as np
 
-from problems import PointingMechanism
-from problems.pointing_mechanism import INTERPOLANTS, paper_solution
-from trajevo import optimise, plots
-from trajevo.interpolants import stop_and_go
+from trajevo import optimise, plots, stop_and_go
+from trajevo.problems import PointingMechanism, pointing_mechanism
 
 # The paper's size takes seconds per run; set TRAJEVO_FULL=1 for it. The default is a quick look.
 FULL = os.environ.get("TRAJEVO_FULL", "0") == "1"
@@ -61,7 +59,7 @@ plots.hypervolume(front);
 
 # %%
 knee = front.knee()
-table_4 = problem.evaluate(paper_solution())[0][0]
+table_4 = problem.evaluate(pointing_mechanism.paper_solution())[0][0]
 plots.front(front, mark={"knee": knee, "Table 4": table_4});
 
 # %%
@@ -83,10 +81,10 @@ plots.tool_path(knee);
 
 # %%
 print(f"{'curve':14} {'T [s]':>7} {'S2 [deg/s2]':>12} {'S3 [deg/s3]':>12} {'peak v [deg/s]':>15} {'velocity jump':>14} feasible")
-for name in INTERPOLANTS:
+for name in pointing_mechanism.INTERPOLANTS:
     candidate = PointingMechanism(interpolant=name)
-    F, G = candidate.evaluate(paper_solution())
-    motion = candidate.decode(paper_solution())
+    F, G = candidate.evaluate(pointing_mechanism.paper_solution())
+    motion = candidate.decode(pointing_mechanism.paper_solution())
     print(
         f"{name:14} {F[0, 0]:7.3f} {np.degrees(F[0, 1]):12.6f} {np.degrees(F[0, 2]):12.6f} "
         f"{np.degrees(motion.peak(1).max()):15.6f} {np.degrees(np.abs(motion.jump(1)).max()):14.6f} {bool(G.max() <= 0)}"
@@ -99,7 +97,7 @@ for name in INTERPOLANTS:
 
 # %%
 fig, ax = plt.subplots(figsize=(7, 4.5), layout="constrained")
-for name in INTERPOLANTS:
+for name in pointing_mechanism.INTERPOLANTS:
     found = optimise(PointingMechanism(interpolant=name), seed=1, progress=False, **SIZE)
     ax.plot(found.F[:, 0], np.degrees(found.F[:, 2]), ".", markersize=3, label=f"{name}: {found.F[0, 0]:.2f} s")
 for style, profile in (("--", "septic"), (":", "double_s"), ("-.", "trapezoid")):

@@ -22,13 +22,8 @@ import os
 
 import numpy as np
 
-from problems import HybridManipulator
-from problems.hybrid_kinematics import forward_kinematics, saddle_line, tracking_error
-from problems.hybrid_manipulator import CONVENTIONS, cost, paper_solution
-from trajevo import load_plots, optimise, plots
-from trajevo.capacity import dlcc, dlcc_iterative
-from trajevo.payload_time import capacity_front
-from trajevo.weighted import minimise_weighted
+from trajevo import capacity_front, dlcc, dlcc_iterative, minimise_weighted, optimise, plots
+from trajevo.problems import HybridManipulator, hybrid_kinematics, hybrid_manipulator
 
 # The paper's size takes seconds per run; set TRAJEVO_FULL=1 for it. The default is a quick look.
 FULL = os.environ.get("TRAJEVO_FULL", "0") == "1"
@@ -58,13 +53,13 @@ plots.profiles(best);
 
 # %%
 print(f"{'convention':12} {'Table 7':>10} {'SLSQP':>10} {'starts there':>13} {'NSGA-II':>10} {'polished':>10}")
-for convention in CONVENTIONS:
+for convention in hybrid_manipulator.CONVENTIONS:
     candidate = HybridManipulator(convention=convention)
-    table_7 = cost(candidate.evaluate(paper_solution())[0])[0]
+    table_7 = hybrid_manipulator.cost(candidate.evaluate(hybrid_manipulator.paper_solution())[0])[0]
     optimum = minimise_weighted(candidate, candidate.paper_weights, seed=1, starts=STARTS)
     there = int((optimum.costs < optimum.cost + 1e-5).sum())
-    alone = cost(optimise(candidate, seed=1, starts="random", polish=False, progress=False, **SIZE).F).min()
-    polished = cost(optimise(candidate, seed=1, progress=False, **SIZE).F).min()
+    alone = hybrid_manipulator.cost(optimise(candidate, seed=1, starts="random", polish=False, progress=False, **SIZE).F).min()
+    polished = hybrid_manipulator.cost(optimise(candidate, seed=1, progress=False, **SIZE).F).min()
     print(
         f"{convention:12} {table_7:10.6f} {optimum.cost:10.6f} {there:6d} of {STARTS:3d} {alone:10.6f} {polished:10.6f}"
     )
@@ -74,16 +69,16 @@ for convention in CONVENTIONS:
 # Effort is affine in the payload's mass, so the answer has a closed form. The paper's iteration agrees within its step.
 
 # %%
-rollout = problem.rollout(paper_solution())
+rollout = problem.rollout(hybrid_manipulator.paper_solution())
 print("closed form:", dlcc(rollout))
 iterated = dlcc_iterative(rollout, step=0.05)
 print("iteration:  ", iterated)
-load_plots.dlcc_iteration(iterated)
-load_plots.effort_utilisation(rollout);
+plots.dlcc_iteration(iterated)
+plots.effort_utilisation(rollout);
 
 # %%
 for model in ("rigid", "weight_only", "tool_axis"):
-    print(dlcc(HybridManipulator(payload_model=model).rollout(paper_solution())))
+    print(dlcc(HybridManipulator(payload_model=model).rollout(hybrid_manipulator.paper_solution())))
 
 # %% [markdown]
 # ## Payload against time
@@ -93,14 +88,14 @@ for model in ("rigid", "weight_only", "tool_axis"):
 curve = capacity_front(HybridManipulator(payload_bounds=(0.0, 13.0)), PAYLOADS, seed=1, starts=2)
 for payload, time in zip(curve.payloads, curve.times, strict=True):
     print(f"{payload:7.3f} kg in {time:.4f} s")
-load_plots.payload_curve(curve);
+plots.payload_curve(curve);
 
 # %% [markdown]
 # ## How well does the tool follow the saddle?
 
 # %%
 motion = rollout.trajectory.sample(2000)
-error = tracking_error(forward_kinematics(motion.q[0])[0])
+error = hybrid_kinematics.tracking_error(hybrid_kinematics.forward_kinematics(motion.q[0])[0])
 print(f"greatest {1e3 * error.max():.4f} mm, standard deviation {1e3 * error.std():.4f} mm (paper: 0.2933, 0.0840)")
-load_plots.tracking_error(motion.t[0], error)
-load_plots.desired_path(saddle_line(np.linspace(0, 10, 100)), ax=plots.tool_path(rollout));
+plots.tracking_error(motion.t[0], error)
+plots.desired_path(hybrid_kinematics.saddle_line(np.linspace(0, 10, 100)), ax=plots.tool_path(rollout));

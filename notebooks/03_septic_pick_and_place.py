@@ -25,14 +25,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from problems import PickAndPlace, ViaPointProblem
-from problems.pick_and_place import paper_solution
-from problems.puma_kinematics import forward_kinematics
-from trajevo import load_plots, optimise, plots
-from trajevo.animation import animate, stick_figure
-from trajevo.capacity import dlcc
-from trajevo.constraints import overshoot
-from trajevo.rivals import RIVALS_NOTE, plot_rivals, rivals_of, rivals_table
+from trajevo import animate, dlcc, optimise, overshoot, plots, rivals_of, rivals_table
+from trajevo.problems import PickAndPlace, ViaPointProblem, pick_and_place, puma_kinematics
 
 FULL = os.environ.get("TRAJEVO_FULL", "0") == "1"
 SIZE = {"generations": 100, "population": 100} if FULL else {"generations": 15, "population": 40}
@@ -43,14 +37,14 @@ SIZE = {"generations": 100, "population": 100} if FULL else {"generations": 15, 
 
 # %%
 problem = PickAndPlace(payload=2.5)
-printed = problem.rollout(paper_solution())
+printed = problem.rollout(pick_and_place.paper_solution())
 beyond = overshoot(printed.trajectory, problem.interpolant.points)[0]
 print("overshoot [rad]:", dict(zip(problem.robot.joint_names, beyond.round(5).tolist())))
-print("tool height at the points [m]:", forward_kinematics(problem.interpolant.points.positions)[:, 2, 3].round(4))
-time, jerk, energy = problem.evaluate(paper_solution())[0][0]
+print("tool height at the points [m]:", puma_kinematics.forward_kinematics(problem.interpolant.points.positions)[:, 2, 3].round(4))
+time, jerk, energy = problem.evaluate(pick_and_place.paper_solution())[0][0]
 print(f"{time:.0f} s, Σ RMS jerk {jerk:.4f} rad/s³, {energy:.1f} J")
-plots.profiles(printed, via_times=problem.via_times(paper_solution())[0])
-stick_figure(printed);
+plots.profiles(printed, via_times=problem.via_times(pick_and_place.paper_solution())[0])
+plots.stick_figure(printed);
 
 # %% [markdown]
 # ## Rivals on equal terms
@@ -61,8 +55,7 @@ rivals = rivals_of(problem)
 headers, rows = rivals_table(rivals)
 for row in [headers, *rows]:
     print("".join(f"{cell:>18}" if i == 0 else f"{cell:>12}" for i, cell in enumerate(row)))
-print(RIVALS_NOTE)
-plot_rivals(rivals);
+plots.plot_rivals(rivals);
 
 # %% [markdown]
 # ## The future work: time, jerk and energy
@@ -72,9 +65,9 @@ front = optimise(problem, seed=0, progress=False, **SIZE)
 knee = front.knee()
 print(f"{len(front)} points in {front.run.seconds:.1f} s, hypervolume {front.history.hypervolume[-1]:.4f}")
 print("knee:", {name: round(value, 3) for name, value in knee.F.items()})
-dominating = (front.F <= problem.evaluate(paper_solution())[0]).all(axis=1).sum()
+dominating = (front.F <= problem.evaluate(pick_and_place.paper_solution())[0]).all(axis=1).sum()
 print(f"{dominating} points dominate the printed times")
-plots.front(front, mark={"knee": knee, "printed times": problem.evaluate(paper_solution())[0][0]});
+plots.front(front, mark={"knee": knee, "printed times": problem.evaluate(pick_and_place.paper_solution())[0][0]});
 
 # %% [markdown]
 # ## What can it carry?
@@ -82,7 +75,7 @@ plots.front(front, mark={"knee": knee, "printed times": problem.evaluate(paper_s
 # %%
 for label, motion in {"printed": printed, "knee": knee, "fastest": front.least("time")}.items():
     print(f"{label}: {dlcc(motion)}")
-load_plots.effort_utilisation(front.least("time"));
+plots.effort_utilisation(front.least("time"));
 
 # %% [markdown]
 # ## The arm in real time

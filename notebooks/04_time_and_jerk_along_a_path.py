@@ -23,10 +23,8 @@ import os
 import matplotlib.pyplot as plt
 import numpy as np
 
-from problems import TimeJerkReparameterisation
-from problems.example_paths import gemini_points
-from trajevo import optimise, path_plots, plots
-from trajevo.nnc import solve_nnc, weighting_factors
+from trajevo import optimise, plots, solve_nnc, weighting_factors
+from trajevo.problems import TimeJerkReparameterisation, gemini_and_s
 
 # The paper's tolerance takes seconds; set TRAJEVO_FULL=1 for it. The default is a quick look.
 FULL = os.environ.get("TRAJEVO_FULL", "0") == "1"
@@ -47,7 +45,7 @@ print(f"{len(hull)} points in {hull.run.seconds:.1f} s, from {fastest[0]:.4f} s 
 print(f"best trade-off: {best.F['time']:.5f} s at ω = {omega:.4f} (paper: 4.52 s, 0.52)")
 print(f"time saved against the smoothest {100 * (1 - best.F['time'] / smoothest[0]):.1f} % (paper: 43 %)")
 print(f"jerk saved against the fastest {100 * (1 - best.F['jerk'] / fastest[1]):.1f} % (paper: 81 %)")
-path_plots.path(best, points=gemini_points());
+plots.path(best, points=gemini_and_s.gemini_points());
 
 # %% [markdown]
 # ## Limits that are as tight as they are proven
@@ -91,10 +89,10 @@ fronts = {
     "tight, the same on shapes": evolved["shape"],
     "tight, normal constraints": tight,
 }
-path_plots.fronts(fronts, mark={"ω* of the hull": best, "ω* of the tight limits": tight.utopia()});
+plots.fronts(fronts, mark={"ω* of the hull": best, "ω* of the tight limits": tight.utopia()});
 
 # %%
-path_plots.parameter({"fastest": tight.least("time"), "ω*": tight.utopia(), "smoothest": tight.least("jerk")});
+plots.parameter({"fastest": tight.least("time"), "ω*": tight.utopia(), "smoothest": tight.least("jerk")});
 
 # %% [markdown]
 # ## Is the baseline any good on the S-shaped path?
@@ -105,8 +103,8 @@ s = solve_nnc(TimeJerkReparameterisation(path="s", limits="hull"), tolerance=TOL
 straight = optimise(TimeJerkReparameterisation(path="s", interpolant="linear"), seed=1, generations=10, progress=False)
 proposed, baseline = s.utopia().F, straight.utopia().F
 print(f"{100 * (1 - proposed['time'] / baseline['time']):.1f} % faster, {100 * (1 - proposed['jerk'] / baseline['jerk']):.1f} % less jerk")
-path_plots.path(s.utopia())
-path_plots.fronts({"u = t / T": straight, "hull": s}, mark={"ω*": s.utopia(), "ω* of u = t / T": straight.utopia()});
+plots.path(s.utopia())
+plots.fronts({"u = t / T": straight, "hull": s}, mark={"ω*": s.utopia(), "ω* of u = t / T": straight.utopia()});
 
 # %% [markdown]
 # ## Points of your own
@@ -120,5 +118,5 @@ own = TimeJerkReparameterisation(
 )
 knee = optimise(own, seed=1, generations=GENERATIONS, progress=False).knee()
 print(knee.F, knee.reason)
-path_plots.path(knee, points=flower)
+plots.path(knee, points=flower)
 plt.show()

@@ -23,13 +23,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from problems import ViaPointProblem
-from trajevo import Scene, load_plots, load_robot, load_task, optimise, plots
-from trajevo.animation import stick_figure
-from trajevo.boxes import CartesianBox
-from trajevo.capacity import dlcc
-from trajevo.clearance import clearance_along
-from trajevo.verify import verify
+from trajevo import CartesianBox, Scene, clearance_along, dlcc, load_robot, load_task, optimise, plots, verify
+from trajevo.problems import ViaPointProblem
 
 # Set TRAJEVO_FULL=1 for the full size; the default is a quick look.
 FULL = os.environ.get("TRAJEVO_FULL", "0") == "1"
@@ -82,11 +77,11 @@ plots.profiles(best)
 plt.show()
 
 # %%
-load_plots.effort_utilisation(best)
+plots.effort_utilisation(best)
 plt.show()
 
 # %%
-stick_figure(best)
+plots.stick_figure(best)
 plt.show()
 
 # %% [markdown]

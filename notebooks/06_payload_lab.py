@@ -23,22 +23,33 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from problems import HybridManipulator
-from problems.hybrid_manipulator import paper_solution
-from trajevo import Payload, capacity_plots, load_plots, load_robot, load_task, optimise, payload_plots
-from trajevo.capacity import dlcc, dlcc_iterative
-from trajevo.centre_of_mass import allowed_centres
-from trajevo.inverse_kinematics import Pose
-from trajevo.nnc import solve_nnc
-from trajevo.payload_diagram import payload_diagram
-from trajevo.payload_effort import payload_effort
-from trajevo.payload_time import capacity_front, largest_payload, max_payload_problem
-from trajevo.robust_payload import robust_capacity, worst_case
-from trajevo.sensitivity import sensitivity
-from trajevo.slowdown import slowdown_for
-from trajevo.slowdown_curve import slowdown_curve
-from trajevo.uncertainty import price_along_path, price_of_uncertainty
-from trajevo.workspace_capacity import ToolPlane, workspace_capacity
+from trajevo import (
+    Payload,
+    Pose,
+    ToolPlane,
+    allowed_centres,
+    capacity_front,
+    dlcc,
+    dlcc_iterative,
+    largest_payload,
+    load_robot,
+    load_task,
+    max_payload_problem,
+    optimise,
+    payload_diagram,
+    payload_effort,
+    plots,
+    price_along_path,
+    price_of_uncertainty,
+    robust_capacity,
+    sensitivity,
+    slowdown_curve,
+    slowdown_for,
+    solve_nnc,
+    workspace_capacity,
+    worst_case,
+)
+from trajevo.problems import HybridManipulator, hybrid_manipulator
 
 # Set TRAJEVO_FULL=1 for the full size; the default is a quick look.
 FULL = os.environ.get("TRAJEVO_FULL", "0") == "1"
@@ -52,12 +63,12 @@ CELLS = 41 if FULL else 11
 
 # %%
 hybrid = HybridManipulator()
-table_7 = hybrid.rollout(paper_solution())
+table_7 = hybrid.rollout(hybrid_manipulator.paper_solution())
 capacity = dlcc(table_7)
 print("closed form:", capacity)
 print("iteration:  ", dlcc_iterative(table_7, step=0.05))
 print("sensitivity:", sensitivity(table_7))
-load_plots.capacity_margins(capacity);
+plots.capacity_margins(capacity);
 
 # %% [markdown]
 # ## Faster or slower along the same path
@@ -65,7 +76,7 @@ load_plots.capacity_margins(capacity);
 # %%
 for payload in (10.0, 12.0):
     print(slowdown_for(table_7, payload))
-capacity_plots.slowdown_curve(slowdown_curve(table_7));
+plots.slowdown_curve(slowdown_curve(table_7));
 
 # %% [markdown]
 # ## A UR5 across a table
@@ -78,11 +89,11 @@ front = task.solve(progress=False, **SIZE)
 knee, fastest = front.knee(), front.pick("least_time")
 print("knee:      ", dlcc(knee))
 print("least time:", dlcc(fastest))
-load_plots.front_capacities(front);
+plots.front_capacities(front);
 
 # %%
-load_plots.capacity_margins(dlcc(knee))
-capacity_plots.slowdown_curve(slowdown_curve(knee));
+plots.capacity_margins(dlcc(knee))
+plots.slowdown_curve(slowdown_curve(knee));
 
 # %% [markdown]
 # ## The vendor's diagram, for these motions
@@ -92,8 +103,8 @@ capacity_plots.slowdown_curve(slowdown_curve(knee));
 # %%
 xy, z = np.linspace(0.0, 0.3, 61), np.linspace(-0.1, 0.3, 61)
 efforts = {"knee": payload_effort(knee), "least time": payload_effort(fastest)}
-payload_plots.payload_contours({name: payload_diagram(effort, xy, z) for name, effort in efforts.items()})
-payload_plots.payload_contours(payload_diagram(payload_effort(table_7), xy, z));
+plots.payload_contours({name: payload_diagram(effort, xy, z) for name, effort in efforts.items()})
+plots.payload_contours(payload_diagram(payload_effort(table_7), xy, z));
 
 # %% [markdown]
 # ## Where may the centre of mass of a known payload lie?
@@ -104,8 +115,8 @@ payload_plots.payload_contours(payload_diagram(payload_effort(table_7), xy, z));
 known = efforts["knee"].with_inertia_about_tool(np.diag([0.02, 0.02, 0.02]))
 print("allowed 50 mm off the axis with 8 kg:", allowed_centres(known, 8.0).contains([[0.05, 0.0, 0.05]]))
 _, (left, right) = plt.subplots(1, 2, figsize=(12.0, 4.6), layout="constrained")
-payload_plots.allowed_region(known, [4.0, 8.0, 12.0, 16.0], within=0.3, axis="y", ax=left)
-payload_plots.allowed_region(payload_effort(table_7), [4.0, 8.0, 10.0, 11.5], within=0.3, axis="y", ax=right);
+plots.allowed_region(known, [4.0, 8.0, 12.0, 16.0], within=0.3, axis="y", ax=left)
+plots.allowed_region(payload_effort(table_7), [4.0, 8.0, 10.0, 11.5], within=0.3, axis="y", ax=right);
 
 # %% [markdown]
 # ## A payload that is known only to intervals
@@ -114,7 +125,7 @@ payload_plots.allowed_region(payload_effort(table_7), [4.0, 8.0, 10.0, 11.5], wi
 box = [[-0.02, -0.02, 0.03], [0.02, 0.02, 0.07]]
 print(robust_capacity(efforts["knee"], com=box))
 print(worst_case(efforts["knee"], mass=(2.5, 3.5), com=box))
-payload_plots.robust_mass(efforts["knee"], com=(0.0, 0.0, 0.05), within=0.1);
+plots.robust_mass(efforts["knee"], com=(0.0, 0.0, 0.05), within=0.1);
 
 # %% [markdown]
 # What that costs in time, the motion optimised again for every payload of the intervals, and slowed along its path.
@@ -124,7 +135,7 @@ loaded = task.problem.with_payload(Payload(12.0, (0.0, 0.0, 0.05)))
 tolerances = np.linspace(0.0, 0.06, 7 if FULL else 4)
 again = price_of_uncertainty(loaded, tolerances, seed=1, starts=1)
 same_path = price_along_path(loaded.rollout(again.X[:1]), tolerances)
-payload_plots.uncertainty_price({"optimised again": again, "the same path": same_path});
+plots.uncertainty_price({"optimised again": again, "the same path": same_path});
 
 # %% [markdown]
 # ## Payload as an objective
@@ -141,7 +152,7 @@ curve = capacity_front(wide, masses, seed=1, starts=1)
 print("largest payload of any motion found:", largest_payload(wide, seed=1, starts=2))
 for time in (2.5, 3.0, 4.0, 6.19) if FULL else (3.0, 6.19):
     print(f"within {time:4} s:", largest_payload(wide, within=time, seed=1, starts=1))
-ax = load_plots.payload_curve(curve, at_rest=problem.payload_range[1])
+ax = plots.payload_curve(curve, at_rest=problem.payload_range[1])
 ax.plot(evolved.F[:, 0], evolved.X[:, -1], ".", label="evolved and polished")
 ax.plot(exact.F[:, 0], exact.X[:, -1], "s", mfc="none", label="normal constraints")
 ax.set(xlim=(2.0, 8.0))
@@ -149,7 +160,7 @@ ax.legend();
 
 # %%
 with_energy = optimise(max_payload_problem(wide, objectives=["time", "energy"]), seed=1, progress=False, **SIZE)
-load_plots.payload_front(with_energy);
+plots.payload_front(with_energy);
 
 # %% [markdown]
 # ## Over the workspace
@@ -178,5 +189,5 @@ maps = {
 }
 _, axes = plt.subplots(1, 3, figsize=(16.0, 5.0), layout="constrained")
 for panel, (name, found) in zip(axes, maps.items(), strict=True):
-    capacity_plots.workspace_capacity(found, ax=panel)
+    plots.workspace_capacity(found, ax=panel)
     print(f"{name}: {found}")

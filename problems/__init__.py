@@ -1,9 +1,10 @@
 """One paper's problem per file, each a pymoo problem."""
 
-from problems.hybrid_manipulator import HybridManipulator
-from problems.pick_and_place import PickAndPlace
-from problems.pointing_mechanism import PointingMechanism
-from problems.time_jerk_reparameterisation import TimeJerkReparameterisation
-from problems.via_points import ViaPointProblem
+from trajevo.formulation.via_points import ViaPointProblem
+
+from .hybrid_manipulator import HybridManipulator
+from .pick_and_place import PickAndPlace
+from .pointing_mechanism import PointingMechanism
+from .time_jerk_reparameterisation import TimeJerkReparameterisation
 
 __all__ = ["HybridManipulator", "PickAndPlace", "PointingMechanism", "TimeJerkReparameterisation", "ViaPointProblem"]

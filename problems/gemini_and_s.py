@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.curve import GeometricPath
+from trajevo.base.arrays import Array
+from trajevo.path.curve import GeometricPath
 
 #: "GEMINI (smoothed)" of the UIUC airfoil collection: 79 points, upper trailing edge to lower, in chords.
 GEMINI_FILE = Path(__file__).with_name("geminism.dat")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnreachableError
 
 #: Table 1 [m].

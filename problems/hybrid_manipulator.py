@@ -12,26 +12,28 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from problems.hybrid_kinematics import inverse_kinematics, path_normals, via_positions
-from trajevo.arrays import Array, numbers, read_only
-from trajevo.certified import held
-from trajevo.constraints import Constraint, effort_limits, kinematic_limits, mean_velocity_limits
-from trajevo.dynamics import Dynamics, Rollout
+from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.interpolants import CubicSpline
-from trajevo.objectives import (
+from trajevo.formulation.constraints.certified import held
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.joint_limits import effort_limits, kinematic_limits, mean_velocity_limits
+from trajevo.formulation.objectives import (
     Objective,
     integrated_square_acceleration,
     integrated_square_jerk,
     integrated_square_power,
     total_time,
 )
-from trajevo.path import ViaPoints
-from trajevo.payload import Payload
-from trajevo.payload_variable import UNUSED_PAYLOAD, PayloadVariable, greatest_at_rest
-from trajevo.problem import Evolution, TrajectoryProblem
-from trajevo.robot import Robot, load_robot
-from trajevo.selection import Weights
+from trajevo.formulation.payload_variable import UNUSED_PAYLOAD, PayloadVariable, greatest_at_rest
+from trajevo.formulation.problem import Evolution, TrajectoryProblem, Weights
+from trajevo.path.via_points import ViaPoints
+from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Robot, load_robot
+from trajevo.trajectory.interpolants import CubicSpline
+
+from .hybrid_kinematics import inverse_kinematics, path_normals, via_positions
 
 #: Weights w and scales ξ of eq. (112), section 3.1.
 PAPER_WEIGHTS = Weights((0.3, 0.3, 0.2, 0.2), scales=(1.0, 1000.0, 10.0, 1.0))
@@ -61,7 +63,7 @@ class HybridManipulator(TrajectoryProblem):
     exact peaks, those of force at the samples of every interval, or at every instant with ``limits="certified"``.
 
     Args:
-        payload: mass [kg], a :class:`~trajevo.payload.Payload`, or its settings.
+        payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings.
         convention: ``"continuous"`` (the integrals themselves), ``"printed"`` (eq. (154) to the letter) or
             ``"as_run"`` (a conjecture of what the authors computed; never a reproduction).
         payload_model: how the payload acts; if None as it says itself, or by its mass alone as in the convention
@@ -73,7 +75,7 @@ class HybridManipulator(TrajectoryProblem):
         positions: via points of the tool, shape (K, 3) [m]; the eleven of Table 6 if None. The tool axis is the path's
             normal in its vertical plane.
         duration_bounds: least and greatest interval [s].
-        limits: of force, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.certified`.
+        limits: of force, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.formulation.constraints.certified`.
         samples: instants per interval at which forces are computed, both ends included.
         threads: threads that populations are evaluated on; results are the same for any number.
 

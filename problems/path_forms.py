@@ -6,14 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.certified import held
-from trajevo.constraints import effort_limits, in_terms, smooth_path_limits
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.interpolants import Reparameterisation, slowness
-from trajevo.objectives import Objective
-from trajevo.problem import SmoothForm, TrajectoryProblem
-from trajevo.sqp import Search
+from trajevo.base.arrays import Array
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.certified import held
+from trajevo.formulation.constraints.constraint import in_terms
+from trajevo.formulation.constraints.joint_limits import effort_limits
+from trajevo.formulation.constraints.path_limits import smooth_path_limits
+from trajevo.formulation.objectives import Objective
+from trajevo.formulation.problem import SmoothForm, TrajectoryProblem
+from trajevo.solvers.gradient.sqp import Search
+from trajevo.trajectory.interpolants import Reparameterisation, slowness
 
 #: F₂ falls with this power of t_f while u(t / t_f) stays.
 POWER = 5
@@ -31,7 +34,8 @@ def smooth_form(
         runs: decoder of the problem.
         dynamics: the robot and what it carries.
         objectives: of the problem.
-        effort: how effort is held to its limits, see :data:`trajevo.certified.HOLDS`, or None where it is not limited.
+        effort: how effort is held to its limits, see :data:`trajevo.formulation.constraints.certified.HOLDS`, or None
+            where it is not limited.
     """
     plain, seconds, axes = replace(runs, timing="share"), replace(runs, timing="seconds"), dynamics.robot
     forces = () if effort is None else held((effort_limits(axes),), effort)

@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from problems.example_paths import EXAMPLE_PATHS, ExamplePath
-from trajevo.arrays import Array, numbers
-from trajevo.curve import GeometricPath
+from trajevo.base.arrays import Array, numbers
+from trajevo.base.units import display, per_time, quantity
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.path import read_points
-from trajevo.robot import Robot, load_robot
-from trajevo.units import display, per_time, quantity
+from trajevo.path.csv_points import read_points
+from trajevo.path.curve import GeometricPath
+from trajevo.robot.robot import Robot, length_unit, load_robot
+
+from .gemini_and_s import EXAMPLE_PATHS, ExamplePath
 
 #: Derivative that each limit is of.
 _DERIVATIVES = {"velocity": 1, "acceleration": 2, "jerk": 3}
@@ -41,11 +42,6 @@ def prepared(
     axes = load_robot("feed_drive" if robot is None else robot)
     found = _path(path, control_points, axes)
     return found, _limited(axes, example, asked, own=robot is not None), _longest(longest, example)
-
-
-def length_unit(robot: Robot) -> str:
-    """Unit in which people read the lengths of a robot: machine tools are read in mm."""
-    return "mm" if set(robot.joint_units) == {"m"} else "m"
 
 
 def at_rest(path: GeometricPath) -> GeometricPath:

@@ -10,15 +10,15 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from problems.via_points import constraints_of, via_points
-from trajevo.arrays import Array, numbers
-from trajevo.catalogue import objectives_of
-from trajevo.dynamics import Dynamics
+from trajevo.base.arrays import Array, numbers
+from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import checked_name
-from trajevo.interpolants import THROUGH_POINTS
-from trajevo.payload import Payload
-from trajevo.problem import Evolution, TrajectoryProblem
-from trajevo.robot import load_robot
+from trajevo.formulation.catalogue import objectives_of
+from trajevo.formulation.problem import Evolution, TrajectoryProblem
+from trajevo.formulation.via_points import constraints_of, via_points
+from trajevo.robot.payload import Payload
+from trajevo.robot.robot import load_robot
+from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 #: Times between the four points of the paper's motion, section 3.2 [s].
 PAPER_TIMES = (2.0, 4.0, 3.0)
@@ -44,15 +44,16 @@ class PickAndPlace(TrajectoryProblem):
     friction and payload. Limits hold at exact peaks, torque at samples, or, ``"certified"``, at every instant.
 
     Args:
-        interpolant: ``"septic"``, the single polynomial, or one of :data:`trajevo.interpolants.THROUGH_POINTS`.
-        payload: mass [kg] with its centre 0.1 m in front of the flange, a :class:`~trajevo.payload.Payload`, or its
-            settings.
+        interpolant: ``"septic"``, the single polynomial, or one of
+            :data:`trajevo.trajectory.interpolants.THROUGH_POINTS`.
+        payload: mass [kg] with its centre 0.1 m in front of the flange, a :class:`~trajevo.robot.payload.Payload`, or
+            its settings.
         points: joint angles (K, 6) [rad] or a CSV file of them; Table 1 if None.
         duration_bounds: least and greatest time between two points [s].
         position_limits: keep the joints' ranges, widened so that they contain Table 1; the septic swings far beyond its
             points.
         overshoot: how far a joint may leave the range of the points [rad]; not limited if None.
-        limits: of torque, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.certified`.
+        limits: of torque, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.formulation.constraints.certified`.
         samples: instants per segment at which torque is computed, both ends included.
         threads: threads that populations are evaluated on; results are the same for any number.
 

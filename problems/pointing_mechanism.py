@@ -13,16 +13,17 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers, read_only
-from trajevo.certified import held
-from trajevo.constraints import kinematic_limits
-from trajevo.dynamics import Dynamics
+from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import UnreachableError, checked_name
-from trajevo.interpolants import HybridQuartic, Interpolant, QuinticSpline, SepticSpline
-from trajevo.objectives import Objective, summed_rms_acceleration, summed_rms_jerk, total_time
-from trajevo.path import ViaPoints, read_columns
-from trajevo.problem import TrajectoryProblem
-from trajevo.robot import load_robot
+from trajevo.formulation.constraints.certified import held
+from trajevo.formulation.constraints.joint_limits import kinematic_limits
+from trajevo.formulation.objectives import Objective, summed_rms_acceleration, summed_rms_jerk, total_time
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.path.csv_points import read_columns
+from trajevo.path.via_points import ViaPoints
+from trajevo.robot.robot import load_robot
+from trajevo.trajectory.interpolants import HybridQuartic, Interpolant, QuinticSpline, SepticSpline
 
 #: Link lengths l₁, l₂ [m]; Table 1 names them without a value, these are robots/pointing_mechanism/SOURCE.md's.
 L1, L2 = 0.3, 0.2

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnreachableError, checked_name
 
 #: Denavit-Hartenberg table: d and a [m]; sine and cosine of α = (90, 0, -90, 90, -90, 0) deg, free of rounding.

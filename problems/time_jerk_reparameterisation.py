@@ -14,29 +14,37 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from problems.example_paths import EXAMPLE_PATHS
-from problems.path_arguments import at_rest, length_unit, prepared
-from problems.path_forms import POWER, envelope, least_time, rises, smooth_form
-from trajevo.arrays import Array
-from trajevo.certified import held
-from trajevo.constraints import (
-    Constraint,
+from trajevo.base.arrays import Array
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.formulation.constraints.certified import held
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.joint_limits import (
     acceleration_limits,
     effort_limits,
-    hull_limits,
     jerk_limits,
     time_limit,
     velocity_limits,
 )
-from trajevo.curve import GeometricPath
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.errors import InvalidInputError, checked_name
-from trajevo.interpolants import LinearReparameterisation, Reparameterisation
-from trajevo.interpolants.reparameterised import BOUNDS
-from trajevo.objectives import Objective, integrated_square_jerk, times_duration, total_time, trapezoid_square_jerk
-from trajevo.payload import Payload
-from trajevo.problem import Evolution, Expansion, TrajectoryProblem
-from trajevo.robot import Robot
+from trajevo.formulation.constraints.path_limits import hull_limits
+from trajevo.formulation.objectives import (
+    Objective,
+    integrated_square_jerk,
+    times_duration,
+    total_time,
+    trapezoid_square_jerk,
+)
+from trajevo.formulation.problem import Evolution, Expansion, TrajectoryProblem
+from trajevo.path.curve import GeometricPath
+from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Robot, length_unit
+from trajevo.trajectory.interpolants import LinearReparameterisation, Reparameterisation
+from trajevo.trajectory.interpolants.reparameterised import BOUNDS
+
+from .gemini_and_s import EXAMPLE_PATHS
+from .path_forms import POWER, envelope, least_time, rises, smooth_form
+from .path_settings import at_rest, prepared
 
 #: Partitions N of the trapezoidal rule (29), section VI.B.
 PARTITIONS = 1000
@@ -60,12 +68,13 @@ class TimeJerkReparameterisation(TrajectoryProblem):
     whole curve of the front; the objectives are then the least time and t_f⁵ F₂, and the front is the lower envelope.
 
     Attributes:
-        path: the path, a :class:`~trajevo.curve.GeometricPath`.
+        path: the path, a :class:`~trajevo.path.curve.GeometricPath`.
         longest_time: t_max [s].
 
     Args:
         path: ``"gemini"`` or ``"s"``, which come with the paper's limits; points (K, n_axes) [m or rad] to run through,
-            or a CSV file of them with units in its header; a :class:`~trajevo.curve.GeometricPath`; or its settings.
+            or a CSV file of them with units in its header; a :class:`~trajevo.path.curve.GeometricPath`; or its
+            settings.
         path_control_points: run near the points of an array or a file, with as many control points, not through them.
         robot: name or folder of the robot whose joints are the axes; the biaxial feed drive for two axes if None.
         limits: ``"tight"`` (guaranteed bounds of the true peaks), ``"hull"`` (the paper's (20)-(25)), or
@@ -83,7 +92,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         order: of u(t).
         tolerance: share by which a tight bound may exceed the true peak.
         effort: limit the joints' torques or forces too, at the samples or certified; not with ``encoding="shape"``.
-        payload: carried at the tool, mass [kg], a :class:`~trajevo.payload.Payload`, or its settings.
+        payload: carried at the tool, mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings.
         samples: instants per segment at which effort is computed.
         threads: threads that populations are evaluated on; results are the same for any number.
 

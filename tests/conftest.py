@@ -6,7 +6,7 @@ import signal
 import matplotlib.pyplot as plt
 import pytest
 
-from trajevo.watch import Watch
+from trajevo.front.books import Watch
 
 # A job in the background of a script ignores SIGINT, and so do its children, which would leave nothing to test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

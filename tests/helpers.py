@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 from trajevo import TrajectoryProblem, TrajevoError, ViaPoints, load_robot
-from trajevo.cli import main
-from trajevo.constraints import Constraint, kinematic_limits
-from trajevo.dynamics import Dynamics
-from trajevo.interpolants import QuinticSpline
-from trajevo.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.cli.main import main
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.joint_limits import kinematic_limits
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.trajectory.interpolants import QuinticSpline
 
 POINTS = ViaPoints(np.array([[0.2, 0.1], [0.0, 0.3], [-0.2, 0.0]]))
 
@@ -79,7 +80,7 @@ def trajevo(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
 
 def trajevo_process(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
     """Run the command line in a process of its own."""
-    command = [sys.executable, "-c", "from trajevo.cli import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-c", "from trajevo.cli.main import main; main()", *map(str, arguments)]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True)
 
 

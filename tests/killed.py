@@ -20,11 +20,12 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.util.ref_dirs import get_reference_directions
 
 from tests.helpers import refused
-from trajevo import Front, evolution, optimise
-from trajevo.moead import ConstrainedMOEAD
-from trajevo.registry import load_problem
-from trajevo.run_folder import RunFolder
-from trajevo.runs import read_run, resume, standing
+from trajevo import Front, optimise
+from trajevo.formulation.registry import load_problem
+from trajevo.solvers.evolutionary.moead import ConstrainedMOEAD
+from trajevo.solvers.run import evolution
+from trajevo.solvers.run.folder import RunFolder
+from trajevo.solvers.run.runs import read_run, resume, standing
 
 #: Objectives of the problems that are run here.
 OBJECTIVES = {"pointing": 3, "hybrid": 4, "pick-place": 3}

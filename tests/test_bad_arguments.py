@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, PointingMechanism
+from trajevo.problems.hybrid_manipulator import paper_solution
 
-from problems import HybridManipulator, PointingMechanism
-from problems.hybrid_manipulator import paper_solution
 from tests.helpers import refused
-from trajevo import Front, ViaPoints, load_robot, optimise, plots, selection
-from trajevo.capacity import dlcc, dlcc_iterative
-from trajevo.interpolants import THROUGH_POINTS, HybridQuartic, QuinticSpline, SepticSpline, stop_and_go
-from trajevo.payload_time import capacity_front
-from trajevo.robot import Friction
+from trajevo import Front, ViaPoints, load_robot, optimise, plots
+from trajevo.capacity.dlcc import dlcc, dlcc_iterative
+from trajevo.capacity.payload_time import capacity_front
+from trajevo.front import selection
+from trajevo.robot.robot import Friction
+from trajevo.trajectory.interpolants import THROUGH_POINTS, HybridQuartic, QuinticSpline, SepticSpline, stop_and_go
 
 POINTS = ViaPoints(np.arange(8.0).reshape(4, 2) ** 2)
 

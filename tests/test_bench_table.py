@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trajevo import compiled, load_robot, rnea_kernel
+from trajevo import load_robot
+from trajevo.base import jit
+from trajevo.dynamics import rnea as rnea_kernel
 
 
 @pytest.fixture(autouse=True)
@@ -60,7 +62,7 @@ def test_without_numba_nothing_is_compiled():
     model = load_robot("puma560").model
     with without_numba():
         assert rnea_kernel.slopes_kernel_of(model) is None
-        assert not compiled.can_compile()
+        assert not jit.can_compile()
     assert rnea_kernel.slopes_kernel_of(model) is not None
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from trajevo import TrajectoryProblem, load_problem
-from trajevo.registry import list_problems
-from trajevo.sqp import differentiated
+from trajevo.formulation.registry import list_problems
+from trajevo.solvers.gradient.sqp import differentiated
 
 
 @pytest.fixture(params=list_problems())

@@ -38,5 +38,5 @@ def test_everything_that_the_package_names_is_there_whatever_was_imported_before
         "try: trajevo.nothing\n"
         "except AttributeError as error: assert \"'trajevo' has no attribute 'nothing'\" in str(error)\n"
     )
-    for first in ("", "import trajevo.optimiser; "):
+    for first in ("", "import trajevo.solvers.optimise; "):
         subprocess.run([sys.executable, "-c", script.format(first=first)], check=True)

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from trajevo.problems import ViaPointProblem
 
-from problems import ViaPointProblem
 from tests.helpers import refused
 from trajevo import Scene, load_robot, load_task, optimise
-from trajevo.boxes import CartesianBox
-from trajevo.clearance import clearance_along
-from trajevo.export import export
-from trajevo.verify import verify, verify_all
+from trajevo.exporters.export import export
+from trajevo.formulation.constraints.clearance import clearance_along
+from trajevo.path.boxes import CartesianBox
+from trajevo.verification.verify import verify, verify_all
 
 LIMITS = {"acceleration": 12.0, "jerk": 150.0}
 FINGERS = {"panda_finger_joint1": 0.02, "panda_finger_joint2": 0.02}

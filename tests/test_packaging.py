@@ -34,7 +34,7 @@ def test_a_wheel_solves_a_problem_away_from_the_checkout(tmp_path):
     script = (
         "import trajevo, problems; from trajevo import load_problem, optimise;"
         "front = optimise(load_problem('pointing'), seed=1, generations=2, population=20, progress=False);"
-        "print(trajevo.__file__, problems.__file__, len(front.F))"
+        "print(trajevo.__file__, trajevo.problems.__file__, len(front.F))"
     )
     result = subprocess.run(
         [sys.executable, "-c", script],

@@ -1,75 +1,252 @@
-"""Multi-objective evolutionary trajectory optimisation and payload capacity for robots."""
+"""Multi-objective evolutionary trajectory optimisation and payload capacity for robots.
+
+Everything that users need is here, in :mod:`trajevo.plots` and in :mod:`trajevo.problems`.
+"""
 
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from trajevo.curve import GeometricPath
+    from trajevo import plots
+    from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative
+    from trajevo.capacity.payload_diagram import allowed_centres, payload_diagram
+    from trajevo.capacity.payload_effort import payload_effort
+    from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
+    from trajevo.capacity.robust import robust_capacity, robust_slowdown, worst_case
+    from trajevo.capacity.sensitivity import sensitivity
+    from trajevo.capacity.slowdown import slowdown_curve, slowdown_for
+    from trajevo.capacity.uncertainty import price_along_path, price_of_uncertainty, robust_problem
+    from trajevo.capacity.workspace import ToolPlane, workspace_capacity
+    from trajevo.dynamics.inverse_dynamics import Dynamics
+    from trajevo.dynamics.rollout import Rollout
     from trajevo.errors import TrajevoError
-    from trajevo.front import Front, Solution
-    from trajevo.optimiser import optimise
-    from trajevo.path import ViaPoints
-    from trajevo.payload import Payload
-    from trajevo.piecewise import PolynomialBatch
-    from trajevo.problem import TrajectoryProblem
-    from trajevo.registry import load_problem
-    from trajevo.robot import JointLimits, Robot, load_robot
-    from trajevo.runs import read_run, resume
-    from trajevo.scene import Scene
-    from trajevo.task import load_task
-    from trajevo.trajectory import Motion, TrajectoryBatch
+    from trajevo.exporters.export import export
+    from trajevo.formulation.constraints.clearance import clearance_along
+    from trajevo.formulation.constraints.constraint import Constraint
+    from trajevo.formulation.constraints.joint_limits import overshoot
+    from trajevo.formulation.constraints.scene import Scene
+    from trajevo.formulation.objectives import Objective
+    from trajevo.formulation.problem import TrajectoryProblem
+    from trajevo.formulation.registry import load_problem
+    from trajevo.formulation.via_points import ViaPointProblem
+    from trajevo.front.front import Front, Solution
+    from trajevo.path.boxes import CartesianBox, JointBox
+    from trajevo.path.curve import GeometricPath
+    from trajevo.path.inverse_kinematics import Pose
+    from trajevo.path.via_points import ViaPoints
+    from trajevo.plots.animation import animate
+    from trajevo.plots.report import report
+    from trajevo.robot.joints import JointLimits
+    from trajevo.robot.payload import Payload
+    from trajevo.robot.robot import Robot, load_robot
+    from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
+    from trajevo.solvers.gradient.polish import polish
+    from trajevo.solvers.gradient.weighted_sum import minimise_weighted
+    from trajevo.solvers.optimise import Task, load_task, optimise
+    from trajevo.solvers.rivals import rivals_of, rivals_table
+    from trajevo.solvers.run.runs import read_run, resume
+    from trajevo.study.cluster import DaskCluster
+    from trajevo.study.collection import collect
+    from trajevo.study.definition import Study, load_study
+    from trajevo.study.engines import InProcess, Processes
+    from trajevo.study.report import write_study
+    from trajevo.study.run import run_study, study_standing
+    from trajevo.trajectory.batch import Motion, TrajectoryBatch
+    from trajevo.trajectory.interpolants import (
+        CubicSpline,
+        HybridQuartic,
+        Interpolant,
+        LinearBlends,
+        QuinticSpline,
+        SepticPolynomial,
+        SepticSpline,
+        SinglePolynomial,
+        Variable,
+        stop_and_go,
+    )
+    from trajevo.trajectory.polynomial import PolynomialBatch
+    from trajevo.verification.certify import certify, certify_all
+    from trajevo.verification.verify import verify
+
+__version__ = "0.1.0"
+
+#: Where each name is, in the order of the data flow; a module is imported when one of its names is asked for, so that
+#: the command line answers at once.
+_NAMES = {
+    # What moves
+    "robot.robot": ("Robot", "load_robot"),
+    "robot.joints": ("JointLimits",),
+    "robot.payload": ("Payload",),
+    # What must be visited
+    "path.via_points": ("ViaPoints",),
+    "path.inverse_kinematics": ("Pose",),
+    "path.boxes": ("CartesianBox", "JointBox"),
+    "path.curve": ("GeometricPath",),
+    "formulation.constraints.scene": ("Scene",),
+    "formulation.constraints.clearance": ("clearance_along",),
+    # Motions
+    "trajectory.interpolants": (
+        "CubicSpline",
+        "HybridQuartic",
+        "Interpolant",
+        "LinearBlends",
+        "QuinticSpline",
+        "SepticPolynomial",
+        "SepticSpline",
+        "SinglePolynomial",
+        "Variable",
+        "stop_and_go",
+    ),
+    "trajectory.batch": ("Motion", "TrajectoryBatch"),
+    "trajectory.polynomial": ("PolynomialBatch",),
+    "dynamics.inverse_dynamics": ("Dynamics",),
+    "dynamics.rollout": ("Rollout",),
+    "formulation.constraints.joint_limits": ("overshoot",),
+    # Problems
+    "formulation.objectives": ("Objective",),
+    "formulation.constraints.constraint": ("Constraint",),
+    "formulation.problem": ("TrajectoryProblem",),
+    "formulation.via_points": ("ViaPointProblem",),
+    "formulation.registry": ("load_problem",),
+    # Searches and what comes out
+    "solvers.optimise": ("Task", "load_task", "optimise"),
+    "solvers.gradient.polish": ("polish",),
+    "solvers.run.runs": ("read_run", "resume"),
+    "solvers.gradient.normal_constraint": ("solve_nnc", "weighting_factors"),
+    "solvers.gradient.weighted_sum": ("minimise_weighted",),
+    "front.front": ("Front", "Solution"),
+    "solvers.rivals": ("rivals_of", "rivals_table"),
+    # What a motion can carry
+    "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative"),
+    "capacity.payload_effort": ("payload_effort",),
+    "capacity.payload_diagram": ("allowed_centres", "payload_diagram"),
+    "capacity.sensitivity": ("sensitivity",),
+    "capacity.slowdown": ("slowdown_curve", "slowdown_for"),
+    "capacity.payload_time": ("capacity_front", "largest_payload", "max_payload_problem"),
+    "capacity.robust": ("robust_capacity", "robust_slowdown", "worst_case"),
+    "capacity.uncertainty": ("price_along_path", "price_of_uncertainty", "robust_problem"),
+    "capacity.workspace": ("ToolPlane", "workspace_capacity"),
+    # What is proven, and files
+    "verification.certify": ("certify", "certify_all"),
+    "verification.verify": ("verify",),
+    "exporters.export": ("export",),
+    "plots.report": ("report",),
+    "plots.animation": ("animate",),
+    # Many runs
+    "study.definition": ("Study", "load_study"),
+    "study.engines": ("InProcess", "Processes"),
+    "study.cluster": ("DaskCluster",),
+    "study.run": ("run_study", "study_standing"),
+    "study.collection": ("collect",),
+    "study.report": ("write_study",),
+    "errors": ("TrajevoError",),
+}
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
+_ROOMS = ("plots", "problems")
 
 __all__ = [
+    "CartesianBox",
+    "Constraint",
+    "CubicSpline",
+    "DaskCluster",
+    "Dynamics",
     "Front",
     "GeometricPath",
+    "HybridQuartic",
+    "InProcess",
+    "Interpolant",
+    "JointBox",
     "JointLimits",
+    "LinearBlends",
     "Motion",
+    "Objective",
     "Payload",
     "PolynomialBatch",
+    "Pose",
+    "Processes",
+    "QuinticSpline",
     "Robot",
+    "Rollout",
     "Scene",
+    "SepticPolynomial",
+    "SepticSpline",
+    "SinglePolynomial",
     "Solution",
+    "Study",
+    "Task",
+    "ToolPlane",
     "TrajectoryBatch",
     "TrajectoryProblem",
     "TrajevoError",
+    "Variable",
+    "ViaPointProblem",
     "ViaPoints",
+    "allowed_centres",
+    "animate",
+    "capacities",
+    "capacity_front",
+    "certify",
+    "certify_all",
+    "clearance_along",
+    "collect",
+    "dlcc",
+    "dlcc_iterative",
+    "export",
+    "largest_payload",
     "load_problem",
     "load_robot",
+    "load_study",
     "load_task",
+    "max_payload_problem",
+    "minimise_weighted",
     "optimise",
+    "overshoot",
+    "payload_diagram",
+    "payload_effort",
+    "plots",
+    "polish",
+    "price_along_path",
+    "price_of_uncertainty",
     "read_run",
+    "report",
     "resume",
+    "rivals_of",
+    "rivals_table",
+    "robust_capacity",
+    "robust_problem",
+    "robust_slowdown",
+    "run_study",
+    "sensitivity",
+    "slowdown_curve",
+    "slowdown_for",
+    "solve_nnc",
+    "stop_and_go",
+    "study_standing",
+    "verify",
+    "weighting_factors",
+    "workspace_capacity",
+    "worst_case",
+    "write_study",
 ]
 
-#: Modules by what they hold; each is imported when somebody asks for it, so that the command line answers at once.
-_HOMES = {
-    "curve": ("GeometricPath",),
-    "errors": ("TrajevoError",),
-    "front": ("Front", "Solution"),
-    "optimiser": ("optimise",),
-    "path": ("ViaPoints",),
-    "payload": ("Payload",),
-    "piecewise": ("PolynomialBatch",),
-    "problem": ("TrajectoryProblem",),
-    "registry": ("load_problem",),
-    "robot": ("JointLimits", "Robot", "load_robot"),
-    "runs": ("read_run", "resume"),
-    "scene": ("Scene",),
-    "task": ("load_task",),
-    "trajectory": ("Motion", "TrajectoryBatch"),
-}
-_HOME = {name: module for module, names in _HOMES.items() for name in names}
+_PACKAGE = Path(__file__).resolve().parent
+if not (_PACKAGE / "problems").is_dir() and (_PACKAGE.parent / "pyproject.toml").is_file():
+    # In a checkout the problems and the robots lie beside this folder; a wheel has them in it.
+    __path__.append(str(_PACKAGE.parent))
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name in _ROOMS:
+        return importlib.import_module(f"trajevo.{name}")
+    if name not in _HOMES:
         raise AttributeError(f"module 'trajevo' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"trajevo.{_HOME[name]}"), name)
+    value = getattr(importlib.import_module(f"trajevo.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, *_ROOMS})

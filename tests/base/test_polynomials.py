@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.reference import extremes_by_roots
-from trajevo import polynomials
+from trajevo.base import polynomials
 
 
 def cases() -> list[np.ndarray]:

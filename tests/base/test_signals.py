@@ -7,10 +7,11 @@ import threading
 import pytest
 
 from tests.helpers import small_problem
-from trajevo import nnc, optimise
-from trajevo.nnc import solve_nnc
-from trajevo.objectives import Objective, summed_rms_jerk, total_time
-from trajevo.stopping import Stopping
+from trajevo import optimise
+from trajevo.base.signals import Stopping
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.solvers.gradient import normal_constraint as nnc
+from trajevo.solvers.gradient.normal_constraint import solve_nnc
 
 SMALL = {"generations": 15, "population": 24, "starts": "random", "progress": False}
 

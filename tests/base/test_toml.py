@@ -2,7 +2,7 @@
 
 import tomllib
 
-from trajevo.toml_lines import key_lines, line_of
+from trajevo.base.toml import key_lines, line_of
 
 TEXT = """\
 # a = 1

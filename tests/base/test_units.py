@@ -2,7 +2,8 @@ import math
 
 import pytest
 
-from trajevo import TrajevoError, units
+from trajevo import TrajevoError
+from trajevo.base import units
 
 
 def test_factors_and_si_units():

@@ -13,19 +13,19 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
+import trajevo.problems
 from compare import compare
+from trajevo.problems import HybridManipulator
+from trajevo.problems.hybrid_manipulator import paper_solution
 
-import problems
-from problems import HybridManipulator
-from problems.hybrid_manipulator import paper_solution
 from trajevo import TrajectoryProblem, load_problem, optimise
-from trajevo.certify import certify
-from trajevo.dynamics import Rollout
-from trajevo.payload import carrying
-from trajevo.task import load_task
+from trajevo.dynamics.rollout import Rollout
+from trajevo.robot.payload import carrying
+from trajevo.solvers.optimise import load_task
+from trajevo.verification.certify import certify
 
 SAMPLES, INDIVIDUALS, ROUNDS = 10_000, 100, 15
-UR5 = Path(problems.__file__).parent / "tasks" / "ur5_pick_and_place.toml"
+UR5 = Path(trajevo.problems.__file__).parent / "tasks" / "ur5_pick_and_place.toml"
 
 PROBLEMS: dict[str, Callable[[], TrajectoryProblem]] = {
     "hybrid": HybridManipulator,

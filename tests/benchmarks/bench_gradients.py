@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 from compare import compare
+from trajevo.problems import HybridManipulator
 
-from problems import HybridManipulator
 from trajevo import TrajectoryProblem
-from trajevo.sqp import central_differences
-from trajevo.task import load_task
+from trajevo.solvers.gradient.sqp import central_differences
+from trajevo.solvers.optimise import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"
 

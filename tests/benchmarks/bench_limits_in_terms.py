@@ -6,9 +6,9 @@ Run: python tests/benchmarks/bench_limits_in_terms.py. Both search from the same
 import time
 
 import numpy as np
+from trajevo.problems import HybridManipulator
 
-from problems import HybridManipulator
-from trajevo.sqp import FEASIBLE, Search, random_starts
+from trajevo.solvers.gradient.sqp import FEASIBLE, Search, random_starts
 
 PAYLOADS = (10.86, 12.0, 12.32)
 TIME_ALONE = np.array([1.0, 0.0, 0.0, 0.0])

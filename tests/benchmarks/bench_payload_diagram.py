@@ -11,10 +11,11 @@ import pinocchio as pin
 from compare import cpu
 
 from trajevo import Payload, ViaPoints, load_robot
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.interpolants import QuinticSpline
-from trajevo.payload_diagram import payload_diagram
-from trajevo.payload_effort import payload_effort
+from trajevo.capacity.payload_diagram import payload_diagram
+from trajevo.capacity.payload_effort import payload_effort
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.trajectory.interpolants import QuinticSpline
 
 GRID, SAMPLES, CELLS, ROUNDS = 60, 200, 4, 5
 HIGHEST, PRECISION = 100.0, 1e-8

@@ -15,10 +15,10 @@ from itertools import combinations
 
 import matplotlib as mpl
 import numpy as np
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 
-from problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from trajevo import Front, TrajectoryProblem, optimise
-from trajevo.polish import Polished, polish
+from trajevo.solvers.gradient.polish import Polished, polish
 
 SEEDS = (1, 2, 3)
 

@@ -11,7 +11,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from problems import HybridManipulator
+from trajevo.problems import HybridManipulator
+
 from trajevo import optimise
 
 POPULATION, GENERATIONS, ROUNDS = 100, 200, 7

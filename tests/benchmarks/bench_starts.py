@@ -13,11 +13,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from trajevo.problems import (
+    HybridManipulator,
+    PickAndPlace,
+    PointingMechanism,
+    TimeJerkReparameterisation,
+    ViaPointProblem,
+)
 
-from problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation, ViaPointProblem
 from trajevo import TrajectoryProblem, optimise
-from trajevo.starts import first_population
-from trajevo.task import load_task
+from trajevo.solvers.evolutionary.first_population import first_population
+from trajevo.solvers.optimise import load_task
 
 SEEDS = (1, 2, 3, 4, 5)
 GENERATIONS = (1, 10, 50, 200)

@@ -18,13 +18,13 @@ from pymoo.core.problem import Problem
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
+from trajevo.problems import TimeJerkReparameterisation
 
-from problems import TimeJerkReparameterisation
 from trajevo import optimise
-from trajevo.composed import ComposedBatch
-from trajevo.course import Course
-from trajevo.front import Front
-from trajevo.nnc import solve_nnc
+from trajevo.front.front import Front
+from trajevo.solvers.gradient.normal_constraint import solve_nnc
+from trajevo.trajectory.along_path import ComposedBatch
+from trajevo.trajectory.parameterisation import Course
 
 FINE = 1_000_000  # trapezoids
 POPULATION, GENERATIONS, SEED = 100, 100, 1

@@ -13,10 +13,10 @@ import numpy as np
 from compare import cpu
 
 from trajevo import load_robot
+from trajevo.capacity.workspace import ToolPlane, workspace_capacity
 from trajevo.errors import UnreachableError
-from trajevo.inverse_kinematics import Pose, inverse_kinematics
-from trajevo.levenberg_marquardt import solve_postures
-from trajevo.workspace_capacity import ToolPlane, workspace_capacity
+from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
+from trajevo.path.postures import solve_postures
 
 CELLS, STARTS, MEASURED, ROUNDS = 31, 16, 24, 5
 DOWN = np.diag([1.0, -1.0, -1.0])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from compare import Action, in_turn
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 
 #: Names of our ways: without numba, as installed by default, and with the optional extra.
 PLAIN, FAST = "trajevo", "trajevo [fast]"

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 
 Action = Callable[[], object]
 

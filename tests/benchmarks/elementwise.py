@@ -11,8 +11,8 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from scipy.interpolate import CubicSpline
 
 from trajevo import Robot, TrajectoryProblem
-from trajevo.arrays import Array
-from trajevo.gauss_lobatto import lobatto
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import lobatto
 
 SPAN = 0.42  # between the first two screws of the hybrid manipulator [m]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.interpolate import BSpline
+from trajevo.problems import TimeJerkReparameterisation
 
-from problems import TimeJerkReparameterisation
-from trajevo.course import Course
+from trajevo.trajectory.parameterisation import Course
 
 INTERVALS = 1000  # of the trapezoidal rule
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.interpolate import BPoly, PPoly
-
-from problems import PointingMechanism
+from trajevo.problems import PointingMechanism
 
 SAMPLES = 200  # of a segment
 

@@ -12,12 +12,12 @@ from cases import PLAIN, Case, Line, not_installed
 from compare import Action
 from pymoo.indicators.hv import HV
 from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
+from trajevo.problems import TimeJerkReparameterisation
 
-from problems import TimeJerkReparameterisation
-from trajevo import nnc
-from trajevo.arrays import Array
-from trajevo.sqp import Search, central_differences, random_starts
-from trajevo.volumes import hypervolume
+from trajevo.base.arrays import Array
+from trajevo.front.hypervolume import hypervolume
+from trajevo.solvers.gradient import normal_constraint as nnc
+from trajevo.solvers.gradient.sqp import Search, central_differences, random_starts
 
 POINTS = 6
 TOPPRA = "toppra, jerk not limited"

@@ -14,9 +14,10 @@ from elementwise import virtual_knots
 from scipy.interpolate import CubicSpline
 from subjects import candidates, ours, ur5, without_numba
 
-from trajevo import compiled, load_robot
-from trajevo.arrays import Array
-from trajevo.rnea_kernel import inverse_dynamics
+from trajevo import load_robot
+from trajevo.base import jit
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rnea import inverse_dynamics
 
 STATES, TRAJECTORIES = 7200, 100
 ROBOTS: dict[str, dict[str, Any]] = {
@@ -45,7 +46,7 @@ def torques(name: str, model: Any) -> Case:
         "pin.rneaInParallel": lambda: pin.rneaInParallel(1, pool, *(x.T for x in states), batch.T),
         PLAIN: lambda: plain(*states, batch),
     }
-    if compiled.can_compile():
+    if jit.can_compile():
         quick = inverse_dynamics(model, threads=1)
         ways[FAST] = lambda: quick(*states, batch)
     peer, missing = roboticstoolbox(states) if name == "puma560" else ({}, ())

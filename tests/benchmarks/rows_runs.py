@@ -16,12 +16,12 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
 from subjects import SUBJECTS, ours
+from trajevo.problems import HybridManipulator
 
-from problems import HybridManipulator
 from trajevo import TrajectoryProblem, optimise
-from trajevo.array_nsga2 import ArrayNSGA2
-from trajevo.arrays import Array
-from trajevo.problem import Evolution
+from trajevo.base.arrays import Array
+from trajevo.formulation.problem import Evolution
+from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 
 #: Of the two problems that ratios are asked of; the others run for as many generations as their evaluation one by one
 #: can be waited for.

@@ -14,12 +14,12 @@ from chains import chain
 from compare import Action, in_turn
 from rows_runs import run
 from subjects import candidates, of_objectives, ours, ur5
+from trajevo.problems import ViaPointProblem
+from trajevo.problems.hybrid_manipulator import HybridManipulator
 
-from problems import ViaPointProblem
-from problems.hybrid_manipulator import HybridManipulator
 from trajevo import TrajectoryProblem
-from trajevo.arrays import Array
-from trajevo.problem import Evolution
+from trajevo.base.arrays import Array
+from trajevo.formulation.problem import Evolution
 
 POPULATIONS = (50, 100, 200, 500, 1000, 2000, 5000)
 SAMPLES = (3, 4, 8, 16, 32, 64)  # of a segment

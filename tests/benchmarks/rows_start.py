@@ -25,7 +25,7 @@ def lines() -> Iterator[Line]:
         PLAIN: started("import trajevo"),
     }
     yield from Case(title="start of Python and an import", ways=ways, rounds=ROUNDS).lines()
-    helped = {PLAIN: started("from trajevo.cli import main; main()", "--help")}
+    helped = {PLAIN: started("from trajevo.cli.main import main; main()", "--help")}
     yield from Case(title="trajevo --help", ways=helped, rounds=ROUNDS, most={PLAIN: MOST}).lines()
 
 

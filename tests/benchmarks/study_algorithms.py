@@ -13,9 +13,8 @@ from pathlib import Path
 import pandas as pd
 
 from trajevo.study.collection import collect
-from trajevo.study.definition import Study
+from trajevo.study.definition import Study, load_study
 from trajevo.study.engines import Processes
-from trajevo.study.file import load_study
 from trajevo.study.report import write_study
 from trajevo.study.run import run_study
 

@@ -11,10 +11,17 @@ from compare import Action
 from elementwise import HybridLoop, SplineLoop, Values
 from elementwise_path import ScipyLoop
 from elementwise_pointing import values as pointing_values
+from trajevo.problems import (
+    HybridManipulator,
+    PickAndPlace,
+    PointingMechanism,
+    TimeJerkReparameterisation,
+    ViaPointProblem,
+)
 
-from problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation, ViaPointProblem
-from trajevo import TrajectoryProblem, compiled, load_robot
-from trajevo.arrays import Array
+from trajevo import TrajectoryProblem, load_robot
+from trajevo.base import jit
+from trajevo.base.arrays import Array
 
 #: Instants of each of twelve segments at which torque is looked at, 48 in all.
 SAMPLES = 4
@@ -111,12 +118,12 @@ SUBJECTS: dict[str, tuple[Callable[[], TrajectoryProblem], Callable[[TrajectoryP
 @contextlib.contextmanager
 def without_numba() -> Iterator[None]:
     """As where numba is not installed. It takes next to nothing, as it is measured with what it surrounds."""
-    kept = compiled.can_compile
-    compiled.can_compile = lambda: False  # type: ignore[assignment]
+    kept = jit.can_compile
+    jit.can_compile = lambda: False  # type: ignore[assignment]
     try:
         yield
     finally:
-        compiled.can_compile = kept
+        jit.can_compile = kept
 
 
 def ours(make: Callable[[], TrajectoryProblem], action: Callable[[TrajectoryProblem], object]) -> dict[str, Action]:
@@ -132,7 +139,7 @@ def ours(make: Callable[[], TrajectoryProblem], action: Callable[[TrajectoryProb
         with without_numba():
             action(slow)
 
-    if not compiled.can_compile():
+    if not jit.can_compile():
         return {PLAIN: plain}
     quick = make()
     quick.evaluate(candidates(quick, 2))

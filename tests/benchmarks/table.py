@@ -22,7 +22,7 @@ import rows_scaling
 import rows_start
 from cases import COLUMNS, Line
 
-from trajevo.arrays import one_blas_thread
+from trajevo.base.arrays import one_blas_thread
 
 PARTS: dict[str, Callable[[], Iterator[Line]]] = {
     "kernels": rows_kernels.lines,

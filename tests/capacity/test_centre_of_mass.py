@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from tests.capacity.test_payload_effort import ROBOTS, random_effort
 from tests.helpers import refused
-from tests.test_payload_effort import ROBOTS, random_effort
 from trajevo import Payload
-from trajevo.centre_of_mass import allowed_centres
-from trajevo.dynamics import Dynamics, Rollout
+from trajevo.capacity.payload_diagram import allowed_centres
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import UnknownNameError
 
 BALL = np.diag([0.02, 0.03, 0.025])

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from tests.capacity.test_payload_effort import ROBOTS, every_com_model, random_effort
 from tests.helpers import refused
-from tests.test_payload_effort import ROBOTS, every_com_model, random_effort
-from trajevo.payload_diagram import payload_diagram
+from trajevo.capacity.payload_diagram import payload_diagram
 
 XY, Z = np.linspace(0.0, 0.4, 5), np.linspace(-0.1, 0.4, 4)
 TURNS = np.linspace(0.0, 2.0 * np.pi, 721)

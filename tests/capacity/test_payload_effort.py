@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from trajevo.problems import HybridManipulator
 
-from problems import HybridManipulator
 from tests.guo2016 import TABLE_7
 from tests.helpers import refused
 from trajevo import Payload, PolynomialBatch, load_robot, optimise
-from trajevo.capacity import dlcc
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.payload import PARAMETERS, entries_of, tensor_of, tool_regressor
-from trajevo.payload_effort import com_features, payload_effort, quadratic_forms
+from trajevo.capacity.dlcc import dlcc
+from trajevo.capacity.payload_effort import com_features, payload_effort, quadratic_forms
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.robot.payload import PARAMETERS, entries_of, tensor_of, tool_regressor
 
 FREE = {"acceleration": np.inf, "jerk": np.inf}
 ROBOTS = {

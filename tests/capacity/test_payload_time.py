@@ -4,21 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, PointingMechanism, ViaPointProblem
 
-from problems import HybridManipulator, PointingMechanism, ViaPointProblem
+from tests.capacity.test_dlcc import with_effort
 from tests.guo2016 import GUO2016, TABLE_7
-from tests.test_capacity import with_effort
-from trajevo import optimise, payload_time
-from trajevo.capacity import dlcc
-from trajevo.catalogue import objectives_of
-from trajevo.constraints import Constraint, time_limit
+from trajevo import optimise
+from trajevo.capacity import payload_time
+from trajevo.capacity.dlcc import dlcc
+from trajevo.capacity.payload_time import capacity_front, largest_payload, least_times, max_payload_problem
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.nnc import solve_nnc
-from trajevo.payload import Payload
-from trajevo.payload_time import capacity_front, largest_payload, least_times, max_payload_problem
-from trajevo.problem import TrajectoryProblem
-from trajevo.selection import Weights
-from trajevo.weighted import minimise_weighted
+from trajevo.formulation.catalogue import objectives_of
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.joint_limits import time_limit
+from trajevo.formulation.problem import TrajectoryProblem, Weights
+from trajevo.robot.payload import Payload
+from trajevo.solvers.gradient.normal_constraint import solve_nnc
+from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 
 
 def assert_rising(problem, curve, masses):

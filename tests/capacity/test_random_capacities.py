@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.test_payload_effort import ROBOTS, random_motion
+from tests.capacity.test_payload_effort import ROBOTS, random_motion
 from trajevo import Payload
-from trajevo.capacity import dlcc, dlcc_iterative
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.payload_effort import payload_effort
+from trajevo.capacity.dlcc import dlcc, dlcc_iterative
+from trajevo.capacity.payload_effort import payload_effort
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
 
 SAMPLES = 3
 COMS = 20

@@ -6,12 +6,13 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tests.capacity.test_payload_effort import ROBOTS, every_com_model, random_effort
 from tests.helpers import refused
-from tests.test_payload_effort import ROBOTS, every_com_model, random_effort
 from trajevo import Payload, PolynomialBatch
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.payload_effort import com_features, payload_effort
-from trajevo.robust_payload import greatest_in_box, robust_capacity, worst_case
+from trajevo.capacity.payload_effort import com_features, payload_effort
+from trajevo.capacity.robust import greatest_in_box, robust_capacity, worst_case
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
 
 BOX = np.array([[-0.1, -0.05, 0.0], [0.15, 0.05, 0.2]])
 

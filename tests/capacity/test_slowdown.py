@@ -4,21 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator
 
-from problems import HybridManipulator
 from tests.guo2016 import TABLE_7
 from tests.helpers import refused, trajevo
-from trajevo import PolynomialBatch, ViaPoints, capacity_plots, load_robot, optimise
-from trajevo.capacity import dlcc
-from trajevo.dynamics import Dynamics, Rollout
+from trajevo import PolynomialBatch, ViaPoints, load_robot, optimise, plots
+from trajevo.capacity.dlcc import dlcc
+from trajevo.capacity.sensitivity import sensitivity
+from trajevo.capacity.slowdown import SCALED_LIMITS, slowdown_curve, slowdown_for
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.path_effort import Effort, EffortOfPath, allowed_speeds
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.interpolants import QuinticSpline
-from trajevo.payload import LOAD_MODELS, Payload
-from trajevo.robot import Friction
-from trajevo.sensitivity import sensitivity
-from trajevo.slowdown import SCALED_LIMITS, slowdown_for
-from trajevo.slowdown_curve import slowdown_curve
-from trajevo.time_scaling import Effort, EffortOfPath, allowed_speeds
+from trajevo.robot.payload import LOAD_MODELS, Payload
+from trajevo.robot.robot import Friction
+from trajevo.trajectory.interpolants import QuinticSpline
 
 HYBRID = load_robot("hybrid_manipulator")
 PUMA = load_robot("puma560")
@@ -354,7 +354,7 @@ def test_records_are_frozen():
 
 
 def test_picture_of_a_curve_names_what_binds():
-    ax = capacity_plots.slowdown_curve(slowdown_curve(table_7()))
+    ax = plots.slowdown_curve(slowdown_curve(table_7()))
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels[:2] == ["velocity of screw_2", "effort of screw_3"]
     assert "held at rest: 12.511 kg" in labels

@@ -7,19 +7,18 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, ViaPointProblem
 
-from problems import HybridManipulator, ViaPointProblem
+from tests.capacity.test_payload_effort import every_com_model
 from tests.helpers import refused, small_problem
-from tests.test_payload_effort import every_com_model
 from trajevo import Payload, optimise
-from trajevo.dynamics import Rollout
-from trajevo.payload_effort import payload_effort
-from trajevo.payload_plots import uncertainty_price
-from trajevo.payload_time import max_payload_problem
-from trajevo.robust_payload import worst_case
-from trajevo.robust_slowdown import robust_slowdown
-from trajevo.slowdown import slowdown_for
-from trajevo.uncertainty import price_along_path, price_of_uncertainty, robust_problem
+from trajevo.capacity.payload_effort import payload_effort
+from trajevo.capacity.payload_time import max_payload_problem
+from trajevo.capacity.robust import robust_slowdown, worst_case
+from trajevo.capacity.slowdown import slowdown_for
+from trajevo.capacity.uncertainty import price_along_path, price_of_uncertainty, robust_problem
+from trajevo.dynamics.rollout import Rollout
+from trajevo.plots.payload import uncertainty_price
 
 mpl.use("Agg")
 POINTS = [[0.0, -1.2, 1.4, -1.7, -1.57, 0.0], [1.0, -0.9, 1.2, -1.9, -1.2, 0.8], [2.0, -1.3, 1.6, -1.8, -1.57, 0.0]]

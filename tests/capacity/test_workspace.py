@@ -8,13 +8,13 @@ import pinocchio as pin
 import pytest
 
 from tests.helpers import refused, trajevo
-from tests.test_kinematics import ROBOTS
-from trajevo import capacity_plots, load_robot
+from tests.robot.test_kinematics import ROBOTS
+from trajevo import load_robot, plots
+from trajevo.capacity.workspace import ToolPlane, workspace_capacity
 from trajevo.errors import UnreachableError
-from trajevo.inverse_kinematics import Pose, inverse_kinematics
-from trajevo.kinematics import ToolKinematics
-from trajevo.payload import Payload
-from trajevo.workspace_capacity import ToolPlane, workspace_capacity
+from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
+from trajevo.robot.kinematics import ToolKinematics
+from trajevo.robot.payload import Payload
 
 DOWN = np.diag([1.0, -1.0, -1.0])
 STATIC_BOUND = 12.510810648896424
@@ -242,13 +242,13 @@ def test_bad_input_is_refused(case):
 
 def test_pictures(cells):
     robot, found = cells
-    ax = capacity_plots.workspace_capacity(found)
+    ax = plots.workspace_capacity(found)
     assert ax.get_xlabel() == f"tool {found.plane.axes[0]} [m]"
-    joints = capacity_plots.workspace_capacity(found, show="joint")
+    joints = plots.workspace_capacity(found, show="joint")
     labels = [text.get_text() for text in joints.get_legend().get_texts()]
     bound = np.unique(found.joint[found.joint >= 0])
     assert labels == [*(robot.joint_names[k] for k in bound), "not reached"]
-    refused(lambda: capacity_plots.workspace_capacity(found, show="torque"), "unknown thing to show 'torque'")
+    refused(lambda: plots.workspace_capacity(found, show="torque"), "unknown thing to show 'torque'")
 
 
 def test_command_line(tmp_path):

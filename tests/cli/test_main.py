@@ -15,10 +15,9 @@ import typer
 
 from tests.helpers import trajevo, trajevo_process
 from trajevo import Front
-from trajevo.capacity import dlcc
-from trajevo.cli import COMMANDS
-from trajevo.payload_figures import PAYLOAD_FIGURES
-from trajevo.pictures import FIGURES
+from trajevo.capacity.dlcc import dlcc
+from trajevo.cli.main import COMMANDS
+from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES
 
 SMALL = ["--generations", "8", "--population", "20", "--no-polish"]
 
@@ -263,7 +262,7 @@ def test_commands_are_listed_at_once_and_as_they_are():
 
 
 def test_help_imports_nothing_that_computes():
-    script = "import sys; sys.argv = ['trajevo', '--help']; from trajevo.cli import main\ntry: main()\nfinally:\n"
+    script = "import sys; sys.argv = ['trajevo', '--help']; from trajevo.cli.main import main\ntry: main()\nfinally:\n"
     script += " print(sorted({name.split('.')[0] for name in sys.modules} & {'numpy', 'scipy', 'matplotlib', 'pymoo'}))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.stdout.endswith("[]\n")

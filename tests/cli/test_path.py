@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from trajevo.problems.gemini_and_s import s_points
 
-from problems.example_paths import s_points
 from tests.helpers import trajevo
 from trajevo import Front
 

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.helpers import trajevo
-from trajevo.cli_files import PICTURES
+from trajevo.cli.results import PICTURES
 
 SMALL = ("--generations", "25", "--population", "20", "--no-polish", "--quiet")
 

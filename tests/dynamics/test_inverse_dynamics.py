@@ -10,17 +10,18 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from trajevo.problems import HybridManipulator
 
-from problems import HybridManipulator
 from tests.guo2016 import GUO2016, TABLE_7, forces_along
-from trajevo import PolynomialBatch, TrajevoError, compiled, load_robot
-from trajevo.dynamics import Dynamics, Rollout
+from trajevo import PolynomialBatch, TrajevoError, load_robot
+from trajevo.base import jit
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout, lobatto
 from trajevo.errors import InvalidInputError
-from trajevo.gauss_lobatto import lobatto
-from trajevo.payload import Payload
-from trajevo.robot import Friction
+from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Friction
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 HYBRID = load_robot("hybrid_manipulator")
 POINTING = load_robot("pointing_mechanism")
 PAYLOADS = {
@@ -110,7 +111,7 @@ def test_power_equals_the_rate_of_energy(mass):
 @pytest.mark.parametrize("compiles", [True, False])
 def test_a_batch_equals_a_loop_of_pinocchio(compiles, monkeypatch):
     if not compiles:
-        monkeypatch.setattr(compiled, "can_compile", lambda: False)
+        monkeypatch.setattr(jit, "can_compile", lambda: False)
     q, v, a = random_states(POINTING, 120)
     data = POINTING.model.createData()
     loop = np.array([pin.rnea(POINTING.model, data, *row).copy() for row in zip(q, v, a, strict=True)])
@@ -245,7 +246,7 @@ def test_complex_steps_in_position_velocity_and_acceleration_alone():
 INTEGERS_AND_SINGLES = """
 import numpy as np
 from trajevo import load_robot
-from trajevo.dynamics import Dynamics
+from trajevo.dynamics.inverse_dynamics import Dynamics
 dynamics = Dynamics(load_robot("pointing_mechanism"))
 q = np.array([[1, 0], [2, 1]])
 expected = dynamics.effort(*(x.astype(np.float64) for x in (q, q, q)))

@@ -7,14 +7,16 @@ import warnings
 import numpy as np
 import pinocchio as pin
 import pytest
+from trajevo.problems import HybridManipulator, PickAndPlace, ViaPointProblem
 
-from problems import HybridManipulator, PickAndPlace, ViaPointProblem
-from tests.test_newton_euler import PAYLOADS, ROBOTS, random_states
-from trajevo import compiled, load_robot, optimise, rnea_kernel
-from trajevo.dynamics import Dynamics
-from trajevo.payload import Payload
-from trajevo.rnea_kernel import Load, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
-from trajevo.straight_line import StraightLine
+from tests.verification.test_newton_euler import PAYLOADS, ROBOTS, random_states
+from trajevo import load_robot, optimise
+from trajevo.base import jit
+from trajevo.dynamics import rnea as rnea_kernel
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rnea import Load, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
+from trajevo.dynamics.straight_line import StraightLine
+from trajevo.robot.payload import Payload
 
 pytest.importorskip("numba")
 
@@ -22,7 +24,7 @@ pytest.importorskip("numba")
 @pytest.fixture
 def plain(monkeypatch):
     """As where numba is not installed."""
-    monkeypatch.setattr(compiled, "can_compile", lambda: False)
+    monkeypatch.setattr(jit, "can_compile", lambda: False)
 
 
 #: Robots whose kernels are compiled within seconds, all kinds of joints among them; the others take minutes.
@@ -50,7 +52,7 @@ def of_kernel(model, states):
 
 @pytest.mark.parametrize("compiles", [True, False])
 def test_torques_are_pinocchio_s(robot, compiles, monkeypatch):
-    monkeypatch.setattr(compiled, "can_compile", lambda: compiles)
+    monkeypatch.setattr(jit, "can_compile", lambda: compiles)
     states = random_states(robot, 2000)
     model = robot.model.copy()
     model.armature = np.linspace(0.1, 0.4, model.nv)
@@ -218,7 +220,7 @@ def test_other_joints_are_left_to_pinocchio(joint):
 @pytest.mark.parametrize("threads", [1, 3])
 def test_a_torque_does_not_depend_on_its_neighbours_nor_on_threads(threads, compiles, monkeypatch):
     if not compiles:
-        monkeypatch.setattr(compiled, "can_compile", lambda: False)
+        monkeypatch.setattr(jit, "can_compile", lambda: False)
     monkeypatch.setattr(rnea_kernel, "_WORTH_A_THREAD", 4096)
     model = load_robot("puma560").model
     states = np.random.default_rng(2).uniform(-3.0, 3.0, (3, 20_000, 6))
@@ -265,7 +267,7 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
 def test_what_was_compiled_is_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     script = (
-        "from trajevo import load_robot, rnea_kernel; from trajevo.rnea_kernel import kernel_of\n"
+        "from trajevo import load_robot, rnea_kernel; from trajevo.dynamics.rnea import kernel_of\n"
         "kernel_of(load_robot('pointing_mechanism').model)\n"
         "(kernel,) = rnea_kernel._known.values()\n"
         "print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))\n"

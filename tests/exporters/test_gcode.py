@@ -5,12 +5,12 @@ import re
 
 import numpy as np
 import pytest
+from trajevo.problems import TimeJerkReparameterisation
 
-from problems import TimeJerkReparameterisation
 from trajevo import GeometricPath, TrajevoError, optimise
-from trajevo.export import export, is_exported
-from trajevo.feed import blocks
-from trajevo.nnc import solve_nnc
+from trajevo.exporters.export import export, is_exported
+from trajevo.exporters.gcode import blocks
+from trajevo.solvers.gradient.normal_constraint import solve_nnc
 
 
 @pytest.fixture(scope="module")

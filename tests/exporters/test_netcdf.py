@@ -7,18 +7,18 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation, ViaPointProblem
 
-from problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation, ViaPointProblem
+from tests.exporters.test_export import read
 from tests.helpers import small_problem
-from tests.test_export import read
 from trajevo import Front, load_robot, optimise
-from trajevo import netcdf as module
-from trajevo.dynamics import Dynamics
-from trajevo.export import export
-from trajevo.netcdf import dataset
-from trajevo.objectives import Objective, summed_rms_jerk, total_time
-from trajevo.payload_time import max_payload_problem
-from trajevo.trajectory import DERIVATIVES
+from trajevo.capacity.payload_time import max_payload_problem
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.exporters import netcdf as module
+from trajevo.exporters.export import export
+from trajevo.exporters.netcdf import dataset
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.trajectory.batch import DERIVATIVES
 
 SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}
 JERK = Objective("jerk", "rad/s^3", "test", summed_rms_jerk)

@@ -10,14 +10,14 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from trajevo.problems import PointingMechanism
 
-from problems import PointingMechanism
 from tests.helpers import impossible, refused, small_problem, trajevo
 from trajevo import Front, load_robot, optimise
-from trajevo.export import export, extension, is_exported
-from trajevo.netcdf import MAGIC, dataset
+from trajevo.exporters.export import export, extension, is_exported
+from trajevo.exporters.netcdf import MAGIC, dataset
 
-GUIDE = Path(__file__).parents[1] / "docs" / "own_robot.md"
+GUIDE = Path(__file__).parents[2] / "docs" / "own_robot.md"
 SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}
 
 
@@ -48,7 +48,7 @@ def test_a_write_that_fails_leaves_the_older_file(pointing, tmp_path):
     before = file.read_bytes()
     pointing.save(tmp_path / "front.json")
     script = (
-        "import resource, sys; from trajevo import Front; from trajevo.export import export;"
+        "import resource, sys; from trajevo import Front; from trajevo.exporters.export import export;"
         f"front = Front.load({str(tmp_path / 'front.json')!r});"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000));"
         f"export(front, {str(file)!r}, format='netcdf')"
@@ -190,6 +190,6 @@ def test_a_new_run_removes_the_old_netcdf_and_keeps_others(tmp_path):
 
 
 def test_importing_the_command_line_loads_neither_xarray_nor_netcdf():
-    script = "import sys, trajevo.cli; print({'xarray', 'netCDF4', 'pandas'} & set(sys.modules))"
+    script = "import sys, trajevo.cli.main; print({'xarray', 'netCDF4', 'pandas'} & set(sys.modules))"
     result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "set()"

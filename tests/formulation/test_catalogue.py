@@ -4,12 +4,13 @@ from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
+from trajevo.problems import ViaPointProblem
 
-from problems import ViaPointProblem
 from tests.helpers import refused
-from trajevo import catalogue, load_robot
-from trajevo.constraints import effort_limits
-from trajevo.objectives import Objective, total_time
+from trajevo import load_robot
+from trajevo.formulation import catalogue
+from trajevo.formulation.constraints.joint_limits import effort_limits
+from trajevo.formulation.objectives import Objective, total_time
 
 NAMES = list(catalogue.OBJECTIVES)
 
@@ -124,12 +125,14 @@ NO_OBJECTIVE = total_time
 
 def test_other_packages_register_objectives(monkeypatch, x):
     points = {
-        name: EntryPoint(name, f"tests.test_catalogue:{value}", catalogue.OBJECTIVE_GROUP)
+        name: EntryPoint(name, f"tests.formulation.test_catalogue:{value}", catalogue.OBJECTIVE_GROUP)
         for name, value in (("lateness", "LATENESS"), ("broken", "NO_OBJECTIVE"), ("lost", "NOWHERE"))
     }
     monkeypatch.setattr(catalogue, "entry_points", lambda group: tuple(points.values()))
     mine = ViaPointProblem(objectives=("lateness", "time"))
     F = mine.evaluate(x)[0]
     np.testing.assert_array_equal(F[:, 0], F[:, 1])
-    refused(lambda: ViaPointProblem(objectives=("broken",)), "'broken': .*is no trajevo.objectives.Objective")
+    refused(
+        lambda: ViaPointProblem(objectives=("broken",)), "'broken': .*is no trajevo.formulation.objectives.Objective"
+    )
     refused(lambda: ViaPointProblem(objectives=("lost",)), "'lost': .*cannot be imported")

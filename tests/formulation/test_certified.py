@@ -5,27 +5,27 @@ import pickle
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, TimeJerkReparameterisation, ViaPointProblem
+from trajevo.problems.hybrid_kinematics import via_positions
 
-from problems import HybridManipulator, TimeJerkReparameterisation, ViaPointProblem
-from problems.hybrid_kinematics import via_positions
 from tests.helpers import refused, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, optimise
-from trajevo.certified import certified, held
-from trajevo.certify import certify, certify_all
-from trajevo.constraints import effort_limits, effort_share, is_robot_limit, velocity_limits
-from trajevo.curve import GeometricPath
-from trajevo.dynamics import Rollout
-from trajevo.kinematics import ToolKinematics
-from trajevo.polish import polish
-from trajevo.registry import list_problems
-from trajevo.run_folder import FRONT_FILE
-from trajevo.selection import Weights
-from trajevo.sqp import differentiated
+from trajevo.capacity.uncertainty import robust_problem
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.certified import certified, held
+from trajevo.formulation.constraints.joint_limits import effort_limits, velocity_limits
+from trajevo.formulation.constraints.tool import tool_speed_limit
+from trajevo.formulation.problem import Weights
+from trajevo.formulation.registry import list_problems
+from trajevo.path.curve import GeometricPath
+from trajevo.robot.kinematics import ToolKinematics
+from trajevo.solvers.gradient.polish import polish
+from trajevo.solvers.gradient.sqp import differentiated
+from trajevo.solvers.gradient.weighted_sum import minimise_weighted
+from trajevo.solvers.optimise import load_task
+from trajevo.solvers.run.folder import FRONT_FILE
 from trajevo.study.definition import Study
-from trajevo.task import load_task
-from trajevo.tool import tool_speed_limit
-from trajevo.uncertainty import robust_problem
-from trajevo.weighted import minimise_weighted
+from trajevo.verification.certify import certify, certify_all
 
 #: Two samples per segment, its ends, miss what is between them.
 UR5 = {
@@ -81,7 +81,7 @@ def used(problem, x, count=2001) -> np.ndarray:
     rollout = problem.rollout(x)
     t = rollout.trajectory.duration[:, None] * np.linspace(0.0, 1.0, count)
     q, v, a = (rollout.trajectory.evaluate(t, order) for order in range(3))
-    (share,) = [found for found in map(effort_share, problem.constraints) if found is not None]
+    (share,) = [c.share for c in problem.constraints if c.quantity == "effort"]
     shares = np.abs(rollout.effort_in(q, v, a)).max(axis=1) / (share * problem.robot.limits.effort)
     most = problem.settings.get("tool_speed")
     if most is not None:
@@ -224,9 +224,9 @@ def test_what_holds_between_samples_already_stays_as_it_is():
     assert kept is velocity
     assert proven.at_samples is effort
     assert certified(proven) is proven
-    assert effort_share(proven) == pytest.approx(0.9)
-    assert is_robot_limit(proven)
-    assert not is_robot_limit(certified(tool_speed_limit(robot, 1.0)))
+    assert proven.share == pytest.approx(0.9)
+    assert proven.proof == "pieces"
+    assert certified(tool_speed_limit(robot, 1.0)).share is None
 
 
 def test_payloads_of_their_own_are_decided_together():

@@ -8,14 +8,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-import trajevo.collision
+import trajevo.formulation.constraints.collision
 from tests.helpers import refused
 from trajevo import ViaPoints, load_robot
-from trajevo.clearance import clearance_along, clearance_limit, least_distances
-from trajevo.collision import Collision
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.interpolants import QuinticSpline
-from trajevo.scene import Box, Cylinder, Scene, Sphere
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.clearance import clearance_along, clearance_limit, least_distances
+from trajevo.formulation.constraints.collision import Collision
+from trajevo.formulation.constraints.scene import Box, Cylinder, Scene, Sphere
+from trajevo.trajectory.interpolants import QuinticSpline
 
 LIMITS = {"acceleration": 10.0, "jerk": 100.0}
 SCENE = Scene(
@@ -132,7 +133,7 @@ def test_every_distance_is_a_finite_number_and_repeats_exactly(xarm):
 def test_overlaps_of_unknown_depth_are_overlaps(xarm, monkeypatch):
     collision, q = Collision(xarm, SCENE), states(xarm, 500, seed=7)
     usual = collision.distances(q)
-    make = trajevo.collision._distance_data
+    make = trajevo.formulation.constraints.collision._distance_data
 
     def impatient(geometry):
         data = make(geometry)
@@ -140,7 +141,7 @@ def test_overlaps_of_unknown_depth_are_overlaps(xarm, monkeypatch):
             request.epa_tolerance, request.epa_max_iterations = 1e-13, 1000
         return data
 
-    monkeypatch.setattr(trajevo.collision, "_distance_data", impatient)
+    monkeypatch.setattr(trajevo.formulation.constraints.collision, "_distance_data", impatient)
     hurried = Collision(xarm, SCENE).distances(q)
     assert (np.abs(hurried - usual) > 1e-3).any()
     assert (hurried[usual < 0.0] < 0.0).all()

@@ -2,32 +2,34 @@
 
 import numpy as np
 import pytest
+from trajevo.problems import ViaPointProblem
 
-import trajevo.collision
-from problems import ViaPointProblem
-from tests.test_clearance import BALL, LIMITS, SCENE, rollout, states
-from tests.test_gradients import OBSTACLE
-from trajevo import ViaPoints, compiled, load_robot, optimise
-from trajevo.clearance import clearance_along, clearance_limit
-from trajevo.collision import Collision
-from trajevo.composed import ComposedBatch
-from trajevo.course import Course
-from trajevo.curve import GeometricPath
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.interpolants import QuinticSpline
-from trajevo.nnc import solve_nnc
-from trajevo.polish import polish
-from trajevo.scene import Box, Scene, Sphere
-from trajevo.selection import Weights
-from trajevo.task import load_task
-from trajevo.weighted import minimise_weighted
+import trajevo.formulation.constraints.collision
+from tests.formulation.test_clearance import BALL, LIMITS, SCENE, rollout, states
+from tests.formulation.test_gradients import OBSTACLE
+from trajevo import ViaPoints, load_robot, optimise
+from trajevo.base import jit
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.clearance import clearance_along, clearance_limit
+from trajevo.formulation.constraints.collision import Collision
+from trajevo.formulation.constraints.scene import Box, Scene, Sphere
+from trajevo.formulation.problem import Weights
+from trajevo.path.curve import GeometricPath
+from trajevo.solvers.gradient.normal_constraint import solve_nnc
+from trajevo.solvers.gradient.polish import polish
+from trajevo.solvers.gradient.weighted_sum import minimise_weighted
+from trajevo.solvers.optimise import load_task
+from trajevo.trajectory.along_path import ComposedBatch
+from trajevo.trajectory.interpolants import QuinticSpline
+from trajevo.trajectory.parameterisation import Course
 
 
 @pytest.fixture(scope="module", autouse=True)
 def interpreted():
     """As where numba is not installed: arms of seven joints take a minute to compile, and distances are Pinocchio's."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiled, "can_compile", lambda: False)
+        patch.setattr(jit, "can_compile", lambda: False)
         yield
 
 
@@ -73,7 +75,7 @@ def test_slopes_of_distances_and_depths_are_finite_differences(xarm, ball):
 
 def test_overlaps_of_unknown_depth_have_a_way_out(ball, monkeypatch):
     """As if coal found no depth: a step along the slope takes the ball out of the box, sooner or later."""
-    monkeypatch.setattr(trajevo.collision, "_DEEPEST", 0.0)
+    monkeypatch.setattr(trajevo.formulation.constraints.collision, "_DEEPEST", 0.0)
     collision = Collision(ball, Scene((Box(position=(0.35, 0.02, 0.21), size=(0.3, 0.3, 0.3)),)))
     q = np.array([[0.0, 0.0], [0.1, 0.2]])
     assert (collision.distances(q) == -1e-3).all()

@@ -10,17 +10,17 @@ import warnings
 
 import numpy as np
 import pytest
+from trajevo.problems import PointingMechanism
 
-from problems import PointingMechanism
 from tests.helpers import refused, small_problem, trajevo
 from tests.killed import begin
 from trajevo import Front, optimise
-from trajevo.archive import MOST_LISTED
 from trajevo.errors import InvalidInputError
-from trajevo.objectives import Objective, summed_rms_jerk, total_time
-from trajevo.report import report
-from trajevo.run_folder import RunFolder
-from trajevo.runs import read_run, resume
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.front.archive import MOST_LISTED
+from trajevo.plots.report import report
+from trajevo.solvers.run.folder import RunFolder
+from trajevo.solvers.run.runs import read_run, resume
 
 SMALL = {"generations": 6, "population": 20, "progress": False}
 #: Trajectories that take longer than this misbehave [s].
@@ -147,7 +147,7 @@ def test_a_worker_that_may_not_start_processes_says_what_to_change():
 def test_a_process_whose_run_was_killed_while_it_hangs_ends_by_itself(tmp_path):
     script = (
         "import os, time\n"
-        "from tests.test_evaluation import when_slow\n"
+        "from tests.formulation.test_evaluation import when_slow\n"
         "from trajevo import optimise\n"
         "def hang():\n"
         "    print(os.getpid(), flush=True); time.sleep(60.0)\n"
@@ -170,8 +170,8 @@ def test_a_full_disk_is_told_while_the_run_goes_on_and_its_front_is_kept_elsewhe
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     script = (
         "import resource, tempfile\n"
-        "from problems import PointingMechanism\n"
-        "from trajevo import optimise, runs\n"
+        "from trajevo.problems import PointingMechanism\n"
+        "from trajevo import optimise\n"
         f"out = {str(tmp_path / 'run')!r}\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (6000, resource.RLIM_INFINITY))\n"
         "rescue = tempfile.NamedTemporaryFile\n"
@@ -203,8 +203,8 @@ def test_a_checkpoint_that_failed_is_written_as_soon_as_there_is_room(name, tmp_
         write(self, *arguments)
 
     monkeypatch.setattr(RunFolder, "write", full_for_a_while)
-    monkeypatch.setattr("trajevo.evolution._TRY_AGAIN", 0.0)
-    monkeypatch.setattr("trajevo.evolution._SHARE", 1e9)
+    monkeypatch.setattr("trajevo.solvers.run.evolution._TRY_AGAIN", 0.0)
+    monkeypatch.setattr("trajevo.solvers.run.evolution._SHARE", 1e9)
     with pytest.warns(UserWarning, match="no checkpoint can be written: No space left on device") as told:
         front = begin("pointing", name, 6, 2, tmp_path / "run")
     assert len(told) == 1

@@ -7,18 +7,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from trajevo.problems import (
+    HybridManipulator,
+    PickAndPlace,
+    PointingMechanism,
+    TimeJerkReparameterisation,
+    ViaPointProblem,
+)
+from trajevo.problems.hybrid_manipulator import CONVENTIONS
 
-from problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation, ViaPointProblem
-from problems.hybrid_manipulator import CONVENTIONS
 from trajevo import load_problem
-from trajevo.payload import LOAD_MODELS
-from trajevo.payload_time import max_payload_problem
-from trajevo.registry import list_problems
-from trajevo.sqp import differentiated
-from trajevo.task import load_task
-from trajevo.uncertainty import robust_problem
+from trajevo.capacity.payload_time import max_payload_problem
+from trajevo.capacity.uncertainty import robust_problem
+from trajevo.formulation.registry import list_problems
+from trajevo.robot.payload import LOAD_MODELS
+from trajevo.solvers.gradient.sqp import differentiated
+from trajevo.solvers.optimise import load_task
 
-TASKS = sorted((Path(__file__).parents[1] / "problems" / "tasks").glob("*.toml"))
+TASKS = sorted((Path(__file__).parents[2] / "problems" / "tasks").glob("*.toml"))
 OBSTACLE = next(file for file in TASKS if file.stem == "xarm7_obstacle")
 
 #: Steps of the differences, as shares of a variable's range.

@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 
 from tests.helpers import refused
-from tests.test_kinematics import ROBOTS
+from tests.robot.test_kinematics import ROBOTS
 from trajevo import TrajectoryProblem, ViaPoints, load_robot
-from trajevo.boxes import CartesianBox, JointBox
-from trajevo.constraints import position_limits
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.interpolants import THROUGH_POINTS, Interpolant
-from trajevo.moving import MovingPoints
-from trajevo.objectives import Objective, summed_rms_jerk, total_time
-from trajevo.sqp import differentiated
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.joint_limits import position_limits
+from trajevo.formulation.moving_points import MovingPoints
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.path.boxes import CartesianBox, JointBox
+from trajevo.solvers.gradient.sqp import differentiated
+from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants import THROUGH_POINTS, Interpolant
 
 BOUNDS = (0.5, 4.0)
 UR5 = load_robot("ur5", **ROBOTS["ur5"])

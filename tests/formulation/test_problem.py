@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
+from trajevo.problems import PointingMechanism
 
-from problems import PointingMechanism
 from tests.helpers import POINTS, failing_when_slow, nan_when_slow, small_problem
 from tests.reference import TABLE_4_DURATIONS
-from trajevo import TrajevoError, load_problem, registry
-from trajevo.constraints import kinematic_limits, position_limits
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.interpolants import stop_and_go
-from trajevo.objectives import Objective, summed_rms_jerk, total_time
-from trajevo.robot import load_robot
+from trajevo import TrajevoError, load_problem
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation import registry
+from trajevo.formulation.constraints.joint_limits import kinematic_limits, position_limits
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.robot.robot import load_robot
+from trajevo.trajectory.interpolants import stop_and_go
 
 X = np.array([[3.0, 4.0], [9.0, 9.0], [5.0, 5.0]])
 

@@ -6,15 +6,16 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tests.capacity.test_payload_effort import ROBOTS, every_com_model, random_motion
 from tests.helpers import refused
-from tests.test_payload_effort import ROBOTS, every_com_model, random_motion
 from trajevo import Payload, PolynomialBatch
-from trajevo.constraints import effort_limits
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.intervals import greatest_quadratic
-from trajevo.payload_effort import com_features, payload_effort
-from trajevo.robust_limits import robust_effort_limits
-from trajevo.robust_payload import worst_case
+from trajevo.base.intervals import greatest_quadratic
+from trajevo.capacity.payload_effort import com_features, payload_effort
+from trajevo.capacity.robust import worst_case
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.joint_limits import effort_limits
+from trajevo.formulation.constraints.robust import robust_effort_limits
 
 BOX = np.array([[-0.1, -0.05, 0.0], [0.15, 0.05, 0.2]])
 MASSES = (1.0, 3.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.helpers import refused
-from trajevo.scene import Box, Cylinder, Scene, Sphere
+from trajevo.formulation.constraints.scene import Box, Cylinder, Scene, Sphere
 
 DATA = {
     "clearance": 0.03,

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, ViaPointProblem
 
-from problems import HybridManipulator, ViaPointProblem
 from tests.helpers import refused, trajevo
 from trajevo import Front, Payload, ViaPoints, load_problem, load_robot, optimise
-from trajevo.task import load_task
-from trajevo.units import to_si
+from trajevo.base.units import to_si
+from trajevo.solvers.optimise import load_task
 
-TASKS = Path(__file__).parents[1] / "problems" / "tasks"
+TASKS = Path(__file__).parents[2] / "problems" / "tasks"
 
 SMALL = """\
 format = 1
@@ -217,7 +217,7 @@ def test_solve_refuses_what_the_task_decides(write, tmp_path):
     ],
 )
 def test_worked_tasks_are_solved_and_verified(file):
-    from trajevo.verify import verify
+    from trajevo.verification.verify import verify
 
     front = load_task(file).solve(generations=25, population=40, progress=False)
     assert len(front), front.blocking

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from tests.helpers import refused
-from tests.test_kinematics import ROBOTS
+from tests.robot.test_kinematics import ROBOTS
 from trajevo import TrajectoryProblem, ViaPoints, load_robot
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.interpolants import QuinticSpline
-from trajevo.objectives import Objective, total_time
-from trajevo.tool import keep_out_height, tool_path_length, tool_speed_limit
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.tool import keep_out_height, tool_speed_limit
+from trajevo.formulation.objectives import Objective, tool_path_length, total_time
+from trajevo.trajectory.interpolants import QuinticSpline
 
 DURATIONS = np.random.default_rng(0).uniform(0.8, 2.0, (4, 3))
 

@@ -8,12 +8,13 @@ import pydantic
 import pytest
 
 from tests.helpers import small_problem
-from trajevo import archive as module
-from trajevo import compiled, volumes
-from trajevo.archive import Archive
-from trajevo.records import History
-from trajevo.volumes import Chronicle, Volume, Volumes
-from trajevo.watch import Watch
+from trajevo.base import jit
+from trajevo.front import archive as module
+from trajevo.front import hypervolume as volumes
+from trajevo.front.archive import Archive
+from trajevo.front.books import Watch
+from trajevo.front.hypervolume import Chronicle, Volume, Volumes
+from trajevo.front.records import History
 
 
 def populations(n_obj, *, levels, seed, count=40, size=60):
@@ -34,7 +35,7 @@ def compiles(request, monkeypatch):
     """With the compiled loops, and as where numba is not installed."""
     if request.param:
         pytest.importorskip("numba")
-    monkeypatch.setattr(compiled, "can_compile", lambda: request.param)
+    monkeypatch.setattr(jit, "can_compile", lambda: request.param)
     return request.param
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trajevo.covering import Box, covering, gaps, neighbours
+from trajevo.front.covering import Box, covering, gaps, neighbours
 
 
 def test_the_first_covers_most_and_none_is_chosen_in_vain():

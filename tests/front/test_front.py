@@ -2,8 +2,8 @@ import json
 
 import numpy as np
 import pytest
+from trajevo.problems import PointingMechanism
 
-from problems import PointingMechanism
 from tests.helpers import impossible, small_problem
 from trajevo import Front, TrajevoError, load_robot, optimise
 

@@ -6,8 +6,8 @@ import os
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator
 
-from problems import HybridManipulator
 from trajevo import optimise
 
 SIZE = {"seed": 3, "generations": 10, "population": 30, "progress": False}

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from trajevo import TrajevoError, selection
+from trajevo import TrajevoError
+from trajevo.front import selection
 
 RNG = np.random.default_rng(4)
 ANGLES = np.linspace(0.0, np.pi / 2, 101)

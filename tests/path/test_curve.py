@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
+from trajevo.problems.gemini_and_s import gemini, gemini_points, s_points, s_shape
 
-from problems.example_paths import gemini, gemini_points, s_points, s_shape
 from tests.helpers import refused
 from tests.reference import PAING2021
 from trajevo import GeometricPath
@@ -134,7 +134,7 @@ def test_the_s_is_the_references():
 
 
 def test_the_airfoils_file_keeps_its_header():
-    from problems.example_paths import GEMINI_FILE
+    from trajevo.problems.gemini_and_s import GEMINI_FILE
 
     assert GEMINI_FILE.read_text().startswith("GEMINI (smoothed)\n")
     assert gemini_points().shape == (79, 2)

@@ -5,11 +5,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.helpers import refused
-from tests.test_kinematics import ROBOTS
+from tests.robot.test_kinematics import ROBOTS
 from trajevo import load_robot
 from trajevo.errors import UnreachableError
-from trajevo.inverse_kinematics import Pose, inverse_kinematics
-from trajevo.visits import joint_points
+from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
+from trajevo.path.via_points import joint_points
 
 
 def poses_of(robot, count=3, seed=1):

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+from trajevo.problems.puma_kinematics import all_inverse_kinematics
 
-from problems.puma_kinematics import all_inverse_kinematics
 from tests.helpers import refused
-from tests.test_kinematics import LIMITS, ROBOTS
+from tests.robot.test_kinematics import LIMITS, ROBOTS
 from trajevo import load_robot
-from trajevo.levenberg_marquardt import solve_postures
-from trajevo.posture_search import find_postures
+from trajevo.path.postures import find_postures, solve_postures
 
 ELBOW_UP = np.array([0.3, -1.2, 1.4, -1.7, -1.4, 0.2])
 

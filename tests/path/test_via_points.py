@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from trajevo import TrajevoError, ViaPoints, load_robot
-from trajevo.path import read_columns
+from trajevo.path.csv_points import read_columns
 
 ROBOT = load_robot("pointing_mechanism")
 WANTED = {"azimuth": "rad", "pitch": "rad"}

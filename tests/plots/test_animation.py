@@ -10,17 +10,18 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import umsgpack
+from trajevo.problems import HybridManipulator, PointingMechanism
+from trajevo.problems.hybrid_manipulator import paper_solution
 
-from problems import HybridManipulator, PointingMechanism
-from problems.hybrid_manipulator import paper_solution
 from tests.helpers import refused
 from tests.reference import TABLE_4_DURATIONS
 from trajevo import load_robot
-from trajevo.animation import animate, stick_figure
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.interpolants import QuinticSpline
-from trajevo.path import ViaPoints
-from trajevo.robot import list_robots
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.path.via_points import ViaPoints
+from trajevo.plots.animation import animate, stick_figure
+from trajevo.robot.robot import list_robots
+from trajevo.trajectory.interpolants import QuinticSpline
 
 
 def rollout_through(robot):
@@ -224,4 +225,7 @@ def test_what_cannot_be_shown_gets_a_sentence(case, hybrid, tmp_path):
 
 def test_a_missing_meshcat_gets_a_sentence(hybrid, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "meshcat", None)
-    refused(lambda: animate(hybrid, tmp_path / "a.html"), "needs the package meshcat, pip install 'trajevo.animation.'")
+    refused(
+        lambda: animate(hybrid, tmp_path / "a.html"),
+        "needs the package meshcat, pip install 'trajevo.plots.animation.'",
+    )

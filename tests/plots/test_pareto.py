@@ -1,15 +1,15 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, PointingMechanism
+from trajevo.problems.hybrid_kinematics import saddle_line
+from trajevo.problems.hybrid_manipulator import paper_solution
 
-from problems import HybridManipulator, PointingMechanism
-from problems.hybrid_kinematics import saddle_line
-from problems.hybrid_manipulator import paper_solution
 from tests.helpers import impossible, small_problem
 from tests.reference import TABLE_4_DURATIONS
-from trajevo import TrajevoError, load_plots, load_robot, optimise, plots
-from trajevo.capacity import dlcc, dlcc_iterative
-from trajevo.payload_time import PayloadCurve
+from trajevo import TrajevoError, load_robot, optimise, plots
+from trajevo.capacity.dlcc import dlcc, dlcc_iterative
+from trajevo.capacity.payload_time import PayloadCurve
 
 SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}
 
@@ -85,30 +85,30 @@ def test_metres_and_radians_are_shown_as_shares_of_their_limits():
 
 def test_load_plots_show_the_binding_joint_and_the_masses():
     rollout = HybridManipulator().rollout(paper_solution())
-    ax = load_plots.effort_utilisation(rollout)
+    ax = plots.effort_utilisation(rollout)
     assert [line.get_label() for line in ax.lines[:5]] == list(rollout.robot.joint_names)
     assert np.abs(ax.lines[2].get_ydata()).max() == pytest.approx(480.81 / 500.0, abs=2e-3)
     assert ax.texts[0].get_text() == "screw_3 binds at 11.88 kg"
     assert np.abs(
-        load_plots.effort_utilisation(rollout, mass=dlcc(rollout).mass).lines[2].get_ydata()
+        plots.effort_utilisation(rollout, mass=dlcc(rollout).mass).lines[2].get_ydata()
     ).max() == pytest.approx(1.0)
     iterated = dlcc_iterative(rollout, step=1.0)
-    ax = load_plots.dlcc_iteration(iterated)
+    ax = plots.dlcc_iteration(iterated)
     np.testing.assert_allclose(ax.lines[0].get_xdata(), np.arange(13.0))
     curve = PayloadCurve(np.array([0.0, 10.0]), np.array([2.3, 2.5]), np.zeros((2, 12)), "rigid")
-    np.testing.assert_array_equal(load_plots.payload_curve(curve).lines[0].get_xdata(), [2.3, 2.5])
-    ax = load_plots.tracking_error(np.array([0.0, 1.0, 2.0]), np.array([0.0, 3e-4, 1e-4]))
+    np.testing.assert_array_equal(plots.payload_curve(curve).lines[0].get_xdata(), [2.3, 2.5])
+    ax = plots.tracking_error(np.array([0.0, 1.0, 2.0]), np.array([0.0, 3e-4, 1e-4]))
     assert ax.get_legend().get_texts()[0].get_text() == "greatest 0.3000 mm"
     path = plots.tool_path(rollout)
-    load_plots.desired_path(saddle_line(np.arange(11)), ax=path)
+    plots.desired_path(saddle_line(np.arange(11)), ax=path)
     assert path.lines[-1].get_label() == "desired"
 
 
 def test_load_plots_refuse_what_they_cannot_draw(front):
     with pytest.raises(TrajevoError, match="has no effort limits"):
-        load_plots.effort_utilisation(front.knee())
+        plots.effort_utilisation(front.knee())
     with pytest.raises(TrajevoError, match="pass that of dlcc_iterative"):
-        load_plots.dlcc_iteration(dlcc(HybridManipulator().rollout(paper_solution())))
+        plots.dlcc_iteration(dlcc(HybridManipulator().rollout(paper_solution())))
     with pytest.raises(TrajevoError, match="mark: expected a Solution"):
         plots.front(front, mark=[front.knee()])
     with pytest.raises(TrajevoError, match="mark 'a': expected shape"):

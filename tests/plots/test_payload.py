@@ -8,14 +8,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from tests.capacity.test_payload_effort import random_effort
 from tests.helpers import refused, trajevo
-from tests.test_payload_effort import random_effort
 from trajevo import Front
-from trajevo.centre_of_mass import allowed_centres
-from trajevo.payload_diagram import payload_diagram
-from trajevo.payload_effort import payload_effort
-from trajevo.payload_plots import allowed_region, payload_contours
-from trajevo.robust_payload import robust_capacity
+from trajevo.capacity.payload_diagram import allowed_centres, payload_diagram
+from trajevo.capacity.payload_effort import payload_effort
+from trajevo.capacity.robust import robust_capacity
+from trajevo.plots.payload import allowed_region, payload_contours
 
 mpl.use("Agg")
 XY, Z = np.linspace(0.0, 0.4, 21), np.linspace(0.0, 0.3, 16)

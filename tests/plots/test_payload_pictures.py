@@ -6,16 +6,15 @@ import matplotlib.image
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism
+from trajevo.problems.hybrid_manipulator import paper_solution
 
-from problems import HybridManipulator, PickAndPlace, PointingMechanism
-from problems.hybrid_manipulator import paper_solution
 from tests.helpers import refused
-from trajevo import load_plots, optimise
-from trajevo.capacity import capacities, dlcc
-from trajevo.payload_figures import PAYLOAD_FIGURES, payload_figures
-from trajevo.payload_time import capacity_front
-from trajevo.pictures import FIGURES, draw_all, save_pictures
-from trajevo.report import report
+from trajevo import optimise, plots
+from trajevo.capacity.dlcc import capacities, dlcc
+from trajevo.capacity.payload_time import capacity_front
+from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES, draw_all, payload_figures, save_pictures
+from trajevo.plots.report import report
 
 SMALL = {"seed": 1, "generations": 25, "population": 20, "progress": False}
 
@@ -78,19 +77,19 @@ def test_a_problem_without_time_has_no_curve():
 
 
 def test_a_front_of_payloads_is_drawn_over_time(front):
-    ax = load_plots.payload_front(front)
+    ax = plots.payload_front(front)
     shown = np.asarray(ax.collections[0].get_offsets())
     np.testing.assert_allclose(shown, np.column_stack([front.F[:, 0], front.X[:, -1]]))
     assert ax.figure.axes[1].get_ylabel().startswith("energy")
-    refused(lambda: load_plots.payload_front(front, colour="speed"), "unknown objective 'speed'")
+    refused(lambda: plots.payload_front(front, colour="speed"), "unknown objective 'speed'")
     fixed = optimise(HybridManipulator(), **SMALL, polish=False)
-    refused(lambda: load_plots.payload_front(fixed), "expected a front whose payload is a variable")
+    refused(lambda: plots.payload_front(fixed), "expected a front whose payload is a variable")
 
 
 def test_capacities_and_margins_are_those_that_are_computed(front):
-    found, ax = capacities(front), load_plots.front_capacities(front)
+    found, ax = capacities(front), plots.front_capacities(front)
     drawn = np.concatenate([line.get_ydata() for line in ax.lines[:-1]])
     np.testing.assert_allclose(np.sort(drawn), np.sort(found.mass))
     capacity = dlcc(HybridManipulator().rollout(paper_solution()))
-    lines = {line.get_label().split(":")[0]: line.get_ydata() for line in load_plots.capacity_margins(capacity).lines}
+    lines = {line.get_label().split(":")[0]: line.get_ydata() for line in plots.capacity_margins(capacity).lines}
     np.testing.assert_allclose(lines["screw_3"], 100.0 * capacity.margins[:, 2])

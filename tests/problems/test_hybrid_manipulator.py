@@ -6,9 +6,8 @@ import pickle
 
 import numpy as np
 import pytest
-
-from problems import HybridManipulator
-from problems.hybrid_kinematics import (
+from trajevo.problems import HybridManipulator
+from trajevo.problems.hybrid_kinematics import (
     forward_kinematics,
     inverse_kinematics,
     path_normals,
@@ -16,12 +15,13 @@ from problems.hybrid_kinematics import (
     tracking_error,
     via_positions,
 )
-from problems.hybrid_manipulator import CONVENTIONS, PAPER_WEIGHTS, cost, paper_solution
+from trajevo.problems.hybrid_manipulator import CONVENTIONS, PAPER_WEIGHTS, cost, paper_solution
+
 from tests import guo2016
 from tests.guo2016 import GUO2016, TABLE_7
 from trajevo import load_problem, load_robot, optimise
 from trajevo.errors import InvalidInputError, UnknownNameError, UnreachableError
-from trajevo.payload import LOAD_MODELS, Payload
+from trajevo.robot.payload import LOAD_MODELS, Payload
 
 ROBOT = load_robot("hybrid_manipulator")
 every_convention = pytest.mark.parametrize("convention", CONVENTIONS)

@@ -4,18 +4,18 @@ import json
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, ViaPointProblem
+from trajevo.problems.pick_and_place import paper_solution
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics
 
-from problems import HybridManipulator, PickAndPlace, PointingMechanism, ViaPointProblem
-from problems.pick_and_place import paper_solution
-from problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics
 from tests.helpers import refused
 from tests.reference import RAJI2022
 from trajevo import ViaPoints, load_problem, optimise
-from trajevo.capacity import dlcc
-from trajevo.constraints import overshoot
-from trajevo.dynamics import Rollout
-from trajevo.interpolants import LinearBlends, SinglePolynomial
-from trajevo.objectives import mechanical_energy
+from trajevo.capacity.dlcc import dlcc
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.joint_limits import overshoot
+from trajevo.formulation.objectives import mechanical_energy
+from trajevo.trajectory.interpolants import LinearBlends, SinglePolynomial
 
 SEPTIC = RAJI2022["septic"]
 

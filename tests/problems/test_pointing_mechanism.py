@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
-
-from problems.pointing_mechanism import (
+from trajevo.problems.pointing_mechanism import (
     PointingMechanism,
     azimuth_pitch,
     forward_kinematics,
     inverse_kinematics,
     joint_angles,
 )
+
 from tests.reference import SUN2020
 from trajevo import TrajevoError, load_robot
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-
-from problems.puma_kinematics import (
+from trajevo.problems.puma_kinematics import (
     BRANCHES,
     D3,
     TABLE_1_JOINTS,
@@ -14,6 +13,7 @@ from problems.puma_kinematics import (
     forward_kinematics,
     inverse_kinematics,
 )
+
 from tests.reference import RAJI2022
 from trajevo import TrajevoError, load_robot
 from trajevo.errors import UnreachableError

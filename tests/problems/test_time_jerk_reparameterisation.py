@@ -4,14 +4,14 @@ import json
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, TimeJerkReparameterisation
+from trajevo.problems.gemini_and_s import gemini_points, s_points
 
-from problems import HybridManipulator, TimeJerkReparameterisation
-from problems.example_paths import gemini_points, s_points
 from tests.helpers import refused
 from trajevo import Front, GeometricPath, TrajevoError, load_problem, optimise
-from trajevo.capacity import dlcc
-from trajevo.interpolants import LinearReparameterisation, Reparameterisation
-from trajevo.nnc import solve_nnc
+from trajevo.capacity.dlcc import dlcc
+from trajevo.solvers.gradient.normal_constraint import solve_nnc
+from trajevo.trajectory.interpolants import LinearReparameterisation, Reparameterisation
 
 OWN = {"velocity": "80 mm/s", "acceleration": 0.5, "jerk": [20.0, "20000 mm/s^3"], "longest_time": "6 s"}
 

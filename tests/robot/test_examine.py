@@ -8,8 +8,8 @@ import pytest
 
 from tests.helpers import refused, trajevo
 from trajevo import load_robot
-from trajevo.robot_report import JointRow, examine
-from trajevo.robot_source import list_example_robots, list_robots
+from trajevo.robot.examine import JointRow, examine
+from trajevo.robot.locate import list_example_robots, list_robots
 
 LIMITS = {"acceleration": 10.0, "jerk": 100.0}
 

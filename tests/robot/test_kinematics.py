@@ -8,7 +8,7 @@ import pytest
 
 from tests.helpers import refused
 from trajevo import load_robot
-from trajevo.kinematics import ToolKinematics
+from trajevo.robot.kinematics import ToolKinematics
 
 LIMITS = {"acceleration": 10.0, "jerk": 100.0}
 FINGERS = {"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0}

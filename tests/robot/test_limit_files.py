@@ -9,9 +9,9 @@ import yaml
 
 from tests.helpers import refused
 from trajevo import load_robot
-from trajevo.joint_limits_file import read_joint_limits, write_joint_limits
-from trajevo.robot import robot_of
-from trajevo.robot_report import examine
+from trajevo.robot.examine import examine
+from trajevo.robot.limit_files import read_joint_limits, write_joint_limits
+from trajevo.robot.robot import robot_of
 
 GIVEN = {"acceleration": 10.0, "jerk": 100.0}
 PANDA = {"tool": "panda_hand_tcp", "lock": {"panda_finger_joint1": 0.02, "panda_finger_joint2": 0.01}}

@@ -5,14 +5,14 @@ from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator
+from trajevo.problems.hybrid_kinematics import forward_kinematics
 
-from problems import HybridManipulator
-from problems.hybrid_kinematics import forward_kinematics
-from tests.test_dynamics import random_states
+from tests.dynamics.test_inverse_dynamics import random_states
 from trajevo import load_robot
-from trajevo.dynamics import Dynamics
+from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.payload import LOAD_MODELS, Payload, carrying, kilogram, massless, probe
+from trajevo.robot.payload import LOAD_MODELS, Payload, carrying, kilogram, massless, probe
 
 HYBRID = load_robot("hybrid_manipulator")
 POINTING = load_robot("pointing_mechanism")

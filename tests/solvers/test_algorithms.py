@@ -7,8 +7,8 @@ import pytest
 
 from tests.helpers import refused, small_problem, trajevo
 from trajevo import load_problem, load_task, optimise
-from trajevo.algorithms import ALGORITHMS, algorithm_settings, reference_directions
-from trajevo.front import Front
+from trajevo.front.front import Front
+from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_settings, reference_directions
 
 DIRECTED = ("nsga3", "rvea", "u-nsga3")
 

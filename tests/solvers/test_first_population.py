@@ -7,20 +7,20 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.util.ref_dirs import get_reference_directions
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism
 
-from problems import HybridManipulator, PickAndPlace, PointingMechanism
 from tests.helpers import impossible, refused, small_problem, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, load_task, optimise
-from trajevo.algorithms import ALGORITHMS, algorithm_settings
-from trajevo.constraints import kinematic_limits, time_limit
-from trajevo.payload import Payload
-from trajevo.registry import list_problems
-from trajevo.run_folder import RunFolder
-from trajevo.runs import resume
-from trajevo.starts import STARTS, first_population, warm_start
-from trajevo.stretching import Limits, Stretching, in_seconds
+from trajevo.dynamics.path_effort import allowed_speeds, greatest_allowed
+from trajevo.formulation.constraints.joint_limits import kinematic_limits, time_limit
+from trajevo.formulation.registry import list_problems
+from trajevo.robot.payload import Payload
+from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_settings
+from trajevo.solvers.evolutionary.first_population import STARTS, first_population, warm_start
+from trajevo.solvers.evolutionary.stretching import Limits, Stretching, in_seconds
+from trajevo.solvers.run.folder import RunFolder
+from trajevo.solvers.run.runs import resume
 from trajevo.study.jobs import solver_settings
-from trajevo.time_scaling import allowed_speeds, greatest_allowed
 
 TASKS = ("ur5_pick_and_place", "panda_six_points", "xarm7_obstacle")
 PROBLEMS = {name: lambda name=name: load_problem(name) for name in list_problems()} | {

@@ -7,12 +7,12 @@ import sys
 
 import numpy as np
 import pytest
+from trajevo.problems import PointingMechanism
 
-from problems import PointingMechanism
 from tests.helpers import refused
 from trajevo import Front, optimise
-from trajevo.run_folder import RunFolder
-from trajevo.runs import read_run, resume
+from trajevo.solvers.run.folder import RunFolder
+from trajevo.solvers.run.runs import read_run, resume
 
 SMALL = {"generations": 12, "population": 20, "progress": False}
 

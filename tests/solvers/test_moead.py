@@ -11,8 +11,8 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from tests.helpers import refused
-from trajevo.algorithms import reference_directions
-from trajevo.moead import ConstrainedMOEAD
+from trajevo.solvers.evolutionary.algorithms import reference_directions
+from trajevo.solvers.evolutionary.moead import ConstrainedMOEAD
 
 DIRECTIONS = reference_directions(2, 20)
 

@@ -4,13 +4,13 @@ import warnings
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
 
-from problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
 from tests.helpers import impossible, small_problem
 from trajevo import TrajectoryProblem, TrajevoError, load_robot, optimise
-from trajevo.nnc import solve_nnc, weighting_factors
-from trajevo.objectives import Objective, summed_rms_jerk, total_time
-from trajevo.sqp import Search, differentiated, random_starts
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
+from trajevo.solvers.gradient.sqp import Search, differentiated, random_starts
 
 
 @pytest.fixture(scope="module")

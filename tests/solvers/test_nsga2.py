@@ -15,11 +15,10 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.util.archive import MultiObjectiveArchive
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 
-from problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from tests.helpers import refused, small_problem
-from trajevo.array_nsga2 import ArrayNSGA2
-from trajevo.rows import Rows
+from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2, Rows
 
 
 class Grid(Problem):

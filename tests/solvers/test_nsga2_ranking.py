@@ -11,8 +11,8 @@ from pymoo.operators.survival.rank_and_crowding.metrics import calc_crowding_dis
 from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 from scipy.spatial.distance import cdist
 
-from trajevo.ranking import copies, crowding_distances, fronts
-from trajevo.variation import crossed, mutated
+from trajevo.solvers.evolutionary.nsga2_ranking import copies, crowding_distances, fronts
+from trajevo.solvers.evolutionary.operators import crossed, mutated
 
 
 def bits(one, other):
@@ -27,7 +27,7 @@ def parents_of(problem, matings, random, kind):
     n_var = problem.n_var
     parents = problem.xl + (problem.xu - problem.xl) * random.random((2, matings, n_var))
     shared = random.random((matings, n_var)) < 0.4
-    parents[1][shared] = parents[0][shared] + random.choice([0.0, 1e-15, 1e-13])
+    parents[2][shared] = parents[0][shared] + random.choice([0.0, 1e-15, 1e-13])
     if kind == "outside":
         return parents + random.normal(0.0, 0.2, parents.shape)
     parents += np.where(random.random(parents.shape) < 0.1, problem.xu - problem.xl, 0.0)

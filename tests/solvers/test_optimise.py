@@ -13,14 +13,14 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
+from trajevo.problems import PointingMechanism
 
-from problems import PointingMechanism
 from tests.helpers import failing_when_slow, impossible, nan_when_slow, small_problem
 from tests.reference import non_dominated
 from trajevo import TrajevoError, load_robot, optimise
-from trajevo.archive import Archive
-from trajevo.array_nsga2 import ArrayNSGA2
-from trajevo.objectives import Objective, summed_rms_jerk
+from trajevo.formulation.objectives import Objective, summed_rms_jerk
+from trajevo.front.archive import Archive
+from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 
 SMALL = {"generations": 15, "population": 24, "progress": False}
 
@@ -36,7 +36,7 @@ def test_the_same_seed_gives_the_same_front_and_another_seed_another():
 def test_the_same_seed_gives_the_same_front_in_another_process():
     here = optimise(PointingMechanism(), seed=3, **SMALL, polish=False)
     script = (
-        "import json; from problems import PointingMechanism; from trajevo import optimise;"
+        "import json; from trajevo.problems import PointingMechanism; from trajevo import optimise;"
         f"print(json.dumps(optimise(PointingMechanism(), seed=3, polish=False, **{SMALL!r}).X.tolist()))"
     )
     there = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
@@ -117,7 +117,7 @@ def test_the_operators_get_the_settings(monkeypatch):
             made.append(settings)
             super().__init__(**settings)
 
-    monkeypatch.setattr(sys.modules["trajevo.optimiser"], "ArrayNSGA2", Spy)
+    monkeypatch.setattr(sys.modules["trajevo.solvers.optimise"], "ArrayNSGA2", Spy)
     optimise(PointingMechanism(), seed=1, generations=1, progress=False, polish=False)
     own = {"crossover_probability": 0.7, "crossover_index": 9.0, "mutation_probability": 0.2, "mutation_index": 33.0}
     optimise(
@@ -289,7 +289,7 @@ def test_progress_goes_to_standard_error_in_plain_lines(capfd):
 
 def test_the_bar_shows_time_left_on_a_narrow_terminal():
     script = (
-        "import trajevo.progress as p; from rich.console import Console; import time\n"
+        "import trajevo.solvers.run.progress as p; from rich.console import Console; import time\n"
         "bar = p._Bar(100, Console(stderr=True, force_terminal=True, width=80))\n"
         "with bar:\n"
         "    for i in range(1, 4):\n"

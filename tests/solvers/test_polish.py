@@ -6,22 +6,22 @@ import signal
 
 import numpy as np
 import pytest
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 
-from problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from tests.helpers import impossible, refused, small_problem, trajevo
 from trajevo import optimise
-from trajevo.algorithms import ALGORITHMS, algorithm_settings
-from trajevo.constraints import kinematic_limits
 from trajevo.errors import InvalidInputError
-from trajevo.front import Front
-from trajevo.lockstep import Lockstep
-from trajevo.nnc import solve_nnc
-from trajevo.objectives import Objective, summed_rms_acceleration, summed_rms_jerk, total_time
-from trajevo.polish import polish
-from trajevo.runs import resume, standing
-from trajevo.selection import Weights
-from trajevo.volumes import hypervolume
-from trajevo.weighted import minimise_weighted
+from trajevo.formulation.constraints.joint_limits import kinematic_limits
+from trajevo.formulation.objectives import Objective, summed_rms_acceleration, summed_rms_jerk, total_time
+from trajevo.formulation.problem import Weights
+from trajevo.front.front import Front
+from trajevo.front.hypervolume import hypervolume
+from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_settings
+from trajevo.solvers.gradient.batch_sqp import Lockstep
+from trajevo.solvers.gradient.normal_constraint import solve_nnc
+from trajevo.solvers.gradient.polish import polish
+from trajevo.solvers.gradient.weighted_sum import minimise_weighted
+from trajevo.solvers.run.runs import resume, standing
 
 #: Known values: docs/hybrid_manipulator.md, docs/pointing_mechanism.md.
 LEAST_COST = 2.53771208

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from trajevo.quadratic_program import _PROXIMAL, Model
+from trajevo.solvers.gradient.batch_sqp import _PROXIMAL, Model
 
 
 def random_model(seed, *, feasible=True):

@@ -6,12 +6,13 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from trajevo.problems import PickAndPlace, TimeJerkReparameterisation
 
-from problems import PickAndPlace, TimeJerkReparameterisation
 from tests.helpers import POINTS
 from trajevo import TrajevoError, load_robot
-from trajevo.dynamics import Dynamics
-from trajevo.rivals import FREE, RIVALS, STOPPING, compare_rivals, plot_rivals, rivals_of, rivals_table
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.plots.rivals import plot_rivals
+from trajevo.solvers.rivals import FREE, RIVALS, STOPPING, compare_rivals, rivals_of, rivals_table
 
 mpl.use("Agg")
 
@@ -111,7 +112,7 @@ def test_profiles_that_stop_do_not_overshoot(rivals):
 
 
 def test_joints_apart_are_as_fast_as_lines_or_faster(rivals):
-    from trajevo.interpolants import stop_and_go
+    from trajevo.trajectory.interpolants import stop_and_go
 
     points, limits = PickAndPlace().interpolant.points, load_robot("puma560").limits
     for profile in ("trapezoid", "double_s", "septic"):

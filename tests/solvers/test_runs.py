@@ -15,13 +15,14 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.operators.crossover.ux import UX
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
+from trajevo.problems import PointingMechanism
 
-from problems import PointingMechanism
 from tests.helpers import refused, small_problem, trajevo
 from tests.killed import ALGORITHMS, OBJECTIVES, begin, killed_and_resumed
-from trajevo import Front, evolution, load_problem, load_task, optimise
-from trajevo.run_folder import RunFolder
-from trajevo.runs import read_run, resume, standing
+from trajevo import Front, load_problem, load_task, optimise
+from trajevo.solvers.run import evolution
+from trajevo.solvers.run.folder import RunFolder
+from trajevo.solvers.run.runs import read_run, resume, standing
 
 SMALL = {"generations": 12, "population": 20, "progress": False}
 
@@ -50,7 +51,7 @@ def test_two_hundred_runs_killed_at_random_instants_end_as_if_they_had_not_been(
 def test_five_hundred_generations_of_five_hundred_stay_below_400_mb(tmp_path):
     script = (
         "from pathlib import Path\n"
-        "from problems import HybridManipulator\n"
+        "from trajevo.problems import HybridManipulator\n"
         "from trajevo import optimise\n"
         f"out = {str(tmp_path / 'run')!r}\n"
         "optimise(HybridManipulator(), seed=1, generations=500, population=500, progress=False, out=out)\n"
@@ -200,7 +201,7 @@ def test_other_versions_are_told(tmp_path):
 
 
 def _popen(*arguments):
-    command = [sys.executable, "-c", "from trajevo.cli import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-c", "from trajevo.cli.main import main; main()", *map(str, arguments)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -244,7 +245,7 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
 
 
 def test_what_the_docs_show_runs(tmp_path):
-    docs = (Path(__file__).parents[1] / "docs" / "runs.md").read_text()
+    docs = (Path(__file__).parents[2] / "docs" / "runs.md").read_text()
     (script,) = re.findall(r"```python\n(.*?)```", docs, re.DOTALL)
     result = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr

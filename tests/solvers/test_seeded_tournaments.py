@@ -25,8 +25,8 @@ from pymoo.operators.selection.tournament import TournamentSelection
 from pymoo.operators.survival.rank_and_crowding import ConstrRankAndCrowding
 from pymoo.optimize import minimize
 
-from trajevo.algorithms import reference_directions
-from trajevo.tournaments import niche_then_random, seeded, violation_then_random
+from trajevo.solvers.evolutionary.algorithms import reference_directions
+from trajevo.solvers.evolutionary.seeded_tournaments import niche_then_random, seeded, violation_then_random
 
 DIRECTIONS = reference_directions(3, 30)
 

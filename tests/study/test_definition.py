@@ -4,12 +4,11 @@ import json
 import pickle
 
 import pytest
+from trajevo.problems import HybridManipulator, PointingMechanism
 
-from problems import HybridManipulator, PointingMechanism
 from tests.helpers import refused
 from trajevo import load_task
-from trajevo.study.definition import Study
-from trajevo.study.file import load_study
+from trajevo.study.definition import Study, load_study
 from trajevo.study.folder import StudyFolder
 from trajevo.study.record import cell_seed
 

@@ -18,19 +18,18 @@ from typer.testing import CliRunner
 
 from tests.helpers import refused, small_problem, trajevo
 from trajevo import Front, load_problem, optimise
-from trajevo.cli_study import app
-from trajevo.example_task import write_example
-from trajevo.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.cli.robots import write_example
+from trajevo.cli.study import app
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.front.hypervolume import hypervolume
 from trajevo.study.collection import collect, common_box
-from trajevo.study.definition import Study
-from trajevo.study.file import load_study
+from trajevo.study.definition import Study, load_study
 from trajevo.study.folder import StudyFolder
 from trajevo.study.plots import attained, attainment, attainments, hypervolume_bands, hypervolume_boxes
 from trajevo.study.report import write_study
 from trajevo.study.results import CellResult
 from trajevo.study.run import run_study
 from trajevo.study.statistics import compare_levels, holm, signed_rank
-from trajevo.volumes import hypervolume
 
 SIZES = {"seed": 5, "repeats": 3, "generations": 6, "population": 12}
 
@@ -395,7 +394,7 @@ def test_a_study_with_one_objective_is_collected_without_its_attainment(tmp_path
 
 @pytest.mark.long
 def test_what_the_docs_show_runs(tmp_path):
-    docs = (Path(__file__).parents[1] / "docs" / "studies.md").read_text()
+    docs = (Path(__file__).parents[2] / "docs" / "studies.md").read_text()
     write_example(tmp_path / "task.toml")
     sizes = []
     for text in re.findall(r"```toml\n(.*?)```", docs, re.DOTALL):

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from tests.helpers import refused, trajevo_process
 from trajevo import Front, TrajevoError, load_problem, optimise
-from trajevo.cli_study import app
+from trajevo.cli.study import app
 from trajevo.study.cell import run_cell
 from trajevo.study.cluster import DaskCluster
 from trajevo.study.definition import Study
@@ -229,7 +229,7 @@ def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long
         f'problem = "pointing"\nseed = 5\nrepeats = 2\n{sizes}[fixed]\npolish = false\n'
         '[factors]\ninterpolant = ["smooth", "quintic"]\n'
     )
-    script = "from trajevo.cli import main; main()"
+    script = "from trajevo.cli.main import main; main()"
     options = {
         signal.SIGINT: (),
         signal.SIGTERM: ("--workers", "2", "--start-method", "fork"),

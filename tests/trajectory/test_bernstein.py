@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trajevo import TrajevoError
-from trajevo.bounds import gauss, greatest_magnitude, least_tolerance, local_greatest
+from trajevo.trajectory.bernstein import gauss, greatest_magnitude, least_tolerance, local_greatest
 
 FINE = np.linspace(0.0, 1.0, 5001)
 

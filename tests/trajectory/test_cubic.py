@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline as ScipySpline
 from tests.guo2016 import GUO2016, TABLE_7
 from trajevo import ViaPoints
 from trajevo.errors import InvalidInputError
-from trajevo.interpolants import CubicSpline
+from trajevo.trajectory.interpolants import CubicSpline
 
 VIA = ViaPoints(np.array(GUO2016["via_points"]))
 ENDS = ("start_velocity", "start_acceleration", "end_velocity", "end_acceleration")

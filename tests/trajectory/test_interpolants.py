@@ -4,7 +4,7 @@ from scipy.interpolate import make_interp_spline
 
 from tests.reference import improved_spline, septic_by_equation_14
 from trajevo import TrajevoError, ViaPoints
-from trajevo.interpolants import HybridQuartic, QuinticSpline, SepticPolynomial, SepticSpline, State
+from trajevo.trajectory.interpolants import HybridQuartic, QuinticSpline, SepticPolynomial, SepticSpline, State
 
 BOUNDS = (0.1, 20.0)
 RNG = np.random.default_rng(7)

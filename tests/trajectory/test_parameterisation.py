@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from trajevo.problems.gemini_and_s import gemini, s_points, s_shape
 
-from problems.example_paths import gemini, s_points, s_shape
 from tests.helpers import refused
 from tests.reference import full_control_points, slow_composition
 from trajevo import GeometricPath
-from trajevo.composed import ComposedBatch
-from trajevo.course import Course
+from trajevo.trajectory.along_path import ComposedBatch
+from trajevo.trajectory.parameterisation import Course
 
 FINE = np.linspace(0.0, 1.0, 40_001)
 

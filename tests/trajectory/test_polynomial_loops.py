@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from trajevo import compiled
-from trajevo.interpolants.cubic import CubicSpline
-from trajevo.path import ViaPoints
-from trajevo.piecewise import PolynomialBatch
+from trajevo.base import jit
+from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.interpolants.cubic import CubicSpline
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 pytest.importorskip("numba")
 
@@ -16,7 +16,7 @@ DEGREES = (0, 1, 2, 3, 4, 5, 7)
 @pytest.fixture
 def plain(monkeypatch):
     """As where numba is not installed, when asked for."""
-    return lambda: monkeypatch.setattr(compiled, "can_compile", lambda: False)
+    return lambda: monkeypatch.setattr(jit, "can_compile", lambda: False)
 
 
 def batch(degree, coefficients=None):
@@ -143,6 +143,6 @@ def test_cubic_splines_are_numpy_s(count, plain):
 def test_where_nothing_can_be_kept_loops_are_compiled_all_the_same():
     names = {}
     exec("def twice(x):\n    return x + x\n", names)  # of no file, beside which there is no place
-    twice = compiled.fast(names["twice"])
+    twice = jit.fast(names["twice"])
     assert twice(1.5) == 3.0
-    assert twice.signatures
+    assert twice._compiled.signatures

@@ -5,7 +5,7 @@ import pytest
 
 from tests.reference import SUN2020
 from trajevo import JointLimits, TrajevoError, ViaPoints, load_robot
-from trajevo.interpolants import stop_and_go
+from trajevo.trajectory.interpolants import stop_and_go
 
 ROBOT = load_robot("pointing_mechanism")
 PATH = ViaPoints(np.radians(SUN2020["joint_angles"]))

@@ -8,19 +8,20 @@ import pytest
 
 from tests.helpers import refused, small_problem, trajevo
 from trajevo import PolynomialBatch, ViaPoints, load_problem, load_robot, optimise
-from trajevo.bounds import gauss, hull, interpolation_error
-from trajevo.certify import certify, certify_all
-from trajevo.constraints import effort_limits, kinematic_limits
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.export import export
-from trajevo.interpolants import CubicSpline, LinearBlends, QuinticSpline, SepticSpline
-from trajevo.joints import Friction
-from trajevo.kinematics import ToolKinematics
-from trajevo.newton_euler import NewtonEuler
-from trajevo.payload import Payload
-from trajevo.reach import Bounds, EffortReach
-from trajevo.report import report
-from trajevo.tool import tool_speed_limit
+from trajevo.dynamics.complex_bounds import Bounds, EffortReach
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.exporters.export import export
+from trajevo.formulation.constraints.joint_limits import effort_limits, kinematic_limits
+from trajevo.formulation.constraints.tool import tool_speed_limit
+from trajevo.plots.report import report
+from trajevo.robot.joints import Friction
+from trajevo.robot.kinematics import ToolKinematics
+from trajevo.robot.payload import Payload
+from trajevo.trajectory.bernstein import gauss, hull, interpolation_error
+from trajevo.trajectory.interpolants import CubicSpline, LinearBlends, QuinticSpline, SepticSpline
+from trajevo.verification.certify import certify, certify_all
+from trajevo.verification.newton_euler import NewtonEuler
 
 FREE = {"acceleration": np.inf, "jerk": np.inf}
 FINGERS = {"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0}

@@ -7,10 +7,10 @@ import pytest
 
 from tests.helpers import refused
 from trajevo import load_robot
-from trajevo.dynamics import Dynamics
-from trajevo.newton_euler import NewtonEuler
-from trajevo.payload import Payload
-from trajevo.robot import Friction
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Friction
+from trajevo.verification.newton_euler import NewtonEuler
 
 LIMITS = {"acceleration": 10.0, "jerk": 100.0}
 KINOVA = {f"j2s6s200_joint_{k}": 0.3 * k for k in (1, 4, 5, 6)}

@@ -9,13 +9,15 @@ import pytest
 
 from tests.helpers import POINTS, refused, small_problem, trajevo
 from trajevo import PolynomialBatch, TrajectoryProblem, load_problem, load_robot, optimise
-from trajevo.constraints import Constraint, effort_limits, hull_limits, is_robot_limit, kinematic_limits
-from trajevo.dynamics import Dynamics
-from trajevo.interpolants import QuinticSpline, SinglePolynomial
-from trajevo.objectives import Objective, summed_rms_jerk, total_time, unused_payload
-from trajevo.payload import Payload
-from trajevo.records import ProblemRecord
-from trajevo.verify import TOLERANCE, verify, verify_all
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.joint_limits import effort_limits, kinematic_limits
+from trajevo.formulation.constraints.path_limits import hull_limits
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time, unused_payload
+from trajevo.front.records import ProblemRecord
+from trajevo.robot.payload import Payload
+from trajevo.trajectory.interpolants import QuinticSpline, SinglePolynomial
+from trajevo.verification.verify import TOLERANCE, verify, verify_all
 
 TIME, JERK = Objective("time", "s", "test", total_time), Objective("jerk", "rad/s^3", "test", summed_rms_jerk)
 
@@ -204,8 +206,8 @@ def test_other_constraints_are_evaluated_at_denser_samples(front):
 
 def test_limits_of_the_robot_are_told_from_other_constraints():
     robot = load_robot("pointing_mechanism")
-    assert all(map(is_robot_limit, (*kinematic_limits(robot), effort_limits(robot), *hull_limits(robot))))
-    assert not is_robot_limit(Constraint(("velocity of joint_1",), "test", patience))
+    assert all(c.share == 1.0 for c in (*kinematic_limits(robot), effort_limits(robot), *hull_limits(robot)))
+    assert Constraint(("velocity of joint_1",), "test", patience).share is None
 
 
 def test_velocities_that_are_no_derivatives_fail(front, monkeypatch):

@@ -10,8 +10,16 @@ from pathlib import Path
 if sys.platform != "win32":
     import fcntl
 
+#: Where folders of data lie: in the package, or in a checkout beside it.
+_PLACES = (Path(__file__).resolve().parents[1], Path(__file__).resolve().parents[2])
+
 #: How the name of a file ends while it is being written.
 SCRATCH = ".part"
+
+
+def data_folder(name: str) -> Path:
+    """A folder of data that comes with trajevo, such as ``"robots"``."""
+    return next(place / name for place in _PLACES if (place / name).is_dir())
 
 
 def write_whole(file: Path, content: bytes | memoryview) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError
 
 #: Stands for a coordinate that is free on a face of the box; 0 and 1 are its ends.

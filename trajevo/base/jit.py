@@ -7,12 +7,12 @@ import importlib.util
 import os
 import sys
 from collections.abc import Callable
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar, cast, final
 
-from trajevo.files import write_whole
+from trajevo.base.files import write_whole
 
 #: A compiled function that writes into arrays.
 Kernel = Callable[..., None]
@@ -49,14 +49,33 @@ def interpreted(source: str) -> Kernel:
 
 
 def fast(function: Function) -> Function:
-    """A function that is compiled when it is first called; for modules that are not imported where numba is missing."""
-    import numba
+    """A loop that numba compiles when it is first called; ask :func:`can_compile` before calling it."""
+    return cast(Function, _Loop(function))
 
-    try:
-        compiled = numba.njit(error_model="numpy", nogil=True, cache=True)(function)
-    except RuntimeError:  # neither the module's folder nor the user's can be written to
-        compiled = numba.njit(error_model="numpy", nogil=True)(function)
-    return cast(Function, compiled)
+
+@final
+class _Loop:
+    """Stands for a loop until it is called: numba takes long to import."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.__doc__, self._function = function.__doc__, function
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._compiled(*arguments)
+
+    @cached_property
+    def _compiled(self) -> Callable[..., Any]:
+        import numba
+
+        # numba looks up what a loop calls among its globals, and knows its own functions alone.
+        around = self._function.__globals__
+        for name in self._function.__code__.co_names:
+            if isinstance(around.get(name), _Loop):
+                around[name] = around[name]._compiled
+        try:
+            return cast(Kernel, numba.njit(error_model="numpy", nogil=True, cache=True)(self._function))
+        except RuntimeError:  # neither the module's folder nor the user's can be written to
+            return cast(Kernel, numba.njit(error_model="numpy", nogil=True)(self._function))
 
 
 def _kept(source: str, name: str) -> Path | None:

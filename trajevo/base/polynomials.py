@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 
 # A stationary point off by d changes the value there by d²: this step leaves values exact to rounding.
 _STEP_TOLERANCE = 1e-10

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 
 
 def sobol(dimensions: int, count: int, random: np.random.Generator) -> Array:

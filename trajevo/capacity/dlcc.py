@@ -11,12 +11,13 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, numbers
-from trajevo.dynamics import Dynamics, Rollout, rollout_of
+from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.payload_masses import mass_bounds
+from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
-from trajevo.front import Front, Solution
-from trajevo.mass_bounds import mass_bounds
-from trajevo.weighted import WeightedOptimum
+from trajevo.front.front import Front, Solution
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 #: Instants per segment at which a capacity is computed, unless told otherwise; optimisation uses fewer.
 SAMPLES = 50
@@ -41,7 +42,7 @@ class Capacity:
         margin: share of each joint's effort limit that is left at ``mass``, shape (n_joints,); negative where no
             payload is feasible.
         per_joint: largest payload by each joint alone, shape (n_joints,) [kg].
-        payload_model: how the payload acts, a key of :data:`trajevo.payload.LOAD_MODELS`.
+        payload_model: how the payload acts, a key of :data:`trajevo.robot.payload.LOAD_MODELS`.
         least: the least payload [kg]; above 0 where the motion breaks a limit without one and it is a counterweight,
             NaN where no payload is feasible, none included.
         times: instants at which effort was looked at, shape (T,) [s].

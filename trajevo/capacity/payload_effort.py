@@ -18,15 +18,15 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, numbers, one_blas_thread, row_products
-from trajevo.capacity import SAMPLES, sampled_motion
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread, row_products
+from trajevo.capacity.dlcc import SAMPLES, sampled_motion
+from trajevo.dynamics.payload_masses import NEGLIGIBLE
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.front import Solution
-from trajevo.mass_bounds import NEGLIGIBLE
-from trajevo.payload import Payload, entries_of, tensor_of
-from trajevo.robot import Robot
-from trajevo.weighted import WeightedOptimum
+from trajevo.front.front import Solution
+from trajevo.robot.payload import Payload, entries_of, tensor_of
+from trajevo.robot.robot import Robot
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 #: Centres of mass that are looked at together, few enough for a processor's cache.
 _BLOCK = 48
@@ -99,7 +99,7 @@ class PayloadEffort:
         robot: the robot.
         times: instants, shape (T,) [s].
         base: effort without payload, shape (T, n_joints) [N·m or N].
-        slopes: what each parameter adds per unit, in the order of :data:`trajevo.payload.PARAMETERS`, shape
+        slopes: what each parameter adds per unit, in the order of :data:`trajevo.robot.payload.PARAMETERS`, shape
             (T, n_joints, 10).
         inertia: of the payload about its centre of mass along the tool's axes, per kilogram, shape (3, 3) [m²].
         payload_model: how the payload acts, ``"rigid"`` or ``"weight_only"``.

@@ -8,15 +8,14 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, numbers
-from trajevo.constraints import time_limit
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.payload_variable import PayloadVariable
-from trajevo.problem import TrajectoryProblem
-from trajevo.selection import Weights
-from trajevo.sqp import FEASIBLE
-from trajevo.weighted import minimise_weighted
+from trajevo.formulation.constraints.joint_limits import time_limit
+from trajevo.formulation.payload_variable import PayloadVariable
+from trajevo.formulation.problem import TrajectoryProblem, Weights
+from trajevo.solvers.gradient.sqp import FEASIBLE
+from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 
 #: Payloads of a curve over the largest one.
 _SHARES = (0.0, 0.3, 0.5, 0.65, 0.8, 0.9, 0.95, 0.985)

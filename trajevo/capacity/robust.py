@@ -10,14 +10,22 @@ looked at too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.intervals import greatest_quadratic, interval, mass_interval
-from trajevo.payload_effort import PayloadEffort, limited_efforts, quadratic_forms
+from trajevo.base.arrays import Array
+from trajevo.base.intervals import greatest_quadratic, interval, mass_interval
+from trajevo.capacity.dlcc import SAMPLES, sampled_motion
+from trajevo.capacity.payload_effort import PayloadEffort, limited_efforts, payload_effort, quadratic_forms
+from trajevo.capacity.slowdown import Slowdown, slowdown_for
+from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError
+from trajevo.front.front import Solution
+from trajevo.robot.payload import Payload
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 
 @final
@@ -153,3 +161,79 @@ def greatest_in_box(rows: Array, low: Array, high: Array, inertia: Array) -> tup
 def _point(com: Array) -> tuple[float, float, float]:
     x, y, z = com.tolist()
     return x, y, z
+
+
+#: Share of a limit from which the worst payload is looked at closer.
+_CLOSE = 0.98
+
+#: Payloads that are looked at before the search is given up; one or two for most motions, 17 for one of 167.
+_PAYLOADS = 100
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class RobustSlowdown:
+    """The least time in which a motion along a fixed path carries every payload of intervals.
+
+    Attributes:
+        factor: least duration over that of the motion as it is; below 1 the motion can be faster.
+        duration: least duration [s].
+        payloads: those that were looked at; together they leave no smaller factor.
+        binding: the slowdown for the one of them that needs most by itself.
+    """
+
+    factor: float
+    duration: float
+    payloads: tuple[Payload, ...]
+    binding: Slowdown
+
+
+def robust_slowdown(
+    motion: Solution | Rollout | WeightedOptimum, *, mass: Any, com: Any, samples: int = SAMPLES
+) -> RobustSlowdown:
+    """The least uniform scaling of time with which a motion carries every payload of intervals.
+
+    Args:
+        motion: as for :func:`trajevo.capacity.slowdown.slowdown_for`; how the payload acts and its inertia per kilogram
+            are its own.
+        mass: least and greatest mass, shape (2,) [kg].
+        com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
+        samples: instants per segment, both ends included.
+
+    Raises:
+        InvalidInputError: intervals that are not from a least to a greatest, a negative mass, a payload among them that
+            no speed along the path carries, or no factor that suits all.
+    """
+    masses, box = mass_interval(mass), interval(com, "com", (2, 3))
+    path = sampled_motion(motion, samples)
+    at, worst_com = masses[1], tuple(box.mean(axis=0).tolist())
+    found: list[Slowdown] = []
+    factor = 0.0
+    for _ in range(_PAYLOADS):
+        found.append(slowdown_for(path, replace(path.dynamics.payload.with_mass(at), com=worst_com), samples=samples))
+        factor, before = _least_common([slowdown.allowed for slowdown in found]), factor
+        slower = Rollout(path.dynamics, path.trajectory.slowed(factor))
+        worst = worst_case(payload_effort(slower, samples=samples), mass=masses, com=box)
+        known = any((one.payload.mass, one.payload.com) == (worst.mass, worst.com) for one in found)
+        if worst.used < _CLOSE or known or factor == before:
+            return RobustSlowdown(
+                factor=factor,
+                duration=factor * float(path.trajectory.duration[0]),
+                payloads=tuple(slowdown.payload for slowdown in found),
+                binding=max(found, key=lambda slowdown: slowdown.factor),
+            )
+        at, worst_com = worst.mass, worst.com
+    raise InvalidInputError(f"com: no factor of time found that suits all payloads after {_PAYLOADS} of them")
+
+
+def _least_common(allowed: Sequence[Array]) -> float:
+    """The least number in all of some unions of closed intervals, each (K, 2) and ascending."""
+    least, before = 0.0, -1.0
+    while least != before:
+        before = least
+        for intervals in allowed:
+            reached = np.flatnonzero(intervals[:, 1] >= least)
+            if not len(reached):
+                raise InvalidInputError("com: expected payloads that one speed along this path suits, none suits all")
+            least = max(least, float(intervals[reached[0], 0]))
+    return least

@@ -7,14 +7,14 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.capacity import SAMPLES, dlcc, sampled_motion
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array
+from trajevo.capacity.dlcc import SAMPLES, dlcc, sampled_motion
+from trajevo.dynamics.path_effort import EffortOfPath
+from trajevo.dynamics.payload_masses import mass_bounds
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.front import Solution
-from trajevo.mass_bounds import mass_bounds
-from trajevo.time_scaling import EffortOfPath
-from trajevo.weighted import WeightedOptimum
+from trajevo.front.front import Solution
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 
 @final
@@ -47,13 +47,13 @@ class Sensitivity:
 
 
 def sensitivity(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> Sensitivity:
-    """Derivatives of :func:`~trajevo.capacity.dlcc` by the binding joint's effort limit and by the duration.
+    """Derivatives of :func:`~trajevo.capacity.dlcc.dlcc` by the binding joint's effort limit and by the duration.
 
     With τ = τ₀ + m τ₁ = ±limit at the binding joint and instant, dm = (±dlimit - dτ₀ - m dτ₁)/τ₁, where a factor s of
     the duration gives dτ/ds = -(viscous + 2 inertial) at s = 1.
 
     Args:
-        motion: as for :func:`~trajevo.capacity.dlcc`.
+        motion: as for :func:`~trajevo.capacity.dlcc.dlcc`.
         samples: likewise.
 
     Raises:

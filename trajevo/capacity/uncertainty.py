@@ -8,18 +8,17 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, numbers
-from trajevo.capacity import SAMPLES
-from trajevo.constraints import effort_share
-from trajevo.dynamics import Rollout, rollout_of
+from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.capacity.dlcc import SAMPLES
+from trajevo.capacity.payload_time import least_times
+from trajevo.capacity.robust import robust_slowdown
+from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
-from trajevo.front import Solution
-from trajevo.payload import Payload
-from trajevo.payload_time import least_times
-from trajevo.problem import TrajectoryProblem
-from trajevo.robust_limits import robust_effort_limits
-from trajevo.robust_slowdown import robust_slowdown
-from trajevo.weighted import WeightedOptimum
+from trajevo.formulation.constraints.robust import robust_effort_limits
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.front.front import Solution
+from trajevo.robot.payload import Payload
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 
 @final
@@ -69,7 +68,7 @@ def robust_problem(
     """
     if problem.payload_range is not None:
         raise InvalidInputError("problem: expected a payload that is given, its mass is a decision variable")
-    shares = [effort_share(constraint) for constraint in problem.constraints]
+    shares = [c.share if c.quantity == "effort" else None for c in problem.constraints]
     if not any(share is not None and c.names for share, c in zip(shares, problem.constraints, strict=True)):
         raise InvalidInputError(
             f"problem: expected effort limits among its constraints, got {list(problem.constraint_names)}"

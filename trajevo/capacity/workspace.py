@@ -1,6 +1,6 @@
 """What a robot can carry where: the largest payload held at rest, or accelerated, over a plane of tool positions.
 
-Every tool position takes, of all the postures that :mod:`trajevo.posture_search` finds for it, the one that carries
+Every tool position takes, of all the postures that :mod:`trajevo.path.postures` finds for it, the one that carries
 most. The effort of all of them is one batched call, and affine in the mass as along a motion.
 """
 
@@ -12,16 +12,15 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, numbers, read_only
-from trajevo.dynamics import Dynamics
+from trajevo.base.arrays import Array, frozen, numbers, read_only
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.inverse_kinematics import Pose
-from trajevo.kinematics import ToolKinematics
-from trajevo.mass_bounds import mass_bounds
-from trajevo.payload import Payload
-from trajevo.posture import JointRanges
-from trajevo.posture_search import Postures, find_postures
-from trajevo.robot import Robot
+from trajevo.path.inverse_kinematics import JointRanges, Pose
+from trajevo.path.postures import Postures, find_postures
+from trajevo.robot.kinematics import ToolKinematics
+from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Robot
 
 #: Planes by the base frame's axes along their columns and rows.
 PLANES = ("xy", "xz", "yx", "yz", "zx", "zy")
@@ -169,7 +168,7 @@ def workspace_capacity(
         start: joint positions to begin with, and to be near where postures carry the same, shape (n_joints,)
             [rad or m]; the middle of the joint ranges if None.
         seed: of the random starts.
-        starts: random starts per cell and round, as :func:`~trajevo.posture_search.find_postures` chooses if None; a
+        starts: random starts per cell and round, as :func:`~trajevo.path.postures.find_postures` chooses if None; a
             cell that neither they nor its neighbours' postures lead to counts as not reached.
 
     Raises:

@@ -26,65 +26,65 @@ class _Home(NamedTuple):
 
 #: Commands in the order in which ``trajevo --help`` lists them.
 COMMANDS = {
-    "list": _Home("cli_robots", "list_everything", "List the problems and the robots at hand."),
+    "list": _Home("robots", "list_everything", "List the problems and the robots at hand."),
     "check-robot": _Home(
-        "cli_robots",
+        "robots",
         "check_robot",
         "Tell everything that is wrong with a robot at once; exit code 1 if it cannot be loaded.",
     ),
-    "init": _Home("cli_robots", "init", "Write a commented example of a task, to be changed and solved."),
-    "solve": _Home("cli_solve", "solve", "Solve a problem or a task and write its front, pictures and report."),
+    "init": _Home("robots", "init", "Write a commented example of a task, to be changed and solved."),
+    "solve": _Home("solve", "solve", "Solve a problem or a task and write its front, pictures and report."),
     "resume": _Home(
-        "cli_solve",
+        "solve",
         "resume",
         "Go on with a run, as if it had never stopped, and write its front, pictures and report.",
     ),
     "polish": _Home(
-        "cli_polish",
+        "solve",
         "polish_run",
         "Refine a run's front by gradients; the front as it was stays beside it, in evolved.json.",
     ),
-    "study": _Home("cli_study", "app", "Many runs: the product of factors, on one machine or a cluster."),
-    "show": _Home("cli_runs", "show", "Show a run in the terminal."),
-    "report": _Home("cli_runs", "report", "Write a run's report, one HTML file that needs no network."),
+    "study": _Home("study", "app", "Many runs: the product of factors, on one machine or a cluster."),
+    "show": _Home("show", "show", "Show a run in the terminal."),
+    "report": _Home("show", "report", "Write a run's report, one HTML file that needs no network."),
     "verify": _Home(
-        "cli_runs",
+        "show",
         "verify_motions",
         "Check a motion between its samples against every limit; exit code 1 if one is exceeded.",
     ),
     "certify": _Home(
-        "cli_certify",
+        "show",
         "certificate",
         "Prove that a motion keeps every limit at every instant; exit code 1 if one is broken or not decided.",
     ),
     "export": _Home(
-        "cli_runs",
+        "show",
         "export",
         "Write the motion of one solution for a controller or a spreadsheet, or the whole front for other programs.",
     ),
     "animate": _Home(
-        "cli_runs",
+        "show",
         "animate_motion",
         "Write the robot along one solution in real time, one HTML file that needs no network.",
     ),
-    "capacity": _Home("cli_runs", "capacity", "Tell what a motion can carry, which actuator limits it and when."),
+    "capacity": _Home("show", "capacity", "Tell what a motion can carry, which actuator limits it and when."),
     "slowdown": _Home(
-        "cli_capacity",
+        "payload",
         "slowdown",
         "Tell how long one motion's path takes with another payload, and draw payload against time.",
     ),
     "workspace-capacity": _Home(
-        "cli_capacity",
+        "payload",
         "workspace",
         "Draw what a robot can hold, or accelerate, in its best posture at every tool position of a plane.",
     ),
     "payload-diagram": _Home(
-        "cli_payload",
+        "payload",
         "diagram",
         "Tell and draw what a motion can carry by how far off the tool the load's centre of mass is.",
     ),
     "payload-time": _Home(
-        "cli_payload",
+        "payload",
         "payload_time",
         "Optimise the motion again for each payload: tell and draw the least time, and the largest payload of all.",
     ),
@@ -102,7 +102,7 @@ class _Commands(TyperGroup):
         home = COMMANDS.get(cmd_name)
         if home is None or self._listing:
             return self.commands.get(cmd_name)
-        found: Any = getattr(importlib.import_module(f"trajevo.{home.module}"), home.name)
+        found: Any = getattr(importlib.import_module(f"trajevo.cli.{home.module}"), home.name)
         around = typer.Typer(add_completion=False)
         if not isinstance(found, typer.Typer):
             around.command(cmd_name)(found)

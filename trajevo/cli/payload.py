@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, final
+from typing import Annotated, Any, final
 
 import numpy as np
 import typer
@@ -14,18 +14,33 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from trajevo import load_plots
-from trajevo.cli_files import CURVE_PICTURE, DIAGRAM_PICTURE, PRICE_SUFFIX, RunArgument, beside, front_of
+from trajevo import plots
+from trajevo.capacity.dlcc import dlcc
+from trajevo.capacity.payload_diagram import PayloadDiagram, payload_diagram
+from trajevo.capacity.payload_effort import PayloadEffort, payload_effort
+from trajevo.capacity.payload_time import capacity_front, largest_payload, payloads_up_to
+from trajevo.capacity.robust import robust_capacity
+from trajevo.capacity.sensitivity import sensitivity
+from trajevo.capacity.slowdown import SlowdownCurve, slowdown_curve, slowdown_for
+from trajevo.capacity.uncertainty import price_of_uncertainty
+from trajevo.capacity.workspace import PLANES, ToolPlane, workspace_capacity
+from trajevo.cli.results import (
+    CURVE_PICTURE,
+    DIAGRAM_PICTURE,
+    PRICE_SUFFIX,
+    SLOWDOWN_PICTURE,
+    SOLUTION_HELP,
+    RunArgument,
+    beside,
+    front_of,
+)
 from trajevo.errors import InvalidInputError
-from trajevo.front import Solution
-from trajevo.payload_diagram import PayloadDiagram, payload_diagram
-from trajevo.payload_effort import PayloadEffort, payload_effort
-from trajevo.payload_plots import payload_contours, uncertainty_price
-from trajevo.payload_time import capacity_front, largest_payload, payloads_up_to
-from trajevo.pictures import save_figure
-from trajevo.problem import TrajectoryProblem
-from trajevo.robust_payload import robust_capacity
-from trajevo.uncertainty import price_of_uncertainty
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.front.front import Solution
+from trajevo.path.inverse_kinematics import Pose
+from trajevo.plots.payload import payload_contours, uncertainty_price
+from trajevo.plots.pictures import save_figure
+from trajevo.robot.robot import load_robot
 
 _out = Console(soft_wrap=True, highlight=False)
 
@@ -138,7 +153,7 @@ def payload_time(
     for mass, least in zip(curve.payloads, curve.times, strict=True):
         table.add_row(f"{mass:.4g}", f"{least:.4f}" if np.isfinite(least) else "none found")
     _out.print(table)
-    figure = load_plots.payload_curve(curve, at_rest=largest.at_rest).figure
+    figure = plots.payload_curve(curve, at_rest=largest.at_rest).figure
     target = out or beside(run, CURVE_PICTURE)
     _out.print(f"written: {save_figure(figure, target)}")
     if tolerance is not None:
@@ -203,3 +218,97 @@ def _print_robust(out: Console, effort: PayloadEffort, com: tuple[float, float, 
         f"within {1e3 * tolerance:g} mm of ({place}) mm along every axis: {robust.upper:.6g} kg wherever the centre of "
         f"mass is, {exact.upper:.6g} kg if it is right there; limited by {robust.joint or 'nothing'}"
     )
+
+
+_out = Console(soft_wrap=True, highlight=False)
+
+#: Rows of the table of a curve.
+_ROWS = 12
+
+
+def slowdown(
+    run: RunArgument,
+    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
+    payload: Annotated[
+        float | None, typer.Option(help="Mass [kg] of the shape of the run's payload; the run's own.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Picture; slowdown.png beside the front if not given.")] = None,
+) -> None:
+    """Tell how long one motion's path takes with another payload, and draw payload against time."""
+    chosen = front_of(run).pick(solution)
+    rollout = chosen.rollout
+    own = rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
+    found = slowdown_for(chosen, own if payload is None else payload)
+    _out.print(f"{chosen.rule} (row {chosen.index}), time {float(rollout.trajectory.duration[0]):.4f} s")
+    _out.print(f"slowdown: {found}")
+    capacity = dlcc(chosen)
+    _out.print(f"capacity as it is: {capacity}")
+    if not capacity.joint:
+        return
+    if capacity.feasible:
+        _out.print(f"sensitivity: {sensitivity(chosen)}")
+    curve = slowdown_curve(chosen)
+    _out.print(_table(curve))
+    figure = plots.slowdown_curve(curve).figure
+    _out.print(f"written: {save_figure(figure, out or beside(run, SLOWDOWN_PICTURE))}")
+
+
+def workspace(
+    robot: Annotated[str, typer.Argument(help="Name, folder with robot.toml, or URDF.")],
+    position: Annotated[tuple[float, float, float], typer.Option(help="Middle of the plane in the base frame [m].")],
+    rpy: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Roll, pitch and yaw of the tool [rad]; any orientation if not given."),
+    ] = None,
+    plane: Annotated[str, typer.Option(help=f"{', '.join(PLANES)}: axes of the base frame.")] = "xz",
+    reach: Annotated[float, typer.Option(help="From the middle to the sides [m].")] = 0.5,
+    cells: Annotated[int, typer.Option(help="Cells along each side.")] = 21,
+    acceleration: Annotated[
+        tuple[float, float, float], typer.Option(help="Of the tool from rest, in the base frame [m/s²].")
+    ] = (0.0, 0.0, 0.0),
+    lock: Annotated[
+        list[str] | None, typer.Option(help="JOINT=POSITION [rad or m] that is held still; may be repeated.")
+    ] = None,
+    tool: Annotated[str | None, typer.Option(help="Frame at the end effector.")] = None,
+    show: Annotated[str, typer.Option(help="mass, or joint: the one that binds.")] = "mass",
+    out: Annotated[Path, typer.Option(help="Picture.")] = Path("workspace.png"),
+) -> None:
+    """Draw what a robot can hold, or accelerate, in its best posture at every tool position of a plane."""
+    unlimited = {"acceleration": float("inf"), "jerk": float("inf")}  # no part of this, and missing in a URDF
+    loaded = load_robot(robot, lock=_locked(lock or ()), tool=tool, limits=unlimited)
+    given: dict[str, Any] = {"position": position} | ({} if rpy is None else {"rpy": rpy})
+    square = ToolPlane.around(Pose.of(given), plane, reach=reach, cells=cells)
+    found = workspace_capacity(loaded, square, acceleration=acceleration)
+    _out.print(f"{loaded.name}: {found}")
+    if found.reached.any():
+        counts = found.postures[found.reached]
+        _out.print(f"postures found per cell: {counts.min()} to {counts.max()}, of which the best was taken")
+    table = Table("binding joint", "cells", box=SIMPLE)
+    for k, name in enumerate(found.joint_names):
+        if (found.joint == k).any():
+            table.add_row(name, str(int((found.joint == k).sum())))
+    _out.print(table)
+    _out.print(f"written: {save_figure(plots.workspace_capacity(found, show=show).figure, out)}")
+
+
+def _table(curve: SlowdownCurve) -> Table:
+    table = Table("payload [kg]", "least time [s]", "change", "limit", "joint", box=SIMPLE)
+    step = -(-len(curve.payloads) // _ROWS)
+    for k in range(len(curve.payloads) - 1, -1, -step)[::-1]:
+        change = f"{100.0 * (curve.factors[k] - 1.0):+.2f} %"
+        cells = (f"{curve.payloads[k]:.4g}", f"{curve.durations[k]:.4f}", change, curve.limits[k], curve.joints[k])
+        table.add_row(*cells)
+    table.add_row(f"{curve.static_bound:.4g}", "at rest", "", "", "")
+    return table
+
+
+def _locked(given: Sequence[str]) -> dict[str, float]:
+    """Joints and positions of ``JOINT=POSITION``."""
+    locked = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        try:
+            locked[name] = float(value)
+        except ValueError:
+            raise InvalidInputError(f"lock: expected JOINT=POSITION [rad or m], got {text!r}") from None
+    return locked

@@ -4,19 +4,45 @@ from __future__ import annotations
 
 import signal
 from pathlib import Path
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from trajevo.cli_files import PICTURES
-from trajevo.export import is_exported
-from trajevo.front import Front
-from trajevo.pictures import FIGURES, draw_all, save_pictures
-from trajevo.report import report as write_report
-from trajevo.run_folder import FRONT_FILE, RunFolder
-from trajevo.terminal import print_run
+from trajevo.cli.terminal import print_run
+from trajevo.exporters.export import is_exported
+from trajevo.front.front import Front
+from trajevo.plots.pictures import FIGURES, draw_all, save_pictures
+from trajevo.plots.report import report as write_report
+from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
+from trajevo.solvers.run.runs import read_run
+
+RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]
+
+#: Pictures that commands write beside a front unless told where.
+SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE = "slowdown.png", "payload_diagram.png", "payload_time.png"
+
+
+#: What the name of a curve's picture ends with where it is that of the price of uncertainty.
+PRICE_SUFFIX = "_uncertainty"
+PICTURES = (SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE, CURVE_PICTURE.replace(".", f"{PRICE_SUFFIX}."))
+
+#: What every command says of how one solution is chosen.
+SOLUTION_HELP = "knee, utopia, weighted, least_OBJECTIVE or a row."
+
+
+def front_of(run: Path) -> Front:
+    """Front of a run's folder, finished or not, or of a front's file."""
+    return read_run(run) if run.is_dir() else Front.load(run)
+
+
+def beside(run: Path, name: str) -> Path:
+    """A file in a run's folder, or beside a front's file."""
+    return run / name if run.is_dir() else run.with_name(name)
+
 
 REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
+
 
 _out = Console(soft_wrap=True, highlight=False)
 

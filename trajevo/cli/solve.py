@@ -7,23 +7,24 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.box import SIMPLE
 from rich.console import Console
+from rich.table import Table
 
-from trajevo.algorithms import ALGORITHMS, algorithm_settings
-from trajevo.cli_results import PLOTS_FOLDER, write_results
+from trajevo.cli.results import PLOTS_FOLDER, RunArgument, front_of, write_results
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.nnc import needs_two_objectives, solve_nnc
-from trajevo.optimiser import optimise
-from trajevo.payload import LOAD_MODELS
-from trajevo.problem import TrajectoryProblem
-from trajevo.registry import load_problem
-from trajevo.run_folder import FRONT_FILE, RunFolder
-from trajevo.runs import resume as resume_run
-from trajevo.starts import DEFAULT_STARTS, STARTS
-from trajevo.task import load_task
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.registry import load_problem
+from trajevo.robot.payload import LOAD_MODELS
+from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_settings
+from trajevo.solvers.evolutionary.first_population import DEFAULT_STARTS, STARTS
+from trajevo.solvers.gradient.normal_constraint import needs_two_objectives, solve_nnc
+from trajevo.solvers.gradient.polish import Polished, polish
+from trajevo.solvers.optimise import load_task, optimise
+from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
+from trajevo.solvers.run.runs import resume as resume_run
 
 METHODS = ("evolution", "nnc")
-
 _err = Console(soft_wrap=True, highlight=False, stderr=True)
 
 
@@ -220,3 +221,44 @@ def _claim(folder: Path, overwrite: bool) -> None:
             probe.unlink()
     except OSError as error:
         raise InvalidInputError(f"{folder}: the output folder cannot be written: {error.strerror}") from error
+
+
+_out = Console(soft_wrap=True, highlight=False)
+
+
+def polish_run(
+    run: RunArgument,
+    members: Annotated[int, typer.Option(help="Members that are refined in every round.")] = 10,
+    rounds: Annotated[int, typer.Option(help="Rounds of refining members and filling gaps.")] = 2,
+    seed: Annotated[int | None, typer.Option(help="Seed of all randomness; the run's own if not given.")] = None,
+    cpu_time: Annotated[float | None, typer.Option(help="CPU time after which no step is begun [s].")] = None,
+    out: Annotated[Path | None, typer.Option(help="File for the polished front; the run then stays as it is.")] = None,
+) -> None:
+    """Refine a run's front by gradients; the front as it was stays beside it, in evolved.json."""
+    front, own = front_of(run), run / FRONT_FILE if run.is_dir() else run
+    if not run.is_dir() and out is None:
+        raise InvalidInputError(f"out: {run} is a front's file, not a run's folder; say where the polished front goes")
+    if out is not None and out.resolve() == own.resolve():
+        raise InvalidInputError(f"out: {out} is the front itself, which is kept; choose another file")
+    found = polish(front, members=members, rounds=rounds, seed=seed, cpu_time=cpu_time)
+    _out.print(_table(found))
+    _out.print(f"polished: {found}")
+    if out is not None:
+        found.front.save(out)
+        _out.print(f"written: {out}")
+        return
+    folder = RunFolder(run)
+    with folder.alone():
+        if not folder.evolved_file.exists():
+            found.original.save(folder.evolved_file)
+        found.front.save(own)
+    write_results(found.front, run)
+
+
+def _table(found: Polished) -> Table:
+    """The least of every objective before and after."""
+    table = Table("least", "before", "after", "unit", box=SIMPLE)
+    before, after = found.original.F.min(axis=0), found.front.F.min(axis=0)
+    for objective, was, now in zip(found.front.record.objectives, before, after, strict=True):
+        table.add_row(objective.name, f"{was:.6g}", f"{now:.6g}", objective.unit)
+    return table

@@ -13,13 +13,12 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from trajevo.errors import InvalidInputError
-from trajevo.run_folder import RunFolder
-from trajevo.runs import standing
+from trajevo.solvers.run.folder import RunFolder
+from trajevo.solvers.run.runs import standing
 from trajevo.study.cluster import DaskCluster
 from trajevo.study.collection import collect as collect_results
-from trajevo.study.definition import Study
+from trajevo.study.definition import Study, load_study
 from trajevo.study.engines import START_METHODS, Engine, InProcess, Processes
-from trajevo.study.file import load_study
 from trajevo.study.folder import STATES, StudyFolder
 from trajevo.study.report import StudyReport, write_study
 from trajevo.study.results import StudyResults

@@ -11,14 +11,14 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from trajevo.errors import InvalidInputError
-from trajevo.front import Front
-from trajevo.registry import list_problems, problem_class
-from trajevo.report import objective_headers, run_facts
-from trajevo.rivals import RIVALS_NOTE, rivals_of, rivals_table
-from trajevo.robot import list_robots, load_robot
-from trajevo.robot_report import RobotExamination
-from trajevo.robot_source import list_example_robots
-from trajevo.verify import Utilisation, Verification
+from trajevo.formulation.registry import list_problems, problem_class
+from trajevo.front.front import Front
+from trajevo.plots.report import objective_headers, run_facts
+from trajevo.robot.examine import RobotExamination
+from trajevo.robot.locate import list_example_robots
+from trajevo.robot.robot import list_robots, load_robot
+from trajevo.solvers.rivals import RIVALS_NOTE, rivals_of, rivals_table
+from trajevo.verification.verify import Utilisation, Verification
 
 
 def print_list(out: Console) -> None:

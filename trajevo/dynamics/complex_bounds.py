@@ -15,9 +15,9 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.dynamics import Dynamics
-from trajevo.payload import carrying, kilogram, probe
+from trajevo.base.arrays import Array
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.robot.payload import carrying, kilogram, probe
 
 
 class Bounds(NamedTuple):

@@ -1,7 +1,7 @@
 """Effort, mechanical power and tool speed at every instant of a motion, enclosed from a few samples of each piece.
 
-Pieces whose enclosure, see :mod:`trajevo.pieces`, reaches beyond what a sample exhibits are halved until the bounds are
-as near as asked for, or, where nothing but a limit counts, until it is known whether it is kept.
+Pieces whose enclosure, see :mod:`trajevo.dynamics.piece_bounds`, reaches beyond what a sample exhibits are halved until
+the bounds are as near as asked for, or, where nothing but a limit counts, until it is known whether it is kept.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
-from trajevo.bounds import gauss
-from trajevo.dynamics import Rollout
-from trajevo.pieces import LEAST_WIDTH, Over, PieceBounds, Pieces
+from trajevo.base.arrays import Array, frozen
+from trajevo.dynamics.piece_bounds import LEAST_WIDTH, Over, PieceBounds, Pieces
+from trajevo.dynamics.rollout import Rollout
+from trajevo.trajectory.bernstein import gauss
 
 #: Nodes of a piece.
 _NODES = 14
@@ -101,7 +101,7 @@ def decide(over: Callable[[Pieces], Over], pieces: Pieces, limits: Array, *, mot
     """Whether motions keep limits at every instant, cut only as far as it takes to tell.
 
     Args:
-        over: of :class:`~trajevo.pieces.PieceBounds`, with Q columns.
+        over: of :class:`~trajevo.dynamics.piece_bounds.PieceBounds`, with Q columns.
         pieces: the motions' segments.
         limits: what the columns are held to, inf where nothing is, shape (Q,).
         motions: how many, B.

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rnea import Load, inverse_dynamics, stepped_dynamics
 from trajevo.errors import InvalidInputError
-from trajevo.gauss_lobatto import lobatto
-from trajevo.payload import Payload, carrying, kilogram, probe, tool_regressor
-from trajevo.rnea_kernel import Load, inverse_dynamics, stepped_dynamics
-from trajevo.robot import Friction, Robot
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.robot.payload import Payload, carrying, kilogram, probe, tool_regressor
+from trajevo.robot.robot import Friction, Robot
 
 NO_PAYLOAD = Payload(0.0)
 
@@ -93,7 +90,8 @@ class Dynamics:
     def effort_per_parameter(self, q: Array, v: Array, a: Array) -> Array:
         """Effort that each of a payload's ten parameters adds, per unit, shapes (T, n_joints) -> (T, n_joints, 10).
 
-        The order is that of :data:`trajevo.payload.PARAMETERS`; neither the payload's mass nor its shape plays a part.
+        The order is that of :data:`trajevo.robot.payload.PARAMETERS`; neither the payload's mass nor its shape plays a
+        part.
 
         Raises:
             InvalidInputError: the payload's model is one that knows no centre of mass.
@@ -153,130 +151,3 @@ class Dynamics:
         model = probe(self.robot)
         model.gravity.linear = np.eye(3)[int(name.removeprefix("probe "))]
         return model
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Rollout:
-    """A batch of trajectories of a robot, sampled per segment; effort is computed once, when first asked for.
-
-    Attributes:
-        dynamics: robot, payload, samples per segment.
-        trajectory: B trajectories of its joints.
-        masses: payload mass of each trajectory, shape (B,) [kg], where it is not the payload's own.
-    """
-
-    dynamics: Dynamics
-    trajectory: TrajectoryBatch
-    masses: Array | None = None
-
-    def __post_init__(self) -> None:
-        if self.trajectory.n_joints != self.robot.dof:
-            raise InvalidInputError(
-                f"trajectory: robot {self.robot.name!r} has {self.robot.dof} joints, "
-                f"got a trajectory of {self.trajectory.n_joints}"
-            )
-
-    @property
-    def robot(self) -> Robot:
-        """The robot that moves."""
-        return self.dynamics.robot
-
-    @cached_property
-    def t(self) -> Array:
-        """Instants of the samples, shape (B, T) [s]: Gauss-Lobatto nodes of every segment, T = segments x samples."""
-        nodes = lobatto(self.dynamics.samples)[0]
-        t = self.trajectory.breaks[:, :-1, None] + self.trajectory.segment_durations[:, :, None] * nodes
-        return frozen(t.reshape(len(self.trajectory), -1))
-
-    @cached_property
-    def q(self) -> Array:
-        """Positions at the samples, shape (B, T, n_joints) [rad or m]."""
-        return self._sampled(0)
-
-    @cached_property
-    def v(self) -> Array:
-        """Velocities at the samples, shape (B, T, n_joints) [rad/s or m/s]."""
-        return self._sampled(1)
-
-    @cached_property
-    def a(self) -> Array:
-        """Accelerations at the samples, shape (B, T, n_joints) [rad/s² or m/s²]."""
-        return self._sampled(2)
-
-    @cached_property
-    def j(self) -> Array:
-        """Jerks at the samples, shape (B, T, n_joints) [rad/s³ or m/s³]."""
-        return self._sampled(3)
-
-    def _sampled(self, derivative: int) -> Array:
-        return self.trajectory.at_shares(lobatto(self.dynamics.samples)[0], derivative)
-
-    @cached_property
-    def quadrature(self) -> Array:
-        """Weights that turn the samples' values into ∫ dt, shape (B, T) [s]."""
-        weights = lobatto(self.dynamics.samples)[1]
-        return frozen((self.trajectory.segment_durations[:, :, None] * weights).reshape(len(self.trajectory), -1))
-
-    @cached_property
-    def unloaded_effort(self) -> Array:
-        """Effort without payload at the samples, shape (B, T, n_joints) [N·m or N]."""
-        return frozen(self.dynamics.unloaded_effort(self.q, self._moving, self.a))
-
-    @cached_property
-    def effort_per_kilogram(self) -> Array:
-        """What one kilogram of payload adds at the samples, shape (B, T, n_joints) [N·m/kg or N/kg]."""
-        return frozen(self.dynamics.effort_per_kilogram(self.q, self.v, self.a))
-
-    @cached_property
-    def effort(self) -> Array:
-        """Effort with the payload at the samples, shape (B, T, n_joints) [N·m or N]."""
-        if self.masses is not None:
-            return frozen(self.unloaded_effort + self.masses[:, None, None] * self.effort_per_kilogram)
-        return frozen(self.dynamics.effort(self.q, self._moving, self.a))
-
-    @cached_property
-    def _moving(self) -> Array:
-        """Velocities at the samples, without those that are rounding, which dry friction would take for a motion."""
-        return self.v if self.robot.friction.none else self.without_rounding(self.v)
-
-    def effort_in(self, q: Array, v: Array, a: Array) -> Array:
-        """Effort with the payload in other states than the samples', shapes (B, T, n_joints) [N·m or N].
-
-        A joint that only rounding moves counts as standing, see :meth:`without_rounding`.
-        """
-        v = self.without_rounding(v)
-        if self.masses is None:
-            return frozen(self.dynamics.effort(q, v, a))
-        each = self.dynamics.effort_per_kilogram(q, v, a)
-        return frozen(self.dynamics.unloaded_effort(q, v, a) + self.masses[:, None, None] * each)
-
-    def without_rounding(self, v: Array) -> Array:
-        """Velocities, shape (B, T, n_joints), with those that are nothing but rounding set to 0.
-
-        At the end of a motion and where a joint takes no part, dry friction would point either way by chance.
-        """
-        return np.where(np.abs(v.real) <= self.standing[:, None], 0.0, v)
-
-    @cached_property
-    def standing(self) -> Array:
-        """Greatest speed at which every joint counts as standing, shape (B, n_joints) [rad/s or m/s]."""
-        peaks = self.trajectory.peak(1) + self.trajectory.peak(0) / self.trajectory.duration[:, None]
-        return frozen(_ROUNDING * peaks.real)
-
-    @property
-    def power(self) -> Array:
-        """Mechanical power of every actuator at the samples, shape (B, T, n_joints) [W]."""
-        return frozen(self.effort * self.v)
-
-
-def rollout_of(motion: Any) -> Rollout:
-    """The rollout of a motion: itself, or that of a solution or an optimum.
-
-    Raises:
-        InvalidInputError: it is none of these.
-    """
-    found = motion if isinstance(motion, Rollout) else getattr(motion, "rollout", None)
-    if not isinstance(found, Rollout):
-        raise InvalidInputError(f"motion: expected a solution, an optimum or a rollout, got {type(motion).__name__}")
-    return found

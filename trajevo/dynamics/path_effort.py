@@ -15,8 +15,8 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import Rollout
 
 
 @final
@@ -78,7 +78,8 @@ class EffortOfPath:
     def of(cls, rollout: Rollout, q: Array, v: Array, a: Array) -> EffortOfPath:
         """The terms in given states of a rollout's motions, shapes (..., T, n_joints); its payload gives the shape.
 
-        Velocities that are nothing but rounding should be 0, see :meth:`~trajevo.dynamics.Rollout.without_rounding`.
+        Velocities that are nothing but rounding should be 0, see
+        :meth:`~trajevo.dynamics.rollout.Rollout.without_rounding`.
         """
         dynamics, still = rollout.dynamics, np.zeros_like(v)
         held, held_per_kilogram = (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.dynamics import Dynamics
+from trajevo.base.arrays import Array
+from trajevo.dynamics.inverse_dynamics import Dynamics
 
 #: Share of the greatest effort per kilogram below which a joint does not feel the payload but rounding.
 NEGLIGIBLE = 1e-12

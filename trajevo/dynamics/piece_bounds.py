@@ -3,12 +3,13 @@
 Within a segment the motion is a polynomial of time, so that efforts without dry friction, their products with
 velocities and the square of the tool's speed are analytic. Over a piece of a segment each is the polynomial through its
 values at a few Gauss-Legendre nodes, but for an error that its magnitude on an ellipse of complex instants bounds (see
-:mod:`trajevo.reach` and :func:`trajevo.bounds.interpolation_error`), and the polynomial lies in the hull of its
-Bernstein form. The error falls with the power of the number of nodes as pieces are halved, the hull closes in with the
-square of the width.
+:mod:`trajevo.dynamics.complex_bounds` and :func:`trajevo.trajectory.bernstein.interpolation_error`), and the polynomial
+lies in the hull of its Bernstein form. The error falls with the power of the number of nodes as pieces are halved, the
+hull closes in with the square of the width.
 
 Dry friction jumps where a joint turns back. Over a piece it is the set of all values that it takes there; a joint that
-moves no faster than :attr:`trajevo.dynamics.Rollout.standing` counts as standing, where dry friction is nothing.
+moves no faster than :attr:`trajevo.dynamics.rollout.Rollout.standing` counts as standing, where dry friction is
+nothing.
 
 Nothing is rounded outwards step by step. Instead every enclosure is widened by :data:`ROUNDING` of the magnitude bound,
 which exceeds every intermediate result of the recursion: thousands of times the rounding of double precision.
@@ -21,12 +22,13 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.bounds import gauss, halving, hull, interpolation_error, to_chebyshev
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.joints import Friction
-from trajevo.kinematics import ToolKinematics
-from trajevo.reach import Bounds, EffortReach
+from trajevo.base.arrays import Array
+from trajevo.dynamics.complex_bounds import Bounds, EffortReach
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.robot.joints import Friction
+from trajevo.robot.kinematics import ToolKinematics
+from trajevo.trajectory.bernstein import gauss, halving, hull, interpolation_error, to_chebyshev
 
 #: Share of the magnitude bound by which enclosures are widened for rounding.
 ROUNDING = 1e-12

@@ -1,9 +1,9 @@
 """Inverse dynamics written out for one kinematic tree: compiled by numba, the optional extra ``fast``, or by numpy.
 
-The recursion of Newton and Euler runs once over names instead of numbers (:mod:`trajevo.rnea_source`). Only the tree's
-placements and axes are numbers there: masses, gravity and armature are arguments, so that a robot takes one compilation
-whatever it carries. Pinocchio stays the reference: a kernel is used only if it gives the same torques on a thousand
-random states.
+The recursion of Newton and Euler runs once over names instead of numbers (:mod:`trajevo.dynamics.rnea_source`). Only
+the tree's placements and axes are numbers there: masses, gravity and armature are arguments, so that a robot takes one
+compilation whatever it carries. Pinocchio stays the reference: a kernel is used only if it gives the same torques on a
+thousand random states.
 """
 
 from __future__ import annotations
@@ -16,11 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from trajevo import compiled
-from trajevo.arrays import Array
-from trajevo.rnea_arrays import arrays_source
-from trajevo.rnea_source import Joint, slopes_source, source, tree_of
-from trajevo.threads import in_threads, usable_threads
+from trajevo.base import jit
+from trajevo.base.arrays import Array
+from trajevo.base.threads import in_threads, usable_threads
+from trajevo.dynamics.rnea_source import Joint, arrays_source, slopes_source, source, tree_of
 
 #: States on which a kernel must agree with Pinocchio, and to what share of the greatest torque.
 _STATES, _AGREES = 1000, 1e-10
@@ -28,7 +27,6 @@ _STATES, _AGREES = 1000, 1e-10
 _GROUPS, _EACH = 5, 3
 #: States that are worth a thread of their own.
 _WORTH_A_THREAD = 2**15
-
 
 #: What a kernel computes, of which tree, with a load on which joint, and whether it is compiled.
 _What = tuple[str, tuple[Joint, ...], int | None, bool]
@@ -88,10 +86,10 @@ def kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | Non
         UserWarning: it does not agree with Pinocchio, which is used then.
     """
 
-    def make(tree: tuple[Joint, ...], carrier: int | None) -> compiled.Kernel:
-        if compiled.can_compile():
-            return compiled.kernel(source(tree, carrier))
-        return compiled.interpreted(arrays_source(tree, carrier))
+    def make(tree: tuple[Joint, ...], carrier: int | None) -> jit.Kernel:
+        if jit.can_compile():
+            return jit.kernel(source(tree, carrier))
+        return jit.interpreted(arrays_source(tree, carrier))
 
     return _agreeing("inverse dynamics", model, load, make, _difference)
 
@@ -105,10 +103,10 @@ def slopes_kernel_of(model: Any, load: Load | None = None) -> Callable[..., None
         UserWarning: it does not agree with Pinocchio, which is used then.
     """
 
-    def make(tree: tuple[Joint, ...], carrier: int | None) -> compiled.Kernel:
-        return compiled.kernel(slopes_source(tree, carrier))
+    def make(tree: tuple[Joint, ...], carrier: int | None) -> jit.Kernel:
+        return jit.kernel(slopes_source(tree, carrier))
 
-    if not compiled.can_compile():
+    if not jit.can_compile():
         return None
     return _agreeing("derivatives of inverse dynamics", model, load, make, _difference_of_slopes)
 
@@ -117,7 +115,7 @@ def _agreeing(
     what: str,
     model: Any,
     load: Load | None,
-    make: Callable[[tuple[Joint, ...], int | None], compiled.Kernel],
+    make: Callable[[tuple[Joint, ...], int | None], jit.Kernel],
     difference: Callable[[Callable[..., None], Any, Load | None], float],
 ) -> Callable[..., None] | None:
     """A kernel with the inertias of a model and a load, made if need be; None where it differs from Pinocchio."""
@@ -126,10 +124,10 @@ def _agreeing(
         return None
     rest = *Inertias.of(model), np.zeros(4) if load is None or carrier is None else load.body(carrier)
 
-    def with_inertias(kernel: compiled.Kernel) -> Callable[..., None]:
+    def with_inertias(kernel: jit.Kernel) -> Callable[..., None]:
         return lambda *states: kernel(*states, *rest)
 
-    key = what, tree, carrier, compiled.can_compile()
+    key = what, tree, carrier, jit.can_compile()
     if key not in _known:
         kernel = make(tree, carrier)
         off = difference(with_inertias(kernel), model, load)
@@ -203,7 +201,7 @@ def stepped_dynamics(model: Any, load: Load | None = None) -> Callable[[Array, A
 
 
 #: Kernels of this process, None where one does not agree with Pinocchio.
-_known: dict[_What, compiled.Kernel | None] = {}
+_known: dict[_What, jit.Kernel | None] = {}
 
 
 def _difference(compute: Callable[..., None], model: Any, load: Load | None) -> float:

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
-from trajevo.certify import certify
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array, frozen
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.front import Solution
-from trajevo.transmission import Direct
+from trajevo.front.front import Solution
+from trajevo.robot.transmission import Direct
+from trajevo.verification.certify import certify
 
 #: Least and greatest cycle of ``servoj`` [s]: an e-Series runs at 500 Hz; slower than 10 Hz nothing is smooth.
 SERVOJ_STEPS = (0.002, 0.1)

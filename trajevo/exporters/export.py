@@ -12,17 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.certify import certify
+from trajevo.base.arrays import Array
+from trajevo.base.files import write_whole
+from trajevo.base.units import ANGLE_UNITS, display, per_time
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.feed import feed_table, g_code
-from trajevo.files import write_whole
-from trajevo.front import Front, Solution
-from trajevo.joint_limits_file import write_joint_limits
-from trajevo.netcdf import MAGIC, is_netcdf, netcdf
-from trajevo.robot_export import joint_trajectory, replay_table, urscript
-from trajevo.trajectory import DERIVATIVES
-from trajevo.units import ANGLE_UNITS, display, per_time
+from trajevo.exporters.controllers import joint_trajectory, replay_table, urscript
+from trajevo.exporters.gcode import feed_table, g_code
+from trajevo.exporters.netcdf import MAGIC, is_netcdf, netcdf
+from trajevo.front.front import Front, Solution
+from trajevo.robot.limit_files import write_joint_limits
+from trajevo.trajectory.batch import DERIVATIVES
+from trajevo.verification.certify import certify
 
 #: Longest table that is written.
 MOST_SAMPLES = 10_000_000
@@ -68,7 +68,7 @@ def export(
             ``trajectory_msgs/JointTrajectory`` as YAML), ``"mujoco"`` (CSV at a fixed rate for a replay),
             ``"urscript"`` (a program that streams six joints to a controller of Universal Robots), ``"moveit"`` (the
             robot's limits as a ``joint_limits.yaml``) or ``"netcdf"`` (everything that a front, or one solution of it,
-            holds, as :func:`trajevo.netcdf.dataset` says).
+            holds, as :func:`trajevo.exporters.netcdf.dataset` says).
         step: time between samples [s]; 0.01, for ``"mujoco"`` 0.002 and for ``"urscript"`` 0.008 if None. In
             ``"csv"`` and ``"json"`` the last interval takes 0.5 to 1.5 steps and ends with the motion; in ``"ros2"``
             all are equal and none is shorter; in ``"mujoco"`` and ``"urscript"`` every one is a step and the last
@@ -121,7 +121,7 @@ def is_exported(file: Path) -> bool:
 
 def motion_schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of the format ``"json"``."""
-    text = (resources.files("trajevo") / "motion.schema.json").read_text(encoding="utf-8")
+    text = (resources.files("trajevo.exporters") / "motion.schema.json").read_text(encoding="utf-8")
     schema: dict[str, Any] = json.loads(text)
     return schema
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
-from trajevo.certify import certify
+from trajevo.base.arrays import Array, frozen
 from trajevo.errors import InvalidInputError
-from trajevo.front import Solution
+from trajevo.front.front import Solution
+from trajevo.verification.certify import certify
 
 #: Letters that a numerical control knows as linear axes.
 AXIS_LETTERS = "XYZUVW"

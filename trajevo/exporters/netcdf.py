@@ -18,15 +18,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
-from trajevo.certify import certify, certify_all
+from trajevo.base.arrays import Array, frozen
+from trajevo.base.units import per_time
 from trajevo.errors import InvalidInputError, NoSolutionError
-from trajevo.front import Front, Solution
-from trajevo.joints import JointLimits
-from trajevo.records import History
-from trajevo.robot import Robot
-from trajevo.trajectory import DERIVATIVES
-from trajevo.units import per_time
+from trajevo.front.front import Front, Solution
+from trajevo.front.records import History
+from trajevo.robot.joints import JointLimits
+from trajevo.robot.robot import Robot
+from trajevo.trajectory.batch import DERIVATIVES
+from trajevo.verification.certify import certify, certify_all
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,8 +6,10 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points
 from typing import Any
 
-from trajevo.constraints import (
-    Constraint,
+from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.joint_limits import (
     acceleration_limits,
     effort_limits,
     jerk_limits,
@@ -15,9 +17,7 @@ from trajevo.constraints import (
     position_limits,
     velocity_limits,
 )
-from trajevo.dynamics import Rollout
-from trajevo.errors import InvalidInputError, checked_name
-from trajevo.objectives import (
+from trajevo.formulation.objectives import (
     Objective,
     effort_ratio,
     integrated_square_acceleration,
@@ -29,13 +29,13 @@ from trajevo.objectives import (
     mechanical_energy,
     summed_rms_acceleration,
     summed_rms_jerk,
+    tool_path_length,
     total_time,
 )
-from trajevo.payload_variable import UNUSED_PAYLOAD, PayloadVariable
-from trajevo.robot import Robot
-from trajevo.tool import tool_path_length
+from trajevo.formulation.payload_variable import UNUSED_PAYLOAD, PayloadVariable
+from trajevo.robot.robot import Robot
 
-#: Entry-point group in which other packages register an :class:`~trajevo.objectives.Objective`.
+#: Entry-point group in which other packages register an :class:`~trajevo.formulation.objectives.Objective`.
 OBJECTIVE_GROUP = "trajevo.objectives"
 
 #: Name -> unit, with ``q`` for that of the joints and ``e`` for that of their effort, and function.
@@ -83,7 +83,7 @@ def objectives_of(
     square_power, square_effort and square_effort_rate (∫ Σ), effort_ratio (the greatest share of an effort limit),
     joint_travel (Σ ∫ |v|), tool_path (∫ |tool velocity|), unused_payload (the greatest payload minus that of the
     solution, where the payload's mass is a variable), and those that packages register in the entry-point group
-    ``trajevo.objectives``.
+    ``trajevo.formulation.objectives``.
 
     Args:
         names: of the objectives.
@@ -140,5 +140,5 @@ def _registered(name: str) -> Objective:
     except (ImportError, AttributeError) as error:
         raise InvalidInputError(f"objective {name!r}: {point.value} cannot be imported: {error}") from error
     if not isinstance(found, Objective):
-        raise InvalidInputError(f"objective {name!r}: {point.value} is no trajevo.objectives.Objective")
+        raise InvalidInputError(f"objective {name!r}: {point.value} is no trajevo.formulation.objectives.Objective")
     return found

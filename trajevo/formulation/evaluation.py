@@ -12,7 +12,7 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, one_blas_thread
+from trajevo.base.arrays import Array, one_blas_thread
 from trajevo.errors import InvalidInputError, TrajevoError
 
 #: Time limits after which a process that nobody waits for any more ends itself.

@@ -12,18 +12,18 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.boxes import CartesianBox, JointBox, followed, missed
-from trajevo.constraints import Constraint
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.interpolants import THROUGH_POINTS, Interpolant, LinearBlends, Variable
-from trajevo.interpolants.interpolant import decision_vectors
-from trajevo.kinematics import ToolKinematics
-from trajevo.path import ViaPoints
-from trajevo.piecewise import PolynomialBatch
-from trajevo.robot import Robot
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.path.boxes import CartesianBox, JointBox, followed, missed
+from trajevo.path.via_points import ViaPoints
+from trajevo.robot.kinematics import ToolKinematics
+from trajevo.robot.robot import Robot
+from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants import THROUGH_POINTS, Interpolant, LinearBlends, Variable
+from trajevo.trajectory.interpolants.interpolant import decision_vectors
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Greatest error of a moved pose [m or rad].
 REACHED = 1e-6
@@ -38,7 +38,7 @@ class MovingPoints(Interpolant):
     """An interpolant some of whose via points may move inside boxes, in joint space or at the tool.
 
     Attributes:
-        kind: interpolant, a key of :data:`~trajevo.interpolants.THROUGH_POINTS`.
+        kind: interpolant, a key of :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`.
         points: where the points are when nothing moves.
         boxes: at most one per point.
         robot: whose joint limits clip the boxes in joint space and whose tool moves in the others.
@@ -107,7 +107,7 @@ class MovingPoints(Interpolant):
         It has no column where there is no such box. What it looks at are the points of the motion itself.
         """
         names = tuple(f"reach of point {box.point}" for box in self._cartesian())
-        return Constraint(names, "boxes of the tool", self._reach_excess)
+        return Constraint(names, "boxes of the tool", self._reach_excess, quantity="reach", proof="extremes")
 
     def points_of(self, trajectory: TrajectoryBatch) -> Array:
         """Where the points of a motion of this interpolant are, shape (B, K, n_joints) [rad or m].

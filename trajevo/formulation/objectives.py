@@ -7,9 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.dynamics import Rollout
-from trajevo.gauss_lobatto import lobatto_derivative
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import Rollout, lobatto_derivative
+from trajevo.formulation.constraints.tool import (
+    tool_speed,
+)
+from trajevo.robot.kinematics import ToolKinematics
 
 
 @dataclass(frozen=True)
@@ -163,3 +166,13 @@ class _UnusedPayload:
 def unused_payload(greatest: float) -> Callable[[Rollout], Array]:
     """What is left of the greatest payload [kg]: minimising it maximises the payload."""
     return _UnusedPayload(greatest)
+
+
+def tool_path_length(rollout: Rollout) -> Array:
+    """∫ |velocity of the tool's origin| dt by Gauss-Lobatto quadrature, shape (B,) [m].
+
+    Where the tool turns sharply the speed has a kink, and few samples per segment are only close.
+    """
+    speed = tool_speed(rollout, ToolKinematics.of(rollout.robot))
+    length: Array = (speed * rollout.quadrature).sum(axis=1)
+    return length

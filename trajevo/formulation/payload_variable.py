@@ -7,12 +7,12 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import numbers
-from trajevo.dynamics import Dynamics
+from trajevo.base.arrays import numbers
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.payload_masses import masses_held
 from trajevo.errors import InvalidInputError
-from trajevo.interpolants import Interpolant
-from trajevo.mass_bounds import masses_held
-from trajevo.objectives import Objective, unused_payload
+from trajevo.formulation.objectives import Objective, unused_payload
+from trajevo.trajectory.interpolants import Interpolant
 
 #: Name of the objective.
 UNUSED_PAYLOAD = "unused_payload"

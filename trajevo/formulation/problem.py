@@ -10,21 +10,22 @@ from typing import Any, ClassVar
 import numpy as np
 from pymoo.core.problem import Problem
 
-from trajevo.arrays import Array, keep_heap, numbers, read_only
-from trajevo.constraints import Constraint, in_terms
-from trajevo.dynamics import Dynamics, Rollout
+from trajevo.base.arrays import Array, keep_heap, numbers, read_only
+from trajevo.base.threads import in_threads
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.evaluation import TimeLimited, evaluate_each
-from trajevo.interpolants import Interpolant, Variable
-from trajevo.objectives import Objective
-from trajevo.payload import Payload
-from trajevo.robot import Robot
-from trajevo.selection import Weights
-from trajevo.threads import in_threads
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.formulation.constraints.constraint import Constraint, in_terms
+from trajevo.formulation.evaluation import TimeLimited, evaluate_each
+from trajevo.formulation.objectives import Objective
+from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Robot
+from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants import Interpolant, Variable
 
 #: Far below rounding of any real part: the imaginary part over it is the derivative.
 _COMPLEX_STEP = 1e-20
+
 #: Numbers of one quantity that are worked on at a time, a megabyte, and individuals at the least.
 _CACHED, _FEWEST, _FIRST = 2**17, 16, 128
 
@@ -99,7 +100,7 @@ class TrajectoryProblem(Problem):
         objectives: what is minimised.
         constraints: what must not exceed 0.
         payload_range: where the payload's mass is a decision variable, the last one, its bounds [kg]; else None.
-        evolution: settings that :func:`trajevo.optimiser.optimise` uses unless told otherwise.
+        evolution: settings that :func:`trajevo.solvers.optimise.optimise` uses unless told otherwise.
         paper_weights: weights and scales of the paper's weighted sum, where it has one.
         compares_rivals: whether reports set other interpolants through the same points beside it.
         reference_point: objective values that bound the hypervolume, shape (n_obj,), or None.
@@ -278,3 +279,16 @@ class TrajectoryProblem(Problem):
         F = np.stack([objective.function(rollout) for objective in self.objectives], axis=1)
         columns = [constraint.function(rollout) for constraint in self.constraints]
         return F, np.concatenate([*columns, np.empty((len(F), 0))], axis=1)
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of a weighted sum; with scales, objectives are divided by them and not normalised by the front.
+
+    Attributes:
+        weights: one non-negative number per objective.
+        scales: one positive number per objective, in the objective's SI unit, or None.
+    """
+
+    weights: tuple[float, ...]
+    scales: tuple[float, ...] | None = None

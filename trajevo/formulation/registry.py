@@ -7,7 +7,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.problem import TrajectoryProblem
+from trajevo.formulation.problem import TrajectoryProblem
 
 ENTRY_POINT_GROUP = "trajevo.problems"
 

@@ -4,106 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from trajevo.algorithms import algorithm_settings
+from trajevo.base.toml import Places
 from trajevo.errors import InvalidInputError, TrajevoError
-from trajevo.front import Front
-from trajevo.optimiser import optimise
-from trajevo.problem import TrajectoryProblem
-from trajevo.registry import load_problem
-from trajevo.robot import Robot, robot_of
-from trajevo.task_file import MovingSettings, Places, TaskSettings, read_task
-from trajevo.visits import joint_points
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.registry import load_problem
+from trajevo.formulation.task_file import MovingSettings, TaskSettings
+from trajevo.path.via_points import joint_points
+from trajevo.robot.robot import Robot, robot_of
 
 #: The registered problem that a task is solved as.
 TASK_PROBLEM = "via-points"
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """A task that was read: the problem it sets and how it is to be solved.
-
-    Attributes:
-        file: where it was read from.
-        settings: its keys.
-        problem: the problem, the same that its class makes of the same things.
-    """
-
-    file: Path
-    settings: TaskSettings
-    problem: TrajectoryProblem
-
-    def solve(
-        self,
-        *,
-        seed: int | None = None,
-        generations: int | None = None,
-        population: int | None = None,
-        starts: str | None = None,
-        time_limit: float | None = None,
-        evaluations: int | None = None,
-        cpu_time: float | None = None,
-        polish: bool | None = None,
-        polish_every: int | None = None,
-        out: str | Path | None = None,
-        overwrite: bool = False,
-        progress: bool = True,
-    ) -> Front:
-        """Solve it with the task's algorithm; what is given here goes before what the file says.
-
-        Args:
-            seed: as for :func:`trajevo.optimiser.optimise`, and so are the others.
-            generations: generations.
-            population: individuals.
-            starts: what the first population is.
-            time_limit: time that evaluating one individual may take [s].
-            evaluations: individuals that the run may evaluate.
-            cpu_time: CPU time that the run may take [s].
-            polish: refine the front by gradients at the end.
-            polish_every: generations after which some members are refined each time.
-            out: folder to keep the run in.
-            overwrite: replace the run that the folder holds.
-            progress: show the progress on standard error.
-        """
-        own = self.settings.algorithm.model_dump(exclude_none=True)
-        name, length = own.pop("name"), own.pop("generations", None)
-        given = {
-            "starts": starts,
-            "population": population,
-            "evaluations": evaluations,
-            "cpu_time": cpu_time,
-            "polish": polish,
-            "polish_every": polish_every,
-        }
-        own |= {key: value for key, value in given.items() if value is not None}
-        return optimise(
-            self.problem,
-            seed=self.settings.seed if seed is None else seed,
-            generations=length if generations is None else generations,
-            time_limit=time_limit,
-            out=out,
-            overwrite=overwrite,
-            progress=progress,
-            **algorithm_settings(name, own, self.problem),
-        )
-
-
-def load_task(file: str | Path) -> Task:
-    """Read a task.
-
-    Args:
-        file: TOML, see :class:`TaskSettings`; relative paths in it count from its folder.
-
-    Raises:
-        InvalidInputError: it cannot be read, or a key is missing, unknown or has a value that cannot be used; the
-            message names file, line and key.
-    """
-    path = Path(file)
-    settings, where = read_task(path)
-    return Task(path, settings, task_problem(settings, where))
 
 
 def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pydantic
 
-from trajevo.errors import InvalidInputError, TrajevoError
-from trajevo.toml_lines import Place, key_lines, line_of
-
-#: Types of errors that say no more than that a value is of another kind, as every other member of a union says too.
-_OTHER_KIND = ("float_type", "list_type", "dict_type", "string_type", "model_type", "tuple_type")
+from trajevo.base.toml import Places, read_toml, validated
 
 _Number = Annotated[float, pydantic.Strict()]
 _Values = _Number | str | list[_Number | str] | dict[str, _Number | str]
@@ -142,77 +134,4 @@ def read_task(file: Path) -> tuple[TaskSettings, Places]:
             line and key.
     """
     content, places = read_toml(file)
-    return checked_settings(content, places), places
-
-
-def read_toml(file: Path) -> tuple[dict[str, Any], Places]:
-    """Content of a TOML file, and the lines of its keys.
-
-    Raises:
-        InvalidInputError: it cannot be read.
-    """
-    try:
-        text = file.read_text(encoding="utf-8")
-        return tomllib.loads(text), Places(file, key_lines(text))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise InvalidInputError(f"{file}: cannot be read as TOML: {why}") from error
-
-
-def checked_settings(content: dict[str, Any], places: Places) -> TaskSettings:
-    """The content of a task's file as its keys.
-
-    Raises:
-        InvalidInputError: a key is missing, unknown or of another kind; the message names it.
-    """
-    try:
-        return TaskSettings.model_validate(content)
-    except pydantic.ValidationError as error:
-        raise InvalidInputError(places.told(_deepest(error))) from error
-
-
-@dataclass(frozen=True)
-class Places:
-    """Lines of the keys of a file, for messages.
-
-    Attributes:
-        file: the file.
-        lines: path of a key -> its line.
-    """
-
-    file: Path
-    lines: dict[Place, int]
-
-    def prefix(self, place: Place) -> str:
-        """File, line and key, as messages begin."""
-        line = line_of(self.lines, place)
-        at = f"{self.file}: line {line}: " if line else f"{self.file}: "
-        return at + ".".join(map(str, place)) + (": " if place else "")
-
-    def told(self, error: Any) -> str:
-        """An error of pydantic as one sentence."""
-        # Unions put the names of their members into the place; keys of the file are left.
-        place = tuple(p for p in error["loc"] if isinstance(p, int) or (p.isidentifier() and not p.startswith("_")))
-        place = tuple(p for p in place if p not in ("float", "str", "list", "dict", "MovingSettings"))
-        got = "" if error["type"] in ("missing", "value_error") else f", got {error['input']!r}"
-        return self.prefix(place) + str(error["msg"]).removeprefix("Value error, ") + got
-
-    @contextmanager
-    def at(self, *place: str) -> Iterator[None]:
-        """Errors of what is made of a key name its line."""
-        try:
-            yield
-        except TrajevoError as error:
-            raise InvalidInputError(self.prefix(place) + str(error).removeprefix(f"{place[-1]}: ")) from error
-
-    def guess(self, error: TrajevoError) -> str:
-        """An error of the problem, which begins with the argument's name: the key's, here or in a table."""
-        said = str(error).split(":")[0].split(".")[0]
-        name = {"boxes": "moving"}.get(said, said)
-        place = next((place for place in self.lines if place[-1] == name), ())
-        return self.prefix(place) + (str(error).removeprefix(f"{said}: ") if place else str(error))
-
-
-def _deepest(error: pydantic.ValidationError) -> Any:
-    """The most telling of the errors: in a union that of the member that got furthest."""
-    return max(error.errors(), key=lambda found: (found["type"] not in _OTHER_KIND, len(found["loc"])))
+    return validated(TaskSettings, content, places), places

@@ -8,26 +8,25 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from problems.path_arguments import length_unit
-from problems.puma_kinematics import TABLE_1_JOINTS
-from trajevo.arrays import numbers
-from trajevo.boxes import CartesianBox, JointBox
-from trajevo.catalogue import limits_of, objectives_of
-from trajevo.certified import held
-from trajevo.clearance import clearance_limit
-from trajevo.constraints import Constraint, effort_limits, overshoot_limit, time_limit
-from trajevo.dynamics import Dynamics
+from trajevo.base.arrays import numbers
+from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.interpolants import THROUGH_POINTS, Interpolant
-from trajevo.moving import MovingPoints
-from trajevo.path import ViaPoints
-from trajevo.payload import Payload
-from trajevo.payload_variable import UNUSED_PAYLOAD, PayloadVariable
-from trajevo.problem import TrajectoryProblem
-from trajevo.robot import Robot, robot_of
-from trajevo.scene import Scene
-from trajevo.tool import keep_out_height, tool_speed_limit
-from trajevo.visits import joint_points
+from trajevo.formulation.catalogue import limits_of, objectives_of
+from trajevo.formulation.constraints.certified import held
+from trajevo.formulation.constraints.clearance import clearance_limit
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.joint_limits import effort_limits, overshoot_limit, time_limit
+from trajevo.formulation.constraints.scene import Scene
+from trajevo.formulation.constraints.tool import keep_out_height, tool_speed_limit
+from trajevo.formulation.moving_points import MovingPoints
+from trajevo.formulation.payload_variable import UNUSED_PAYLOAD, PayloadVariable
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.path.boxes import CartesianBox, JointBox
+from trajevo.path.via_points import ViaPoints, joint_points
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
+from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Robot, length_unit, robot_of
+from trajevo.trajectory.interpolants import THROUGH_POINTS, Interpolant
 
 
 def constraints_of(
@@ -43,9 +42,10 @@ def constraints_of(
     scene: Scene | None = None,
     limits: str = "certified",
 ) -> tuple[Constraint, ...]:
-    """Limits by name, see :func:`trajevo.catalogue.limits_of`, and what else is limited where it is given.
+    """Limits by name, see :func:`trajevo.formulation.catalogue.limits_of`, and what else is limited where it is given.
 
-    Effort and tool speed are proven between the samples, see :mod:`trajevo.certified`, unless ``limits="sampled"``.
+    Effort and tool speed are proven between the samples, see :mod:`trajevo.formulation.constraints.certified`, unless
+    ``limits="sampled"``.
     """
     found = list(limits_of(names, robot))
     if effort_margin != 0.0:
@@ -70,27 +70,28 @@ class ViaPointProblem(TrajectoryProblem):
     """Any robot through points: times, and where wanted the points' places, as variables.
 
     Args:
-        robot: name, folder or URDF of a robot, a :class:`~trajevo.robot.Robot`, or the arguments of
-            :func:`~trajevo.robot.load_robot` as a mapping.
+        robot: name, folder or URDF of a robot, a :class:`~trajevo.robot.robot.Robot`, or the arguments of
+            :func:`~trajevo.robot.robot.load_robot` as a mapping.
         points: what is visited, in order: an array (K, n_joints) [rad or m], a list of joint positions and of tool
-            poses (:class:`~trajevo.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a CSV
-            file with a column for each joint, with its unit; Table 1 of Raji 2022 if None, for its robot alone.
+            poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
+            CSV file with a column for each joint, with its unit; Table 1 of Raji 2022 if None, for its robot alone.
         duration_bounds: least and greatest time between two points [s].
         interpolant: ``"quintic_spline"``, ``"septic_spline"``, ``"cubic"``, ``"polynomial"`` (a single one),
             ``"linear_blends"`` (points inside are passed nearby) or ``"hybrid"`` (Sun 2020).
-        moving: points that may move: :class:`~trajevo.boxes.JointBox`, :class:`~trajevo.boxes.CartesianBox`, or
-            mappings of ``point``, its number, and the half widths ``joints`` (n_joints) [rad or m] or ``tool`` (3) [m].
-        objectives: names, see :func:`~trajevo.catalogue.objectives_of`.
-        constraints: names, see :func:`~trajevo.catalogue.limits_of`.
+        moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
+            or mappings of ``point``, its number, and the half widths ``joints`` (n_joints) [rad or m] or ``tool`` (3)
+            [m].
+        objectives: names, see :func:`~trajevo.formulation.catalogue.objectives_of`.
+        constraints: names, see :func:`~trajevo.formulation.catalogue.limits_of`.
         overshoot: how far a joint may leave the range of the points [rad or m]; not limited if None, as what follows.
         effort_margin: share of the effort limits that is kept free.
         tool_speed: greatest speed of the tool [m/s].
         tool_height: least z of the tool in the base frame [m].
         longest_time: greatest duration [s].
-        limits: of effort and tool speed: ``"certified"``, proven at every instant, see :mod:`trajevo.certified`, or
-            ``"sampled"``.
-        scene: obstacles and clearances, a :class:`~trajevo.scene.Scene` or its settings.
-        payload: mass [kg], a :class:`~trajevo.payload.Payload`, or its settings; where ``"unused_payload"`` is an
+        limits: of effort and tool speed: ``"certified"``, proven at every instant, see
+            :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
+        scene: obstacles and clearances, a :class:`~trajevo.formulation.constraints.scene.Scene` or its settings.
+        payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings; where ``"unused_payload"`` is an
             objective its mass is a variable, and this gives its shape and model.
         payload_range: least and greatest mass [kg] of a payload that is a variable; if None from 0 to what the robot
             can hold at rest at the first and the last point.
@@ -181,7 +182,7 @@ class ViaPointProblem(TrajectoryProblem):
 
 
 def via_points(points: Any, robot: Robot) -> ViaPoints:
-    """What is visited as via points, see :func:`trajevo.visits.joint_points`; for the PUMA 560 those of Raji 2022."""
+    """What is visited, see :func:`trajevo.path.via_points.joint_points`; for the PUMA 560 the points of Raji 2022."""
     return joint_points(TABLE_1_JOINTS if points is None and robot.name == "puma560" else points, robot)
 
 

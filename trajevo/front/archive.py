@@ -7,15 +7,79 @@ from collections.abc import Iterator, Sequence
 import moocore
 import numpy as np
 
-from trajevo import compiled
-from trajevo.arrays import Array
+from trajevo.base import jit
+from trajevo.base.arrays import Array
+from trajevo.base.jit import fast
+
+#: Points that a new one is compared with at a time, the latest first: most that are dominated are so by one of those.
+_BLOCK = 256
+
+
+@fast
+def _join(old: Array, new: Array, kept: Array, taken: Array) -> None:
+    """Which of points that do not dominate each other stay when others come, and which of those join them.
+
+    Of equal points the first counts.
+
+    Args:
+        old: shape (n_obj, N), so that neighbours in memory are compared side by side.
+        new: shape (M, n_obj).
+        kept: what is written, shape (N,).
+        taken: the same, shape (M,).
+    """
+    n_obj, size = old.shape
+    holds = np.empty(size, dtype=np.bool_)
+    for i in range(len(new)):
+        taken[i] = True
+        end = size
+        while end > 0 and taken[i]:
+            # Not in a function of its own: that this is not negative is what lets the loops below be vectorised.
+            begin = max(0, end - _BLOCK)
+            holds[: end - begin] = True
+            for k in range(n_obj):
+                value = new[i, k]
+                for j in range(end - begin):
+                    holds[j] &= old[k, begin + j] <= value
+            beaten = False
+            for j in range(end - begin):
+                beaten |= holds[j]
+            taken[i] = not beaten
+            end = begin
+        for j in range(i):
+            if taken[i] and taken[j] and _covers(new[j], new[i]):
+                taken[i] = False
+            elif taken[i] and taken[j] and _covers(new[i], new[j]):
+                taken[j] = False
+    kept[:] = True
+    for i in range(len(new)):
+        if taken[i]:
+            holds[:] = True
+            for k in range(n_obj):
+                value = new[i, k]
+                for j in range(size):
+                    holds[j] &= value <= old[k, j]
+            for j in range(size):
+                kept[j] &= not holds[j]
+
+
+@fast
+def _covers(one: Array, other: Array) -> bool:
+    """Whether a point is nowhere worse."""
+    for k in range(len(one)):  # noqa: SIM110 - a generator is not as fast
+        if one[k] > other[k]:
+            return False
+    return True
+
 
 #: Failed individuals of a run that are listed; all are counted.
 MOST_LISTED = 100
+
 #: Objectives and points from which on moocore takes longer than comparing new points with the others.
 _SLOW_FROM = (4, 500)
+
 #: Points taken in latest that new ones are compared with first: most of what is dominated is dominated by one of them.
 _LATEST = 200
+
 #: Pairs of points that are compared at a time, so that what comes of them stays in the processor's cache.
 _PAIRS = 2**16
 
@@ -118,11 +182,9 @@ def _non_dominated(old: Array, new: Array) -> tuple[Array, Array]:
     The same as :func:`moocore.is_nondominated` of all together, of equal points the first. Where that takes long, new
     ones are compared with the others instead: a third of the time, for few are left to be compared with all.
     """
-    if compiled.can_compile():
-        from trajevo import archive_loops
-
+    if jit.can_compile():
         keep, take = np.empty(len(old), dtype=np.bool_), np.empty(len(new), dtype=np.bool_)
-        archive_loops.non_dominated(np.ascontiguousarray(old.T), new, keep, take)
+        _join(np.ascontiguousarray(old.T), new, keep, take)
         return keep, np.flatnonzero(take)
     if old.shape[1] < _SLOW_FROM[0] or len(old) < _SLOW_FROM[1]:
         left_over = moocore.is_nondominated(np.concatenate([old, new]))

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from trajevo.archive import Archive
-from trajevo.arrays import Array
-from trajevo.front import Front
-from trajevo.problem import TrajectoryProblem
-from trajevo.progress import Generation
-from trajevo.records import Blocking, FailedIndividual, History, ProblemRecord, Run, installed_versions
-from trajevo.volumes import Chronicle, Volume, Volumes, hypervolume
+from trajevo.base.arrays import Array
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.front.archive import Archive
+from trajevo.front.front import Front
+from trajevo.front.hypervolume import Chronicle, Volume, Volumes, hypervolume
+from trajevo.front.records import Blocking, FailedIndividual, History, ProblemRecord, Run, installed_versions
 
 
 class Watch:
@@ -193,3 +193,19 @@ def _box_corner(F: Array) -> Array | None:
     """
     worst: Array = F.max(axis=0)
     return 1.1 * worst if (worst > 0.0).all() else None
+
+
+@dataclass(frozen=True)
+class Generation:
+    """Where a run stands: generation number, hypervolume, least violation, number of points on the front."""
+
+    number: int
+    hypervolume: float | Volume
+    least_violation: float
+    front_size: int
+
+    def __str__(self) -> str:
+        return (
+            f"hypervolume {float(self.hypervolume):.6f}  least violation {self.least_violation:.4g}  "
+            f"front {self.front_size} points"
+        )

@@ -8,9 +8,9 @@ from typing import final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from trajevo.arrays import Array
-from trajevo.spread import sobol
-from trajevo.volumes import hypervolume
+from trajevo.base.arrays import Array
+from trajevo.base.sampling import sobol
+from trajevo.front.hypervolume import hypervolume
 
 #: Points of the box by which shares of it are counted, a power of two (Sobol).
 _PROBES = 1024

@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pydantic
 
-from trajevo import selection
-from trajevo.arrays import Array, read_only
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array, read_only
+from trajevo.base.files import write_whole
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, UnknownNameError
-from trajevo.files import write_whole
-from trajevo.problem import TrajectoryProblem
-from trajevo.records import Blocking, FrontFile, History, ProblemRecord, Run
-from trajevo.registry import load_problem, problem_class
-from trajevo.selection import Choice
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.formulation.problem import TrajectoryProblem, Weights
+from trajevo.formulation.registry import load_problem, problem_class
+from trajevo.front import selection
+from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run
+from trajevo.front.selection import Choice
+from trajevo.trajectory.batch import TrajectoryBatch
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,7 @@ class Front:
         return self._problem
 
     @property
-    def paper_weights(self) -> selection.Weights | None:
+    def paper_weights(self) -> Weights | None:
         """Weights of the paper's weighted sum over these objectives, where the problem has one."""
         if self._problem is None and not self.record.name:
             return None
@@ -135,19 +135,19 @@ class Front:
         return weights if weights is not None and len(weights.weights) == len(self.record.objectives) else None
 
     def knee(self) -> Solution:
-        """The point that bulges furthest towards the ideal, see :func:`trajevo.selection.knee`."""
+        """The point that bulges furthest towards the ideal, see :func:`trajevo.front.selection.knee`."""
         return self._solution(selection.knee(self._points()))
 
     def utopia(self) -> Solution:
-        """The point nearest to the best values, see :func:`trajevo.selection.nearest_to_utopia`."""
+        """The point nearest to the best values, see :func:`trajevo.front.selection.nearest_to_utopia`."""
         return self._solution(selection.nearest_to_utopia(self._points()))
 
-    def weighted(self, weights: Sequence[float] | selection.Weights) -> Solution:
-        """The least weighted sum, see :func:`trajevo.selection.weighted`."""
+    def weighted(self, weights: Sequence[float] | Weights) -> Solution:
+        """The least weighted sum, see :func:`trajevo.front.selection.weighted`."""
         return self._solution(selection.weighted(self._points(), weights))
 
     def pseudo_weights(self, weights: Sequence[float]) -> Solution:
-        """The point whose pseudo-weights fit, see :func:`trajevo.selection.pseudo_weights`."""
+        """The point whose pseudo-weights fit, see :func:`trajevo.front.selection.pseudo_weights`."""
         return self._solution(selection.pseudo_weights(self._points(), weights))
 
     def least(self, objective: str) -> Solution:

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 
 _NEVER = np.iinfo(np.int64).max
 

@@ -12,12 +12,11 @@ from typing import Any, Literal
 
 import pydantic
 
-from trajevo.problem import TrajectoryProblem
-from trajevo.volumes import Volumes
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.front.hypervolume import Volumes
 
 #: Packages whose versions decide what a run computes.
 _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "ruckig")
-
 
 #: Fields of a history with one entry per generation, and per polishing.
 _BY_GENERATION = ("evaluations", "hypervolume", "least_violation", "front_size")

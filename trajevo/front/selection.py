@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from pymoo.mcdm.pseudo_weights import PseudoWeights
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.problem import Weights
 
 
 @dataclass(frozen=True)
@@ -28,19 +29,6 @@ class Choice:
     index: int
     rule: str
     reason: str
-
-
-@dataclass(frozen=True)
-class Weights:
-    """Weights of a weighted sum; with scales, objectives are divided by them and not normalised by the front.
-
-    Attributes:
-        weights: one non-negative number per objective.
-        scales: one positive number per objective, in the objective's SI unit, or None.
-    """
-
-    weights: tuple[float, ...]
-    scales: tuple[float, ...] | None = None
 
 
 def normalised(F: Array) -> Array:

@@ -7,9 +7,9 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers, read_only
+from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.kinematics import ToolKinematics
+from trajevo.robot.kinematics import ToolKinematics
 
 #: Newton steps to a moved pose; from a few decimetres away six are enough.
 _STEPS = 12

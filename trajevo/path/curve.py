@@ -14,10 +14,10 @@ from typing import Any, final
 import numpy as np
 from scipy.interpolate import BSpline
 
-from trajevo import polynomials
-from trajevo.arrays import Array, frozen, numbers, read_only
+from trajevo.base import polynomials
+from trajevo.base.arrays import Array, frozen, numbers, read_only
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.path import ViaPoints
+from trajevo.path.via_points import ViaPoints
 
 #: Highest derivative that is bounded and evaluated: jerk along a path needs s'''.
 MOST_DERIVATIVES = 3

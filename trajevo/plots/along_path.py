@@ -10,12 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from trajevo.arrays import Array
-from trajevo.constraints import along_path
-from trajevo.dynamics import Rollout, rollout_of
+from trajevo.base.arrays import Array
+from trajevo.base.units import display, pretty
+from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
-from trajevo.front import Front, Solution
-from trajevo.units import display, pretty
+from trajevo.formulation.constraints.path_limits import along_path
+from trajevo.front.front import Front, Solution
 
 _COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab:brown")
 

@@ -8,15 +8,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from trajevo.arrays import Array, numbers
-from trajevo.capacity import SAMPLES, Capacity, capacities, dlcc, sampled_motion
-from trajevo.dynamics import Rollout, rollout_of
+from trajevo.base.arrays import Array, numbers
+from trajevo.base.units import pretty
+from trajevo.capacity.dlcc import SAMPLES, Capacity, capacities, dlcc, sampled_motion
+from trajevo.capacity.payload_time import PayloadCurve
+from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.front import Front, Solution
-from trajevo.payload_time import PayloadCurve
-from trajevo.payload_variable import UNUSED_PAYLOAD
-from trajevo.units import pretty
-from trajevo.weighted import WeightedOptimum
+from trajevo.formulation.payload_variable import UNUSED_PAYLOAD
+from trajevo.front.front import Front, Solution
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 
 def effort_utilisation(
@@ -187,7 +187,7 @@ def tracking_error(t: Array, error: Array, *, ax: Axes | None = None) -> Axes:
 
 
 def desired_path(positions: Any, *, ax: Any) -> Any:
-    """Add a desired path, shape (K, 3) [m], to a picture of :func:`trajevo.plots.tool_path`."""
+    """Add a desired path, shape (K, 3) [m], to a picture of :func:`trajevo.plots.motion.tool_path`."""
     path = numbers(positions, name="positions", shape=("K", 3))
     ax.plot(*path.T, color="black", linestyle="--", linewidth=1.0, label="desired")
     ax.legend()

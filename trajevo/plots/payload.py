@@ -8,26 +8,29 @@ from typing import Any, Literal
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from trajevo.arrays import Array, numbers
-from trajevo.centre_of_mass import allowed_centres
-from trajevo.errors import InvalidInputError
-from trajevo.payload_diagram import PayloadDiagram
-from trajevo.payload_effort import PayloadEffort
-from trajevo.robust_payload import robust_capacity
-from trajevo.uncertainty import UncertaintyPrice
+from trajevo.base.arrays import Array, numbers
+from trajevo.capacity.payload_diagram import PayloadDiagram, allowed_centres
+from trajevo.capacity.payload_effort import PayloadEffort
+from trajevo.capacity.robust import robust_capacity
+from trajevo.capacity.slowdown import SlowdownCurve
+from trajevo.capacity.uncertainty import UncertaintyPrice
+from trajevo.capacity.workspace import WorkspaceCapacity
+from trajevo.errors import InvalidInputError, checked_name
 
 #: White over the colour of a joint in the band of the least and of the greatest masses.
 _LIGHTEST, _DARKEST = 0.78, 0.05
 
+
 #: Places along either side of the grid on which a region that is no polygon is drawn.
 _GRID = 121
-
 _LINE_STYLES: tuple[Literal["solid", "dashed", "dotted", "dashdot"], ...] = ("solid", "dashed", "dotted", "dashdot")
+
+
 _NOTHING_LIMITS, _NO_MASS = "white", "0.6"
 
 
@@ -117,7 +120,8 @@ def allowed_region(
 
     Args:
         effort: along the motion. Where it is affine in the centre of mass, see
-            :func:`trajevo.centre_of_mass.allowed_centres`, regions are exact polygons; else contours on a grid.
+            :func:`trajevo.capacity.payload_diagram.allowed_centres`, regions are exact polygons; else contours on a
+            grid.
         masses: of the payloads [kg].
         within: how far from the tool's axes the plane is drawn [m].
         axis: of the tool frame, normal to the plane.
@@ -272,3 +276,74 @@ def _lines(diagram: PayloadDiagram, masses: Array, style: str, ax: Axes) -> None
         linestyles=style,
     )
     ax.clabel(lines, fmt="%g kg", fontsize=8)
+
+
+#: What a picture of the workspace can show.
+SHOWN = ("mass", "joint")
+
+
+def slowdown_curve(curve: SlowdownCurve, *, ax: Axes | None = None) -> Axes:
+    """Payload against the least duration along the same path, what binds as colour; dashed the motion as it is."""
+    ax = ax or plt.subplots(figsize=(6.8, 4.2), layout="constrained")[1]
+    ax.plot(curve.durations, curve.payloads, color="0.75", linewidth=1.0, zorder=1)
+    bound = list(zip(curve.limits, curve.joints, strict=True))
+    for limit, joint in dict.fromkeys(pair for pair in bound if pair[0]):
+        chosen = np.array([pair == (limit, joint) for pair in bound])
+        ax.plot(curve.durations[chosen], curve.payloads[chosen], ".", label=f"{limit} of {joint}")
+    ax.axvline(curve.present_duration, color="black", linestyle="--", linewidth=0.8, label="the motion as it is")
+    if np.isfinite(curve.static_bound):
+        label = f"held at rest: {curve.static_bound:.3f} kg"
+        ax.axhline(curve.static_bound, color="black", linestyle=":", linewidth=1.0, label=label)
+    ax.set(xlabel="least time along the same path [s]", ylabel=f"payload [kg] ({curve.payload_model})")
+    ax.grid(alpha=0.3)
+    ax.legend()
+    return ax
+
+
+def workspace_capacity(found: WorkspaceCapacity, *, show: str = "mass", ax: Axes | None = None) -> Axes:
+    """Heat map of what is carried at every tool position of a plane; hatched where the tool does not get.
+
+    Args:
+        found: the cells.
+        show: ``"mass"`` [kg], or ``"joint"``, the one that binds.
+        ax: axes.
+
+    Raises:
+        UnknownNameError: another thing to show.
+    """
+    checked_name("thing to show", show, SHOWN)
+    ax = ax or plt.subplots(figsize=(6.8, 5.2), layout="constrained")[1]
+    plane, mesh = found.plane, (_edges(found.plane.columns), _edges(found.plane.rows))
+    width, height = (float(np.ptp(edges)) for edges in mesh)
+    unreached: dict[str, Any] = {"facecolor": "0.92", "edgecolor": "0.75", "hatch": "////", "linewidth": 0.0}
+    ax.add_patch(Rectangle((mesh[0][0], mesh[1][0]), width, height, **unreached))
+    handles = [Patch(label="not reached", **unreached)]
+    if show == "mass":
+        masses = np.ma.masked_invalid(found.mass)
+        image = ax.pcolormesh(*mesh, masses, cmap="viridis", zorder=2)
+        if masses.count() and np.ptp(masses.compressed()) <= 1e-6 * float(masses.max()):
+            image.set_clim(0.0, 2.0 * float(masses.max()) or 1.0)  # not a scale of rounding errors
+        ax.figure.colorbar(image, ax=ax, shrink=0.8, label=f"payload [kg] ({found.payload_model})")
+    else:
+        count = len(found.joint_names)
+        colours = plt.get_cmap("tab10")(np.arange(count) % 10)
+        binding = np.ma.masked_less(found.joint, 0)
+        norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
+        ax.pcolormesh(*mesh, binding, cmap=ListedColormap(colours), norm=norm, zorder=2)
+        present = np.unique(binding.compressed()).tolist()
+        handles = [*(Patch(color=colours[k], label=found.joint_names[k]) for k in present), *handles]
+    third = next(k for k, name in enumerate("xyz") if name not in plane.axes)
+    accelerated = f"accelerated at ({', '.join(f'{value:g}' for value in found.acceleration)}) m/s²"
+    moving = accelerated if found.acceleration.any() else "held at rest"
+    title = f"{moving}, tool {'xyz'[third]} = {plane.pose.position[third]:.4g} m"
+    ax.set(xlabel=f"tool {plane.axes[0]} [m]", ylabel=f"tool {plane.axes[1]} [m]", title=title, aspect="equal")
+    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.12), ncols=3, frameon=False)
+    return ax
+
+
+def _edges(centres: Array) -> Array:
+    """Ends of cells around their centres."""
+    if len(centres) == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    middles = 0.5 * (centres[1:] + centres[:-1])
+    return np.concatenate([[2.0 * centres[0] - middles[0]], middles, [2.0 * centres[-1] - middles[-1]]])

@@ -11,17 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.capacity import dlcc
-from trajevo.certificate import Certificate
-from trajevo.certify import certify
-from trajevo.front import Front, Solution
-from trajevo.payload import LOAD_MODELS
-from trajevo.payload_figures import PAYLOAD_FIGURES
-from trajevo.pictures import Picture, draw_all, written
-from trajevo.records import ProblemRecord, Run
-from trajevo.rivals import RIVALS_NOTE, rivals_of, rivals_table
-from trajevo.sensitivity import sensitivity
-from trajevo.units import display, pretty
+from trajevo.base.units import display, pretty
+from trajevo.capacity.dlcc import dlcc
+from trajevo.capacity.sensitivity import sensitivity
+from trajevo.front.front import Front, Solution
+from trajevo.front.records import ProblemRecord, Run
+from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
+from trajevo.robot.payload import LOAD_MODELS
+from trajevo.solvers.rivals import RIVALS_NOTE, rivals_of, rivals_table
+from trajevo.verification.certify import Certificate, certify
 
 _TEMPLATE = Path(__file__).with_name("report.html")
 
@@ -83,7 +81,7 @@ def report(front: Front, file: str | Path, *, pictures: Sequence[Picture] | None
     Args:
         front: the front.
         file: HTML to write.
-        pictures: of the front, as :func:`~trajevo.pictures.draw_all` gives; drawn if None.
+        pictures: of the front, as :func:`~trajevo.plots.pictures.draw_all` gives; drawn if None.
 
     Raises:
         InvalidInputError: the file cannot be written.

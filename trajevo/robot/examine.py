@@ -13,11 +13,10 @@ from xml.etree import ElementTree
 import numpy as np
 
 from trajevo.errors import InvalidInputError, TrajevoError
-from trajevo.robot import load_robot
-from trajevo.robot_check import read_urdf, urdf_number, urdf_problems
-from trajevo.robot_file import RobotFile, entry_problems
-from trajevo.robot_links import LinkRow, bodies, link_rows, massless_bodies, tips
-from trajevo.robot_source import RobotSource, other_robot, robot_source
+from trajevo.robot.locate import RobotSource, other_robot, robot_source
+from trajevo.robot.robot import load_robot
+from trajevo.robot.robot_toml import RobotFile, entry_problems
+from trajevo.robot.urdf import LinkRow, bodies, link_rows, massless_bodies, read_urdf, tips, urdf_number, urdf_problems
 
 #: Efforts from here on, on every joint, were written because the format wants a number [N·m or N].
 PLACEHOLDER_EFFORT = 1000.0
@@ -80,10 +79,10 @@ class RobotExamination:
 
 
 def examine(name: str | Path, *, lock: Collection[str] = ()) -> RobotExamination:
-    """Everything wrong with a robot at once, also with one that :func:`~trajevo.robot.load_robot` refuses.
+    """Everything wrong with a robot at once, also with one that :func:`~trajevo.robot.robot.load_robot` refuses.
 
     Args:
-        name: as :func:`~trajevo.robot.load_robot` takes it.
+        name: as :func:`~trajevo.robot.robot.load_robot` takes it.
         lock: joints that will be held still.
 
     Returns:

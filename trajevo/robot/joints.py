@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from trajevo.arrays import Array, read_only
+from trajevo.base.arrays import Array, read_only
 from trajevo.errors import InvalidInputError
 
 

@@ -12,10 +12,10 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array, read_only
+from trajevo.base.arrays import Array, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.robot import Robot
-from trajevo.transmission import Transmission
+from trajevo.robot.robot import Robot
+from trajevo.robot.transmission import Transmission
 
 
 @final

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+from trajevo.base.files import data_folder
 from trajevo.errors import InvalidInputError, UnknownNameError
 
-ROBOTS_FOLDER = Path(__file__).resolve().parents[1] / "robots"
+ROBOTS_FOLDER = data_folder("robots")
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from typing import Any, final
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.robot import Robot
+from trajevo.robot.robot import Robot
 
 #: How a payload acts.
 LOAD_MODELS = {

@@ -15,16 +15,60 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.joints import Friction, JointLimits
-from trajevo.robot_check import checked_urdf
-from trajevo.robot_file import RobotFile
-from trajevo.robot_limits import declared_limits, given_limits
-from trajevo.robot_links import tips
-from trajevo.robot_model import build_model
-from trajevo.robot_source import ROBOTS_FOLDER, list_robots, robot_source, warn_of_other_robot
-from trajevo.transmission import Direct, Transmission
+from trajevo.robot.joints import Friction, JointLimits
+from trajevo.robot.limit_files import declared_limits, given_limits
+from trajevo.robot.locate import ROBOTS_FOLDER, list_robots, robot_source, warn_of_other_robot
+from trajevo.robot.robot_toml import RobotFile
+from trajevo.robot.transmission import Direct, Transmission
+from trajevo.robot.urdf import checked_urdf, tips
+
+
+def build_model(text: str, file: Path, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
+    """The model of a checked URDF with joints locked, and the unit of every joint that is left."""
+    try:
+        model = pin.buildModelFromXML(text)
+    except (ValueError, RuntimeError) as error:
+        raise InvalidInputError(f"{file}: Pinocchio cannot read it: {error}") from error
+    model = _locked(model, file, lock)
+    units = tuple(_joint_unit(joint, name, file) for joint, name in zip(model.joints[1:], model.names[1:], strict=True))
+    return model, units
+
+
+def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[int], Array]:
+    """Numbers of the joints to lock in the whole model, and a configuration of it that holds their positions."""
+    held = pin.neutral(model)
+    numbers = []
+    for name, position in lock.items():
+        if name not in list(model.names)[1:]:
+            raise UnknownNameError(f"joint to lock in {file}", name, list(model.names)[1:])
+        real = isinstance(position, int | float | np.number) and not isinstance(position, bool)
+        if not (real and np.isfinite(position)):
+            raise InvalidInputError(f"{file}: lock: expected a position of joint {name!r} [rad or m], got {position!r}")
+        joint = model.joints[model.getJointId(name)]
+        numbers.append(model.getJointId(name))
+        turned = [np.cos(position), np.sin(position)] if joint.nq == 2 and joint.nv == 1 else [position]
+        held[joint.idx_q : joint.idx_q + joint.nq] = turned
+    return numbers, held
+
+
+def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
+    if lock and len(lock) == model.njoints - 1:
+        raise InvalidInputError(f"{file}: lock: expected at least one joint left to move, got all locked: {list(lock)}")
+    return pin.buildReducedModel(model, *held_still(model, file, lock)) if lock else model
+
+
+def _joint_unit(joint: Any, name: str, file: Path) -> str:
+    """Unit of a joint's coordinate; joints with none or several coordinates cannot be planned for."""
+    kind = joint.shortname()
+    if joint.nq != 1 or joint.nv != 1:
+        raise InvalidInputError(
+            f"{file}: joint {name!r} is a {kind} with {joint.nq} coordinates; expected revolute or prismatic, "
+            f"or lock it: lock={{{name!r}: position}}"
+        )
+    return "m" if "JointModelP" in kind else "rad"
+
 
 __all__ = ["ROBOTS_FOLDER", "Friction", "JointLimits", "Robot", "list_robots", "load_robot"]
 
@@ -156,9 +200,9 @@ def load_robot(
         UnknownNameError: neither a known robot nor a folder with ``robot.toml`` nor a URDF, or the tool is no frame of
             the URDF; the message lists those that are.
         InvalidInputError: not a name or a path, or a file that cannot be used: ``robot.toml`` as
-            :class:`~trajevo.robot_file.RobotFile` says, the URDF as :func:`~trajevo.robot_check.checked_urdf` says or
-            because Pinocchio cannot read it or a joint is not revolute or prismatic, or a limit is given nowhere. The
-            message names the file and, where the fault lies in one, the joint or link and the value.
+            :class:`~trajevo.robot.robot_toml.RobotFile` says, the URDF as :func:`~trajevo.robot.urdf.checked_urdf` says
+            or because Pinocchio cannot read it or a joint is not revolute or prismatic, or a limit is given nowhere.
+            The message names the file and, where the fault lies in one, the joint or link and the value.
     """
     source = robot_source(name)
     warn_of_other_robot(source)
@@ -251,3 +295,8 @@ def _tool(model: Any, tool: str | None, text: str, urdf: Path, file: RobotFile |
         where = urdf if file is None else file.path
         raise UnknownNameError(f"tool frame in {where}", chosen, [frame.name for frame in model.frames])
     return chosen
+
+
+def length_unit(robot: Robot) -> str:
+    """Unit in which people read the lengths of a robot: machine tools are read in mm."""
+    return "mm" if set(robot.joint_units) == {"m"} else "m"

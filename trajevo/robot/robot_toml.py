@@ -11,10 +11,10 @@ from typing import Annotated, Literal
 import numpy as np
 import pydantic
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
+from trajevo.base.units import per_time, si_unit, to_si
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.transmission import CoupledScrews, Direct, Transmission
-from trajevo.units import per_time, si_unit, to_si
+from trajevo.robot.transmission import CoupledScrews, Direct, Transmission
 
 #: Integers will do; text and truth values will not.
 _Number = Annotated[float, pydantic.Strict()]

@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 
 
 class Transmission(ABC):

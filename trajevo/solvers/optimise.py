@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import time
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,19 +14,22 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
-from trajevo.algorithm_state import specification
-from trajevo.array_nsga2 import ArrayNSGA2
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
-from trajevo.evaluation import checked_time_limit
-from trajevo.front import Front
-from trajevo.polish import check_polishable, checked_cpu_time
-from trajevo.problem import Evolution, TrajectoryProblem
-from trajevo.records import ProblemRecord, installed_versions
-from trajevo.run_folder import Manifest
-from trajevo.runs import begin
-from trajevo.starts import DEFAULT_STARTS, begin_with
-from trajevo.weighted import minimise_weighted
+from trajevo.formulation.evaluation import checked_time_limit
+from trajevo.formulation.problem import Evolution, TrajectoryProblem
+from trajevo.formulation.task import task_problem
+from trajevo.formulation.task_file import TaskSettings, read_task
+from trajevo.front.front import Front
+from trajevo.front.records import ProblemRecord, installed_versions
+from trajevo.solvers.evolutionary.algorithm_state import specification
+from trajevo.solvers.evolutionary.algorithms import algorithm_settings
+from trajevo.solvers.evolutionary.first_population import DEFAULT_STARTS, begin_with
+from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
+from trajevo.solvers.gradient.polish import check_polishable, checked_cpu_time
+from trajevo.solvers.gradient.weighted_sum import minimise_weighted
+from trajevo.solvers.run.folder import Manifest
+from trajevo.solvers.run.runs import begin
 
 __all__ = ["minimise_weighted", "optimise"]
 
@@ -63,7 +66,7 @@ def optimise(
 
     An interrupt from the keyboard or SIGTERM ends the run after the generation it is at and returns what was found so
     far, marked as interrupted; a second one aborts. With ``out`` the run can be killed at any instant:
-    :func:`trajevo.runs.resume` goes on from its latest checkpoint. Checkpoints take about 1 % of the time.
+    :func:`trajevo.solvers.run.runs.resume` goes on from its latest checkpoint. Checkpoints take about 1 % of the time.
 
     Args:
         problem: what to solve.
@@ -78,9 +81,10 @@ def optimise(
         algorithm: any pymoo algorithm instead of NSGA-II; it is copied, and the settings above but generations stay
             None.
         initial: individuals to begin with, shape (N, n_var), or a front of the same problem, its payload excepted,
-            whose points are taken, see :func:`trajevo.starts.warm_start`.
-        starts: what the rest of the first population is, a key of :data:`trajevo.starts.STARTS`; if None ``"spread"``,
-            and of an algorithm that is passed its own.
+            whose points are taken, see :func:`trajevo.solvers.evolutionary.first_population.warm_start`.
+        starts: what the rest of the first population is, a key of
+            :data:`trajevo.solvers.evolutionary.first_population.STARTS`; if None ``"spread"``, and of an algorithm that
+            is passed its own.
         time_limit: time that evaluating one individual may take [s]; one that takes longer counts as failed. The
             evaluation then goes on in a process of its own.
         evaluations: how many individuals the run may evaluate, a gradient counted as one for each variable; the
@@ -88,9 +92,9 @@ def optimise(
         cpu_time: CPU time of this process that the run may take [s]; the evolution ends after the generation that
             passes it, or half of it where the front is polished, and not before the first. How far it gets depends on
             the machine.
-        polish: refine the front by gradients at the end, see :func:`trajevo.polish.polish`; where that is possible if
-            None. A run that was interrupted or found nothing is left as it is. In a folder the front as the evolution
-            left it is kept too, in ``evolved.json``.
+        polish: refine the front by gradients at the end, see :func:`trajevo.solvers.gradient.polish.polish`; where that
+            is possible if None. A run that was interrupted or found nothing is left as it is. In a folder the front as
+            the evolution left it is kept too, in ``evolved.json``.
         polish_every: refine a few members after every so many generations as well, and put them among the individuals
             of the next one.
         out: folder to keep every evaluated individual, checkpoints and the front in.
@@ -274,3 +278,87 @@ def _described(algorithm: Algorithm) -> dict[str, Any]:
             shown = ", ".join(f"{name}={value:g}" for name, value in values.items() if isinstance(value, int | float))
             settings[role] = f"{type(operator).__name__}({shown})"
     return settings
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A task that was read: the problem it sets and how it is to be solved.
+
+    Attributes:
+        file: where it was read from.
+        settings: its keys.
+        problem: the problem, the same that its class makes of the same things.
+    """
+
+    file: Path
+    settings: TaskSettings
+    problem: TrajectoryProblem
+
+    def solve(
+        self,
+        *,
+        seed: int | None = None,
+        generations: int | None = None,
+        population: int | None = None,
+        starts: str | None = None,
+        time_limit: float | None = None,
+        evaluations: int | None = None,
+        cpu_time: float | None = None,
+        polish: bool | None = None,
+        polish_every: int | None = None,
+        out: str | Path | None = None,
+        overwrite: bool = False,
+        progress: bool = True,
+    ) -> Front:
+        """Solve it with the task's algorithm; what is given here goes before what the file says.
+
+        Args:
+            seed: as for :func:`trajevo.solvers.optimise.optimise`, and so are the others.
+            generations: generations.
+            population: individuals.
+            starts: what the first population is.
+            time_limit: time that evaluating one individual may take [s].
+            evaluations: individuals that the run may evaluate.
+            cpu_time: CPU time that the run may take [s].
+            polish: refine the front by gradients at the end.
+            polish_every: generations after which some members are refined each time.
+            out: folder to keep the run in.
+            overwrite: replace the run that the folder holds.
+            progress: show the progress on standard error.
+        """
+        own = self.settings.algorithm.model_dump(exclude_none=True)
+        name, length = own.pop("name"), own.pop("generations", None)
+        given = {
+            "starts": starts,
+            "population": population,
+            "evaluations": evaluations,
+            "cpu_time": cpu_time,
+            "polish": polish,
+            "polish_every": polish_every,
+        }
+        own |= {key: value for key, value in given.items() if value is not None}
+        return optimise(
+            self.problem,
+            seed=self.settings.seed if seed is None else seed,
+            generations=length if generations is None else generations,
+            time_limit=time_limit,
+            out=out,
+            overwrite=overwrite,
+            progress=progress,
+            **algorithm_settings(name, own, self.problem),
+        )
+
+
+def load_task(file: str | Path) -> Task:
+    """Read a task.
+
+    Args:
+        file: TOML, see :class:`TaskSettings`; relative paths in it count from its folder.
+
+    Raises:
+        InvalidInputError: it cannot be read, or a key is missing, unknown or has a value that cannot be used; the
+            message names file, line and key.
+    """
+    path = Path(file)
+    settings, where = read_task(path)
+    return Task(path, settings, task_problem(settings, where))

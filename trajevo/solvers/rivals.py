@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.constraints import (
+from trajevo.base.arrays import Array
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError, NoSolutionError, checked_name
+from trajevo.formulation.constraints.joint_limits import (
     acceleration_limits,
     effort_limits,
     jerk_limits,
@@ -19,16 +20,12 @@ from trajevo.constraints import (
     position_limits,
     velocity_limits,
 )
-from trajevo.dynamics import Dynamics, Rollout
-from trajevo.errors import InvalidInputError, NoSolutionError, checked_name
-from trajevo.interpolants import THROUGH_POINTS, stop_and_go
-from trajevo.objectives import Objective, mechanical_energy, summed_rms_jerk, total_time
-from trajevo.path import ViaPoints
-from trajevo.problem import TrajectoryProblem
-from trajevo.selection import Weights
-from trajevo.trajectory import DERIVATIVES, TrajectoryBatch
-from trajevo.units import display, per_time, pretty
-from trajevo.weighted import minimise_weighted
+from trajevo.formulation.objectives import Objective, mechanical_energy, summed_rms_jerk, total_time
+from trajevo.formulation.problem import TrajectoryProblem, Weights
+from trajevo.path.via_points import ViaPoints
+from trajevo.solvers.gradient.weighted_sum import minimise_weighted
+from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants import THROUGH_POINTS, stop_and_go
 
 #: Interpolants whose times are free, of ``THROUGH_POINTS``: their least time is found by SLSQP.
 FREE = {
@@ -45,6 +42,7 @@ STOPPING = {
     "trapezoid": ("trapezoid, stops", "trapezoid"),
     "double_s": ("double-S, stops", "double_s"),
 }
+
 
 RIVALS = (*FREE, *STOPPING)
 
@@ -182,46 +180,6 @@ def rivals_table(rivals: Iterable[Rival]) -> tuple[list[str], list[list[str]]]:
     return headers, rows
 
 
-def plot_rivals(rivals: Iterable[Rival], *, joint: str | None = None, samples: int = 1000, axes: Any = None) -> Any:
-    """Position, velocity, acceleration and jerk of one joint, all rivals in each panel.
-
-    Args:
-        rivals: at least one.
-        joint: name of the joint; the one that overshoots most if None.
-        samples: instants drawn.
-        axes: four Axes.
-
-    Returns:
-        Array of four Axes; dashed lines are the limits.
-    """
-    drawn = list(rivals)
-    if not drawn:
-        raise InvalidInputError("rivals: expected at least one")
-    robot = drawn[0].rollout.robot
-    chosen = robot.joint_names.index(checked_name("joint", joint, robot.joint_names)) if joint else _widest(drawn)
-    if axes is None:
-        axes = plt.subplots(4, 1, figsize=(7.6, 9.6), sharex=True, layout="constrained")[1]
-    panels = np.atleast_1d(np.asarray(axes, dtype=object)).ravel()
-    if len(panels) != len(DERIVATIVES):
-        raise InvalidInputError(f"axes: expected {len(DERIVATIVES)}, got {len(panels)}")
-    for order, (panel, name) in enumerate(zip(panels, DERIVATIVES, strict=True)):
-        for rival in drawn:
-            trajectory = rival.rollout.trajectory[0]
-            t = np.linspace(0.0, float(trajectory.duration[0]), samples)
-            panel.plot(t, trajectory.evaluate(t, order)[0, :, chosen], label=rival.title, linewidth=1.2)
-        limit = getattr(robot.limits, name)[chosen] if order else np.inf
-        for bound in (-limit, limit):
-            if np.isfinite(bound):
-                panel.axhline(bound, color="black", linestyle="--", linewidth=0.8)
-        unit = display(per_time(robot.joint_units[chosen], order), angle="rad")[0]
-        panel.set_ylabel(f"{name} [{pretty(unit)}]")
-        panel.grid(alpha=0.3)
-    panels[0].set_title(robot.joint_names[chosen])
-    panels[0].legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    panels[-1].set_xlabel("time [s]")
-    return panels
-
-
 def _fastest(name: str, dynamics: Dynamics, points: ViaPoints, keep_range: bool, starts: int, seed: int) -> Rival:
     """The least time without effort limits where it keeps them, which is far cheaper to find; else with them."""
     title, robot = FREE[name], dynamics.robot
@@ -277,9 +235,3 @@ def _via_error(trajectory: TrajectoryBatch, points: ViaPoints, instants: Array) 
     reached = trajectory.evaluate(np.clip(instants, 0.0, float(trajectory.duration[0])))[0]
     distance = np.abs(reached[:, None] - points.positions).max(axis=2)
     return float(distance.min(axis=0).max())
-
-
-def _widest(rivals: list[Rival]) -> int:
-    """The joint that leaves the range between its values at the ends of the motion furthest, in any rival."""
-    beyond = [np.ptp(np.stack(rival.rollout.trajectory.extremes(0))[:, 0], axis=0) for rival in rivals]
-    return int(np.max(beyond, axis=0).argmax())

@@ -5,9 +5,8 @@ Tables and pictures are made by :mod:`trajevo.study.report`, single plots by :mo
 
 from trajevo.study.cluster import DaskCluster
 from trajevo.study.collection import collect
-from trajevo.study.definition import Study
+from trajevo.study.definition import Study, load_study
 from trajevo.study.engines import InProcess, Processes
-from trajevo.study.file import load_study
 from trajevo.study.results import StudyResults
 from trajevo.study.run import StudyStanding, run_study, study_standing
 

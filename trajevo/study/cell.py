@@ -11,11 +11,11 @@ from typing import Literal, TypedDict
 from threadpoolctl import threadpool_limits
 
 from trajevo.errors import InvalidInputError, TrajevoError
-from trajevo.front import Front
-from trajevo.optimiser import optimise
-from trajevo.registry import load_problem
-from trajevo.run_folder import RunFolder
-from trajevo.runs import resume
+from trajevo.formulation.registry import load_problem
+from trajevo.front.front import Front
+from trajevo.solvers.optimise import optimise
+from trajevo.solvers.run.folder import RunFolder
+from trajevo.solvers.run.runs import resume
 from trajevo.study.folder import Failure, StudyFolder
 from trajevo.study.jobs import Job, solver_settings
 from trajevo.study.record import canonical

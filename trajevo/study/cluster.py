@@ -12,8 +12,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, final
 
+from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
-from trajevo.stopping import Stopping
 from trajevo.study.cell import Outcome, lost_cell, run_cell_in_worker
 from trajevo.study.engines import DYING, POLL, Engine, checked_workers
 from trajevo.study.folder import STUDY_FILE

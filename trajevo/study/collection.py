@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from trajevo.archive import Archive
-from trajevo.arrays import Array, frozen, read_only
+from trajevo.base.arrays import Array, frozen, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.front import Front
-from trajevo.registry import load_problem
-from trajevo.run_folder import RunFolder
+from trajevo.formulation.registry import load_problem
+from trajevo.front.archive import Archive
+from trajevo.front.front import Front
+from trajevo.solvers.run.folder import RunFolder
 from trajevo.study.folder import StudyFolder
 from trajevo.study.record import Cell
 from trajevo.study.results import Box, CellResult, StudyResults

@@ -16,8 +16,8 @@ from multiprocessing.connection import wait as wait_for
 from types import FrameType
 from typing import Any, final
 
+from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.stopping import Stopping
 from trajevo.study.cell import Outcome, lost_cell, run_cell, run_cell_in_worker
 from trajevo.study.jobs import Job
 

@@ -11,10 +11,10 @@ from typing import Literal, final
 
 import pydantic
 
+from trajevo.base.files import locked, write_whole
 from trajevo.errors import InvalidInputError
-from trajevo.files import locked, write_whole
-from trajevo.records import Record
-from trajevo.run_folder import RunFolder
+from trajevo.front.records import Record
+from trajevo.solvers.run.folder import RunFolder
 from trajevo.study.record import Cell, StudyRecord, canonical, cells_of
 
 STUDY_FILE, CELLS_FOLDER, FAILURE_FILE, CLAIM_FILE = "study.json", "cells", "failure.json", ".claim"

@@ -9,15 +9,16 @@ from typing import Any, TypedDict
 
 import pydantic
 
-from trajevo.algorithms import OF_RUN, algorithm_settings
+from trajevo.base.toml import Places, validated
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
-from trajevo.optimiser import checked_run, nsga2
-from trajevo.problem import TrajectoryProblem
-from trajevo.registry import load_problem
-from trajevo.starts import DEFAULT_STARTS, STARTS
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.registry import load_problem
+from trajevo.formulation.task import task_problem
+from trajevo.formulation.task_file import AlgorithmSettings, TaskSettings
+from trajevo.solvers.evolutionary.algorithms import OF_RUN, algorithm_settings
+from trajevo.solvers.evolutionary.first_population import DEFAULT_STARTS, STARTS
+from trajevo.solvers.optimise import checked_run, nsga2
 from trajevo.study.record import Cell, StudyRecord, canonical
-from trajevo.task import task_problem
-from trajevo.task_file import AlgorithmSettings, Places, TaskSettings, checked_settings
 
 #: Settings of the search, which a factor may vary as it does an argument of the problem.
 SEARCH = (*("algorithm" if name == "name" else name for name in AlgorithmSettings.model_fields), "time_limit")
@@ -80,7 +81,7 @@ def jobs_of(record: StudyRecord, cells: Sequence[Cell]) -> tuple[Job, ...]:
 
 
 def solver_settings(search: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:
-    """Keyword arguments of :func:`trajevo.optimiser.optimise` for the settings of a search by name.
+    """Keyword arguments of :func:`trajevo.solvers.optimise.optimise` for the settings of a search by name.
 
     Args:
         search: settings, their names in :data:`SEARCH`.
@@ -120,7 +121,7 @@ def _problem(record: StudyRecord, arguments: dict[str, Any]) -> TrajectoryProble
     # The lines of the task's file are not those of what a factor puts into it.
     places = Places(Path(record.task.folder) / "task.toml", {})
     try:
-        return task_problem(checked_settings(content, places), places)
+        return task_problem(validated(TaskSettings, content, places), places)
     except TrajevoError as error:
         raise InvalidInputError(str(error).removeprefix(places.prefix(()))) from error
 

@@ -12,10 +12,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
+from trajevo.base.units import pretty
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.study.results import CellResult, StudyResults
-from trajevo.units import pretty
 
 _COLOURS = plt.get_cmap("tab10").colors  # type: ignore[attr-defined]
 _VOLUME = "hypervolume (share of the reference box)"

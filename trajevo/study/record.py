@@ -15,7 +15,7 @@ import numpy as np
 import pydantic
 
 from trajevo.errors import InvalidInputError
-from trajevo.records import Record
+from trajevo.front.records import Record
 
 #: Longest name of a cell's folder; file systems allow 255 bytes.
 _LONGEST_NAME = 120

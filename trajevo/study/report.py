@@ -11,8 +11,8 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 
+from trajevo.base.files import write_whole
 from trajevo.errors import InvalidInputError
-from trajevo.files import write_whole
 from trajevo.study.plots import attainments, hypervolume_bands, hypervolume_boxes
 from trajevo.study.results import StudyResults
 from trajevo.study.statistics import Comparison, compare_levels

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
+from trajevo.base.files import SCRATCH, write_whole
+from trajevo.base.units import display
 from trajevo.errors import InvalidInputError
-from trajevo.files import SCRATCH, write_whole
-from trajevo.records import ObjectiveRecord
+from trajevo.front.hypervolume import hypervolume
+from trajevo.front.records import ObjectiveRecord
 from trajevo.study.record import Cell, StudyRecord
-from trajevo.units import display
-from trajevo.volumes import hypervolume
 
 if TYPE_CHECKING:
     import pandas as pd

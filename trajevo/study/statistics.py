@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.study.results import StudyResults
 

@@ -7,11 +7,10 @@ from typing import Any, SupportsIndex, final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, read_only
-from trajevo.course import Course
+from trajevo.base.arrays import Array, frozen, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.hull import ORDERS
-from trajevo.trajectory import TrajectoryBatch, checked_factor, checked_order, chosen_rows
+from trajevo.trajectory.batch import TrajectoryBatch, checked_factor, checked_order, chosen_rows
+from trajevo.trajectory.parameterisation import ORDERS, Course
 
 
 @final

@@ -10,7 +10,7 @@ from typing import Any, SupportsIndex
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, numbers
+from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 
 #: Position, velocity, acceleration, jerk: the derivatives that limits speak of.

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, row_products
+from trajevo.base.arrays import Array, frozen, row_products
 from trajevo.errors import InvalidInputError
 
 #: Pieces that a piece is cut into; a whole polynomial is first cut into halves.

@@ -8,10 +8,11 @@ from typing import Any, SupportsIndex, final
 
 import numpy as np
 
-from trajevo import compiled, polynomials
-from trajevo.arrays import Array, frozen, read_only
+from trajevo.base import jit, polynomials
+from trajevo.base.arrays import Array, frozen, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.trajectory import DERIVATIVES, TrajectoryBatch, checked_factor, checked_order, chosen_rows
+from trajevo.trajectory import polynomial_loops
+from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch, checked_factor, checked_order, chosen_rows
 
 #: Derivatives that dynamics need together: position, velocity and acceleration.
 _TOGETHER = 3
@@ -103,8 +104,8 @@ class PolynomialBatch(TrajectoryBatch):
 
     def at_shares(self, u: Array, derivative: int) -> Array:
         """Values at shares of every segment; any derivative."""
-        order, loops = checked_order(derivative), self._loops
-        if loops is not None and order < len(DERIVATIVES):
+        order = checked_order(derivative)
+        if jit.can_compile() and order < len(DERIVATIVES):
             return self._sampled(tuple(np.asarray(u, dtype=np.float64).tolist()), order)
         unit = self._unit_coefficients
         # Real and imaginary parts side by side: numpy would make a real matrix complex before it multiplies.
@@ -140,10 +141,10 @@ class PolynomialBatch(TrajectoryBatch):
         """By Gauss-Legendre quadrature with as many nodes as make it exact for the squared polynomial."""
         order = checked_order(derivative)
         nodes, weights = _legendre(max(self.degree - order, 0) + 1)
-        powers, loops = _powers(nodes, order, self.degree), self._loops
-        if loops is not None:
+        powers = _powers(nodes, order, self.degree)
+        if jit.can_compile():
             integral = np.empty((len(self), self.n_joints), dtype=self._kind)
-            loops.square_integrals(*self._for_loops, order, powers, weights, integral)
+            polynomial_loops.square_integrals(*self._for_loops, order, powers, weights, integral)
             return frozen(integral)
         # Trajectory by trajectory, so that the digits of one do not depend on how many there are.
         flat = np.swapaxes(self._unit_coefficients, 2, 3).reshape(len(self), -1, self.degree + 1)
@@ -168,19 +169,6 @@ class PolynomialBatch(TrajectoryBatch):
         }
 
     @property
-    def _loops(self) -> Any:
-        """Compiled loops; None where there are none."""
-        if not compiled.can_compile():
-            return None
-        if self._kind != np.float64:
-            from trajevo import stepped_loops
-
-            return stepped_loops
-        from trajevo import piecewise_loops
-
-        return piecewise_loops
-
-    @property
     def _kind(self) -> Any:
         """What kind of number coefficients and durations are together."""
         return np.result_type(self.coefficients, self.breaks)
@@ -203,7 +191,8 @@ class PolynomialBatch(TrajectoryBatch):
             together = order < _TOGETHER and (order > 0 or len(shares) > 2)
             orders = range(_TOGETHER) if together else range(order, order + 1)
             at = np.empty((len(orders), *self.segment_durations.shape, len(shares) * self.n_joints), dtype=self._kind)
-            self._loops.samples(*self._for_loops, np.array(shares), orders.start, at)
+            loop = polynomial_loops.samples if self._kind == np.float64 else polynomial_loops.complex_samples
+            loop(*self._for_loops, np.array(shares), orders.start, at)
             known.update(zip(orders, frozen(at.reshape(len(orders), len(self), -1, self.n_joints)), strict=True))
         return known[order]
 
@@ -225,10 +214,10 @@ class PolynomialBatch(TrajectoryBatch):
     def _all_extremes(self) -> tuple[Array, Array, Array, Array]:
         """Least and greatest values of the named derivatives in every segment, and in all."""
         shape = (len(DERIVATIVES), len(self), self.segment_durations.shape[1], self.n_joints)
-        loops = self._loops
-        if loops is not None:
+        if jit.can_compile():
             bounds = [np.empty(shape[:k] + shape[k + 1 :], dtype=self._kind) for k in (4, 4, 2, 2)]
-            loops.extremes(*self._for_loops, *bounds)
+            loop = polynomial_loops.extremes if self._kind == np.float64 else polynomial_loops.complex_extremes
+            loop(*self._for_loops, *bounds)
             lower, upper, lowest, highest = (frozen(bound) for bound in bounds)
             return lower, upper, lowest, highest
         unit = np.ascontiguousarray(np.moveaxis(self._unit_coefficients, 2, 0)).reshape(self.degree + 1, -1)

@@ -13,10 +13,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.payload import Payload
-from trajevo.robot import Robot
+from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Robot
 
 _NOTHING = Payload(0.0)
 

@@ -13,14 +13,13 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.constraints import is_robot_limit
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError
-from trajevo.front import Front, Solution
-from trajevo.newton_euler import NewtonEuler
-from trajevo.robot import Robot
-from trajevo.trajectory import DERIVATIVES, Motion, TrajectoryBatch
+from trajevo.front.front import Front, Solution
+from trajevo.robot.robot import Robot
+from trajevo.trajectory.batch import DERIVATIVES, Motion, TrajectoryBatch
+from trajevo.verification.newton_euler import NewtonEuler
 
 #: Share of a limit by which a motion may exceed it, and share by which numbers that should agree may differ.
 TOLERANCE = 0.001
@@ -141,7 +140,8 @@ def verify(solution: Solution, *, density: int = 20) -> Verification:
             counted in both, so that jumps are seen from both sides.
 
     Returns:
-        Utilisation of every limit, effort by :class:`~trajevo.newton_euler.NewtonEuler`, and what does not agree.
+        Utilisation of every limit, effort by :class:`~trajevo.verification.newton_euler.NewtonEuler`, and what does not
+        agree.
 
     Raises:
         InvalidInputError: not a solution, or another density.
@@ -212,7 +212,7 @@ def _robot_rows(robot: Robot, motion: Motion, effort: Array) -> Iterator[Utilisa
 def _problem_rows(solution: Solution, dense: Rollout) -> Iterator[Utilisation]:
     """The problem's own constraints, by their own functions."""
     for constraint in solution.front.problem.constraints:
-        if not is_robot_limit(constraint):
+        if constraint.share is None:
             for name, value in zip(constraint.names, constraint.at_samples.function(dense)[0].tolist(), strict=True):
                 yield Utilisation(name, None, 1.0 + value, None)
 

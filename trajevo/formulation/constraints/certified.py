@@ -2,7 +2,7 @@
 
 Positions, velocities, accelerations, jerks and clearances are so limited anyway, by exact extremes or guaranteed
 bounds. Effort and the tool's speed are not: of a motion whose samples keep the limit these constraints take what
-:func:`trajevo.enclosure.decide` proves, cut only as far as it takes to tell.
+:func:`trajevo.dynamics.enclosure.decide` proves, cut only as far as it takes to tell.
 """
 
 from __future__ import annotations
@@ -13,15 +13,14 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.bounds import gauss, local_greatest
-from trajevo.constraints import Constraint, effort_share
-from trajevo.dynamics import Rollout
-from trajevo.enclosure import decide
+from trajevo.base.arrays import Array
+from trajevo.dynamics.enclosure import decide
+from trajevo.dynamics.piece_bounds import PieceBounds, Pieces
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import checked_name
-from trajevo.kinematics import ToolKinematics
-from trajevo.pieces import PieceBounds, Pieces
-from trajevo.tool import most_tool_speed
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.robot.kinematics import ToolKinematics
+from trajevo.trajectory.bernstein import gauss, local_greatest
 
 #: How effort and the tool's speed are held to their limits: at the samples, or proven at every instant.
 HOLDS = ("sampled", "certified")
@@ -56,21 +55,18 @@ def certified(constraint: Constraint) -> Constraint:
     limit, minus 1; where a limit is found to be broken, the greatest value found; where neither can be shown, more
     than 0. The derivative is that of the peaks, which are also what gradient solvers are given as terms.
     """
-    share, speed = effort_share(constraint), most_tool_speed(constraint)
-    if constraint.sampled is not None or (share is None and speed is None) or not constraint.names:
+    if constraint.sampled is not None or constraint.quantity not in ("effort", "tool speed") or not constraint.names:
         return constraint
-    proof = _Proof(constraint, share, speed)
-    return replace(constraint, function=proof, terms=proof.terms, sampled=constraint)
+    proof = _Proof(constraint)
+    return replace(constraint, function=proof, terms=proof.terms, sampled=constraint, proof="pieces")
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class _Proof:
-    """The excess of efforts, where a share of their limits is left, else of the tool's speed."""
+    """The excess of efforts or of the tool's speed."""
 
     sampled: Constraint
-    share: float | None
-    speed: float | None
 
     def __call__(self, rollout: Rollout) -> Array:
         values = self.sampled.function(rollout)
@@ -89,7 +85,7 @@ class _Proof:
 
     def terms(self, rollout: Rollout) -> Array:
         """The peaks over the limit, minus 1, all but for a retreat, (B, segments x signs x columns)."""
-        if self.share is None:
+        if self._of_tool:
             peaks = _speed_peaks(rollout)
         else:
             peaks = _effort_peaks(rollout, np.flatnonzero(np.isfinite(rollout.robot.limits.effort)))
@@ -100,14 +96,20 @@ class _Proof:
     def _decided(self, rollout: Rollout, asked: Array) -> Array:
         """The excess of the motions asked for, shape (B, columns)."""
         pieces, bounds, limits = Pieces.of(rollout, _DECIDING), PieceBounds.of(rollout), self._limits(rollout)
-        over = bounds.tool_speed if self.share is None else bounds.efforts
+        over = bounds.tool_speed if self._of_tool else bounds.efforts
         found = decide(over, pieces.rows(asked[pieces.owner]), limits, motions=len(asked))
         limited = np.isfinite(limits)
         return np.minimum(found[:, limited] / limits[limited] - 1.0, _MOST_EXCESS)
 
     def _limits(self, rollout: Rollout) -> Array:
         """What the tool, or every joint, is held to; inf where nothing is."""
-        return np.array([self.speed]) if self.share is None else rollout.robot.limits.effort * self.share
+        if self._of_tool:
+            return np.array([self.sampled.limit])
+        return np.asarray(rollout.robot.limits.effort * self.sampled.share)
+
+    @property
+    def _of_tool(self) -> bool:
+        return self.sampled.quantity == "tool speed"
 
 
 def _first_of_equals(rollout: Rollout) -> np.ndarray[Any, np.dtype[np.bool_]]:

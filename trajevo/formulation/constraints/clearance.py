@@ -1,9 +1,9 @@
 """Clearance as a constraint, proven between samples.
 
 The distance of two solids changes at most as fast as their points move, and a joint moves a point at most its speed
-times a reach that holds in every configuration (:meth:`trajevo.collision.Collision.reach`). Over an interval Δt with
-distances d₀, d₁ at its ends it therefore stays above (d₀ + d₁ - Σ reach ∫|v| dt)/2. Intervals whose bound is too low
-are halved until it is not, or until the bound is within a tolerance of the distance.
+times a reach that holds in every configuration (:meth:`trajevo.formulation.constraints.collision.Collision.reach`).
+Over an interval Δt with distances d₀, d₁ at its ends it therefore stays above (d₀ + d₁ - Σ reach ∫|v| dt)/2. Intervals
+whose bound is too low are halved until it is not, or until the bound is within a tolerance of the distance.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
-from trajevo.clearance_search import Search
-from trajevo.clearance_steps import (
+from trajevo.base.arrays import Array, frozen
+from trajevo.dynamics.rollout import Rollout, rollout_of
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.clearance_gradients import (
     ClearanceTerms,
     Deciding,
     missing,
@@ -24,14 +25,13 @@ from trajevo.clearance_steps import (
     takes_steps,
     wanted_clearances,
 )
-from trajevo.collision import Collision, Pair
-from trajevo.constraints import Constraint
-from trajevo.dynamics import Rollout, rollout_of
-from trajevo.errors import InvalidInputError
-from trajevo.robot import Robot
-from trajevo.scene import Scene
-from trajevo.trajectory import TrajectoryBatch
-from trajevo.transmission import Direct
+from trajevo.formulation.constraints.clearance_search import Search
+from trajevo.formulation.constraints.collision import Collision, Pair
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.scene import Scene
+from trajevo.robot.robot import Robot
+from trajevo.robot.transmission import Direct
+from trajevo.trajectory.batch import TrajectoryBatch
 
 #: Names of the columns: of the pairs with an obstacle, of those of the robot with itself.
 NAMES = ("clearance to obstacles", "clearance to itself")
@@ -67,7 +67,9 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
         raise InvalidInputError(f"tolerance: expected a positive number [m], got {tolerance!r}")
     clearance = ProvenClearance(Collision(robot, scene), float(tolerance))
     terms = ClearanceTerms(clearance.collision, clearance.tolerance)
-    return Constraint(tuple(NAMES[kind] for kind in clearance.kinds), "scene", clearance, terms)
+    return Constraint(
+        tuple(NAMES[kind] for kind in clearance.kinds), "scene", clearance, terms, quantity="clearance", proof="pieces"
+    )
 
 
 @final

@@ -12,12 +12,12 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.clearance_search import furthest, kinds_of, states_at
-from trajevo.collision import DISTANCE_ERROR, Collision
-from trajevo.dynamics import Rollout
-from trajevo.scene import Scene
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.clearance_search import furthest, kinds_of, states_at
+from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
+from trajevo.formulation.constraints.scene import Scene
+from trajevo.trajectory.batch import TrajectoryBatch
 
 #: Least divisor of a column [m]; a clearance of 0 has to be measured against something.
 _LEAST_SCALE = 0.01
@@ -66,7 +66,7 @@ class ClearanceTerms:
 
     Attributes:
         collision: robot and scene.
-        tolerance: see :func:`trajevo.clearance.clearance_limit` [m].
+        tolerance: see :func:`trajevo.formulation.constraints.clearance.clearance_limit` [m].
     """
 
     collision: Collision

@@ -11,9 +11,9 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.collision import DISTANCE_ERROR, Collision
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.base.arrays import Array
+from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
+from trajevo.trajectory.batch import TrajectoryBatch
 
 #: Halvings in which motions that collide are searched for how deep they do; 3 make 16 intervals of a segment.
 _SEARCHED = 3

@@ -13,12 +13,19 @@ from typing import Any, final
 import numpy as np
 import pinocchio as pin
 
-from trajevo.arrays import Array, frozen, numbers
+from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
-from trajevo.robot import Robot
-from trajevo.scene import Scene
-from trajevo.solid_motion import Witnesses, joint_frames, parting, solid_reach
-from trajevo.solids import bounding_ball, robot_geometry, solid_of
+from trajevo.formulation.constraints.scene import Scene
+from trajevo.formulation.constraints.solids import (
+    Witnesses,
+    bounding_ball,
+    joint_frames,
+    parting,
+    robot_geometry,
+    solid_of,
+    solid_reach,
+)
+from trajevo.robot.robot import Robot
 
 #: Configurations drawn to find the pairs that always touch, and the share in which they do (as MoveIt's assistant).
 _DRAWN, _ALWAYS = 200, 0.95
@@ -184,7 +191,8 @@ class Collision:
     def reach(self, lower: Array, upper: Array) -> Array:
         """How fast the distance of a pair can change at most per speed of a joint, in whatever configuration.
 
-        Joints that carry both solids do not change their distance, see :func:`trajevo.solid_motion.solid_reach`.
+        Joints that carry both solids do not change their distance, see
+        :func:`trajevo.formulation.constraints.solids.solid_reach`.
 
         Args:
             lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints count. Complex

@@ -8,7 +8,7 @@ way. Along the box's coordinates u from -1 to 1,
 
 without any error, since f is affine (a bare weight) or quadratic (a rigid body) in c. So a, b and Q follow from f at
 the middle of the box, at the middles of its faces and, for a rigid body, of three edges, and the greatest value from
-:func:`trajevo.intervals.greatest_quadratic`.
+:func:`trajevo.base.intervals.greatest_quadratic`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,13 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.constraints import Constraint, effort_limits
-from trajevo.dynamics import Dynamics, Rollout
+from trajevo.base.arrays import Array
+from trajevo.base.intervals import greatest_quadratic, interval, mass_interval
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.intervals import greatest_quadratic, interval, mass_interval
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.joint_limits import effort_limits
 
 
 def robust_effort_limits(dynamics: Dynamics, *, mass: Any, com: Any, margin: float = 0.0) -> Constraint:
@@ -44,7 +46,7 @@ def robust_effort_limits(dynamics: Dynamics, *, mass: Any, com: Any, margin: flo
     ordinary = effort_limits(dynamics.robot, margin=margin)
     box = PayloadBox.of(dynamics, mass, com)
     excess, terms = (partial(function, box=box, share=1.0 - margin) for function in (_excess, _terms))
-    return replace(ordinary, function=excess, terms=terms)
+    return replace(ordinary, function=excess, terms=terms, quantity="effort of every payload", share=None)
 
 
 @final

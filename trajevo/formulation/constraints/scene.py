@@ -9,7 +9,7 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, checked_name
 
 Triple = tuple[float, float, float]

@@ -6,12 +6,12 @@ from functools import partial
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.constraints import Constraint
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.kinematics import ToolKinematics
-from trajevo.robot import Robot
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.robot.kinematics import ToolKinematics
+from trajevo.robot.robot import Robot
 
 #: Length that a height below the least one is divided by [m]: a tenth of it exceeds the limit by 10 %.
 HEIGHT_SCALE = 0.1
@@ -21,22 +21,15 @@ def tool_speed_limit(robot: Robot, most: float) -> Constraint:
     """Greatest speed of the tool's origin at the samples over what is allowed [m/s], minus 1.
 
     Between samples the speed may be a little greater; more samples per segment narrow that, and
-    :func:`trajevo.certified.certified` proves that it is not.
+    :func:`trajevo.formulation.constraints.certified.certified` proves that it is not.
 
     Raises:
         InvalidInputError: no positive number.
     """
     _check(most, "most", positive=True)
     function = partial(_speed_excess, kinematics=ToolKinematics.of(robot), most=float(most))
-    return Constraint(("tool speed",), f"tool speed of at most {most:g} m/s", function)
-
-
-def most_tool_speed(constraint: Constraint) -> float | None:
-    """The speed [m/s] that :func:`tool_speed_limit` allows; None of any other constraint."""
-    function = constraint.at_samples.function
-    if isinstance(function, partial) and function.func is _speed_excess:
-        return float(function.keywords["most"])
-    return None
+    reference = f"tool speed of at most {most:g} m/s"
+    return Constraint(("tool speed",), reference, function, quantity="tool speed", limit=float(most))
 
 
 def keep_out_height(robot: Robot, least: float) -> Constraint:
@@ -47,17 +40,8 @@ def keep_out_height(robot: Robot, least: float) -> Constraint:
     """
     _check(least, "least", positive=False)
     function = partial(_height_excess, kinematics=ToolKinematics.of(robot), least=float(least))
-    return Constraint(("tool height",), f"tool at least {least:g} m above the base", function)
-
-
-def tool_path_length(rollout: Rollout) -> Array:
-    """∫ |velocity of the tool's origin| dt by Gauss-Lobatto quadrature, shape (B,) [m].
-
-    Where the tool turns sharply the speed has a kink, and few samples per segment are only close.
-    """
-    speed = tool_speed(rollout, ToolKinematics.of(rollout.robot))
-    length: Array = (speed * rollout.quadrature).sum(axis=1)
-    return length
+    reference = f"tool at least {least:g} m above the base"
+    return Constraint(("tool height",), reference, function, quantity="tool height", limit=float(least))
 
 
 def tool_speed(rollout: Rollout, kinematics: ToolKinematics) -> Array:

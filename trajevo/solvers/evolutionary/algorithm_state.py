@@ -26,10 +26,10 @@ from pymoo.core.population import Population
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
-from trajevo.array_nsga2 import ArrayNSGA2
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
-from trajevo.moead import ConstrainedMOEAD
+from trajevo.solvers.evolutionary.moead import ConstrainedMOEAD
+from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 
 #: What an algorithm shows while it runs has no part in its result.
 _SHOWN = frozenset({"output", "display"})

@@ -15,12 +15,12 @@ from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.algorithm import Algorithm
 from pymoo.util.ref_dirs import get_reference_directions
 
-from trajevo.algorithm_state import age_moea2
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.moead import ConstrainedMOEAD
-from trajevo.problem import TrajectoryProblem
-from trajevo.starts import DEFAULT_STARTS
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.solvers.evolutionary.algorithm_state import age_moea2
+from trajevo.solvers.evolutionary.first_population import DEFAULT_STARTS
+from trajevo.solvers.evolutionary.moead import ConstrainedMOEAD
 
 
 def _age_moea2(**sizes: int) -> Algorithm:
@@ -29,7 +29,7 @@ def _age_moea2(**sizes: int) -> Algorithm:
     return solver
 
 
-#: Settings of a run that every algorithm has, by the names that :func:`trajevo.optimiser.optimise` has for them.
+#: Settings of a run that every algorithm has, by the names that :func:`trajevo.solvers.optimise.optimise` has for them.
 OF_RUN = ("starts", "evaluations", "cpu_time", "polish", "polish_every")
 
 #: Algorithms that follow reference directions.
@@ -49,7 +49,7 @@ ALGORITHMS: dict[str, Callable[..., Algorithm]] = {
 
 
 def algorithm_settings(name: str, own: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:
-    """Keyword arguments of :func:`trajevo.optimiser.optimise` for an algorithm by name.
+    """Keyword arguments of :func:`trajevo.solvers.optimise.optimise` for an algorithm by name.
 
     NSGA-III, U-NSGA-III, RVEA and MOEA/D follow the reference directions of Das and Dennis, see
     :func:`reference_directions`; the population of MOEA/D is their number, and its offspring at most as many.

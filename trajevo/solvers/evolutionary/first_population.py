@@ -12,15 +12,15 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.sampling import Sampling
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 
-from trajevo.arrays import Array, frozen, numbers, one_blas_thread
-from trajevo.covering import Box, covering
+from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
+from trajevo.base.sampling import latin_hypercube, sobol
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.front import Front
-from trajevo.problem import TrajectoryProblem
-from trajevo.records import ProblemRecord, VariableRecord
-from trajevo.spread import latin_hypercube, sobol
-from trajevo.sqp import random_starts
-from trajevo.stretching import Limits, Stretching, in_seconds
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.front.covering import Box, covering
+from trajevo.front.front import Front
+from trajevo.front.records import ProblemRecord, VariableRecord
+from trajevo.solvers.evolutionary.stretching import Limits, Stretching, in_seconds
+from trajevo.solvers.gradient.sqp import random_starts
 
 #: Name -> what the individuals are.
 STARTS = {

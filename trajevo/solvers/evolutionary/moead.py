@@ -9,7 +9,7 @@ import numpy as np
 from pymoo.algorithms.moo.moead import ParallelMOEAD
 from pymoo.core.population import Population
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
 
 

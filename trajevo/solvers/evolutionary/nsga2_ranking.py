@@ -8,7 +8,7 @@ import moocore
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 
 #: Distance up to which pymoo takes two decision vectors for the same one.
 _SAME = 1e-16

@@ -12,7 +12,7 @@ import numpy as np
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 
 #: Distance up to which pymoo takes two values of parents for the same one.
 _CLOSE = 1e-14

@@ -15,7 +15,7 @@ from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 
 #: Algorithms and operators of pymoo 0.6.2 that draw past the seed, besides the tournaments -> where they do.
 _UNSEEDED = {

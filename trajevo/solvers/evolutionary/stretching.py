@@ -2,7 +2,7 @@
 
 Where all times of an individual are multiplied by s, its path stays and every derivative of it falls with a power of s;
 so a limit whose share of use is known at one speed is known at all. Effort is a quadratic in 1/s, see
-:mod:`trajevo.time_scaling`. Limits on the path itself, such as those of position, no speed changes.
+:mod:`trajevo.dynamics.path_effort`. Limits on the path itself, such as those of position, no speed changes.
 """
 
 from __future__ import annotations
@@ -12,11 +12,10 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.constraints import effort_share
-from trajevo.problem import TrajectoryProblem
-from trajevo.spread import sobol
-from trajevo.time_scaling import EffortOfPath, greatest_allowed
+from trajevo.base.arrays import Array
+from trajevo.base.sampling import sobol
+from trajevo.dynamics.path_effort import EffortOfPath, greatest_allowed
+from trajevo.formulation.problem import TrajectoryProblem
 
 #: Individuals that tell how a problem's limits scale, a power of two (Sobol), and the stretch that they are asked at.
 _PROBES, _STRETCH = 8, 1.25
@@ -81,9 +80,9 @@ class Stretching:
         efforts, column = [], 0
         for constraint in problem.constraints:
             columns = slice(column, column + len(constraint.names))
-            share, column = effort_share(constraint), columns.stop
-            if share is not None:
-                efforts.append((columns, share))
+            column = columns.stop
+            if constraint.quantity == "effort" and constraint.share is not None:
+                efforts.append((columns, constraint.share))
         drawn = sobol(problem.n_var, _PROBES, np.random.default_rng(0))
         probes = problem.xl + drawn * (problem.xu - problem.xl)
         slower = np.where(times, _STRETCH * probes, probes)

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, one_blas_thread
+from trajevo.base.arrays import Array, frozen, one_blas_thread
+from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
-from trajevo.front import Front
-from trajevo.problem import TrajectoryProblem
-from trajevo.sqp import FEASIBLE, Gradients, Search, differentiated, random_starts
-from trajevo.stopping import Stopping
-from trajevo.watch import Watch
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.front.books import Watch
+from trajevo.front.front import Front
+from trajevo.solvers.gradient.sqp import FEASIBLE, Gradients, Search, differentiated, random_starts
 
 #: SLSQP's tolerance on the logarithm of an objective.
 _TOLERANCE = 1e-11

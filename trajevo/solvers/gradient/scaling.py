@@ -7,9 +7,9 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
-from trajevo.problem import TrajectoryProblem
-from trajevo.sqp import Gradients
+from trajevo.base.arrays import Array
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.solvers.gradient.sqp import Gradients
 
 #: Share of an objective's greatest value of interest that is added before its logarithm is taken: it may become 0, and
 #: factors between values far below that are of no interest.

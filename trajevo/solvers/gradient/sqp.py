@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import minimize
 
-from trajevo.arrays import Array
-from trajevo.problem import TrajectoryProblem
+from trajevo.base.arrays import Array
+from trajevo.formulation.problem import TrajectoryProblem
 
 #: Decision vectors (B, n_var) -> F, dF, G, dG as of TrajectoryProblem.evaluate_with_gradients.
 Gradients = Callable[[Array], tuple[Array, Array, Array, Array]]

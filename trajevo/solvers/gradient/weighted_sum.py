@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen, numbers, one_blas_thread
-from trajevo.dynamics import Rollout
+from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.problem import TrajectoryProblem
-from trajevo.selection import Weights
-from trajevo.sqp import FEASIBLE, Search, random_starts
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.formulation.problem import TrajectoryProblem, Weights
+from trajevo.solvers.gradient.sqp import FEASIBLE, Search, random_starts
+from trajevo.trajectory.batch import TrajectoryBatch
 
 
 @dataclass(frozen=True, eq=False)

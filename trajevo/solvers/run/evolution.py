@@ -14,16 +14,16 @@ import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.evaluator import Evaluator
 
-from trajevo.algorithm_state import restore, state
-from trajevo.arrays import Array, one_blas_thread
+from trajevo.base.arrays import Array, one_blas_thread
+from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
-from trajevo.front import Front
-from trajevo.polish import seeds
-from trajevo.problem import TrajectoryProblem
-from trajevo.progress import reporter
-from trajevo.run_folder import Manifest, RunFolder, block_of
-from trajevo.stopping import Stopping
-from trajevo.watch import Watch
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.front.books import Watch
+from trajevo.front.front import Front
+from trajevo.solvers.evolutionary.algorithm_state import restore, state
+from trajevo.solvers.gradient.polish import seeds
+from trajevo.solvers.run.folder import Manifest, RunFolder, block_of
+from trajevo.solvers.run.progress import reporter
 
 #: Share of the time that checkpoints may take: after one that took 2 ms the next waits for 0.2 s.
 _SHARE = 0.01

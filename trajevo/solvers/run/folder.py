@@ -20,10 +20,10 @@ from typing import Any, Literal, final
 import numpy as np
 import pydantic
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
+from trajevo.base.files import SCRATCH, locked, write_whole
 from trajevo.errors import InvalidInputError
-from trajevo.files import SCRATCH, locked, write_whole
-from trajevo.records import ProblemRecord, Record
+from trajevo.front.records import ProblemRecord, Record
 
 FRONT_FILE, MANIFEST_FILE, CHECKPOINT_FILE, BLOCKS_FOLDER = "front.json", "manifest.json", "checkpoint.npz", "blocks"
 LOCK_FILE, EVOLVED_FILE = ".lock", "evolved.json"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from types import TracebackType
 from typing import Self, final
 
@@ -12,28 +11,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Column
 
-from trajevo.volumes import Volume
+from trajevo.front.books import Generation
 
 #: Plain lines per run.
 _LINES = 10
+
 #: How often a bar is drawn again in a second, and what it says changes at most.
 _REFRESHED = 4
-
-
-@dataclass(frozen=True)
-class Generation:
-    """Where a run stands: generation number, hypervolume, least violation, number of points on the front."""
-
-    number: int
-    hypervolume: float | Volume
-    least_violation: float
-    front_size: int
-
-    def __str__(self) -> str:
-        return (
-            f"hypervolume {float(self.hypervolume):.6f}  least violation {self.least_violation:.4g}  "
-            f"front {self.front_size} points"
-        )
 
 
 class Reporter(ABC):

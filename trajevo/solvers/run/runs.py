@@ -10,16 +10,16 @@ from typing import Any
 
 from pymoo.core.algorithm import Algorithm
 
-from trajevo.algorithm_state import algorithm_of
 from trajevo.errors import InvalidInputError
-from trajevo.evolution import evolve, front_so_far
-from trajevo.front import Front
-from trajevo.polish import polish
-from trajevo.problem import TrajectoryProblem
-from trajevo.records import ProblemRecord, installed_versions
-from trajevo.registry import load_problem
-from trajevo.run_folder import Manifest, RunFolder
-from trajevo.tournaments import seeded
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.registry import load_problem
+from trajevo.front.front import Front
+from trajevo.front.records import ProblemRecord, installed_versions
+from trajevo.solvers.evolutionary.algorithm_state import algorithm_of
+from trajevo.solvers.evolutionary.seeded_tournaments import seeded
+from trajevo.solvers.gradient.polish import polish
+from trajevo.solvers.run.evolution import evolve, front_so_far
+from trajevo.solvers.run.folder import Manifest, RunFolder
 
 #: Algorithms whose generations depend on how many are planned, so that a finished run is no beginning of a longer one.
 _PLANNED = ("RVEA",)
@@ -89,7 +89,7 @@ def resume(
     """Go on with a run from its latest checkpoint; X and F are those of a run that was never interrupted, to the bit.
 
     Args:
-        folder: what :func:`trajevo.optimiser.optimise` was given as ``out``.
+        folder: what :func:`trajevo.solvers.optimise.optimise` was given as ``out``.
         problem: the problem, where it is not a registered one.
         generations: make the run longer, to so many generations.
         progress: show generation, hypervolume, least violation and time left on standard error.

@@ -2,15 +2,15 @@
 
 from collections.abc import Callable
 
-from trajevo.interpolants.blends import LinearBlends
-from trajevo.interpolants.cubic import CubicSpline
-from trajevo.interpolants.hybrid_quartic import HybridQuartic
-from trajevo.interpolants.interpolant import Interpolant, Variable
-from trajevo.interpolants.profiles import stop_and_go
-from trajevo.interpolants.quintic import QuinticSpline
-from trajevo.interpolants.reparameterised import LinearReparameterisation, Reparameterisation, slowness
-from trajevo.interpolants.septic import SepticPolynomial, SepticSpline, State
-from trajevo.interpolants.single import SinglePolynomial
+from trajevo.trajectory.interpolants.cubic import CubicSpline
+from trajevo.trajectory.interpolants.hybrid_quartic import HybridQuartic
+from trajevo.trajectory.interpolants.interpolant import Interpolant, Variable
+from trajevo.trajectory.interpolants.linear_blends import LinearBlends
+from trajevo.trajectory.interpolants.reparameterised import LinearReparameterisation, Reparameterisation, slowness
+from trajevo.trajectory.interpolants.septic import SepticPolynomial, State
+from trajevo.trajectory.interpolants.single_polynomial import SinglePolynomial
+from trajevo.trajectory.interpolants.splines import QuinticSpline, SepticSpline
+from trajevo.trajectory.interpolants.stop_and_go import stop_and_go
 
 #: Interpolants through via points whose times are free: name -> class that takes points and ``duration_bounds``.
 THROUGH_POINTS: dict[str, Callable[..., Interpolant]] = {

@@ -10,11 +10,11 @@ from math import comb
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
-from trajevo.interpolants.interpolant import breaks_of
-from trajevo.path import ViaPoints
-from trajevo.piecewise import PolynomialBatch
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.base.arrays import Array, frozen
+from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants.interpolant import breaks_of
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 
 @cache

@@ -19,10 +19,12 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
+from trajevo.base.arrays import Array, frozen
 from trajevo.errors import checked_name
-from trajevo.interpolants.hermite import hermite_segments
-from trajevo.interpolants.interpolant import (
+from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants.hermite import hermite_segments
+from trajevo.trajectory.interpolants.interpolant import (
     Interpolant,
     Variable,
     breaks_of,
@@ -31,9 +33,7 @@ from trajevo.interpolants.interpolant import (
     checked_points,
     duration_variables,
 )
-from trajevo.path import ViaPoints
-from trajevo.piecewise import PolynomialBatch
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Uniform quartic B-spline, eq. (17): rows are powers of u, columns the five control points.
 QUARTIC_BASIS = frozen(

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError
-from trajevo.path import ViaPoints
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.batch import TrajectoryBatch
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,11 @@ from typing import final
 
 import numpy as np
 
-from trajevo.arrays import Array
+from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
-from trajevo.interpolants.hermite import hermite_segments
-from trajevo.interpolants.interpolant import (
+from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.interpolants.hermite import hermite_segments
+from trajevo.trajectory.interpolants.interpolant import (
     Interpolant,
     Variable,
     breaks_of,
@@ -19,8 +20,7 @@ from trajevo.interpolants.interpolant import (
     decision_vectors,
     duration_variables,
 )
-from trajevo.path import ViaPoints
-from trajevo.piecewise import PolynomialBatch
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Least and greatest share of the shorter neighbouring line that both its blends take together.
 BLEND_BOUNDS = (0.01, 0.99)

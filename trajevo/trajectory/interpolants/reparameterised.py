@@ -11,17 +11,16 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, frozen
-from trajevo.composed import ComposedBatch
-from trajevo.course import Course
-from trajevo.curve import GeometricPath
+from trajevo.base.arrays import Array, frozen
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.hull import ORDERS
-from trajevo.interpolants.interpolant import Interpolant, Variable, decision_vectors
-from trajevo.path import ViaPoints
-from trajevo.piecewise import PolynomialBatch
-from trajevo.robot import JointLimits
-from trajevo.trajectory import DERIVATIVES
+from trajevo.path.curve import GeometricPath
+from trajevo.path.via_points import ViaPoints
+from trajevo.robot.robot import JointLimits
+from trajevo.trajectory.along_path import ComposedBatch
+from trajevo.trajectory.batch import DERIVATIVES
+from trajevo.trajectory.interpolants.interpolant import Interpolant, Variable, decision_vectors
+from trajevo.trajectory.parameterisation import ORDERS, Course
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: How the peaks that set the least duration are bounded: the true ones, or the paper's (20)-(25).
 BOUNDS = ("tight", "hull")
@@ -172,7 +171,7 @@ class LinearReparameterisation(Interpolant):
     """u = t / T, the paper's baseline (section VI.D): the path itself must be at rest at both ends.
 
     Attributes:
-        path: a path with s' = s'' = 0 at both ends, see ``at_rest`` of :class:`~trajevo.curve.GeometricPath`.
+        path: a path with s' = s'' = 0 at both ends, see ``at_rest`` of :class:`~trajevo.path.curve.GeometricPath`.
         limits: as of :class:`Reparameterisation`; its two bounds are the same here.
         longest_time: t_max [s].
 

@@ -7,21 +7,19 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.arrays import Array, numbers, read_only
+from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.interpolants.hermite import hermite_segments, odd_spline
-from trajevo.interpolants.interpolant import (
+from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants.hermite import hermite_segments
+from trajevo.trajectory.interpolants.interpolant import (
     Interpolant,
     Variable,
     breaks_of,
     check_durations,
     checked_bounds,
-    checked_points,
     duration_variables,
 )
-from trajevo.path import ViaPoints
-from trajevo.piecewise import PolynomialBatch
-from trajevo.trajectory import TrajectoryBatch
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 
 @final
@@ -94,34 +92,3 @@ class SepticPolynomial(Interpolant):
     def via_times(self, x: Array) -> Array:
         """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
         return breaks_of(check_durations(x, 1))
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class SepticSpline(Interpolant):
-    """C6 septic spline through the points; velocity, acceleration and jerk zero at both ends.
-
-    Attributes:
-        points: at least 3 via points.
-        duration_bounds: least and greatest time of a segment [s].
-    """
-
-    points: ViaPoints
-    duration_bounds: tuple[float, float] = field(kw_only=True)
-
-    def __post_init__(self) -> None:
-        checked_points(self.points, 3, "the septic spline")
-        object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """The segment times."""
-        return duration_variables(len(self.points) - 1, self.duration_bounds)
-
-    def __call__(self, x: Array) -> TrajectoryBatch:
-        """Splines for segment times of shape (B, n_segments) [s]."""
-        return odd_spline(self.points, check_durations(x, len(self.points) - 1), 4)
-
-    def via_times(self, x: Array) -> Array:
-        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
-        return breaks_of(check_durations(x, len(self.points) - 1))

@@ -7,10 +7,11 @@ from typing import final
 
 import numpy as np
 
-from trajevo import polynomials
-from trajevo.arrays import Array
+from trajevo.base import polynomials
+from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
-from trajevo.interpolants.interpolant import (
+from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.interpolants.interpolant import (
     Interpolant,
     Variable,
     breaks_of,
@@ -19,8 +20,7 @@ from trajevo.interpolants.interpolant import (
     checked_points,
     duration_variables,
 )
-from trajevo.path import ViaPoints
-from trajevo.piecewise import PolynomialBatch
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Degree that rounding and overshoot still leave of use.
 MOST_POINTS = 8

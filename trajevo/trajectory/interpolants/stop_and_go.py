@@ -12,13 +12,13 @@ from collections.abc import Callable
 import numpy as np
 import ruckig
 
-from trajevo import polynomials
-from trajevo.arrays import Array
+from trajevo.base import polynomials
+from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.interpolants.hermite import hermite_segments
-from trajevo.path import ViaPoints
-from trajevo.piecewise import PolynomialBatch
-from trajevo.robot import JointLimits
+from trajevo.path.via_points import ViaPoints
+from trajevo.robot.robot import JointLimits
+from trajevo.trajectory.interpolants.hermite import hermite_segments
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Durations (P,) [s] and power coefficients (P, degree + 1) of the phases of s(t).
 _Phases = tuple[Array, Array]

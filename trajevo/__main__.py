@@ -1,0 +1,5 @@
+"""``python -m trajevo`` is the command ``trajevo``."""
+
+from trajevo.cli.main import main
+
+main()

@@ -1,0 +1,1 @@
+"""What a robot can carry along a motion."""

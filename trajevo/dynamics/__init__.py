@@ -1,0 +1,1 @@
+"""Effort of a whole population: at samples, and enclosed between them."""

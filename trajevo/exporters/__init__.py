@@ -1,0 +1,1 @@
+"""Files for controllers and other programs."""

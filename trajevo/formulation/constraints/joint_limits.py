@@ -1,0 +1,216 @@
+"""Limits of the joints, by the exact extremes of a motion, and of effort at its samples; overshoot and duration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from trajevo.base.arrays import Array, scaled
+from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.path.via_points import ViaPoints
+from trajevo.robot.robot import Robot
+from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch
+
+
+def position_limits(robot: Robot) -> Constraint:
+    """Exact extremes of every joint inside its range; the excess is divided by half the range.
+
+    Where one end is infinite it is divided by the size of the other, or by 1 rad or m where that is 0.
+    """
+    kept = _bounded(robot)
+    return Constraint(
+        limit_names("position", robot, kept),
+        robot.reference,
+        _position_excess,
+        _position_terms,
+        quantity="position",
+        share=1.0,
+        proof="extremes",
+    )
+
+
+def velocity_limits(robot: Robot) -> Constraint:
+    """Peak of |v| of every joint, exact or bounded from above, divided by its limit, minus 1."""
+    return _peak_limits(robot, 1)
+
+
+def acceleration_limits(robot: Robot) -> Constraint:
+    """Peak of |a| of every joint, exact or bounded from above, divided by its limit, minus 1."""
+    return _peak_limits(robot, 2)
+
+
+def jerk_limits(robot: Robot) -> Constraint:
+    """Peak of |j| of every joint, exact or bounded from above, divided by its limit, minus 1."""
+    return _peak_limits(robot, 3)
+
+
+def kinematic_limits(robot: Robot) -> tuple[Constraint, ...]:
+    """Position, velocity, acceleration and jerk limits of a robot."""
+    return position_limits(robot), velocity_limits(robot), acceleration_limits(robot), jerk_limits(robot)
+
+
+def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
+    """Greatest |effort| of every joint at the samples, divided by what is left of its limit, minus 1.
+
+    Args:
+        robot: whose limits.
+        margin: share of the limit that is kept free, from 0 to below 1.
+
+    Raises:
+        InvalidInputError: another margin.
+    """
+    if isinstance(margin, bool) or not isinstance(margin, int | float) or not 0.0 <= margin < 1.0:
+        raise InvalidInputError(f"effort_margin: expected a share from 0 to below 1, got {margin!r}")
+    kept = np.flatnonzero(np.isfinite(robot.limits.effort))
+    share = 1.0 - margin
+    excess, terms = (partial(function, share=share) for function in (_effort_excess, _effort_terms))
+    return Constraint(
+        limit_names("effort", robot, kept),
+        robot.reference,
+        excess,
+        terms,
+        quantity="effort",
+        limit=tuple((robot.limits.effort * share)[kept].tolist()),
+        share=share,
+    )
+
+
+def mean_velocity_limits(robot: Robot) -> Constraint:
+    """Greatest mean velocity of any segment and joint over its limit, minus 1; implied by the velocity limits."""
+    return Constraint(
+        ("mean velocity",), robot.reference, _mean_velocity_excess, quantity="mean velocity", proof="extremes"
+    )
+
+
+def _mean_velocity_excess(rollout: Rollout) -> Array:
+    q = rollout.q.reshape(len(rollout.trajectory), -1, rollout.dynamics.samples, rollout.robot.dof)
+    mean = (q[:, :, -1] - q[:, :, 0]) / rollout.trajectory.segment_durations[:, :, None]
+    share = mean * np.sign(mean.real) / rollout.robot.limits.velocity
+    worst: Array = share.reshape(len(share), -1).max(axis=1, keepdims=True) - 1.0
+    return worst
+
+
+def overshoot_limit(points: ViaPoints, most: float) -> Constraint:
+    """How far any joint leaves the range of the points [rad or m], exact, over what is allowed, minus 1."""
+    excess = partial(_overshoot_excess, points=points, most=most)
+    return Constraint(
+        ("overshoot",), "range of the via points", excess, quantity="overshoot", limit=most, proof="extremes"
+    )
+
+
+def overshoot(trajectory: TrajectoryBatch, points: ViaPoints) -> Array:
+    """How far every joint leaves the range of the points, exact, shape (B, n_joints) [rad or m]."""
+    least, greatest = trajectory.extremes(0)
+    beyond: Array = np.maximum(points.positions.min(axis=0) - least, greatest - points.positions.max(axis=0))
+    return np.maximum(beyond, 0.0)
+
+
+def _overshoot_excess(rollout: Rollout, *, points: ViaPoints, most: float) -> Array:
+    worst: Array = overshoot(rollout.trajectory, points).max(axis=1, keepdims=True) / most - 1.0
+    return worst
+
+
+def time_limit(longest: float) -> Constraint:
+    """Duration over the longest one [s], minus 1."""
+    excess = partial(_time_excess, longest=longest)
+    return Constraint(
+        ("longest time",), "longest time allowed", excess, quantity="duration", limit=longest, proof="extremes"
+    )
+
+
+def _time_excess(rollout: Rollout, *, longest: float) -> Array:
+    excess: Array = rollout.trajectory.duration[:, None] / longest - 1.0
+    return excess
+
+
+def _effort_excess(rollout: Rollout, *, share: float) -> Array:
+    limit = rollout.robot.limits.effort * share
+    kept = np.isfinite(limit)
+    effort = np.ascontiguousarray(np.moveaxis(rollout.effort, 1, 0))  # numpy's extremes are fast along the first axis
+    peak = np.maximum(effort.max(axis=0), -effort.min(axis=0))
+    excess: Array = peak[:, kept] / limit[kept] - 1.0
+    return excess
+
+
+def _effort_terms(rollout: Rollout, *, share: float) -> Array:
+    limit = rollout.robot.limits.effort * share
+    kept = np.isfinite(limit)
+    effort = rollout.effort if kept.all() else rollout.effort[..., kept]
+    excess = scaled(effort, np.sign(effort.real) / limit[kept]) - 1.0
+    return excess.reshape(len(excess), -1)
+
+
+def _peak_limits(robot: Robot, derivative: int) -> Constraint:
+    kept = limited_joints(robot, derivative)
+    names = limit_names(DERIVATIVES[derivative], robot, kept)
+    excess, terms = (partial(function, derivative=derivative) for function in (_peak_excess, _peak_terms))
+    return Constraint(
+        names,
+        robot.reference,
+        excess,
+        terms,
+        quantity=DERIVATIVES[derivative],
+        limit=tuple(limit_of(robot, derivative)[kept].tolist()),
+        share=1.0,
+        proof="extremes",
+    )
+
+
+def _position_excess(rollout: Rollout) -> Array:
+    return _outside(rollout.robot, *rollout.trajectory.extremes(0))
+
+
+def _position_terms(rollout: Rollout) -> Array:
+    outside = _outside(rollout.robot, *rollout.trajectory.segment_extremes(0))
+    return outside.reshape(len(outside), -1)
+
+
+def _outside(robot: Robot, least: Array, greatest: Array) -> Array:
+    """How far least and greatest positions (..., n_joints) leave the ranges of the joints that have one."""
+    kept = _bounded(robot)
+    lower, upper = robot.limits.lower[kept], robot.limits.upper[kept]
+    finite = np.where(np.isfinite(lower), lower, upper)
+    one_sided = np.where(finite != 0.0, np.abs(finite), 1.0)
+    both = np.isfinite(lower) & np.isfinite(upper)
+    size = np.where(both, 0.5 * (np.where(both, upper, 0.0) - np.where(both, lower, 0.0)), one_sided)
+    excess: Array = np.maximum(greatest[..., kept] - upper, lower - least[..., kept]) / size
+    return excess
+
+
+def _peak_excess(rollout: Rollout, *, derivative: int) -> Array:
+    limit = limit_of(rollout.robot, derivative)
+    kept = np.isfinite(limit)
+    excess: Array = rollout.trajectory.peak(derivative)[:, kept] / limit[kept] - 1.0
+    return excess
+
+
+def _peak_terms(rollout: Rollout, *, derivative: int) -> Array:
+    limit = limit_of(rollout.robot, derivative)
+    kept = np.isfinite(limit)
+    excess = scaled(rollout.trajectory.segment_peaks(derivative)[..., kept], 1.0 / limit[kept]) - 1.0
+    return excess.reshape(len(excess), -1)
+
+
+def _bounded(robot: Robot) -> np.ndarray[Any, np.dtype[np.intp]]:
+    return np.flatnonzero(np.isfinite(robot.limits.lower) | np.isfinite(robot.limits.upper))
+
+
+def limited_joints(robot: Robot, derivative: int) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Joints whose derivative of this order is limited."""
+    return np.flatnonzero(np.isfinite(limit_of(robot, derivative)))
+
+
+def limit_of(robot: Robot, derivative: int) -> Array:
+    """Limits of a derivative, shape (n_joints,)."""
+    limit: Array = getattr(robot.limits, DERIVATIVES[derivative])
+    return limit
+
+
+def limit_names(quantity: str, robot: Robot, kept: Iterable[int]) -> tuple[str, ...]:
+    """Names of a constraint's columns, one for each joint that is limited."""
+    return tuple(f"{quantity} of {robot.joint_names[joint]}" for joint in kept)

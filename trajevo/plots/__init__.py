@@ -1,0 +1,105 @@
+"""Pictures: functions that take data and axes, and return the axes; what a report shows is made of them."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from trajevo.plots.along_path import fronts, parameter, path
+    from trajevo.plots.animation import animate, stick_figure
+    from trajevo.plots.effort import (
+        capacity_margins,
+        desired_path,
+        dlcc_iteration,
+        effort_utilisation,
+        front_capacities,
+        payload_curve,
+        payload_front,
+        tracking_error,
+    )
+    from trajevo.plots.motion import profiles, tool_path
+    from trajevo.plots.pareto import front, front_3d, hypervolume, parallel_coordinates
+    from trajevo.plots.payload import (
+        allowed_region,
+        payload_contours,
+        robust_mass,
+        slowdown_curve,
+        uncertainty_price,
+        workspace_capacity,
+    )
+    from trajevo.plots.pictures import draw_all, save_figure, save_pictures
+    from trajevo.plots.rivals import plot_rivals
+
+#: Where each picture is; a file is imported when one of its pictures is asked for.
+_NAMES = {
+    "pareto": ("front", "front_3d", "hypervolume", "parallel_coordinates"),
+    "motion": ("profiles", "tool_path"),
+    "along_path": ("fronts", "parameter", "path"),
+    "effort": (
+        "capacity_margins",
+        "desired_path",
+        "dlcc_iteration",
+        "effort_utilisation",
+        "front_capacities",
+        "payload_curve",
+        "payload_front",
+        "tracking_error",
+    ),
+    "payload": (
+        "allowed_region",
+        "payload_contours",
+        "robust_mass",
+        "slowdown_curve",
+        "uncertainty_price",
+        "workspace_capacity",
+    ),
+    "rivals": ("plot_rivals",),
+    "animation": ("animate", "stick_figure"),
+    "pictures": ("draw_all", "save_figure", "save_pictures"),
+}
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
+
+__all__ = [
+    "allowed_region",
+    "animate",
+    "capacity_margins",
+    "desired_path",
+    "dlcc_iteration",
+    "draw_all",
+    "effort_utilisation",
+    "front",
+    "front_3d",
+    "front_capacities",
+    "fronts",
+    "hypervolume",
+    "parallel_coordinates",
+    "parameter",
+    "path",
+    "payload_contours",
+    "payload_curve",
+    "payload_front",
+    "plot_rivals",
+    "profiles",
+    "robust_mass",
+    "save_figure",
+    "save_pictures",
+    "slowdown_curve",
+    "stick_figure",
+    "tool_path",
+    "tracking_error",
+    "uncertainty_price",
+    "workspace_capacity",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'trajevo.plots' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"trajevo.plots.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

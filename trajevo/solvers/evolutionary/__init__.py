@@ -1,0 +1,1 @@
+"""Populations: algorithms, their operators and their first generation."""

@@ -1,0 +1,1 @@
+"""Runs: generations, checkpoints, folders, resuming."""

@@ -1,0 +1,1 @@
+"""Motions of a whole population as arrays, with exact extremes and integrals."""
