@@ -7,7 +7,7 @@ import pytest
 
 from trajevo import load_robot
 from trajevo.base import jit
-from trajevo.dynamics import rnea as rnea_kernel
+from trajevo.dynamics import rnea
 
 
 @pytest.fixture(autouse=True)
@@ -61,9 +61,9 @@ def test_without_numba_nothing_is_compiled():
 
     model = load_robot("puma560").model
     with without_numba():
-        assert rnea_kernel.slopes_kernel_of(model) is None
+        assert rnea.slopes_kernel_of(model) is None
         assert not jit.can_compile()
-    assert rnea_kernel.slopes_kernel_of(model) is not None
+    assert rnea.slopes_kernel_of(model) is not None
 
 
 def test_candidates_one_by_one_are_the_same_problem():

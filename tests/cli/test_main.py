@@ -252,7 +252,7 @@ def test_an_output_folder_without_write_permission_is_refused(tmp_path):
 
 def test_commands_are_listed_at_once_and_as_they_are():
     for name, home in COMMANDS.items():
-        found = getattr(importlib.import_module(f"trajevo.{home.module}"), home.name)
+        found = getattr(importlib.import_module(f"trajevo.cli.{home.module}"), home.name)
         said = found.info.help if isinstance(found, typer.Typer) else found.__doc__.splitlines()[0]
         assert home.help == said
         told = trajevo(name, "--help").stdout

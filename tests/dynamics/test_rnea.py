@@ -12,7 +12,7 @@ from trajevo.problems import HybridManipulator, PickAndPlace, ViaPointProblem
 from tests.verification.test_newton_euler import PAYLOADS, ROBOTS, random_states
 from trajevo import load_robot, optimise
 from trajevo.base import jit
-from trajevo.dynamics import rnea as rnea_kernel
+from trajevo.dynamics import rnea
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rnea import Load, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
 from trajevo.dynamics.straight_line import StraightLine
@@ -67,9 +67,9 @@ def test_payloads_need_no_kernel_of_their_own(robot, payload, request):
     for usual in ("rigid", "weight_only"):
         Dynamics(robot, PAYLOADS[usual]).effort(*states)
     compiled = Dynamics(robot, payload).effort(*states)
-    known = len(rnea_kernel._known)
+    known = len(rnea._known)
     np.testing.assert_array_equal(compiled, Dynamics(robot, payload).effort(*states))
-    assert len(rnea_kernel._known) == known
+    assert len(rnea._known) == known
     request.getfixturevalue("plain")
     expected = Dynamics(robot, payload).effort(*states)
     np.testing.assert_allclose(compiled, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
@@ -221,7 +221,7 @@ def test_other_joints_are_left_to_pinocchio(joint):
 def test_a_torque_does_not_depend_on_its_neighbours_nor_on_threads(threads, compiles, monkeypatch):
     if not compiles:
         monkeypatch.setattr(jit, "can_compile", lambda: False)
-    monkeypatch.setattr(rnea_kernel, "_WORTH_A_THREAD", 4096)
+    monkeypatch.setattr(rnea, "_WORTH_A_THREAD", 4096)
     model = load_robot("puma560").model
     states = np.random.default_rng(2).uniform(-3.0, 3.0, (3, 20_000, 6))
     together, order = np.empty_like(states[0]), np.random.default_rng(3).permutation(20_000)
@@ -242,10 +242,10 @@ def test_a_torque_does_not_depend_on_its_neighbours_nor_on_threads(threads, comp
 def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     model, states = load_robot("puma560").model, np.random.default_rng(2).uniform(-1.0, 1.0, (3, 4, 50, 6))
     model.name = "lopsided"
-    monkeypatch.setattr(rnea_kernel, "_known", {})
-    honest = getattr(rnea_kernel, wrong)
+    monkeypatch.setattr(rnea, "_known", {})
+    honest = getattr(rnea, wrong)
     monkeypatch.setattr(
-        rnea_kernel, wrong, lambda *tree: honest(*tree).replace("rest * rest", "1.000001 * rest * rest")
+        rnea, wrong, lambda *tree: honest(*tree).replace("rest * rest", "1.000001 * rest * rest")
     )
     motions, torque = stepped(states), np.empty((200, 6))
     states = motions.real
@@ -267,9 +267,9 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
 def test_what_was_compiled_is_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     script = (
-        "from trajevo import load_robot, rnea_kernel; from trajevo.dynamics.rnea import kernel_of\n"
+        "from trajevo import load_robot; from trajevo.dynamics import rnea; from trajevo.dynamics.rnea import kernel_of\n"
         "kernel_of(load_robot('pointing_mechanism').model)\n"
-        "(kernel,) = rnea_kernel._known.values()\n"
+        "(kernel,) = rnea._known.values()\n"
         "print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))\n"
     )
     said = [
@@ -284,7 +284,7 @@ def test_what_was_compiled_is_kept(tmp_path, monkeypatch):
 def test_where_nothing_can_be_kept_it_is_compiled_all_the_same(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("no folder")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    monkeypatch.setattr(rnea_kernel, "_known", {})
+    monkeypatch.setattr(rnea, "_known", {})
     model, states = load_robot("pointing_mechanism").model, np.random.default_rng(2).uniform(-1.0, 1.0, (3, 50, 2))
     np.testing.assert_allclose(of_kernel(model, states), by_pinocchio(model, states), rtol=0.0, atol=1e-12)
 

@@ -227,5 +227,5 @@ def test_a_missing_meshcat_gets_a_sentence(hybrid, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "meshcat", None)
     refused(
         lambda: animate(hybrid, tmp_path / "a.html"),
-        "needs the package meshcat, pip install 'trajevo.plots.animation.'",
+        "needs the package meshcat, pip install 'trajevo.animation.'",
     )

@@ -83,7 +83,7 @@ def objectives_of(
     square_power, square_effort and square_effort_rate (∫ Σ), effort_ratio (the greatest share of an effort limit),
     joint_travel (Σ ∫ |v|), tool_path (∫ |tool velocity|), unused_payload (the greatest payload minus that of the
     solution, where the payload's mass is a variable), and those that packages register in the entry-point group
-    ``trajevo.formulation.objectives``.
+    ``trajevo.objectives``.
 
     Args:
         names: of the objectives.
