@@ -267,8 +267,8 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
 def test_what_was_compiled_is_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     script = (
-        "from trajevo import load_robot; from trajevo.dynamics import rnea; from trajevo.dynamics.rnea import kernel_of\n"
-        "kernel_of(load_robot('pointing_mechanism').model)\n"
+        "from trajevo import load_robot; from trajevo.dynamics import rnea\n"
+        "rnea.kernel_of(load_robot('pointing_mechanism').model)\n"
         "(kernel,) = rnea._known.values()\n"
         "print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))\n"
     )

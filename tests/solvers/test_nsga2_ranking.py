@@ -27,7 +27,7 @@ def parents_of(problem, matings, random, kind):
     n_var = problem.n_var
     parents = problem.xl + (problem.xu - problem.xl) * random.random((2, matings, n_var))
     shared = random.random((matings, n_var)) < 0.4
-    parents[2][shared] = parents[0][shared] + random.choice([0.0, 1e-15, 1e-13])
+    parents[1][shared] = parents[0][shared] + random.choice([0.0, 1e-15, 1e-13])
     if kind == "outside":
         return parents + random.normal(0.0, 0.2, parents.shape)
     parents += np.where(random.random(parents.shape) < 0.1, problem.xu - problem.xl, 0.0)
