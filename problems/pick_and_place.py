@@ -14,7 +14,8 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import checked_name
 from trajevo.formulation.catalogue import objectives_of
-from trajevo.formulation.problem import Evolution, TrajectoryProblem
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import constraints_of, via_points
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import load_robot
@@ -64,7 +65,14 @@ class PickAndPlace(TrajectoryProblem):
 
     registered_name: ClassVar[str] = "pick-place"
     title: ClassVar[str] = "PUMA 560 pick and place: time, jerk, energy (Raji 2022)"
-    evolution: ClassVar[Evolution] = Evolution(100, 100, 0.9, 15.0, 1.0 / 3.0, 20.0)
+    evolution: ClassVar[Search] = Search(
+        population=100,
+        generations=100,
+        crossover_probability=0.9,
+        crossover_index=15.0,
+        mutation_probability=1.0 / 3.0,
+        mutation_index=20.0,
+    )
     compares_rivals: ClassVar[bool] = True
 
     def __init__(

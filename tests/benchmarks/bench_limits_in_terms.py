@@ -6,8 +6,8 @@ Run: python tests/benchmarks/bench_limits_in_terms.py. Both search from the same
 import time
 
 import numpy as np
-from trajevo.problems import HybridManipulator
 
+from trajevo.problems import HybridManipulator
 from trajevo.solvers.gradient.sqp import FEASIBLE, Search, random_starts
 
 PAYLOADS = (10.86, 12.0, 12.32)

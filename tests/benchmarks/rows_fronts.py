@@ -12,10 +12,10 @@ from cases import PLAIN, Case, Line, not_installed
 from compare import Action
 from pymoo.indicators.hv import HV
 from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
-from trajevo.problems import TimeJerkReparameterisation
 
 from trajevo.base.arrays import Array
 from trajevo.front.hypervolume import hypervolume
+from trajevo.problems import TimeJerkReparameterisation
 from trajevo.solvers.gradient import normal_constraint as nnc
 from trajevo.solvers.gradient.sqp import Search, central_differences, random_starts
 

@@ -7,7 +7,6 @@ import warnings
 import numpy as np
 import pinocchio as pin
 import pytest
-from trajevo.problems import HybridManipulator, PickAndPlace, ViaPointProblem
 
 from tests.verification.test_newton_euler import PAYLOADS, ROBOTS, random_states
 from trajevo import load_robot, optimise
@@ -16,6 +15,7 @@ from trajevo.dynamics import rnea
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rnea import Load, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
 from trajevo.dynamics.straight_line import StraightLine
+from trajevo.problems import HybridManipulator, PickAndPlace, ViaPointProblem
 from trajevo.robot.payload import Payload
 
 pytest.importorskip("numba")
@@ -244,9 +244,7 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     model.name = "lopsided"
     monkeypatch.setattr(rnea, "_known", {})
     honest = getattr(rnea, wrong)
-    monkeypatch.setattr(
-        rnea, wrong, lambda *tree: honest(*tree).replace("rest * rest", "1.000001 * rest * rest")
-    )
+    monkeypatch.setattr(rnea, wrong, lambda *tree: honest(*tree).replace("rest * rest", "1.000001 * rest * rest"))
     motions, torque = stepped(states), np.empty((200, 6))
     states = motions.real
     said = r"robot 'lopsided': .* written out differ from Pinocchio's by .* and are not used"

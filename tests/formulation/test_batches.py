@@ -6,13 +6,13 @@ import tracemalloc
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
-from trajevo.problems import ViaPointProblem
 
 from trajevo import TrajectoryProblem, load_problem, load_robot
 from trajevo.base.arrays import row_products
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.formulation.registry import list_problems
+from trajevo.problems import ViaPointProblem
 from trajevo.robot.payload import LOAD_MODELS
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 

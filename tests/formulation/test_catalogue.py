@@ -4,13 +4,13 @@ from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
-from trajevo.problems import ViaPointProblem
 
 from tests.helpers import refused
 from trajevo import load_robot
 from trajevo.formulation import catalogue
 from trajevo.formulation.constraints.joint_limits import effort_limits
 from trajevo.formulation.objectives import Objective, total_time
+from trajevo.problems import ViaPointProblem
 
 NAMES = list(catalogue.OBJECTIVES)
 

@@ -5,8 +5,6 @@ import pickle
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, TimeJerkReparameterisation, ViaPointProblem
-from trajevo.problems.hybrid_kinematics import via_positions
 
 from tests.helpers import refused, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, optimise
@@ -18,6 +16,8 @@ from trajevo.formulation.constraints.tool import tool_speed_limit
 from trajevo.formulation.problem import Weights
 from trajevo.formulation.registry import list_problems
 from trajevo.path.curve import GeometricPath
+from trajevo.problems import HybridManipulator, TimeJerkReparameterisation, ViaPointProblem
+from trajevo.problems.hybrid_kinematics import via_positions
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.solvers.gradient.polish import polish
 from trajevo.solvers.gradient.sqp import differentiated

@@ -4,9 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, ViaPointProblem
-from trajevo.problems.pick_and_place import paper_solution
-from trajevo.problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics
 
 from tests.helpers import refused
 from tests.reference import RAJI2022
@@ -15,6 +12,9 @@ from trajevo.capacity.dlcc import dlcc
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.joint_limits import overshoot
 from trajevo.formulation.objectives import mechanical_energy
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, ViaPointProblem
+from trajevo.problems.pick_and_place import paper_solution
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics
 from trajevo.trajectory.interpolants import LinearBlends, SinglePolynomial
 
 SEPTIC = RAJI2022["septic"]

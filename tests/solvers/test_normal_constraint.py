@@ -4,11 +4,11 @@ import warnings
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
 
 from tests.helpers import impossible, small_problem
 from trajevo import TrajectoryProblem, TrajevoError, load_robot, optimise
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
 from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
 from trajevo.solvers.gradient.sqp import Search, differentiated, random_starts
 

@@ -15,9 +15,9 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.util.archive import MultiObjectiveArchive
-from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 
 from tests.helpers import refused, small_problem
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2, Rows
 
 
