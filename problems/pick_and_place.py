@@ -16,10 +16,13 @@ from trajevo.errors import checked_name
 from trajevo.formulation.catalogue import objectives_of
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import Search
-from trajevo.formulation.via_points import constraints_of, via_points
+from trajevo.formulation.via_points import constraints_of
+from trajevo.path.via_points import joint_points
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import load_robot
 from trajevo.trajectory.interpolants import THROUGH_POINTS
+
+from .puma_kinematics import TABLE_1_JOINTS
 
 #: Times between the four points of the paper's motion, section 3.2 [s].
 PAPER_TIMES = (2.0, 4.0, 3.0)
@@ -91,7 +94,7 @@ class PickAndPlace(TrajectoryProblem):
         known = {"septic": THROUGH_POINTS["polynomial"]} | THROUGH_POINTS
         checked_name("interpolant", interpolant, known)
         robot = load_robot("puma560")
-        via = via_points(points, robot)
+        via = joint_points(TABLE_1_JOINTS if points is None else points, robot)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         names = ("position", *_LIMITS) if position_limits else _LIMITS
         super().__init__(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trajevo import load_problem
+from tests.helpers import any_problem
 from trajevo.capacity.payload_time import max_payload_problem
 from trajevo.capacity.uncertainty import robust_problem
 from trajevo.formulation.registry import list_problems
@@ -43,7 +43,7 @@ def hybrid(**arguments):
     return lambda: HybridManipulator(**{"samples": 4} | arguments)
 
 
-PROBLEMS = {name: lambda name=name: load_problem(name) for name in list_problems()}
+PROBLEMS = {name: lambda name=name: any_problem(name) for name in list_problems()}
 PROBLEMS |= {f"task {file.stem}": lambda file=file: load_task(file).problem for file in TASKS}
 PROBLEMS |= {
     f"hybrid {each}, {objectives}": hybrid(convention=each, objectives=objectives)

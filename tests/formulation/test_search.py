@@ -8,7 +8,7 @@ import pydantic
 import pytest
 
 from tests.helpers import refused, trajevo
-from trajevo import Search, Study, load_task, optimise
+from trajevo import Search, Study, load_study, load_task, optimise
 from trajevo.formulation.search import OF_ALGORITHM
 from trajevo.front.records import ProblemRecord
 from trajevo.problems import PointingMechanism
@@ -59,7 +59,7 @@ def test_every_setting_is_a_key_of_a_task_and_of_a_study_and_a_factor(name, tmp_
     assert load_task(tmp_path / "task.toml").search.given[name] == OTHERS[name]
     (tmp_path / "study.toml").write_text(f'problem = "pointing"\nseed = 1\n{name} = {value}\n')
     given = {name: OTHERS[name]}
-    assert Study("pointing", seed=1, **given).jobs[0]["search"] == given
+    assert load_study(tmp_path / "study.toml").jobs[0]["search"] == given
     assert Study("pointing", seed=1, factors={name: [OTHERS[name]]}).jobs[0]["search"] == given
 
 

@@ -8,7 +8,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.util.ref_dirs import get_reference_directions
 
-from tests.helpers import impossible, refused, small_problem, trajevo
+from tests.helpers import any_problem, impossible, refused, small_problem, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, load_task, optimise
 from trajevo.dynamics.path_effort import allowed_speeds, greatest_allowed
 from trajevo.formulation.constraints.joint_limits import kinematic_limits, time_limit
@@ -24,7 +24,7 @@ from trajevo.solvers.run.runs import resume
 from trajevo.study.definition import Study
 
 TASKS = ("ur5_pick_and_place", "panda_six_points", "xarm7_obstacle")
-PROBLEMS = {name: lambda name=name: load_problem(name) for name in list_problems()} | {
+PROBLEMS = {name: lambda name=name: any_problem(name) for name in list_problems()} | {
     name: lambda name=name: load_task(f"problems/tasks/{name}.toml").problem for name in TASKS
 }
 PROBLEMS["payload as a variable"] = lambda: HybridManipulator(objectives=["time", "unused_payload"])

@@ -16,7 +16,7 @@ from trajevo.base.sampling import latin_hypercube, sobol
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import STARTS, Search
-from trajevo.front.covering import Box, covering
+from trajevo.front.covering import ReferenceBox, covering
 from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, VariableRecord
 from trajevo.solvers.evolutionary.algorithms import Chosen
@@ -141,7 +141,7 @@ def warm_start(problem: TrajectoryProblem, front: Front, most: int) -> FirstPopu
     if not _same_path(target, rows[:1], front):
         raise InvalidInputError("initial: expected a front of the same problem, its decision vectors are other motions")
     if len(rows) > most:
-        rows = rows[covering(front.F, Box.of(front.F, None).probes(front.F, 0), most)]
+        rows = rows[covering(front.F, ReferenceBox.of(front.F, None).probes(front.F, 0), most)]
     if expansion is not None and folds:
         rows = expansion.fold(rows)
     limits = Limits(problem)
