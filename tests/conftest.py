@@ -6,7 +6,7 @@ import signal
 import matplotlib.pyplot as plt
 import pytest
 
-from trajevo.front.books import Watch
+from trajevo.front.books import Books
 
 # A job in the background of a script ignores SIGINT, and so do its children, which would leave nothing to test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -19,7 +19,7 @@ os.environ["COLUMNS"] = "160"
 @pytest.fixture
 def stopped_after(monkeypatch):
     """Make runs stop by SIGINT after a generation."""
-    close = Watch.close
+    close = Books.close
 
     def after(generation):
         def closing(self, number, evaluations, **spent):
@@ -27,7 +27,7 @@ def stopped_after(monkeypatch):
                 os.kill(os.getpid(), signal.SIGINT)
             return close(self, number, evaluations, **spent)
 
-        monkeypatch.setattr(Watch, "close", closing)
+        monkeypatch.setattr(Books, "close", closing)
 
     return after
 

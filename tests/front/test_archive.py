@@ -12,7 +12,7 @@ from trajevo.base import jit
 from trajevo.front import archive as module
 from trajevo.front import hypervolume as volumes
 from trajevo.front.archive import Archive
-from trajevo.front.books import Watch
+from trajevo.front.books import Books
 from trajevo.front.hypervolume import Chronicle, Volume, Volumes
 from trajevo.front.records import History
 
@@ -120,7 +120,7 @@ def watched(monkeypatch):
     """A watch, a function that closes a generation of points, and how many were measured so far, each time."""
     measured = []
     monkeypatch.setattr(volumes, "hypervolume", lambda F, corner: measured.append(len(F)) or float(F[:, 0].min()))
-    watch = Watch(small_problem())
+    watch = Books(small_problem())
     sizes = watch.problem.n_var, watch.problem.n_obj, watch.problem.n_ieq_constr
 
     def close(F=None):
@@ -153,9 +153,9 @@ def test_a_checkpoint_measures_what_waited(watched):
     F = np.random.default_rng(0).random((8, watch.problem.n_obj))
     close(F)
     close(F - 0.5)
-    books = watch.books()
+    books = watch.arrays()
     assert len(measured) == 2
-    again = Watch(small_problem())
+    again = Books(small_problem())
     again.reopen(books)
     assert again.hypervolume == watch.measured()
 

@@ -17,7 +17,7 @@ from trajevo.front.hypervolume import Chronicle, Volume, Volumes, hypervolume
 from trajevo.front.records import Blocking, FailedIndividual, History, ProblemRecord, Run, installed_versions
 
 
-class Watch:
+class Books:
     """Collects what an algorithm evaluates and keeps the books, generation by generation.
 
     Fronts and hypervolumes are those of the problem that the solutions are curves of, where there is one.
@@ -76,7 +76,7 @@ class Watch:
             front_size=tuple(self.front_size),
         )
 
-    def books(self) -> dict[str, Array]:
+    def arrays(self) -> dict[str, Array]:
         """The books as arrays, what waited measured; evaluations are those of the individuals that were collected."""
         corner = self.reference_point
         return {
@@ -94,7 +94,7 @@ class Watch:
         return [float(volume) for volume in self.hypervolume]
 
     def reopen(self, books: Mapping[str, Array]) -> None:
-        """Go on with books that :meth:`books` gave; the individuals are to be collected again."""
+        """Go on with books that :meth:`arrays` gave; the individuals are to be collected again."""
         corner = books["reference_point"]
         self.reference_point = np.array(corner, dtype=np.float64) if len(corner) else None
         self.evaluations = [int(value) for value in books["evaluations"]]

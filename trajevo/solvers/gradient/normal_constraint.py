@@ -16,7 +16,7 @@ from trajevo.base.arrays import Array, frozen, one_blas_thread
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.front.books import Watch
+from trajevo.front.books import Books
 from trajevo.front.front import Front
 from trajevo.solvers.gradient.sqp import FEASIBLE, Gradients, WeightedSum, differentiated, random_starts
 
@@ -67,8 +67,8 @@ def solve_nnc(
     origin = problem if problem.expansion is None else problem.expansion.problem
     began = time.perf_counter()
     with one_blas_thread(), Stopping() as stopping:
-        division, watch = _Division(origin, int(seed)), Watch(origin)
-        interrupted = _collect(division, watch, tolerance, points, stopping)
+        division, books = _Division(origin, int(seed)), Books(origin)
+        interrupted = _collect(division, books, tolerance, points, stopping)
     settings = {
         "method": "normalised normal constraint, divide and conquer, SLSQP" if points is None else "evenly spread ω",
         "tolerance": float(tolerance),
@@ -77,7 +77,7 @@ def solve_nnc(
         "tried again": division.tried_again,
         "failed": division.failed,
     }
-    return watch.front(
+    return books.front(
         algorithm="NNC",
         settings=settings if points is None else settings | {"points": points},
         seed=int(seed),
@@ -98,19 +98,19 @@ def needs_two_objectives(problem: Any) -> None:
         raise InvalidInputError("problem: the normal constraint method needs a TrajectoryProblem of two objectives")
 
 
-def _collect(division: _Division, watch: Watch, tolerance: float, points: int | None, stopping: Stopping) -> bool:
+def _collect(division: _Division, books: Books, tolerance: float, points: int | None, stopping: Stopping) -> bool:
     """Book every point as it is found, level by level; whether a signal ended it."""
     closed, interrupted, began = 0, False, time.process_time()
     for level, point in _found(division, tolerance, points):
         if level > closed + 1:
-            watch.close(closed := closed + 1, division.evaluations, cpu_seconds=time.process_time() - began)
+            books.close(closed := closed + 1, division.evaluations, cpu_seconds=time.process_time() - began)
         X = division.back(point.x[None])
         F, G = division.origin.evaluate(X, return_values_of=["F", "G"])
-        watch.collect(X, {"F": F, "G": G})
+        books.collect(X, {"F": F, "G": G})
         if stopping:
             interrupted = True
             break
-    watch.close(closed + 1, division.evaluations, cpu_seconds=time.process_time() - began)
+    books.close(closed + 1, division.evaluations, cpu_seconds=time.process_time() - began)
     return interrupted
 
 
