@@ -157,12 +157,6 @@ def test_nothing_imports_a_bare_package_of_problems():
             assert not re.search(r"import_module\(f?[\"']problems", text), file
 
 
-def test_the_framework_loads_without_any_paper():
-    for file in sorted(ROOT.glob("trajevo/**/*.py")):
-        lines = [line for line in file.read_text(encoding="utf-8").splitlines() if not line.startswith(" ")]
-        assert not any(line.startswith(("from trajevo.problems", "import trajevo.problems")) for line in lines), file
-
-
 @pytest.mark.parametrize("command", [["-c", "from trajevo.cli.main import main; main()"], ["-m", "trajevo"]])
 def test_the_version_is_told(command):
     told = subprocess.run([sys.executable, *command, "--version"], capture_output=True, text=True, check=True)
