@@ -31,7 +31,7 @@ TASKS := ur5_pick_and_place panda_six_points xarm7_obstacle hybrid_manipulator
 
 demo-tasks: $(READY)  ## solve and verify the worked tasks, in runs/
 	set -e; for task in $(TASKS); do \
-		$(BIN)/trajevo solve problems/tasks/$$task.toml --out runs/$$task --overwrite; \
+		$(BIN)/trajevo solve $$task --overwrite; \
 		$(BIN)/trajevo verify runs/$$task --solution knee; \
 	done
 
@@ -56,8 +56,8 @@ bench-more: $(READY)  ## print what else is measured: certificates, polish, star
 study-algorithms: $(READY)  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py
 
-notebooks: $(READY)  ## execute every notebook at full size, next to its source, into build/
-	TRAJEVO_FULL=1 $(BIN)/python notebooks/execute.py
+notebooks: $(READY)  ## execute every notebook at full size, into build/notebooks
+	TRAJEVO_FULL=1 $(BIN)/python tests/execute_notebooks.py
 
 clean:  ## remove the environment and everything generated
 	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

@@ -18,7 +18,6 @@
 
 # %%
 import os
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -99,10 +98,11 @@ print(dlcc(best))
 # %% [markdown]
 # ## From a file: around a post
 #
-# The same as a task. `trajevo solve task.toml` does this from the command line.
+# The same as a task. `trajevo solve xarm7_obstacle` does this from the command line, and
+# `trajevo examples xarm7_obstacle` copies the file, to be changed.
 
 # %%
-task = load_task(Path("..") / "problems" / "tasks" / "xarm7_obstacle.toml")
+task = load_task("xarm7_obstacle")
 around = task.solve(progress=False, **SIZE)
 blind = optimise(ViaPointProblem(**(task.problem.settings | {"scene": None})), seed=1, progress=False, **SIZE)
 scene = Scene.of(task.problem.settings["scene"])

@@ -18,7 +18,6 @@
 
 # %%
 import os
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -84,7 +83,7 @@ plots.slowdown_curve(slowdown_curve(table_7));
 # Every solution of its front carries something else; the torque limits are those of the URDF, not the maker's rating.
 
 # %%
-task = load_task(Path("..") / "problems" / "tasks" / "ur5_pick_and_place.toml")
+task = load_task("ur5_pick_and_place")
 front = task.solve(progress=False, **SIZE)
 knee, fastest = front.knee(), front.pick("least_time")
 print("knee:      ", dlcc(knee))

@@ -1,9 +1,10 @@
-import runpy
 from pathlib import Path
 
 import jupytext
 import nbformat
 import pytest
+
+from tests.execute_notebooks import execute
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 SOURCES = sorted(FOLDER.glob("[0-9]*.py"))
@@ -17,9 +18,9 @@ QUICK = ("01", "03")
     "source",
     [pytest.param(file, marks=() if file.stem[:2] in QUICK else pytest.mark.long, id=file.stem) for file in SOURCES],
 )
-def test_notebook_runs_from_top_to_bottom(source, tmp_path, monkeypatch):
+def test_notebook_runs_from_top_to_bottom_in_an_empty_folder(source, tmp_path, monkeypatch):
     monkeypatch.delenv("TRAJEVO_FULL", raising=False)
-    runpy.run_path(str(FOLDER / "execute.py"))["execute"](source, tmp_path / "out.ipynb")
+    execute(source, tmp_path / "out.ipynb")
     cells = [cell for cell in nbformat.read(tmp_path / "out.ipynb", 4).cells if cell.cell_type == "code"]
     assert all(cell.execution_count for cell in cells)
     assert sum("image/png" in output.get("data", {}) for cell in cells for output in cell.outputs) >= 4

@@ -241,14 +241,16 @@ if not (_PACKAGE / "problems").is_dir() and (_PACKAGE.parent / "pyproject.toml")
     __path__.append(str(_PACKAGE.parent))
 
 
-def __getattr__(name: str) -> Any:
-    if name in _ROOMS:
-        return importlib.import_module(f"trajevo.{name}")
-    if name not in _HOMES:
-        raise AttributeError(f"module 'trajevo' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"trajevo.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:  # or type checkers would take every name for one of this package
+
+    def __getattr__(name: str) -> Any:
+        if name in _ROOMS:
+            return importlib.import_module(f"trajevo.{name}")
+        if name not in _HOMES:
+            raise AttributeError(f"module 'trajevo' has no attribute {name!r}")
+        value = getattr(importlib.import_module(f"trajevo.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable
 
 
@@ -14,11 +15,13 @@ class InvalidInputError(TrajevoError):
 
 
 class UnknownNameError(TrajevoError):
-    """A name was given that is not registered; the message lists those that are."""
+    """A name was given that is not registered; the message lists those that are and repeats the nearest."""
 
     def __init__(self, kind: str, name: object, valid: Iterable[str]) -> None:
-        listed = ", ".join(sorted(valid)) or "none"
-        super().__init__(f"unknown {kind} {str(name)!r}; known: {listed}")
+        names = sorted(valid)
+        nearest = difflib.get_close_matches(str(name), names, n=1)
+        meant = f"; did you mean {nearest[0]!r}?" if nearest and len(names) > 1 else ""
+        super().__init__(f"unknown {kind} {str(name)!r}; known: {', '.join(names) or 'none'}{meant}")
 
 
 def checked_name(kind: str, name: object, valid: Iterable[str]) -> str:

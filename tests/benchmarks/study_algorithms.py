@@ -1,4 +1,4 @@
-"""Which algorithm, with or without polish and good starts? The studies of problems/studies: `make study-algorithms`.
+"""Which algorithm, with or without polish and good starts? `make study-algorithms`: problems/studies/*_algorithms.toml.
 
 Each is run with as many evaluations for all cells, and again with as much CPU time. What is printed are the tables of
 docs/algorithms.md; table, comparisons and pictures of each study are in its folder. Finished cells are kept: a second
@@ -52,7 +52,7 @@ def shown(table: pd.DataFrame) -> str:
 def main() -> None:
     """Run, collect and print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", default=sorted(file.stem for file in STUDIES.glob("*.toml")))
+    parser.add_argument("names", nargs="*", default=sorted(file.stem for file in STUDIES.glob("*_algorithms.toml")))
     parser.add_argument("--budget", choices=["cpu_time", "evaluations"], nargs="*", default=["cpu_time", "evaluations"])
     parser.add_argument("--out", type=Path, default=Path("runs") / "algorithms")
     parser.add_argument("--workers", type=int, default=2)

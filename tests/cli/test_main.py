@@ -198,7 +198,10 @@ def test_odd_names_of_solutions_are_refused(run, solution):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["solve", "nope"], "unknown problem 'nope'; known: hybrid, pick-place, pointing, reparam, via-points"),
+        (
+            ["solve", "nope"],
+            "unknown problem or task 'nope'; known: hybrid, hybrid_manipulator, panda_six_points, pick-place",
+        ),
         (["solve", "pointing", "--interpolant", "cubic"], "unknown interpolant 'cubic'; known: printed, quintic"),
         (
             ["solve", "pointing", "--algorithm", "magic"],

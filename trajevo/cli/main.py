@@ -7,13 +7,14 @@ import io
 import os
 import sys
 import warnings
-from typing import Any, NamedTuple, final
+from typing import Annotated, Any, NamedTuple, final
 
 import typer
 from rich.console import Console
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
+from trajevo import __version__
 from trajevo.errors import TrajevoError
 
 
@@ -34,6 +35,7 @@ COMMANDS = {
         "Tell everything that is wrong with a robot at once; exit code 1 if it cannot be loaded.",
     ),
     "init": _Home("robots", "init", "Write a commented example of a task, to be changed and solved."),
+    "examples": _Home("examples", "examples", "List the worked tasks, studies and notebooks, or copy one to a folder."),
     "solve": _Home("solve", "solve", "Solve a problem or a task and write its front, pictures and report."),
     "resume": _Home(
         "solve",
@@ -130,13 +132,31 @@ def _with_units(command: Any) -> Any:
     return command
 
 
-app = _Commands(
-    name="trajevo",
-    commands={name: TyperCommand(name, help=home.help) for name, home in COMMANDS.items()},
-    help="Multi-objective trajectory optimisation and payload capacity for robots.",
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-)
+def _tell_version(wanted: bool) -> None:
+    if wanted:
+        sys.stdout.write(f"trajevo {__version__}\n")
+        raise typer.Exit
+
+
+def _trajevo(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version and exit.")
+    ] = False,
+) -> None:
+    """Multi-objective trajectory optimisation and payload capacity for robots."""
+
+
+def _app() -> Any:
+    """The command, its subcommands named and not yet imported."""
+    described = typer.Typer(cls=_Commands, add_completion=False, no_args_is_help=True, rich_markup_mode="rich")
+    described.callback()(_trajevo)
+    app: Any = typer.main.get_command(described)
+    app.name = "trajevo"
+    app.commands = {name: TyperCommand(name, help=home.help) for name, home in COMMANDS.items()}
+    return app
+
+
+app = _app()
 
 
 def main() -> None:

@@ -15,6 +15,7 @@ from rich.table import Table
 from trajevo.cli.results import PLOTS_FOLDER, RunArgument, front_of, write_results
 from trajevo.cli.search_options import search_options
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.formulation.examples import is_task
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
 from trajevo.formulation.search import Search
@@ -33,7 +34,7 @@ _err = Console(soft_wrap=True, highlight=False, stderr=True)
 @search_options
 def solve(
     *,
-    problem: Annotated[str, typer.Argument(help="Name of a problem, see `trajevo list`, or a file task.toml.")],
+    problem: Annotated[str, typer.Argument(help="Name in `trajevo list` or `trajevo examples`, or file task.toml.")],
     interpolant: Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")] = None,
     payload: Annotated[float | None, typer.Option(help="Payload [kg].")] = None,
     payload_model: Annotated[str | None, typer.Option(help=f"How it acts: {', '.join(LOAD_MODELS)}.")] = None,
@@ -79,7 +80,7 @@ def solve(
     }
     arguments = {key: value for key, value in given.items() if value is not None}
     how = _Method(method, tolerance, sqp_seeds)
-    if Path(problem).suffix == ".toml":
+    if is_task(problem):
         _refuse_for_task(arguments | how.given | ({} if set_ is None else {"set": set_}))
         task, folder = load_task(problem), out or Path("runs") / Path(problem).stem
         to_solve, settings = task.problem, task.search.updated(**search)

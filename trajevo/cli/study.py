@@ -32,7 +32,7 @@ _Folder = Annotated[Path, typer.Argument(help="Folder of a study.")]
 
 @app.command()
 def run(
-    study: Annotated[Path, typer.Argument(help="File study.toml, or the folder of a study to go on with.")],
+    study: Annotated[Path, typer.Argument(help="File study.toml, name in `trajevo examples`, or a study's folder.")],
     out: Annotated[Path | None, typer.Option(help="Folder of the study; runs/STUDY if not given.")] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Cells at a time, each in a process; with --dask all cores if not given.")

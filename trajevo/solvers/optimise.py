@@ -13,6 +13,7 @@ from pymoo.core.algorithm import Algorithm
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.evaluation import checked_time_limit
+from trajevo.formulation.examples import example_file
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import USUAL, Search
 from trajevo.formulation.task import task_problem
@@ -192,12 +193,14 @@ def load_task(file: str | Path) -> Task:
     """Read a task.
 
     Args:
-        file: TOML, see :class:`~trajevo.formulation.task_file.TaskSettings`; relative paths count from its folder.
+        file: TOML, see :class:`~trajevo.formulation.task_file.TaskSettings`; relative paths count from its folder. Or
+            the name of a worked task, see ``trajevo examples``.
 
     Raises:
+        UnknownNameError: neither a file nor the name of a worked task.
         InvalidInputError: it cannot be read, or a key is missing, unknown or has a value that cannot be used; the
             message names file, line and key.
     """
-    path = Path(file)
+    path = example_file("task", file)
     settings, where = read_task(path)
     return Task(path, settings, task_problem(settings, where), settings.search)

@@ -11,6 +11,7 @@ import pydantic
 
 from trajevo.base.toml import Places, read_toml
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
+from trajevo.formulation.examples import example_file
 from trajevo.formulation.registry import problem_class
 from trajevo.solvers.optimise import load_task
 from trajevo.study.jobs import SEARCH, Job, jobs_of
@@ -24,7 +25,7 @@ class Study:
 
     Args:
         problem: name of a registered problem, see ``trajevo list``.
-        task: file of a task, in place of a problem.
+        task: file of a task, or name of a worked one, in place of a problem.
         seed: seed from which those of all cells are derived.
         factors: name of an argument of the problem, of a key of the task (``"payload.mass"`` inside a table), or of a
             setting of the search (``algorithm``, ``population``, ``generations``, ``offsprings``, ...) -> its levels:
@@ -70,7 +71,7 @@ class Study:
         where = Path(folder).resolve()
         given: dict[str, Any] = {
             "problem": problem,
-            "task": None if task is None else _content(where / task),
+            "task": None if task is None else _content(example_file("task", task, folder=where)),
             "seed": seed,
             "repeats": repeats,
             "factors": {str(name): levels_of(str(name), levels) for name, levels in (factors or {}).items()},
@@ -154,13 +155,16 @@ def load_study(file: str | Path) -> Study:
     """Read a study, and make all its problems.
 
     Args:
-        file: TOML, see :class:`StudySettings`; relative paths in it count from its folder.
+        file: TOML, see :class:`StudySettings`; relative paths in it count from its folder. Or the name of a worked
+            study, see ``trajevo examples``.
 
     Raises:
+        UnknownNameError: neither a file nor the name of a worked study.
         InvalidInputError: it cannot be read, or a key is missing, unknown or has a value that cannot be used; the
             message names file, line and key.
     """
-    content, places = read_toml(Path(file))
+    path = example_file("study", file)
+    content, places = read_toml(path)
     search = {name: content.pop(name) for name in SEARCH if name in content}
     try:
         settings = StudySettings.model_validate(content)
@@ -168,7 +172,7 @@ def load_study(file: str | Path) -> Study:
         raise InvalidInputError(places.told(error.errors()[0])) from error
     given = settings.model_dump(exclude={"format", "factors"})
     try:
-        return Study(**given, **search, factors=_flat(settings.factors), folder=Path(file).resolve().parent)
+        return Study(**given, **search, factors=_flat(settings.factors), folder=path.resolve().parent)
     except TrajevoError as error:
         raise InvalidInputError(_located(str(error), places)) from error
 

@@ -1,0 +1,136 @@
+"""Worked examples that come with trajevo: tasks, studies and notebooks, by name and without a checkout."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from trajevo.base.files import data_folder
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.formulation.registry import list_problems
+
+#: Kinds of examples: the folder of data in which they lie, and the pattern of their files.
+KINDS = {
+    "task": ("problems", "tasks/*.toml"),
+    "study": ("problems", "studies/*.toml"),
+    "notebook": ("notebooks", "[0-9]*.ipynb"),
+}
+
+
+@dataclass(frozen=True)
+class Example:
+    """A worked example.
+
+    Attributes:
+        kind: ``"task"``, ``"study"`` or ``"notebook"``.
+        file: where it lies.
+    """
+
+    kind: str
+    file: Path
+
+    @property
+    def name(self) -> str:
+        """The name by which it is asked for."""
+        return self.file.stem
+
+    @property
+    def summary(self) -> str:
+        """Its first line: the comment at the head of a TOML file, the title of a notebook."""
+        text = self.file.read_text(encoding="utf-8")
+        if self.kind == "notebook":
+            text = "".join(json.loads(text)["cells"][0]["source"])
+        return text.partition("\n")[0].lstrip("# ").rstrip(".")
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The file itself, and those beside it that its values name."""
+        if self.kind == "notebook":
+            return (self.file,)
+        texts = _texts(tomllib.loads(self.file.read_text(encoding="utf-8")))
+        beside = (self.file.parent / text for text in texts if Path(text).name == text)
+        return (self.file, *sorted({file for file in beside if file.is_file()}))
+
+
+def list_examples(kind: str | None = None) -> dict[str, Example]:
+    """Worked examples by name: tasks, then studies, then notebooks; or those of one kind alone."""
+    found = (
+        Example(own, file)
+        for own, (folder, pattern) in KINDS.items()
+        for file in sorted(data_folder(folder).glob(pattern))
+        if kind in (None, own)
+    )
+    return {example.name: example for example in found}
+
+
+def example_file(kind: str, given: str | Path, *, folder: str | Path = ".") -> Path:
+    """The file that a user means: a path, or the name of a worked example.
+
+    Args:
+        kind: ``"task"`` or ``"study"``.
+        given: path of a TOML file, or a name of :func:`list_examples`.
+        folder: from where a relative path counts.
+
+    Raises:
+        UnknownNameError: it is neither a file, nor ends in ``.toml``, nor is the name of an example.
+    """
+    path = Path(folder) / given
+    if path.suffix == ".toml" or path.is_file():
+        return path
+    known = list_examples(kind)
+    return known[checked_name(kind, str(given), known)].file
+
+
+def is_task(given: str) -> bool:
+    """Whether the argument of ``trajevo solve`` is a task, by its file or its name, and not a registered problem.
+
+    Raises:
+        UnknownNameError: it is neither.
+    """
+    problems, tasks = list_problems(), list_examples("task")
+    if Path(given).suffix == ".toml":
+        return True
+    return checked_name("problem or task", given, [*problems, *tasks]) not in problems
+
+
+def copy_example(name: str, folder: str | Path) -> list[Path]:
+    """Copy a worked example, with the files that it reads, to where it can be changed.
+
+    Args:
+        name: a name of :func:`list_examples`.
+        folder: where to; it is made if it is not there.
+
+    Returns:
+        The copies, that of the example itself first.
+
+    Raises:
+        UnknownNameError: no such example.
+        InvalidInputError: one of the files is there already, or cannot be written; then nothing is copied.
+    """
+    known = list_examples()
+    files = known[checked_name("example", name, known)].files
+    copies = [Path(folder) / file.name for file in files]
+    for copy in copies:
+        if copy.exists():
+            raise InvalidInputError(f"{copy}: exists already; choose another folder")
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        for file, copy in zip(files, copies, strict=True):
+            shutil.copyfile(file, copy)  # not its permissions: what is installed may be read-only
+    except OSError as error:
+        raise InvalidInputError(f"{folder}: cannot be written: {error.strerror}") from error
+    return copies
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """All texts among the values of a TOML file."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict | list):
+        for entry in value.values() if isinstance(value, dict) else value:
+            yield from _texts(entry)
