@@ -18,15 +18,17 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.constraint import Constraint
-from trajevo.formulation.constraints.joint_limits import effort_limits, kinematic_limits, mean_velocity_limits
+from trajevo.formulation.constraints.joint_limits import effort_limits, kinematic_limits
+from trajevo.formulation.constraints.motion_limits import mean_velocity_limits
 from trajevo.formulation.objectives import (
+    UNUSED_PAYLOAD,
     Objective,
     integrated_square_acceleration,
     integrated_square_jerk,
     integrated_square_power,
     total_time,
 )
-from trajevo.formulation.payload_variable import UNUSED_PAYLOAD, PayloadVariable, greatest_at_rest
+from trajevo.formulation.payload_variable import PayloadVariable, greatest_at_rest
 from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.formulation.search import Search
 from trajevo.path.via_points import ViaPoints

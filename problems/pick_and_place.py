@@ -13,10 +13,11 @@ import numpy as np
 from trajevo.base.arrays import Array, numbers
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import checked_name
-from trajevo.formulation.catalogue import objectives_of
+from trajevo.formulation.constraints.kind import Limited
+from trajevo.formulation.constraints.kinds import constraints_of
+from trajevo.formulation.objectives import objectives_of
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import Search
-from trajevo.formulation.via_points import constraints_of
 from trajevo.path.via_points import joint_points
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import load_robot
@@ -97,11 +98,12 @@ class PickAndPlace(TrajectoryProblem):
         via = joint_points(TABLE_1_JOINTS if points is None else points, robot)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         names = ("position", *_LIMITS) if position_limits else _LIMITS
+        decoder = known[interpolant](via, duration_bounds=bounds)
         super().__init__(
             dynamics=Dynamics(robot, _carried(payload), samples=samples, threads=threads),
-            interpolant=known[interpolant](via, duration_bounds=bounds),
+            interpolant=decoder,
             objectives=objectives_of(("time", "jerk", "energy"), robot, reference="Raji 2022, section 5, future work"),
-            constraints=constraints_of(names, robot, via, overshoot=overshoot, limits=limits),
+            constraints=constraints_of(names, Limited(robot, via, decoder), overshoot=overshoot, limits=limits),
             reference_point=REFERENCE_POINT,
         )
         self._settings = {

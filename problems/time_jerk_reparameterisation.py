@@ -24,9 +24,9 @@ from trajevo.formulation.constraints.joint_limits import (
     acceleration_limits,
     effort_limits,
     jerk_limits,
-    time_limit,
     velocity_limits,
 )
+from trajevo.formulation.constraints.motion_limits import time_limit
 from trajevo.formulation.constraints.path_limits import hull_limits
 from trajevo.formulation.objectives import (
     Objective,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from trajevo.exporters.export import export
     from trajevo.formulation.constraints.clearance import clearance_along
     from trajevo.formulation.constraints.constraint import Constraint
-    from trajevo.formulation.constraints.joint_limits import overshoot
+    from trajevo.formulation.constraints.motion_limits import overshoot
     from trajevo.formulation.constraints.scene import Scene
     from trajevo.formulation.objectives import Objective
     from trajevo.formulation.problem import TrajectoryProblem
@@ -105,7 +105,7 @@ _NAMES = {
     "trajectory.polynomial": ("PolynomialBatch",),
     "dynamics.inverse_dynamics": ("Dynamics",),
     "dynamics.rollout": ("Rollout",),
-    "formulation.constraints.joint_limits": ("overshoot",),
+    "formulation.constraints.motion_limits": ("overshoot",),
     # Problems
     "formulation.objectives": ("Objective",),
     "formulation.constraints.constraint": ("Constraint",),

@@ -12,9 +12,9 @@ from trajevo.capacity import payload_time
 from trajevo.capacity.dlcc import dlcc
 from trajevo.capacity.payload_time import capacity_front, largest_payload, least_times, max_payload_problem
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.formulation.catalogue import objectives_of
 from trajevo.formulation.constraints.constraint import Constraint
-from trajevo.formulation.constraints.joint_limits import time_limit
+from trajevo.formulation.constraints.motion_limits import time_limit
+from trajevo.formulation.objectives import objectives_of
 from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.problems import HybridManipulator, PointingMechanism, ViaPointProblem
 from trajevo.robot.payload import Payload

@@ -8,6 +8,7 @@ from pymoo.optimize import minimize
 from tests.helpers import POINTS, failing_when_slow, nan_when_slow, small_problem
 from tests.reference import TABLE_4_DURATIONS
 from trajevo import TrajevoError, load_problem
+from trajevo.base import plugins
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation import registry
@@ -99,7 +100,7 @@ def test_something_registered_that_is_no_problem_is_refused(monkeypatch):
     from importlib.metadata import EntryPoint
 
     point = EntryPoint("wrong", "math:sqrt", registry.ENTRY_POINT_GROUP)
-    monkeypatch.setattr(registry, "entry_points", lambda group: [point])
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [point])
     with pytest.raises(TrajevoError, match="'wrong': math:sqrt is not a TrajectoryProblem"):
         load_problem("wrong")
 

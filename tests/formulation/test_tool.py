@@ -110,9 +110,9 @@ def test_a_problem_takes_them_and_can_be_pickled():
 
 @pytest.mark.parametrize("most", [0.0, -1.0, np.inf, np.nan, "fast", True])
 def test_bad_speeds_are_refused(most):
-    refused(lambda: tool_speed_limit(load_robot("puma560"), most), "most: expected a positive number, got")
+    refused(lambda: tool_speed_limit(load_robot("puma560"), most), r"most: expected a positive number \[m/s\], got")
 
 
 @pytest.mark.parametrize("least", [np.inf, np.nan, "low", None])
 def test_bad_heights_are_refused(least):
-    refused(lambda: keep_out_height(load_robot("puma560"), least), "least: expected a finite number, got")
+    refused(lambda: keep_out_height(load_robot("puma560"), least), r"least: expected a finite number \[m\], got")

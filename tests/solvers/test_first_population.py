@@ -11,7 +11,8 @@ from pymoo.util.ref_dirs import get_reference_directions
 from tests.helpers import any_problem, impossible, refused, small_problem, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, load_task, optimise
 from trajevo.dynamics.path_effort import allowed_speeds, greatest_allowed
-from trajevo.formulation.constraints.joint_limits import kinematic_limits, time_limit
+from trajevo.formulation.constraints.joint_limits import kinematic_limits
+from trajevo.formulation.constraints.motion_limits import time_limit
 from trajevo.formulation.registry import list_problems
 from trajevo.formulation.search import Search
 from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism

@@ -11,7 +11,7 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.formulation.constraints.joint_limits import time_limit
+from trajevo.formulation.constraints.motion_limits import time_limit
 from trajevo.formulation.payload_variable import PayloadVariable
 from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.solvers.gradient.sqp import FEASIBLE

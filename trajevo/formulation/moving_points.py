@@ -14,14 +14,14 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.errors import InvalidInputError, checked_name
+from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.path.boxes import CartesianBox, JointBox, followed, missed
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
-from trajevo.trajectory.interpolants import THROUGH_POINTS, Interpolant, LinearBlends, Variable
+from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, LinearBlends, Variable
 from trajevo.trajectory.interpolants.interpolant import decision_vectors
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -38,7 +38,7 @@ class MovingPoints(Interpolant):
     """An interpolant some of whose via points may move inside boxes, in joint space or at the tool.
 
     Attributes:
-        kind: interpolant, a key of :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`.
+        kind: interpolant, a name of :data:`~trajevo.trajectory.interpolants.NAMED_INTERPOLANTS`.
         points: where the points are when nothing moves.
         boxes: at most one per point.
         robot: whose joint limits clip the boxes in joint space and whose tool moves in the others.
@@ -63,7 +63,7 @@ class MovingPoints(Interpolant):
     _starts: tuple[int, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        checked_name("interpolant", self.kind, THROUGH_POINTS)
+        NAMED_INTERPOLANTS.find(self.kind)
         if not isinstance(self.points, ViaPoints):
             raise InvalidInputError(f"points: expected ViaPoints, got {type(self.points).__name__}")
         ViaPoints.for_robot(self.robot, self.points.positions)
@@ -175,7 +175,7 @@ class MovingPoints(Interpolant):
         return tuple(Variable(f"q_{box.point} of {names[k]}", units[k], lower[k], upper[k]) for k in free)
 
     def _made(self, positions: Array) -> Interpolant:
-        return THROUGH_POINTS[self.kind](ViaPoints(positions), duration_bounds=self.duration_bounds)
+        return NAMED_INTERPOLANTS.find(self.kind)(ViaPoints(positions), duration_bounds=self.duration_bounds)
 
     def _check_boxes(self) -> None:
         if not self.boxes:

@@ -1,18 +1,29 @@
-"""Objectives: pure functions of a rollout, to be minimised, each with its name, unit and equation."""
+"""Objectives: pure functions of a rollout, to be minimised, each with everything that is known of it.
+
+To add one, write its function of a rollout and a record of it in :data:`OBJECTIVES`; nothing else must be told.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.plugins import Registry
 from trajevo.dynamics.rollout import Rollout, lobatto_derivative
-from trajevo.formulation.constraints.tool import (
-    tool_speed,
-)
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.tool import tool_speed
 from trajevo.robot.kinematics import ToolKinematics
+from trajevo.robot.robot import Robot
+
+#: What an objective can need: a limit of some joint's effort, or the payload's mass as a decision variable.
+Need = Literal["effort limits", "payload variable"]
+
+#: Name of the objective that makes the payload's mass a variable.
+UNUSED_PAYLOAD = "unused_payload"
 
 
 @dataclass(frozen=True)
@@ -21,15 +32,20 @@ class Objective:
 
     Attributes:
         name: short name.
-        unit: SI unit.
+        unit: SI unit; of an objective by name ``{joint}`` stands for the unit of the robot's joints and ``{effort}``
+            for that of their effort.
         reference: where the formula stands.
         function: rollout of B trajectories -> (B,).
+        needs: what the problem must have.
+        help: one line that says what it is.
     """
 
     name: str
     unit: str
     reference: str
     function: Callable[[Rollout], Array]
+    needs: tuple[Need, ...] = field(default=(), kw_only=True)
+    help: str = field(default="", kw_only=True)
 
 
 def total_time(rollout: Rollout) -> Array:
@@ -176,3 +192,125 @@ def tool_path_length(rollout: Rollout) -> Array:
     speed = tool_speed(rollout, ToolKinematics.of(rollout.robot))
     length: Array = (speed * rollout.quadrature).sum(axis=1)
     return length
+
+
+_BY_NAME = "by name"
+
+#: Objectives by name.
+OBJECTIVES: dict[str, Objective] = {
+    objective.name: objective
+    for objective in (
+        Objective("time", "s", _BY_NAME, total_time, help="duration of the motion"),
+        Objective(
+            "acceleration", "{joint}/s^2", _BY_NAME, summed_rms_acceleration, help="Σ over joints of RMS acceleration"
+        ),
+        Objective("jerk", "{joint}/s^3", _BY_NAME, summed_rms_jerk, help="Σ over joints of RMS jerk"),
+        Objective(
+            "square_acceleration",
+            "{joint}^2/s^3",
+            _BY_NAME,
+            integrated_square_acceleration,
+            help="∫ Σ over joints of acceleration² dt",
+        ),
+        Objective("square_jerk", "{joint}^2/s^5", _BY_NAME, integrated_square_jerk, help="∫ Σ over joints of jerk² dt"),
+        Objective("energy", "J", _BY_NAME, mechanical_energy, help="∫ Σ over joints of |effort x velocity| dt"),
+        Objective(
+            "square_power",
+            "W^2*s",
+            _BY_NAME,
+            integrated_square_power,
+            help="∫ Σ over joints of (effort x velocity)² dt",
+        ),
+        Objective(
+            "square_effort", "{effort}^2*s", _BY_NAME, integrated_square_effort, help="∫ Σ over joints of effort² dt"
+        ),
+        Objective(
+            "square_effort_rate",
+            "{effort}^2/s",
+            _BY_NAME,
+            integrated_square_effort_rate,
+            help="∫ Σ over joints of (d effort / dt)² dt",
+        ),
+        Objective(
+            "effort_ratio",
+            "1",
+            _BY_NAME,
+            effort_ratio,
+            needs=("effort limits",),
+            help="greatest share of an effort limit that any joint uses",
+        ),
+        Objective("joint_travel", "{joint}", _BY_NAME, joint_travel, help="Σ over joints of ∫ |velocity| dt"),
+        Objective("tool_path", "m", _BY_NAME, tool_path_length, help="∫ |velocity of the tool's origin| dt"),
+        # Of a problem it is that of its payload, which knows the greatest mass; until then it is minus the mass.
+        Objective(
+            UNUSED_PAYLOAD,
+            "kg",
+            _BY_NAME,
+            unused_payload(0.0),
+            needs=("payload variable",),
+            help="greatest payload minus that of the solution, whose mass is a variable",
+        ),
+    )
+}
+
+#: Objectives by name, with those of other packages.
+NAMED_OBJECTIVES: Registry[Objective] = Registry(
+    kind="objective",
+    group="trajevo.objectives",
+    own=OBJECTIVES,
+    expected="a trajevo.Objective",
+    fits=lambda found: isinstance(found, Objective),
+)
+
+
+def objectives_of(
+    names: Sequence[str], robot: Robot, *, reference: str | None = None, payload: Objective | None = None
+) -> tuple[Objective, ...]:
+    """Objectives by name: those of :data:`OBJECTIVES` and of the entry-point group ``trajevo.objectives``.
+
+    Args:
+        names: of the objectives.
+        robot: whose units count.
+        reference: what the objectives say of where they come from, in place of their own.
+        payload: where the payload's mass is a variable, the objective ``unused_payload`` of it.
+
+    Raises:
+        UnknownNameError: no such objective.
+        InvalidInputError: the names are no list, a registered objective is none, or the problem has not what an
+            objective needs.
+    """
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise InvalidInputError(f"objectives: expected a list of names, got {names!r}")
+    at_hand = (
+        NAMED_OBJECTIVES if payload is None else replace(NAMED_OBJECTIVES, own=OBJECTIVES | {payload.name: payload})
+    )
+    found = [at_hand.find(name) for name in names]
+    for objective in found:
+        _check_needs(objective, robot, with_payload=payload is not None)
+    return tuple(
+        objective
+        if objective is payload
+        else replace(objective, unit=_unit(objective, robot), reference=reference or objective.reference)
+        for objective in found
+    )
+
+
+def needs_payload_variable(names: Sequence[str]) -> bool:
+    """Whether one of the named objectives needs the payload's mass as a decision variable."""
+    return any("payload variable" in NAMED_OBJECTIVES.find(name).needs for name in names)
+
+
+def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> None:
+    if "effort limits" in objective.needs and not np.isfinite(robot.limits.effort).any():
+        raise InvalidInputError(f"objectives: {objective.name} needs effort limits, robot {robot.name!r} has none")
+    if "payload variable" in objective.needs and not with_payload:
+        raise InvalidInputError(f"objectives: {objective.name} needs the payload's mass as a variable")
+
+
+def _unit(objective: Objective, robot: Robot) -> str:
+    """The unit of an objective on a robot; ``SI`` where its joints differ."""
+    joint = robot.joint_units[0] if len(set(robot.joint_units)) == 1 else "SI"
+    effort = {"rad": "N*m", "m": "N", "SI": "SI"}[joint]
+    powered = f"({effort})" if "*" in effort else effort
+    unit = objective.unit.replace("{joint}", joint).replace("{effort}^", f"{powered}^")
+    return unit.replace("{effort}", effort)

@@ -11,11 +11,8 @@ from trajevo.base.arrays import numbers
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import masses_held
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.objectives import Objective, unused_payload
+from trajevo.formulation.objectives import OBJECTIVES, UNUSED_PAYLOAD, Objective, unused_payload
 from trajevo.trajectory.interpolants import Interpolant
-
-#: Name of the objective.
-UNUSED_PAYLOAD = "unused_payload"
 
 
 @final
@@ -54,7 +51,9 @@ class PayloadVariable:
         low, high = numbers(payload_range, name="payload_range", shape=(2,)).tolist()
         if not 0.0 <= low < high:
             raise InvalidInputError(f"payload_range: expected 0 <= least < greatest [kg], got {low} and {high}")
-        objective = Objective(UNUSED_PAYLOAD, "kg", f"{high:g} kg minus mass", unused_payload(high))
+        objective = replace(
+            OBJECTIVES[UNUSED_PAYLOAD], reference=f"{high:g} kg minus mass", function=unused_payload(high)
+        )
         return cls(carrying, (low, high), objective)
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import inspect
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from typing import Any
 
+from trajevo.base.plugins import loaded, registered
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.formulation.problem import TrajectoryProblem
 
@@ -14,7 +15,7 @@ ENTRY_POINT_GROUP = "trajevo.problems"
 
 def list_problems() -> dict[str, EntryPoint]:
     """Registered problems by name: trajevo's own and those of other installed packages."""
-    return {point.name: point for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name)}
+    return registered(ENTRY_POINT_GROUP)
 
 
 def problem_class(name: str) -> type[TrajectoryProblem]:
@@ -24,15 +25,10 @@ def problem_class(name: str) -> type[TrajectoryProblem]:
         UnknownNameError: no such problem.
         InvalidInputError: what is registered is not a TrajectoryProblem.
     """
-    registered = list_problems()
-    if name not in registered:
-        raise UnknownNameError("problem", name, registered)
-    try:
-        found = registered[name].load()
-    except (ImportError, AttributeError) as error:
-        raise InvalidInputError(f"problem {name!r}: {registered[name].value} cannot be imported: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, TrajectoryProblem)):
-        raise InvalidInputError(f"problem {name!r}: {registered[name].value} is not a TrajectoryProblem")
+    problems = list_problems()
+    if name not in problems:
+        raise UnknownNameError("problem", name, problems)
+    found: type[TrajectoryProblem] = loaded(problems[name], "problem", "a TrajectoryProblem", _is_problem)
     return found
 
 
@@ -53,3 +49,7 @@ def load_problem(name: str, **arguments: Any) -> TrajectoryProblem:
         if key not in accepted:
             raise InvalidInputError(f"problem {name!r} takes no {key!r}; it takes: {', '.join(accepted)}")
     return found(**arguments)
+
+
+def _is_problem(found: Any) -> bool:
+    return isinstance(found, type) and issubclass(found, TrajectoryProblem)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, final
@@ -9,59 +10,20 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import numbers
+from trajevo.base.plugins import known_keys
 from trajevo.dynamics.inverse_dynamics import Dynamics
-from trajevo.errors import InvalidInputError, checked_name
-from trajevo.formulation.catalogue import limits_of, objectives_of
-from trajevo.formulation.constraints.certified import held
-from trajevo.formulation.constraints.clearance import clearance_limit
-from trajevo.formulation.constraints.constraint import Constraint
-from trajevo.formulation.constraints.joint_limits import effort_limits, overshoot_limit, time_limit
-from trajevo.formulation.constraints.scene import Scene
-from trajevo.formulation.constraints.tool import keep_out_height, tool_speed_limit
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.kind import Limited, Parameter
+from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
-from trajevo.formulation.payload_variable import UNUSED_PAYLOAD, PayloadVariable
+from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of
+from trajevo.formulation.payload_variable import PayloadVariable
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.path.boxes import CartesianBox, JointBox
 from trajevo.path.via_points import ViaPoints, joint_points
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
-from trajevo.trajectory.interpolants import THROUGH_POINTS, Interpolant
-
-
-def constraints_of(
-    names: Sequence[str],
-    robot: Robot,
-    points: ViaPoints,
-    *,
-    overshoot: float | None = None,
-    effort_margin: float = 0.0,
-    tool_speed: float | None = None,
-    tool_height: float | None = None,
-    longest_time: float | None = None,
-    scene: Scene | None = None,
-    limits: str = "certified",
-) -> tuple[Constraint, ...]:
-    """Limits by name, see :func:`trajevo.formulation.catalogue.limits_of`, and what else is limited where it is given.
-
-    Effort and tool speed are proven between the samples, see :mod:`trajevo.formulation.constraints.certified`, unless
-    ``limits="sampled"``.
-    """
-    found = list(limits_of(names, robot))
-    if effort_margin != 0.0:
-        if "effort" not in names:
-            raise InvalidInputError("effort_margin: expected 'effort' among the constraints, which it tightens")
-        found[list(names).index("effort")] = effort_limits(robot, margin=effort_margin)
-    if overshoot is not None:
-        found.append(overshoot_limit(points, _positive("overshoot", overshoot, "rad or m")))
-    if tool_speed is not None:
-        found.append(tool_speed_limit(robot, _positive("tool_speed", tool_speed, "m/s")))
-    if tool_height is not None:
-        found.append(keep_out_height(robot, tool_height))
-    if longest_time is not None:
-        found.append(time_limit(_positive("longest_time", longest_time, "s")))
-    if scene is not None:
-        found.append(clearance_limit(robot, scene))
-    return held(found, limits)
+from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant
 
 
 @final
@@ -75,21 +37,15 @@ class ViaPointProblem(TrajectoryProblem):
             poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
             CSV file with a column for each joint, with its unit.
         duration_bounds: least and greatest time between two points [s].
-        interpolant: ``"quintic_spline"``, ``"septic_spline"``, ``"cubic"``, ``"polynomial"`` (a single one),
-            ``"linear_blends"`` (points inside are passed nearby) or ``"hybrid"`` (Sun 2020).
+        interpolant: a name of :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or of another package's.
         moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
             or mappings of ``point``, its number, and the half widths ``joints`` (n_joints) [rad or m] or ``tool`` (3)
             [m].
-        objectives: names, see :func:`~trajevo.formulation.catalogue.objectives_of`.
-        constraints: names, see :func:`~trajevo.formulation.catalogue.limits_of`.
-        overshoot: how far a joint may leave the range of the points [rad or m]; not limited if None, as what follows.
-        effort_margin: share of the effort limits that is kept free.
-        tool_speed: greatest speed of the tool [m/s].
-        tool_height: least z of the tool in the base frame [m].
-        longest_time: greatest duration [s].
+        objectives: names, see :data:`~trajevo.formulation.objectives.OBJECTIVES`.
+        constraints: names of limits without a parameter of their own, see
+            :data:`~trajevo.formulation.constraints.kinds.KINDS`.
         limits: of effort and tool speed: ``"certified"``, proven at every instant, see
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
-        scene: obstacles and clearances, a :class:`~trajevo.formulation.constraints.scene.Scene` or its settings.
         payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings; where ``"unused_payload"`` is an
             objective its mass is a variable, and this gives its shape and model.
         payload_range: least and greatest mass [kg] of a payload that is a variable; if None from 0 to what the robot
@@ -97,11 +53,13 @@ class ViaPointProblem(TrajectoryProblem):
         reference_point: far corner of the hypervolume's box, SI; taken from the first feasible points if None.
         samples: instants per segment at which effort and tool are looked at, both ends included.
         threads: threads that populations are evaluated on; results are the same for any number.
+        **parameters: of limits, those above and those of other packages; the limit of one that is None does not hold.
 
     Raises:
         UnknownNameError: no such robot, interpolant, objective, constraint or limits.
         UnreachableError: a pose that the tool cannot take.
-        InvalidInputError: points that the robot cannot reach or the interpolant not use, or bad bounds, boxes, scene.
+        InvalidInputError: points that the robot cannot reach or the interpolant not use, bad bounds or boxes,
+            or a parameter of a limit that does not exist or cannot be used.
     """
 
     registered_name: ClassVar[str] = "via-points"
@@ -117,41 +75,28 @@ class ViaPointProblem(TrajectoryProblem):
         moving: Sequence[Any] = (),
         objectives: Sequence[str] = ("time", "jerk"),
         constraints: Sequence[str] = ("position", "velocity", "acceleration", "jerk"),
-        overshoot: float | None = None,
-        effort_margin: float = 0.0,
-        tool_speed: float | None = None,
-        tool_height: float | None = None,
-        longest_time: float | None = None,
         limits: str = "certified",
-        scene: Scene | Mapping[str, Any] | None = None,
         payload: float | Payload | dict[str, Any] = 0.0,
         payload_range: tuple[float, float] | None = None,
         reference_point: Sequence[float] | None = None,
         samples: int = 6,
         threads: int = 1,
+        **parameters: Any,
     ) -> None:
-        checked_name("interpolant", interpolant, THROUGH_POINTS)
+        NAMED_INTERPOLANTS.find(interpolant)
+        _check_keys(parameters)
         named = robot_of(robot)
         via = joint_points(points, named)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
-        obstacles = scene if scene is None or isinstance(scene, Scene) else Scene.of(scene)
         decoder, boxes = _interpolant(interpolant, via, named, bounds, moving)
-        extra: dict[str, Any] = {
-            "overshoot": overshoot,
-            "effort_margin": effort_margin,
-            "tool_speed": tool_speed,
-            "tool_height": tool_height,
-            "longest_time": longest_time,
-            "limits": limits,
-        }
-        held = constraints_of(constraints, named, via, scene=obstacles, **extra)
+        held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,
-            objectives=objectives_of(objectives, named, reference="by name", payload=mass),
+            objectives=objectives_of(objectives, named, payload=None if mass is None else mass.objective),
             constraints=(*held, *reach),
             payload_range=None if mass is None else mass.range,
             reference_point=reference_point,
@@ -165,8 +110,7 @@ class ViaPointProblem(TrajectoryProblem):
             "moving": boxes,
             "objectives": list(objectives),
             "constraints": list(constraints),
-            **extra,
-            "scene": None if obstacles is None else obstacles.settings,
+            **_settings_of_limits(parameters, limits),
             "payload": self.dynamics.payload.settings,
             "payload_range": None if payload_range is None else list(payload_range),
             "reference_point": None if reference_point is None else list(reference_point),
@@ -180,6 +124,66 @@ class ViaPointProblem(TrajectoryProblem):
         return dict(self._settings)
 
 
+#: Its own arguments; the others are parameters of limits.
+_ARGUMENTS = tuple(inspect.signature(ViaPointProblem.__init__).parameters.values())[1:-1]
+
+
+@final
+class _Signature:
+    """The signature of the class: its own arguments, then the parameters of all limits at hand."""
+
+    def __get__(self, instance: object, owner: type) -> inspect.Signature:
+        return inspect.Signature([*_ARGUMENTS, *map(_as_argument, limit_parameters().values())])
+
+
+def limit_parameters() -> dict[str, Parameter]:
+    """The parameters of all limits at hand by name, those of other packages last.
+
+    Raises:
+        InvalidInputError: one has the name of another, or of an argument of :class:`ViaPointProblem`.
+    """
+    found = parameters_of(NAMED_KINDS.all())
+    taken = [argument.name for argument in _ARGUMENTS if argument.name in found]
+    if taken:
+        raise InvalidInputError(f"constraints: a limit's parameter {taken[0]!r} needs another name, which is taken")
+    return found
+
+
+def _as_argument(parameter: Parameter) -> inspect.Parameter:
+    kind = parameter.type if parameter.default is not None else parameter.type | None
+    return inspect.Parameter(parameter.name, inspect.Parameter.KEYWORD_ONLY, default=parameter.default, annotation=kind)
+
+
+def _documented(text: str) -> str:
+    """The class's documentation with the parameters of limits in it."""
+    lines = (f"{p.name}: {p.help}" + (f" [{p.unit}]." if p.unit else ".") for p in parameters_of(KINDS).values())
+    return text.replace("**parameters: of limits", "\n        ".join([*lines, "**parameters: of limits"]))
+
+
+ViaPointProblem.__signature__ = _Signature()  # type: ignore[attr-defined]
+ViaPointProblem.__doc__ = _documented(ViaPointProblem.__doc__ or "")
+
+
+def _check_keys(given: Mapping[str, Any]) -> None:
+    """Refuse what is neither an argument nor a parameter of a limit; other packages are asked only where they count."""
+    if set(given) <= set(parameters_of(KINDS)):
+        return
+    known = [*(argument.name for argument in _ARGUMENTS), *limit_parameters()]
+    for key in given:
+        if key not in known:
+            raise InvalidInputError(f"ViaPointProblem takes no {key!r}; {known_keys(key, known)}")
+
+
+def _settings_of_limits(given: Mapping[str, Any], limits: str) -> dict[str, Any]:
+    """Parameters of limits as plain data: all of trajevo's own, of others those that were given."""
+    always, at_hand = parameters_of(KINDS), parameters_of(kinds_for((), given))
+    told = [parameter for name, parameter in at_hand.items() if name in always or name in given]
+    keys, tables = (
+        {p.name: p.setting(given.get(p.name, p.default)) for p in told if p.table is table} for table in (False, True)
+    )
+    return {**keys, "limits": limits, **tables}
+
+
 def _payload_variable(
     dynamics: Dynamics,
     interpolant: Interpolant,
@@ -187,8 +191,9 @@ def _payload_variable(
     constraints: Sequence[str],
     payload_range: tuple[float, float] | None,
 ) -> PayloadVariable | None:
-    """The payload's mass as a variable, where it is an objective."""
-    if not isinstance(objectives, Sequence) or UNUSED_PAYLOAD not in objectives:  # what is no list is refused elsewhere
+    """The payload's mass as a variable, where an objective needs it."""
+    no_list = isinstance(objectives, str) or not isinstance(objectives, Sequence)  # is refused elsewhere
+    if no_list or not needs_payload_variable(objectives):
         if payload_range is not None:
             raise InvalidInputError(
                 f"payload_range: expected {UNUSED_PAYLOAD!r} among the objectives, got {objectives}"
@@ -204,7 +209,7 @@ def _interpolant(
 ) -> tuple[Interpolant, list[dict[str, Any]]]:
     """The interpolant, and the boxes as plain data."""
     if not moving:
-        return THROUGH_POINTS[kind](via, duration_bounds=bounds), []
+        return NAMED_INTERPOLANTS.find(kind)(via, duration_bounds=bounds), []
     if isinstance(moving, Mapping | str) or not isinstance(moving, Sequence):
         raise InvalidInputError(f"moving: expected a list of boxes, got {moving!r}")
     boxes = tuple(_box(k, given) for k, given in enumerate(moving))
@@ -230,9 +235,3 @@ def _box_settings(box: JointBox | CartesianBox) -> dict[str, Any]:
     if isinstance(box, JointBox):
         return {"point": box.point, "joints": half_width}
     return {"point": box.point, "tool": half_width, "keep_orientation": box.keep_orientation}
-
-
-def _positive(name: str, value: Any, unit: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < float("inf"):
-        raise InvalidInputError(f"{name}: expected a positive number [{unit}], got {value!r}")
-    return float(value)

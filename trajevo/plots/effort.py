@@ -14,7 +14,7 @@ from trajevo.capacity.dlcc import SAMPLES, Capacity, capacities, dlcc, sampled_m
 from trajevo.capacity.payload_time import PayloadCurve
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.formulation.payload_variable import UNUSED_PAYLOAD
+from trajevo.formulation.objectives import UNUSED_PAYLOAD
 from trajevo.front.front import Front, Solution
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 

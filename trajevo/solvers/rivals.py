@@ -16,10 +16,10 @@ from trajevo.formulation.constraints.joint_limits import (
     acceleration_limits,
     effort_limits,
     jerk_limits,
-    overshoot,
     position_limits,
     velocity_limits,
 )
+from trajevo.formulation.constraints.motion_limits import overshoot
 from trajevo.formulation.objectives import Objective, mechanical_energy, summed_rms_jerk, total_time
 from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.path.via_points import ViaPoints

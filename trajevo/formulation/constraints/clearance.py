@@ -28,6 +28,7 @@ from trajevo.formulation.constraints.clearance_gradients import (
 from trajevo.formulation.constraints.clearance_search import ClearanceSearch
 from trajevo.formulation.constraints.collision import Collision, Pair
 from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.kind import LimitKind, Parameter
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
@@ -171,3 +172,21 @@ def least_distances(robot: Robot, scene: Scene, q: Array) -> Array:
     collision = Collision(robot, scene)
     itself, distances = np.array([pair.itself for pair in collision.pairs]), collision.distances(q)
     return np.stack([distances[:, itself == kind].min(axis=1, initial=np.inf) for kind in (False, True)], axis=1)
+
+
+CLEARANCE = LimitKind(
+    "clearance",
+    "distances from the robot's links to obstacles and to each other, at every instant",
+    lambda limited, scene: clearance_limit(limited.robot, scene),
+    (
+        Parameter(
+            "scene",
+            "",
+            "obstacles and clearances, a trajevo.Scene or its settings",
+            lambda name, given, unit: Scene.of(given),
+            type=dict[str, Any],
+            table=True,
+            plain=lambda scene: scene.settings,
+        ),
+    ),
+)

@@ -1,4 +1,4 @@
-"""Limits of the joints, by the exact extremes of a motion, and of effort at its samples; overshoot and duration."""
+"""Limits of the joints, by the exact extremes of a motion, and of effort at its samples."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ import numpy as np
 
 from trajevo.base.arrays import Array, scaled
 from trajevo.dynamics.rollout import Rollout
-from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint
-from trajevo.path.via_points import ViaPoints
+from trajevo.formulation.constraints.kind import LimitKind, Parameter, share_kept_free
 from trajevo.robot.robot import Robot
-from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch
+from trajevo.trajectory.batch import DERIVATIVES
 
 
 def position_limits(robot: Robot) -> Constraint:
@@ -64,10 +63,8 @@ def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
     Raises:
         InvalidInputError: another margin.
     """
-    if isinstance(margin, bool) or not isinstance(margin, int | float) or not 0.0 <= margin < 1.0:
-        raise InvalidInputError(f"effort_margin: expected a share from 0 to below 1, got {margin!r}")
     kept = np.flatnonzero(np.isfinite(robot.limits.effort))
-    share = 1.0 - margin
+    share = 1.0 - share_kept_free("effort_margin", margin, "1")
     excess, terms = (partial(function, share=share) for function in (_effort_excess, _effort_terms))
     return Constraint(
         limit_names("effort", robot, kept),
@@ -78,54 +75,6 @@ def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
         limit=tuple((robot.limits.effort * share)[kept].tolist()),
         share=share,
     )
-
-
-def mean_velocity_limits(robot: Robot) -> Constraint:
-    """Greatest mean velocity of any segment and joint over its limit, minus 1; implied by the velocity limits."""
-    return Constraint(
-        ("mean velocity",), robot.reference, _mean_velocity_excess, quantity="mean velocity", proof="extremes"
-    )
-
-
-def _mean_velocity_excess(rollout: Rollout) -> Array:
-    q = rollout.q.reshape(len(rollout.trajectory), -1, rollout.dynamics.samples, rollout.robot.dof)
-    mean = (q[:, :, -1] - q[:, :, 0]) / rollout.trajectory.segment_durations[:, :, None]
-    share = mean * np.sign(mean.real) / rollout.robot.limits.velocity
-    worst: Array = share.reshape(len(share), -1).max(axis=1, keepdims=True) - 1.0
-    return worst
-
-
-def overshoot_limit(points: ViaPoints, most: float) -> Constraint:
-    """How far any joint leaves the range of the points [rad or m], exact, over what is allowed, minus 1."""
-    excess = partial(_overshoot_excess, points=points, most=most)
-    return Constraint(
-        ("overshoot",), "range of the via points", excess, quantity="overshoot", limit=most, proof="extremes"
-    )
-
-
-def overshoot(trajectory: TrajectoryBatch, points: ViaPoints) -> Array:
-    """How far every joint leaves the range of the points, exact, shape (B, n_joints) [rad or m]."""
-    least, greatest = trajectory.extremes(0)
-    beyond: Array = np.maximum(points.positions.min(axis=0) - least, greatest - points.positions.max(axis=0))
-    return np.maximum(beyond, 0.0)
-
-
-def _overshoot_excess(rollout: Rollout, *, points: ViaPoints, most: float) -> Array:
-    worst: Array = overshoot(rollout.trajectory, points).max(axis=1, keepdims=True) / most - 1.0
-    return worst
-
-
-def time_limit(longest: float) -> Constraint:
-    """Duration over the longest one [s], minus 1."""
-    excess = partial(_time_excess, longest=longest)
-    return Constraint(
-        ("longest time",), "longest time allowed", excess, quantity="duration", limit=longest, proof="extremes"
-    )
-
-
-def _time_excess(rollout: Rollout, *, longest: float) -> Array:
-    excess: Array = rollout.trajectory.duration[:, None] / longest - 1.0
-    return excess
 
 
 def _effort_excess(rollout: Rollout, *, share: float) -> Array:
@@ -214,3 +163,25 @@ def limit_of(robot: Robot, derivative: int) -> Array:
 def limit_names(quantity: str, robot: Robot, kept: Iterable[int]) -> tuple[str, ...]:
     """Names of a constraint's columns, one for each joint that is limited."""
     return tuple(f"{quantity} of {robot.joint_names[joint]}" for joint in kept)
+
+
+POSITION = LimitKind(
+    "position", "joints stay in their ranges, at every instant", lambda limited: position_limits(limited.robot)
+)
+
+VELOCITY = LimitKind(
+    "velocity", "velocities of the joints, at every instant", lambda limited: velocity_limits(limited.robot)
+)
+
+ACCELERATION = LimitKind(
+    "acceleration", "accelerations of the joints, at every instant", lambda limited: acceleration_limits(limited.robot)
+)
+
+JERK = LimitKind("jerk", "jerks of the joints, at every instant", lambda limited: jerk_limits(limited.robot))
+
+EFFORT = LimitKind(
+    "effort",
+    "torques and forces of the actuators, payload included",
+    lambda limited, effort_margin: effort_limits(limited.robot, margin=effort_margin),
+    (Parameter("effort_margin", "1", "share of the effort limits that is kept free", share_kept_free, default=0.0),),
+)

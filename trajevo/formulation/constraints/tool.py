@@ -1,4 +1,4 @@
-"""Objectives and constraints that look at the tool instead of the joints, at the samples of a rollout."""
+"""Limits that look at the tool instead of the joints, at the samples of a rollout."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.kind import LimitKind, Parameter, finite, positive
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
@@ -26,10 +26,10 @@ def tool_speed_limit(robot: Robot, most: float) -> Constraint:
     Raises:
         InvalidInputError: no positive number.
     """
-    _check(most, "most", positive=True)
-    function = partial(_speed_excess, kinematics=ToolKinematics.of(robot), most=float(most))
+    most = positive("most", most, "m/s")
+    function = partial(_speed_excess, kinematics=ToolKinematics.of(robot), most=most)
     reference = f"tool speed of at most {most:g} m/s"
-    return Constraint(("tool speed",), reference, function, quantity="tool speed", limit=float(most))
+    return Constraint(("tool speed",), reference, function, quantity="tool speed", limit=most)
 
 
 def keep_out_height(robot: Robot, least: float) -> Constraint:
@@ -38,10 +38,10 @@ def keep_out_height(robot: Robot, least: float) -> Constraint:
     Raises:
         InvalidInputError: no finite number.
     """
-    _check(least, "least", positive=False)
-    function = partial(_height_excess, kinematics=ToolKinematics.of(robot), least=float(least))
+    least = finite("least", least, "m")
+    function = partial(_height_excess, kinematics=ToolKinematics.of(robot), least=least)
     reference = f"tool at least {least:g} m above the base"
-    return Constraint(("tool height",), reference, function, quantity="tool height", limit=float(least))
+    return Constraint(("tool height",), reference, function, quantity="tool height", limit=least)
 
 
 def tool_speed(rollout: Rollout, kinematics: ToolKinematics) -> Array:
@@ -62,7 +62,16 @@ def _height_excess(rollout: Rollout, *, kinematics: ToolKinematics, least: float
     return excess
 
 
-def _check(value: float, name: str, *, positive: bool) -> None:
-    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    if not number or not np.isfinite(value) or (positive and value <= 0.0):
-        raise InvalidInputError(f"{name}: expected a {'positive' if positive else 'finite'} number, got {value!r}")
+TOOL_SPEED = LimitKind(
+    "tool_speed",
+    "speed of the tool's origin",
+    lambda limited, tool_speed: tool_speed_limit(limited.robot, tool_speed),
+    (Parameter("tool_speed", "m/s", "greatest speed of the tool"),),
+)
+
+TOOL_HEIGHT = LimitKind(
+    "tool_height",
+    "height of the tool's origin over the base, at the samples",
+    lambda limited, tool_height: keep_out_height(limited.robot, tool_height),
+    (Parameter("tool_height", "m", "least z of the tool in the base frame", finite),),
+)

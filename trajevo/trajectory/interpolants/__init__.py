@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from trajevo.base.plugins import Registry
 from trajevo.trajectory.interpolants.cubic import CubicSpline
 from trajevo.trajectory.interpolants.hybrid_quartic import HybridQuartic
 from trajevo.trajectory.interpolants.interpolant import Interpolant, Variable
@@ -22,7 +23,17 @@ THROUGH_POINTS: dict[str, Callable[..., Interpolant]] = {
     "septic_spline": SepticSpline,
 }
 
+#: The same, with those of other packages.
+NAMED_INTERPOLANTS: Registry[Callable[..., Interpolant]] = Registry(
+    kind="interpolant",
+    group="trajevo.interpolants",
+    own=THROUGH_POINTS,
+    expected="a class derived from trajevo.Interpolant",
+    fits=lambda found: isinstance(found, type) and issubclass(found, Interpolant),
+)
+
 __all__ = [
+    "NAMED_INTERPOLANTS",
     "THROUGH_POINTS",
     "CubicSpline",
     "HybridQuartic",

@@ -7,13 +7,13 @@ import pytest
 
 from tests.helpers import refused
 from trajevo import load_robot
-from trajevo.formulation import catalogue
+from trajevo.base import plugins
 from trajevo.formulation.constraints.joint_limits import effort_limits
-from trajevo.formulation.objectives import Objective, total_time
+from trajevo.formulation.objectives import NAMED_OBJECTIVES, OBJECTIVES, Objective, total_time
 from trajevo.problems import ViaPointProblem
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 
-NAMES = list(catalogue.OBJECTIVES)
+NAMES = [name for name, objective in OBJECTIVES.items() if "payload variable" not in objective.needs]
 
 
 @pytest.fixture(scope="module")
@@ -148,15 +148,15 @@ NO_OBJECTIVE = total_time
 
 def test_other_packages_register_objectives(monkeypatch, x):
     points = {
-        name: EntryPoint(name, f"tests.formulation.test_catalogue:{value}", catalogue.OBJECTIVE_GROUP)
+        name: EntryPoint(name, f"tests.formulation.test_by_name:{value}", NAMED_OBJECTIVES.group)
         for name, value in (("lateness", "LATENESS"), ("broken", "NO_OBJECTIVE"), ("lost", "NOWHERE"))
     }
-    monkeypatch.setattr(catalogue, "entry_points", lambda group: tuple(points.values()))
+    monkeypatch.setattr(plugins, "entry_points", lambda group: tuple(points.values()))
     mine = ViaPointProblem(points=TABLE_1_JOINTS, objectives=("lateness", "time"))
     F = mine.evaluate(x)[0]
     np.testing.assert_array_equal(F[:, 0], F[:, 1])
     refused(
         lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("broken",)),
-        "'broken': .*is no trajevo.formulation.objectives.Objective",
+        "'broken': .*is not a trajevo.Objective",
     )
     refused(lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("lost",)), "'lost': .*cannot be imported")

@@ -1,0 +1,125 @@
+"""What is chosen by name: trajevo's own, and what other installed packages add through their entry points."""
+
+from __future__ import annotations
+
+import difflib
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Generic, TypeVar, final
+
+from trajevo.errors import InvalidInputError, checked_name
+
+T = TypeVar("T")
+
+#: The distribution whose entry points go before those of others of the same name.
+_OWN = "trajevo"
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Registry(Generic[T]):
+    """Things of one kind by name. A name of trajevo's own always means its own.
+
+    Attributes:
+        kind: what one of them is called, ``"objective"``.
+        group: entry-point group in which other packages register theirs.
+        own: trajevo's own.
+        expected: what must be registered, for the message: ``"a trajevo.Objective"``.
+        fits: whether something is that.
+    """
+
+    kind: str
+    group: str
+    own: Mapping[str, T]
+    expected: str
+    fits: Callable[[Any], bool]
+
+    def names(self) -> list[str]:
+        """All names at hand, those of other packages last."""
+        return [*self.own, *(name for name in registered(self.group) if name not in self.own)]
+
+    def find(self, name: object, *, what: str | None = None) -> T:
+        """The thing of a name.
+
+        Args:
+            name: what was asked for.
+            what: what the message calls it, its kind if None.
+
+        Raises:
+            UnknownNameError: there is none.
+            InvalidInputError: another package registers something that cannot be used.
+        """
+        if isinstance(name, str) and name in self.own:
+            return self.own[name]
+        points = registered(self.group)
+        asked = checked_name(what or self.kind, name, [*self.own, *points])
+        return self._loaded(points[asked])
+
+    def all(self) -> dict[str, T]:
+        """All that can be used, by name; of what other packages register and cannot be used, a warning is given."""
+        found = dict(self.own)
+        for name, point in registered(self.group).items():
+            if name in self.own:
+                continue
+            try:
+                found[name] = self._loaded(point)
+            except InvalidInputError as error:
+                warnings.warn(str(error), stacklevel=2)
+        return found
+
+    def _loaded(self, point: EntryPoint) -> T:
+        found: T = loaded(point, self.kind, self.expected, self.fits)
+        name = getattr(found, "name", point.name)
+        if isinstance(name, str) and name != point.name:
+            raise InvalidInputError(f"{self.kind} {point.name!r}: {point.value} is named {name!r}; the two must agree")
+        return found
+
+
+def registered(group: str) -> dict[str, EntryPoint]:
+    """Entry points of a group by name, in the order of their names.
+
+    Raises:
+        InvalidInputError: two packages other than trajevo register different things under one name.
+    """
+    found: dict[str, EntryPoint] = {}
+    for point in sorted(entry_points(group=group), key=lambda point: (point.name, not _is_own(point))):
+        first = found.setdefault(point.name, point)
+        if first.value != point.value and not _is_own(first):
+            raise InvalidInputError(
+                f"{group}: two packages register {point.name!r}, as {first.value} and as {point.value}; uninstall one"
+            )
+    return found
+
+
+def loaded(point: EntryPoint, kind: str, expected: str, fits: Callable[[Any], bool]) -> Any:
+    """What an entry point stands for.
+
+    Args:
+        point: the entry point.
+        kind: what it registers, for the message.
+        expected: what that must be, for the message.
+        fits: whether something is that.
+
+    Raises:
+        InvalidInputError: it cannot be imported, or is something else.
+    """
+    try:
+        found = point.load()
+    except (ImportError, AttributeError) as error:
+        raise InvalidInputError(f"{kind} {point.name!r}: {point.value} cannot be imported: {error}") from error
+    if not fits(found):
+        raise InvalidInputError(f"{kind} {point.name!r}: {point.value} is not {expected}")
+    return found
+
+
+def known_keys(key: str, valid: Iterable[str]) -> str:
+    """The end of a sentence about an unknown key: the nearest one that there is, where one is near, and all of them."""
+    names = sorted(valid)
+    near = difflib.get_close_matches(key, names, n=1)
+    return (f"did you mean {near[0]!r}? known: " if near else "known: ") + ", ".join(names)
+
+
+def _is_own(point: EntryPoint) -> bool:
+    return getattr(point.dist, "name", None) == _OWN

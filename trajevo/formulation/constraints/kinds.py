@@ -1,0 +1,129 @@
+"""Kinds of limits by name: trajevo's own and those of other packages.
+
+To add one, write a file with its function and its :class:`~trajevo.formulation.constraints.kind.LimitKind`, and name
+that here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from trajevo.base.plugins import Registry, known_keys
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.formulation.constraints.certified import held
+from trajevo.formulation.constraints.clearance import CLEARANCE
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.joint_limits import ACCELERATION, EFFORT, JERK, POSITION, VELOCITY
+from trajevo.formulation.constraints.kind import Limited, LimitKind, Parameter
+from trajevo.formulation.constraints.motion_limits import LONGEST_TIME, MEAN_VELOCITY, OVERSHOOT
+from trajevo.formulation.constraints.tool import TOOL_HEIGHT, TOOL_SPEED
+
+#: Kinds of limits by name; those that are asked for by a parameter have their columns in this order, after the named.
+KINDS: dict[str, LimitKind] = {
+    kind.name: kind
+    for kind in (
+        POSITION,
+        VELOCITY,
+        ACCELERATION,
+        JERK,
+        MEAN_VELOCITY,
+        OVERSHOOT,
+        EFFORT,
+        TOOL_SPEED,
+        TOOL_HEIGHT,
+        LONGEST_TIME,
+        CLEARANCE,
+    )
+}
+
+#: Kinds of limits by name, with those of other packages.
+NAMED_KINDS: Registry[LimitKind] = Registry(
+    kind="constraint",
+    group="trajevo.constraints",
+    own=KINDS,
+    expected="a trajevo.formulation.constraints.kind.LimitKind",
+    fits=lambda found: isinstance(found, LimitKind),
+)
+
+
+def constraints_of(
+    names: Sequence[str], limited: Limited, *, limits: str = "certified", **given: Any
+) -> tuple[Constraint, ...]:
+    """The limits of a problem: those that are named, then those that a parameter asks for.
+
+    Args:
+        names: kinds of limits that take no parameter, or only such as have a default.
+        limited: robot, points and interpolant.
+        limits: ``"certified"``, effort and tool speed are proven between the samples, see
+            :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
+        **given: parameters of limits; None is as good as not given.
+
+    Raises:
+        UnknownNameError: no such constraint, or another value of ``limits``.
+        InvalidInputError: the names are no list, no limit takes such a parameter, or its value cannot be used.
+    """
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise InvalidInputError(f"constraints: expected a list of names, got {names!r}")
+    kinds = kinds_for(names, given)
+    by_name = [kind.name for kind in kinds.values() if kind.by_name]
+    for name in names:
+        _check_named(name, kinds, by_name)
+    for kind in kinds.values():
+        _check_unused(kind, names, given)
+    found = [kinds[name].constraint(limited, given) for name in names]
+    asked = [kind for kind in kinds.values() if not kind.by_name and kind.asked_for(given)]
+    return held([*found, *(kind.constraint(limited, given) for kind in asked)], limits)
+
+
+def kinds_for(names: Sequence[str], given: Mapping[str, Any]) -> dict[str, LimitKind]:
+    """The kinds among which names and parameters are looked for; those of other packages only where they are needed.
+
+    Raises:
+        InvalidInputError: no kind has a parameter of that name.
+    """
+    if all(name in KINDS for name in names) and set(given) <= set(parameters_of(KINDS)):
+        return KINDS
+    kinds = NAMED_KINDS.all()
+    for name in names:
+        NAMED_KINDS.find(name)  # says why one of another package cannot be used
+    known = parameters_of(kinds)
+    for key in given:
+        if key not in known:
+            raise InvalidInputError(f"constraints: no limit takes {key!r}; {known_keys(key, known)}")
+    return kinds
+
+
+def parameters_of(kinds: Mapping[str, LimitKind]) -> dict[str, Parameter]:
+    """The parameters of kinds by name, in the kinds' order.
+
+    Raises:
+        InvalidInputError: two kinds have one of the same name.
+    """
+    found: dict[str, Parameter] = {}
+    for kind in kinds.values():
+        for parameter in kind.parameters:
+            if parameter.name in found:
+                raise InvalidInputError(
+                    f"constraint {kind.name!r}: its parameter {parameter.name!r} needs another name, which is taken"
+                )
+            found[parameter.name] = parameter
+    return found
+
+
+def _check_named(name: str, kinds: Mapping[str, LimitKind], by_name: list[str]) -> None:
+    if name in kinds and name not in by_name:
+        needed = next(p.name for p in kinds[name].parameters if p.default is None)
+        raise InvalidInputError(f"constraints: {name!r} holds where {needed!r} is given, it is not named here")
+    checked_name("constraint", name, by_name)
+
+
+def _check_unused(kind: LimitKind, names: Sequence[str], given: Mapping[str, Any]) -> None:
+    """Refuse a parameter of a limit that is not named."""
+    if not kind.by_name or kind.name in names:
+        return
+    for parameter in kind.parameters:
+        if given.get(parameter.name, parameter.default) not in (None, parameter.default):
+            raise InvalidInputError(
+                f"{parameter.name}: expected {kind.name!r} among the constraints, of which it is a parameter"
+            )

@@ -1,0 +1,84 @@
+"""Limits of the motion as a whole: mean velocities, overshoot beyond the via points, duration."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.kind import LimitKind, Parameter
+from trajevo.path.via_points import ViaPoints
+from trajevo.robot.robot import Robot
+from trajevo.trajectory.batch import TrajectoryBatch
+
+
+def mean_velocity_limits(robot: Robot) -> Constraint:
+    """Greatest mean velocity of any segment and joint over its limit, minus 1; implied by the velocity limits."""
+    return Constraint(
+        ("mean velocity",), robot.reference, _mean_velocity_excess, quantity="mean velocity", proof="extremes"
+    )
+
+
+def _mean_velocity_excess(rollout: Rollout) -> Array:
+    q = rollout.q.reshape(len(rollout.trajectory), -1, rollout.dynamics.samples, rollout.robot.dof)
+    mean = (q[:, :, -1] - q[:, :, 0]) / rollout.trajectory.segment_durations[:, :, None]
+    share = mean * np.sign(mean.real) / rollout.robot.limits.velocity
+    worst: Array = share.reshape(len(share), -1).max(axis=1, keepdims=True) - 1.0
+    return worst
+
+
+def overshoot_limit(points: ViaPoints, most: float) -> Constraint:
+    """How far any joint leaves the range of the points [rad or m], exact, over what is allowed, minus 1."""
+    excess = partial(_overshoot_excess, points=points, most=most)
+    return Constraint(
+        ("overshoot",), "range of the via points", excess, quantity="overshoot", limit=most, proof="extremes"
+    )
+
+
+def overshoot(trajectory: TrajectoryBatch, points: ViaPoints) -> Array:
+    """How far every joint leaves the range of the points, exact, shape (B, n_joints) [rad or m]."""
+    least, greatest = trajectory.extremes(0)
+    beyond: Array = np.maximum(points.positions.min(axis=0) - least, greatest - points.positions.max(axis=0))
+    return np.maximum(beyond, 0.0)
+
+
+def _overshoot_excess(rollout: Rollout, *, points: ViaPoints, most: float) -> Array:
+    worst: Array = overshoot(rollout.trajectory, points).max(axis=1, keepdims=True) / most - 1.0
+    return worst
+
+
+def time_limit(longest: float) -> Constraint:
+    """Duration over the longest one [s], minus 1."""
+    excess = partial(_time_excess, longest=longest)
+    return Constraint(
+        ("longest time",), "longest time allowed", excess, quantity="duration", limit=longest, proof="extremes"
+    )
+
+
+def _time_excess(rollout: Rollout, *, longest: float) -> Array:
+    excess: Array = rollout.trajectory.duration[:, None] / longest - 1.0
+    return excess
+
+
+MEAN_VELOCITY = LimitKind(
+    "mean_velocity",
+    "mean velocities of the joints over every segment",
+    lambda limited: mean_velocity_limits(limited.robot),
+)
+
+OVERSHOOT = LimitKind(
+    "overshoot",
+    "how far a joint leaves the range of the via points, at every instant",
+    lambda limited, overshoot: overshoot_limit(limited.points, overshoot),
+    (Parameter("overshoot", "rad or m", "how far a joint may leave the range of the points"),),
+)
+
+LONGEST_TIME = LimitKind(
+    "longest_time",
+    "duration of the motion",
+    lambda limited, longest_time: time_limit(longest_time),
+    (Parameter("longest_time", "s", "greatest duration"),),
+)
