@@ -13,7 +13,7 @@ import numpy as np
 from trajevo.base.arrays import Array, numbers
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import checked_name
-from trajevo.formulation.constraints.kind import Limited
+from trajevo.formulation.constraints.constraint import Limited
 from trajevo.formulation.constraints.kinds import constraints_of
 from trajevo.formulation.objectives import objectives_of
 from trajevo.formulation.problem import TrajectoryProblem

@@ -40,12 +40,8 @@ class Registry(Generic[T]):
         """All names at hand, those of other packages last."""
         return [*self.own, *(name for name in registered(self.group) if name not in self.own)]
 
-    def find(self, name: object, *, what: str | None = None) -> T:
+    def find(self, name: object) -> T:
         """The thing of a name.
-
-        Args:
-            name: what was asked for.
-            what: what the message calls it, its kind if None.
 
         Raises:
             UnknownNameError: there is none.
@@ -54,7 +50,7 @@ class Registry(Generic[T]):
         if isinstance(name, str) and name in self.own:
             return self.own[name]
         points = registered(self.group)
-        asked = checked_name(what or self.kind, name, [*self.own, *points])
+        asked = checked_name(self.kind, name, [*self.own, *points])
         return self._loaded(points[asked])
 
     def all(self) -> dict[str, T]:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import pydantic
 
+from trajevo.base.plugins import known_keys
 from trajevo.errors import InvalidInputError, TrajevoError
 
 _TABLE = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
@@ -89,7 +90,7 @@ def validated(model: type[Model], content: dict[str, Any], places: Places) -> Mo
     try:
         return model.model_validate(content)
     except pydantic.ValidationError as error:
-        raise InvalidInputError(places.told(_deepest(error))) from error
+        raise InvalidInputError(places.told(_deepest(error), model)) from error
 
 
 @dataclass(frozen=True)
@@ -110,11 +111,20 @@ class Places:
         at = f"{self.file}: line {line}: " if line else f"{self.file}: "
         return at + ".".join(map(str, place)) + (": " if place else "")
 
-    def told(self, error: Any) -> str:
-        """An error of pydantic as one sentence."""
+    def told(self, error: Any, model: type[pydantic.BaseModel], beside: Iterable[str] = ()) -> str:
+        """An error of pydantic as one sentence; of an unknown key it names those that the model knows there.
+
+        Args:
+            error: what pydantic found.
+            model: what the file must fit.
+            beside: keys at the top of the file that the model does not know.
+        """
         # Unions put the names of their members into the place; keys of the file are left.
         place = tuple(p for p in error["loc"] if isinstance(p, int) or (p.isidentifier() and not p.startswith("_")))
         place = tuple(p for p in place if p not in ("float", "str", "list", "dict", "MovingSettings"))
+        if error["type"] == "extra_forbidden":
+            known = [*_keys_at(model, error["loc"]), *(beside if len(place) == 1 else ())]
+            return f"{self.prefix(place)}unknown key; {known_keys(str(place[-1]), known)}"
         got = "" if error["type"] in ("missing", "value_error") else f", got {error['input']!r}"
         return self.prefix(place) + str(error["msg"]).removeprefix("Value error, ") + got
 
@@ -137,3 +147,19 @@ class Places:
 def _deepest(error: pydantic.ValidationError) -> Any:
     """The most telling of the errors: in a union that of the member that got furthest."""
     return max(error.errors(), key=lambda found: (found["type"] not in _OTHER_KIND, len(found["loc"])))
+
+
+def _keys_at(model: type[pydantic.BaseModel], place: Place) -> list[str]:
+    """The keys that a model knows where an unknown one stands."""
+    models = [model]
+    for part in place[:-1]:
+        inside = [field for found in models for name, field in found.model_fields.items() if name == part]
+        named = [found for found in models if found.__name__ == part]  # a member of a union, by its class
+        models = [found for field in inside for found in _models_in(field.annotation)] or named or models
+    return [field.alias or name for found in models for name, field in found.model_fields.items()]
+
+
+def _models_in(annotation: Any) -> list[type[pydantic.BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, pydantic.BaseModel):
+        return [annotation]
+    return [found for part in get_args(annotation) for found in _models_in(part)]

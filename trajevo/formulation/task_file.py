@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import pydantic
 
 from trajevo.base.toml import Places, read_toml, validated
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.constraint import Parameter
 from trajevo.formulation.search import Search
+from trajevo.formulation.via_points import limit_parameters
 
 _Number = Annotated[float, pydantic.Strict()]
 _Values = _Number | str | list[_Number | str] | dict[str, _Number | str]
@@ -75,19 +79,18 @@ class MovingSettings(_Strict):
         return self
 
 
-class _Constraints(_Strict):
+class _Constraints(pydantic.BaseModel):
+    """What is limited; :func:`task_model` adds the parameters of limits."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, strict=True)
+
     limits: list[str] = ["position", "velocity", "acceleration", "jerk", "effort"]
-    effort_margin: _Number = 0.0
-    overshoot: _Number | None = None
-    tool_speed: _Number | None = None
-    tool_height: _Number | None = None
-    longest_time: _Number | None = None
     held: Literal["sampled", "certified"] = "certified"
 
 
 class TaskSettings(_Strict):
     """The keys of ``task.toml``; SI, save for ``angle``, the unit of the points' joint positions and ``rpy`` and of
-    the boxes in joint space.
+    the boxes in joint space. :func:`task_model` adds the parameters of limits.
     """
 
     format: Literal[1] = 1
@@ -102,7 +105,6 @@ class TaskSettings(_Strict):
     duration_bounds: tuple[_Number, _Number]
     objectives: list[str] = ["time", "energy"]
     constraints: _Constraints = _Constraints()
-    scene: dict[str, Any] | None = None
     reference_point: list[_Number] | None = None
     algorithm: Search = Search()
     seed: Annotated[int, pydantic.Field(strict=True, ge=0)] = 1
@@ -120,6 +122,41 @@ class TaskSettings(_Strict):
         """How the task is solved."""
         return self.algorithm.updated(seed=self.seed)
 
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What is given of the parameters of limits, in ``[constraints]`` and in tables of their own."""
+        tables = self.model_dump(include=self.model_fields_set - set(TaskSettings.model_fields))
+        return self.constraints.model_dump(exclude=set(_Constraints.model_fields), exclude_unset=True) | tables
+
+
+def task_model() -> type[TaskSettings]:
+    """The keys of ``task.toml`` with the parameters of all limits at hand.
+
+    Raises:
+        InvalidInputError: a parameter has the name of another key.
+    """
+    return _with_parameters(tuple(limit_parameters().values()))
+
+
+@cache
+def _with_parameters(parameters: tuple[Parameter, ...]) -> type[TaskSettings]:
+    keys, tables = ({p.name: _key(p) for p in parameters if p.table is table} for table in (False, True))
+    for added, model in ((keys, _Constraints), (tables, TaskSettings)):
+        taken = [name for name in added if name in model.model_fields]
+        if taken:
+            raise InvalidInputError(f"constraints: a limit's parameter {taken[0]!r} needs another name, which is taken")
+    constraints: Any = pydantic.create_model("_Constraints", __base__=_Constraints, **keys)
+    made: Any = pydantic.create_model(
+        "TaskSettings", __base__=TaskSettings, constraints=(constraints, constraints()), **tables
+    )
+    return cast("type[TaskSettings]", made)
+
+
+def _key(parameter: Parameter) -> Any:
+    """Type and default of a parameter's key."""
+    kind = parameter.type if parameter.default is not None else parameter.type | None
+    return kind, pydantic.Field(parameter.default, description=parameter.help, strict=True)
+
 
 def read_task(file: Path) -> tuple[TaskSettings, Places]:
     """The keys of a task, and their lines.
@@ -129,4 +166,4 @@ def read_task(file: Path) -> tuple[TaskSettings, Places]:
             line and key.
     """
     content, places = read_toml(file)
-    return validated(TaskSettings, content, places), places
+    return validated(task_model(), content, places), places

@@ -13,7 +13,7 @@ from trajevo.base.arrays import numbers
 from trajevo.base.plugins import known_keys
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.kind import Limited, Parameter
+from trajevo.formulation.constraints.constraint import Limited, Parameter
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
 from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of
@@ -150,7 +150,7 @@ def limit_parameters() -> dict[str, Parameter]:
 
 
 def _as_argument(parameter: Parameter) -> inspect.Parameter:
-    kind = parameter.type if parameter.default is not None else parameter.type | None
+    kind = Any if parameter.plain else parameter.type if parameter.default is not None else parameter.type | None
     return inspect.Parameter(parameter.name, inspect.Parameter.KEYWORD_ONLY, default=parameter.default, annotation=kind)
 
 
@@ -160,7 +160,7 @@ def _documented(text: str) -> str:
     return text.replace("**parameters: of limits", "\n        ".join([*lines, "**parameters: of limits"]))
 
 
-ViaPointProblem.__signature__ = _Signature()  # type: ignore[attr-defined]
+ViaPointProblem.__signature__ = _Signature()
 ViaPointProblem.__doc__ = _documented(ViaPointProblem.__doc__ or "")
 
 

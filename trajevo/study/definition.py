@@ -169,7 +169,7 @@ def load_study(file: str | Path) -> Study:
     try:
         settings = StudySettings.model_validate(content)
     except pydantic.ValidationError as error:
-        raise InvalidInputError(places.told(error.errors()[0])) from error
+        raise InvalidInputError(places.told(error.errors()[0], StudySettings, beside=SEARCH)) from error
     given = settings.model_dump(exclude={"format", "factors"})
     try:
         return Study(**given, **search, factors=_flat(settings.factors), folder=path.resolve().parent)

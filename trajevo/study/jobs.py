@@ -13,7 +13,7 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
 from trajevo.formulation.search import Search
 from trajevo.formulation.task import task_problem
-from trajevo.formulation.task_file import TaskSettings
+from trajevo.formulation.task_file import task_model
 from trajevo.solvers.evolutionary.algorithms import algorithm_for
 from trajevo.solvers.optimise import decided
 from trajevo.study.record import Cell, StudyRecord, canonical
@@ -89,7 +89,7 @@ def _problem(record: StudyRecord, arguments: dict[str, Any]) -> TrajectoryProble
     # The lines of the task's file are not those of what a factor puts into it.
     places = Places(Path(record.task.folder) / "task.toml", {})
     try:
-        return task_problem(validated(TaskSettings, content, places), places)
+        return task_problem(validated(task_model(), content, places), places)
     except TrajevoError as error:
         raise InvalidInputError(str(error).removeprefix(places.prefix(()))) from error
 
@@ -117,7 +117,7 @@ def _put(content: dict[str, Any], name: str, value: Any) -> None:
     keys = name.split(".")
     if keys[0] in _NOT_IN_TASKS:
         raise InvalidInputError(f"{name}: a study does not vary this key of a task; the search has {', '.join(SEARCH)}")
-    checked_name("key of a task", keys[0], [key for key in TaskSettings.model_fields if key not in _NOT_IN_TASKS])
+    checked_name("key of a task", keys[0], [key for key in task_model().model_fields if key not in _NOT_IN_TASKS])
     table = content
     for depth, key in enumerate(keys[:-1], start=1):
         table = table.setdefault(key, {})

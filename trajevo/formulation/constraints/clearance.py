@@ -27,8 +27,7 @@ from trajevo.formulation.constraints.clearance_gradients import (
 )
 from trajevo.formulation.constraints.clearance_search import ClearanceSearch
 from trajevo.formulation.constraints.collision import Collision, Pair
-from trajevo.formulation.constraints.constraint import Constraint
-from trajevo.formulation.constraints.kind import LimitKind, Parameter
+from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Parameter
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct

@@ -10,8 +10,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, scaled
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.constraint import Constraint
-from trajevo.formulation.constraints.kind import LimitKind, Parameter, share_kept_free
+from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Parameter, share_kept_free
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import DERIVATIVES
 

@@ -1,7 +1,7 @@
 """Kinds of limits by name: trajevo's own and those of other packages.
 
-To add one, write a file with its function and its :class:`~trajevo.formulation.constraints.kind.LimitKind`, and name
-that here.
+To add one, write a file with its function and its :class:`~trajevo.formulation.constraints.constraint.LimitKind`, and
+name that here.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from trajevo.base.plugins import Registry, known_keys
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
-from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, Parameter
 from trajevo.formulation.constraints.joint_limits import ACCELERATION, EFFORT, JERK, POSITION, VELOCITY
-from trajevo.formulation.constraints.kind import Limited, LimitKind, Parameter
 from trajevo.formulation.constraints.motion_limits import LONGEST_TIME, MEAN_VELOCITY, OVERSHOOT
 from trajevo.formulation.constraints.tool import TOOL_HEIGHT, TOOL_SPEED
 
@@ -42,7 +41,7 @@ NAMED_KINDS: Registry[LimitKind] = Registry(
     kind="constraint",
     group="trajevo.constraints",
     own=KINDS,
-    expected="a trajevo.formulation.constraints.kind.LimitKind",
+    expected="a trajevo.LimitKind",
     fits=lambda found: isinstance(found, LimitKind),
 )
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.constraint import Constraint
-from trajevo.formulation.constraints.kind import LimitKind, Parameter
+from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Parameter
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch

@@ -8,8 +8,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.constraint import Constraint
-from trajevo.formulation.constraints.kind import LimitKind, Parameter, finite, positive
+from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Parameter, finite, positive
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
