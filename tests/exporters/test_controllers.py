@@ -14,7 +14,8 @@ from trajevo import optimise
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.exporters.controllers import replay_table, states, urscript
-from trajevo.exporters.export import FORMATS, export, extension, is_exported, motion_schema
+from trajevo.exporters.export import EXPORTERS, export, extension, is_exported
+from trajevo.exporters.samples import motion_schema
 from trajevo.problems import HybridManipulator, PointingMechanism, ViaPointProblem
 
 #: A joint of the PUMA 560 that the points leave where it is.
@@ -277,7 +278,7 @@ def test_degrees_are_refused(knee, tmp_path, format):
 
 
 def test_names_of_files_differ_and_are_known_again(knee, tmp_path):
-    assert len({extension(format) for format in FORMATS}) == len(FORMATS)
+    assert len({extension(format) for format in EXPORTERS}) == len(EXPORTERS)
     assert [extension(format) for format in ("ros2", "mujoco", "urscript")] == ["yaml", "mujoco.csv", "script"]
     for format in ("csv", "json", "ros2", "mujoco", "urscript"):
         assert is_exported(export(knee, tmp_path / f"knee.{extension(format)}", format=format, step=0.1))

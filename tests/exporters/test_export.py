@@ -7,7 +7,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from trajevo import PolynomialBatch, TrajevoError, optimise
-from trajevo.exporters.export import export, motion_schema
+from trajevo.exporters.export import export
+from trajevo.exporters.samples import motion_schema
 from trajevo.problems import PointingMechanism, TimeJerkReparameterisation
 
 

@@ -18,7 +18,7 @@ from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.sensitivity import sensitivity
 from trajevo.cli.results import REPORT_FILE, SOLUTION_HELP, RunArgument, beside, front_of
 from trajevo.cli.terminal import print_run, print_verifications
-from trajevo.exporters.export import FORMATS, FRONT_FORMATS, extension
+from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
 from trajevo.plots.animation import animate
 from trajevo.plots.report import report as write_report
@@ -48,7 +48,7 @@ def export(
         str | None,
         typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee, in netcdf all of them."),
     ] = None,
-    format: Annotated[str, typer.Option(help=f"{', '.join(FORMATS)}.")] = "csv",
+    format: Annotated[str, typer.Option(help=f"{', '.join(NAMED_EXPORTERS.names())}.")] = "csv",
     step: Annotated[
         float | None, typer.Option(help="Time between samples, or of a block [s]; 0.01, or as the format is used.")
     ] = None,
@@ -58,10 +58,10 @@ def export(
     ] = None,
 ) -> None:
     """Write the motion of one solution for a controller or a spreadsheet, or the whole front for other programs."""
-    front, ending = front_of(run), extension(format)
-    if solution is None and format not in FRONT_FORMATS:
+    exporter, front = NAMED_EXPORTERS.find(format), front_of(run)
+    if solution is None and exporter.holds == "motion":
         solution = "knee"
-    target = out or beside(run, f"{solution or 'front'}.{ending}")
+    target = out or beside(run, f"{solution or 'front'}.{exporter.ending}")
     source = front if solution is None else front.pick(solution)
     _out.print(f"written: {write(source, target, format=format, step=step, angle=angle)}")
 

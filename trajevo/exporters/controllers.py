@@ -1,4 +1,4 @@
-"""Motions for robots and their simulators: ROS 2 trajectories, MuJoCo replays and URScript programs.
+"""For robots and their simulators: ROS 2 trajectories, MoveIt limits, MuJoCo replays and URScript programs.
 
 All of them are SI. Each says in comments what its rows are.
 """
@@ -16,7 +16,9 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
+from trajevo.exporters.exporter import Exporter, comments
 from trajevo.front.front import Solution
+from trajevo.robot.limit_files import write_joint_limits
 from trajevo.robot.transmission import Direct
 from trajevo.verification.certify import certify
 
@@ -196,3 +198,40 @@ def _decimal(value: float) -> str:
 
 def _angles(row: Array) -> str:
     return f"[{', '.join(map(_decimal, row.tolist()))}]"
+
+
+def _ros2(solution: Solution, step: float, angle: str) -> str:
+    return comments(solution) + joint_trajectory(solution, step)
+
+
+def _moveit(solution: Solution, step: float, angle: str) -> str:
+    robot = solution.front.problem.robot
+    return comments(solution) + write_joint_limits(robot.limits, robot.joint_names)
+
+
+def _mujoco(solution: Solution, step: float, angle: str) -> str:
+    return comments(solution) + replay_table(solution, step)
+
+
+def _urscript(solution: Solution, step: float, angle: str) -> str:
+    return urscript(solution, step)
+
+
+ROS2 = Exporter("ros2", "yaml", "a trajectory_msgs/JointTrajectory as YAML", _ros2, si=True)
+
+MOVEIT = Exporter("moveit", "joint_limits.yaml", "the robot's limits as MoveIt reads them", _moveit, si=True)
+
+# A replay is a table too, and must not take the name of the motion's. The step is MuJoCo's own.
+MUJOCO = Exporter("mujoco", "mujoco.csv", "CSV at a fixed rate for a replay in MuJoCo", _mujoco, step=0.002, si=True)
+
+# Every controller that has servoj can run its cycle in 0.008 s.
+URSCRIPT = Exporter(
+    "urscript",
+    "script",
+    "a program that streams the motion to a controller of Universal Robots",
+    _urscript,
+    needs="six joints that turn",
+    step=0.008,
+    si=True,
+    beginning=b"# trajevo: ",
+)

@@ -10,6 +10,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.errors import InvalidInputError
+from trajevo.exporters.exporter import Exporter, comments
 from trajevo.front.front import Solution
 from trajevo.verification.certify import certify
 
@@ -123,3 +124,25 @@ def _distance(points: Array, start: Array, end: Array) -> Array:
     share = np.clip(((points - start) * along).sum(axis=1) / np.square(along).sum(axis=1), 0.0, 1.0)
     distance: Array = np.linalg.norm(points - start - share[:, None] * along, axis=1)
     return distance
+
+
+def _feed(solution: Solution, step: float, angle: str) -> str:
+    return comments(solution) + feed_table(solution, step)
+
+
+def _gcode(solution: Solution, step: float, angle: str) -> str:
+    return g_code(solution, step)
+
+
+_LINEAR = "linear axes alone, named by letters of XYZUVW"
+
+FEED = Exporter("feed", "feed", "CSV of straight blocks with their feeds, mm and mm/min", _feed, needs=_LINEAR)
+
+GCODE = Exporter(
+    "gcode",
+    "gcode",
+    "straight blocks as G1 lines with their feeds, mm and mm/min",
+    _gcode,
+    needs=_LINEAR,
+    beginning=b"; trajevo",
+)

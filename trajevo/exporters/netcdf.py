@@ -21,6 +21,7 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen
 from trajevo.base.units import per_time
 from trajevo.errors import InvalidInputError, NoSolutionError
+from trajevo.exporters.exporter import Exporter
 from trajevo.front.front import Front, Solution
 from trajevo.front.records import History
 from trajevo.robot.joints import JointLimits
@@ -296,3 +297,20 @@ def _identifiers(names: Sequence[str]) -> list[str]:
         free = next(candidate for candidate in numbered if candidate.lower() not in made)
         made[free.lower()] = free
     return list(made.values())
+
+
+def _netcdf(source: Front | Solution, step: float | None, angle: str) -> memoryview:
+    return netcdf(source, step)
+
+
+NETCDF = Exporter(
+    "netcdf",
+    "nc",
+    "everything that a front, or one solution of it, holds, for MATLAB, Python and ncview",
+    _netcdf,
+    holds="front",
+    step=None,
+    si=True,
+    beginning=MAGIC,
+    recognises=is_netcdf,
+)
