@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from trajevo.dynamics.rollout import Rollout
     from trajevo.errors import TrajevoError
     from trajevo.exporters.export import export
+    from trajevo.exporters.exporter import Exporter
     from trajevo.formulation.constraints.clearance import clearance_along
-    from trajevo.formulation.constraints.constraint import Constraint
+    from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter
     from trajevo.formulation.constraints.motion_limits import overshoot
     from trajevo.formulation.constraints.scene import Scene
     from trajevo.formulation.objectives import Objective
@@ -108,7 +109,7 @@ _NAMES = {
     "formulation.constraints.motion_limits": ("overshoot",),
     # Problems
     "formulation.objectives": ("Objective",),
-    "formulation.constraints.constraint": ("Constraint",),
+    "formulation.constraints.constraint": ("Constraint", "LimitKind", "LimitParameter"),
     "formulation.problem": ("TrajectoryProblem",),
     "formulation.via_points": ("ViaPointProblem",),
     "formulation.registry": ("load_problem",),
@@ -134,6 +135,7 @@ _NAMES = {
     # What is proven, and files
     "verification.certify": ("certify", "certify_all"),
     "verification.verify": ("verify",),
+    "exporters.exporter": ("Exporter",),
     "exporters.export": ("export",),
     "plots.report": ("report",),
     "plots.animation": ("animate",),
@@ -155,6 +157,7 @@ __all__ = [
     "CubicSpline",
     "DaskCluster",
     "Dynamics",
+    "Exporter",
     "Front",
     "GeometricPath",
     "HybridQuartic",
@@ -162,6 +165,8 @@ __all__ = [
     "Interpolant",
     "JointBox",
     "JointLimits",
+    "LimitKind",
+    "LimitParameter",
     "LinearBlends",
     "Motion",
     "Objective",

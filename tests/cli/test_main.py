@@ -17,7 +17,11 @@ from tests.helpers import trajevo, trajevo_process
 from trajevo import Front
 from trajevo.capacity.dlcc import dlcc
 from trajevo.cli.main import COMMANDS
+from trajevo.exporters.export import EXPORTERS
+from trajevo.formulation.constraints.kinds import KINDS, parameters_of
+from trajevo.formulation.objectives import OBJECTIVES
 from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES
+from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 SMALL = ["--generations", "8", "--population", "20", "--no-polish"]
 
@@ -119,11 +123,13 @@ def test_capacity_of_a_robot_without_effort_limits_is_unlimited(run):
     assert "unlimited: no joint has an effort limit" in trajevo("capacity", run).stdout
 
 
-def test_list_names_problems_robots_and_limits():
+def test_list_names_problems_parts_and_robots():
     result = trajevo("list")
     assert result.returncode == 0
     for expected in ("pointing", "Sun 2020", "pointing_mechanism", "jerk", "effort"):
         assert expected in result.stdout
+    names = (*OBJECTIVES, *KINDS, *parameters_of(KINDS), *THROUGH_POINTS, *EXPORTERS)
+    assert [name for name in names if name not in result.stdout] == []
 
 
 def test_show_prints_the_choices_with_units(run):

@@ -17,6 +17,7 @@ from trajevo.exporters.controllers import replay_table, states, urscript
 from trajevo.exporters.export import EXPORTERS, export, extension, is_exported
 from trajevo.exporters.samples import motion_schema
 from trajevo.problems import HybridManipulator, PointingMechanism, ViaPointProblem
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 
 #: A joint of the PUMA 560 that the points leave where it is.
 STANDING = 3
@@ -26,7 +27,7 @@ SMALL = {"seed": 1, "generations": 3, "population": 12, "progress": False}
 
 @pytest.fixture(scope="module")
 def front():
-    return optimise(ViaPointProblem(robot="puma560", payload=1.0), **SMALL, polish=False)
+    return optimise(ViaPointProblem(robot="puma560", points=TABLE_1_JOINTS, payload=1.0), **SMALL, polish=False)
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,7 @@ class _Home(NamedTuple):
 
 #: Commands in the order in which ``trajevo --help`` lists them.
 COMMANDS = {
-    "list": _Home("robots", "list_everything", "List the problems and the robots at hand."),
+    "list": _Home("robots", "list_everything", "List problems, what they are put together from, formats and robots."),
     "check-robot": _Home(
         "robots",
         "check_robot",

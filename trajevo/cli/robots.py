@@ -36,7 +36,7 @@ _out = Console(soft_wrap=True, highlight=False)
 
 
 def list_everything() -> None:
-    """List the problems and the robots at hand."""
+    """List problems, what they are put together from, formats and robots."""
     print_list(_out)
 
 

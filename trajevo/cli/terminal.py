@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -11,6 +12,10 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from trajevo.errors import InvalidInputError
+from trajevo.exporters.export import NAMED_EXPORTERS
+from trajevo.formulation.constraints.constraint import LimitParameter
+from trajevo.formulation.constraints.kinds import NAMED_KINDS
+from trajevo.formulation.objectives import NAMED_OBJECTIVES
 from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front
 from trajevo.plots.report import objective_headers, run_facts
@@ -18,11 +23,12 @@ from trajevo.robot.examine import RobotExamination
 from trajevo.robot.locate import list_example_robots
 from trajevo.robot.robot import list_robots, load_robot
 from trajevo.solvers.rivals import RIVALS_NOTE, rivals_of, rivals_table
+from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS
 from trajevo.verification.verify import Utilisation, Verification
 
 
 def print_list(out: Console) -> None:
-    """Print the problems and the robots at hand."""
+    """Print problems, what they are put together from, formats and robots."""
     problems = Table(
         "problem", "title", Column("registered as", overflow="fold"), title="Problems", title_justify="left"
     )
@@ -43,8 +49,34 @@ def print_list(out: Console) -> None:
         missing = [kind for kind in limits if kind not in given]
         robots.add_row(name, str(robot.dof), ", ".join(given), ", ".join(missing))
     out.print(problems)
+    _print_parts(out)
     out.print(robots)
     out.print(f"and of example-robot-data, or any URDF (trajevo check-robot): {', '.join(list_example_robots())}")
+
+
+def _print_parts(out: Console) -> None:
+    """Print what problems and tasks are put together from, by name, and the formats that motions are written in."""
+    rows: list[tuple[str, ...]] = [(o.name, o.unit, o.help) for o in NAMED_OBJECTIVES.all().values()]
+    out.print(_table("Objectives", ("name", "unit", "what is minimised"), rows))
+    rows = [(kind.name, "\n".join(map(_parameter, kind.parameters)), kind.help) for kind in NAMED_KINDS.all().values()]
+    out.print(_table("Limits", ("name", "parameters", "what is limited"), rows))
+    classes = NAMED_INTERPOLANTS.all().items()
+    rows = [(name, (inspect.getdoc(found) or "").split("\n")[0]) for name, found in classes]
+    out.print(_table("Interpolants", ("name", "what it is"), rows))
+    formats = NAMED_EXPORTERS.all().values()
+    rows = [(e.name, f".{e.ending}", e.help + (f"; for {e.needs}" if e.needs else "")) for e in formats]
+    out.print(_table("Export formats", ("name", "file", "what it holds"), rows))
+
+
+def _parameter(parameter: LimitParameter) -> str:
+    return f"{parameter.name} [{parameter.unit}]" if parameter.unit else parameter.name
+
+
+def _table(title: str, headers: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
+    table = Table(*headers, title=title, title_justify="left")
+    for row in rows:
+        table.add_row(*map(escape, row))
+    return table
 
 
 def print_run(out: Console, front: Front, angle: str | None) -> None:

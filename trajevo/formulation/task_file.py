@@ -10,7 +10,7 @@ import pydantic
 
 from trajevo.base.toml import Places, read_toml, validated
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.constraint import Parameter
+from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
 
@@ -139,7 +139,7 @@ def task_model() -> type[TaskSettings]:
 
 
 @cache
-def _with_parameters(parameters: tuple[Parameter, ...]) -> type[TaskSettings]:
+def _with_parameters(parameters: tuple[LimitParameter, ...]) -> type[TaskSettings]:
     keys, tables = ({p.name: _key(p) for p in parameters if p.table is table} for table in (False, True))
     for added, model in ((keys, _Constraints), (tables, TaskSettings)):
         taken = [name for name in added if name in model.model_fields]
@@ -152,7 +152,7 @@ def _with_parameters(parameters: tuple[Parameter, ...]) -> type[TaskSettings]:
     return cast("type[TaskSettings]", made)
 
 
-def _key(parameter: Parameter) -> Any:
+def _key(parameter: LimitParameter) -> Any:
     """Type and default of a parameter's key."""
     kind = parameter.type if parameter.default is not None else parameter.type | None
     return kind, pydantic.Field(parameter.default, description=parameter.help, strict=True)

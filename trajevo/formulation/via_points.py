@@ -13,7 +13,7 @@ from trajevo.base.arrays import numbers
 from trajevo.base.plugins import known_keys
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.constraint import Limited, Parameter
+from trajevo.formulation.constraints.constraint import Limited, LimitParameter
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
 from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of
@@ -136,7 +136,7 @@ class _Signature:
         return inspect.Signature([*_ARGUMENTS, *map(_as_argument, limit_parameters().values())])
 
 
-def limit_parameters() -> dict[str, Parameter]:
+def limit_parameters() -> dict[str, LimitParameter]:
     """The parameters of all limits at hand by name, those of other packages last.
 
     Raises:
@@ -149,7 +149,7 @@ def limit_parameters() -> dict[str, Parameter]:
     return found
 
 
-def _as_argument(parameter: Parameter) -> inspect.Parameter:
+def _as_argument(parameter: LimitParameter) -> inspect.Parameter:
     kind = Any if parameter.plain else parameter.type if parameter.default is not None else parameter.type | None
     return inspect.Parameter(parameter.name, inspect.Parameter.KEYWORD_ONLY, default=parameter.default, annotation=kind)
 

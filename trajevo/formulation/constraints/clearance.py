@@ -27,7 +27,7 @@ from trajevo.formulation.constraints.clearance_gradients import (
 )
 from trajevo.formulation.constraints.clearance_search import ClearanceSearch
 from trajevo.formulation.constraints.collision import Collision, Pair
-from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Parameter
+from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
@@ -178,7 +178,7 @@ CLEARANCE = LimitKind(
     "distances from the robot's links to obstacles and to each other, at every instant",
     lambda limited, scene: clearance_limit(limited.robot, scene),
     (
-        Parameter(
+        LimitParameter(
             "scene",
             "",
             "obstacles and clearances, a trajevo.Scene or its settings",

@@ -130,8 +130,8 @@ def _is_number(value: Any) -> bool:
 
 @final
 @dataclass(frozen=True)
-class Parameter:
-    """A parameter of a limit.
+class LimitParameter:
+    """A parameter of a kind of limit.
 
     It is a keyword argument of :class:`~trajevo.formulation.via_points.ViaPointProblem`, a key of ``[constraints]`` in
     a task, and ``--set NAME=VALUE`` on the command line.
@@ -183,7 +183,7 @@ class LimitKind:
     name: str
     help: str
     make: Callable[..., Constraint]
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[LimitParameter, ...] = ()
 
     @property
     def by_name(self) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, scaled
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Parameter, share_kept_free
+from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter, share_kept_free
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import DERIVATIVES
 
@@ -182,5 +182,9 @@ EFFORT = LimitKind(
     "effort",
     "torques and forces of the actuators, payload included",
     lambda limited, effort_margin: effort_limits(limited.robot, margin=effort_margin),
-    (Parameter("effort_margin", "1", "share of the effort limits that is kept free", share_kept_free, default=0.0),),
+    (
+        LimitParameter(
+            "effort_margin", "1", "share of the effort limits that is kept free", share_kept_free, default=0.0
+        ),
+    ),
 )

@@ -13,7 +13,7 @@ from trajevo.base.plugins import Registry, known_keys
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
-from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, Parameter
+from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, LimitParameter
 from trajevo.formulation.constraints.joint_limits import ACCELERATION, EFFORT, JERK, POSITION, VELOCITY
 from trajevo.formulation.constraints.motion_limits import LONGEST_TIME, MEAN_VELOCITY, OVERSHOOT
 from trajevo.formulation.constraints.tool import TOOL_HEIGHT, TOOL_SPEED
@@ -93,13 +93,13 @@ def kinds_for(names: Sequence[str], given: Mapping[str, Any]) -> dict[str, Limit
     return kinds
 
 
-def parameters_of(kinds: Mapping[str, LimitKind]) -> dict[str, Parameter]:
+def parameters_of(kinds: Mapping[str, LimitKind]) -> dict[str, LimitParameter]:
     """The parameters of kinds by name, in the kinds' order.
 
     Raises:
         InvalidInputError: two kinds have one of the same name.
     """
-    found: dict[str, Parameter] = {}
+    found: dict[str, LimitParameter] = {}
     for kind in kinds.values():
         for parameter in kind.parameters:
             if parameter.name in found:

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Parameter
+from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -72,12 +72,12 @@ OVERSHOOT = LimitKind(
     "overshoot",
     "how far a joint leaves the range of the via points, at every instant",
     lambda limited, overshoot: overshoot_limit(limited.points, overshoot),
-    (Parameter("overshoot", "rad or m", "how far a joint may leave the range of the points"),),
+    (LimitParameter("overshoot", "rad or m", "how far a joint may leave the range of the points"),),
 )
 
 LONGEST_TIME = LimitKind(
     "longest_time",
     "duration of the motion",
     lambda limited, longest_time: time_limit(longest_time),
-    (Parameter("longest_time", "s", "greatest duration"),),
+    (LimitParameter("longest_time", "s", "greatest duration"),),
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Parameter, finite, positive
+from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter, finite, positive
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
@@ -65,12 +65,12 @@ TOOL_SPEED = LimitKind(
     "tool_speed",
     "speed of the tool's origin",
     lambda limited, tool_speed: tool_speed_limit(limited.robot, tool_speed),
-    (Parameter("tool_speed", "m/s", "greatest speed of the tool"),),
+    (LimitParameter("tool_speed", "m/s", "greatest speed of the tool"),),
 )
 
 TOOL_HEIGHT = LimitKind(
     "tool_height",
     "height of the tool's origin over the base, at the samples",
     lambda limited, tool_height: keep_out_height(limited.robot, tool_height),
-    (Parameter("tool_height", "m", "least z of the tool in the base frame", finite),),
+    (LimitParameter("tool_height", "m", "least z of the tool in the base frame", finite),),
 )
