@@ -18,10 +18,15 @@ class UnknownNameError(TrajevoError):
     """A name was given that is not registered; the message lists those that are and repeats the nearest."""
 
     def __init__(self, kind: str, name: object, valid: Iterable[str]) -> None:
-        names = sorted(valid)
-        nearest = difflib.get_close_matches(str(name), names, n=1)
-        meant = f"; did you mean {nearest[0]!r}?" if nearest and len(names) > 1 else ""
-        super().__init__(f"unknown {kind} {str(name)!r}; known: {', '.join(names) or 'none'}{meant}")
+        super().__init__(f"unknown {kind} {str(name)!r}; {known_names(str(name), valid)}")
+
+
+def known_names(given: str, valid: Iterable[str]) -> str:
+    """The end of a sentence about an unknown name: all that are known, and the nearest where one is near."""
+    names = sorted(valid)
+    nearest = difflib.get_close_matches(given, names, n=1)
+    meant = f"; did you mean {nearest[0]!r}?" if nearest and len(names) > 1 else ""
+    return f"known: {', '.join(names) or 'none'}{meant}"
 
 
 def checked_name(kind: str, name: object, valid: Iterable[str]) -> str:

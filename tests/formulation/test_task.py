@@ -136,7 +136,7 @@ def test_points_may_be_poses_in_a_csv_file(write, tmp_path):
         ("mass = 3.0", 'mass = "3"', "task.toml: line 20: payload.mass: .*valid number, got '3'"),
         ("mass = 3.0", "mass = -3.0", "line (19|20): payload.*: expected a number from 0 on"),
         ("mass = 3.0", "", "line 19: payload.mass: Field required"),
-        ("com =", "cog =", "line 21: payload.cog: unknown key; did you mean 'com'\\? known: com, inertia, mass, model"),
+        ("com =", "cog =", "line 21: payload.cog: unknown key; known: com, inertia, mass, model; did you mean 'com'"),
         ("duration_bounds = [0.3, 4.0]", "", "task.toml: duration_bounds: Field required"),
         ("[0.3, 4.0]", "[4.0, 0.3]", "line 8: duration_bounds: expected 0 < lower < upper .*got 4.0 and 0.3"),
         ("[0.3, 4.0]", "[0.3]", "line 8: duration_bounds"),
@@ -157,11 +157,11 @@ def test_points_may_be_poses_in_a_csv_file(write, tmp_path):
             "unknown algorithm 'ga'; known: age-moea2, moea/d, nsga2, nsga3, rvea, sms-emoa, spea2, u-nsga3",
         ),
         ("format = 1", "format = 2", "line 1: format: "),
-        ("format = 1", "sead = 3", "line 1: sead: unknown key; did you mean 'seed'\\? known: algorithm, .*scene, seed"),
+        ("format = 1", "sead = 3", "line 1: sead: unknown key; known: algorithm, .*scene, seed; did you mean 'seed'"),
         (
             "[payload]",
             "[constraints]\ntool_sped = 1.0\n[payload]",
-            "line 20: constraints.tool_sped: unknown key; did you mean 'tool_speed'\\? known: ",
+            "line 20: constraints.tool_sped: unknown key; known: .*; did you mean 'tool_speed'",
         ),
         ("[payload]", '[constraints]\ntool_speed = "1"\n[payload]', "line 20: constraints.tool_speed: .*valid number"),
         (

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar, final
@@ -108,13 +107,6 @@ def loaded(point: EntryPoint, kind: str, expected: str, fits: Callable[[Any], bo
     if not fits(found):
         raise InvalidInputError(f"{kind} {point.name!r}: {point.value} is not {expected}")
     return found
-
-
-def known_keys(key: str, valid: Iterable[str]) -> str:
-    """The end of a sentence about an unknown key: the nearest one that there is, where one is near, and all of them."""
-    names = sorted(valid)
-    near = difflib.get_close_matches(key, names, n=1)
-    return (f"did you mean {near[0]!r}? known: " if near else "known: ") + ", ".join(names)
 
 
 def _is_own(point: EntryPoint) -> bool:

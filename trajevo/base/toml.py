@@ -12,8 +12,7 @@ from typing import Any, TypeVar, get_args
 
 import pydantic
 
-from trajevo.base.plugins import known_keys
-from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.errors import InvalidInputError, TrajevoError, known_names
 
 _TABLE = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*=""")
@@ -124,7 +123,7 @@ class Places:
         place = tuple(p for p in place if p not in ("float", "str", "list", "dict", "MovingSettings"))
         if error["type"] == "extra_forbidden":
             known = [*_keys_at(model, error["loc"]), *(beside if len(place) == 1 else ())]
-            return f"{self.prefix(place)}unknown key; {known_keys(str(place[-1]), known)}"
+            return f"{self.prefix(place)}unknown key; {known_names(str(place[-1]), known)}"
         got = "" if error["type"] in ("missing", "value_error") else f", got {error['input']!r}"
         return self.prefix(place) + str(error["msg"]).removeprefix("Value error, ") + got
 

@@ -10,9 +10,8 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import numbers
-from trajevo.base.plugins import known_keys
 from trajevo.dynamics.inverse_dynamics import Dynamics
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, known_names
 from trajevo.formulation.constraints.constraint import Limited, LimitParameter
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
@@ -171,7 +170,7 @@ def _check_keys(given: Mapping[str, Any]) -> None:
     known = [*(argument.name for argument in _ARGUMENTS), *limit_parameters()]
     for key in given:
         if key not in known:
-            raise InvalidInputError(f"ViaPointProblem takes no {key!r}; {known_keys(key, known)}")
+            raise InvalidInputError(f"ViaPointProblem takes no {key!r}; {known_names(key, known)}")
 
 
 def _settings_of_limits(given: Mapping[str, Any], limits: str) -> dict[str, Any]:

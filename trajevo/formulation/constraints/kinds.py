@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from trajevo.base.plugins import Registry, known_keys
-from trajevo.errors import InvalidInputError, checked_name
+from trajevo.base.plugins import Registry
+from trajevo.errors import InvalidInputError, checked_name, known_names
 from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
 from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, LimitParameter
@@ -89,7 +89,7 @@ def kinds_for(names: Sequence[str], given: Mapping[str, Any]) -> dict[str, Limit
     known = parameters_of(kinds)
     for key in given:
         if key not in known:
-            raise InvalidInputError(f"constraints: no limit takes {key!r}; {known_keys(key, known)}")
+            raise InvalidInputError(f"constraints: no limit takes {key!r}; {known_names(key, known)}")
     return kinds
 
 
