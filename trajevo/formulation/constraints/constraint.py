@@ -162,7 +162,9 @@ class LimitParameter:
 
     def setting(self, given: Any) -> Any:
         """What was given as plain data."""
-        return given if self.plain is None or given is None else self.plain(self.value(given))
+        if self.plain is None or given is None:
+            return given.item() if isinstance(given, np.generic) else given
+        return self.plain(self.value(given))
 
 
 @final
