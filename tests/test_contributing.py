@@ -34,6 +34,7 @@ limits = ["velocity", "acceleration"]
 most_power = {most}
 
 [algorithm]
+name = "small-steps"
 population = 12
 generations = 3
 """
@@ -110,6 +111,13 @@ def with_the_exporter():
     return problem()  # every front is exported below
 
 
+def with_the_algorithm():
+    made = problem()
+    front = optimise(made, **SMALL | {"algorithm": "small-steps"})
+    assert "PM(prob=0.9, eta=80" in front.run.settings["mutation"]
+    return made
+
+
 def with_the_problem():
     made = load_problem("swing", angle=0.4)
     assert made.settings == {"angle": 0.4}
@@ -122,6 +130,7 @@ USES = {
     "limit": with_the_limit,
     "interpolant": with_the_interpolant,
     "exporter": with_the_exporter,
+    "algorithm": with_the_algorithm,
     "problem": with_the_problem,
 }
 
@@ -191,7 +200,7 @@ def test_the_examples_are_used_from_the_command_line(tmp_path):
     assert done.returncode == 0, done.stderr
     assert Front.load(tmp_path / "set/front.json").record.settings["most_power"] == 1e4
     listed = trajevo("list").stdout
-    for name in ("peak_power", "most_power", "even", "octave", "swing"):
+    for name in ("peak_power", "most_power", "even", "octave", "small-steps", "swing"):
         assert name in listed
 
 

@@ -19,9 +19,10 @@ from trajevo.formulation.constraints.constraint import Guarantee
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, parameters_of
 from trajevo.formulation.objectives import NAMED_OBJECTIVES, OBJECTIVES, objectives_of, total_time
 from trajevo.formulation.task_file import task_model
+from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, THROUGH_POINTS
 
-REGISTRIES = (NAMED_OBJECTIVES, NAMED_KINDS, NAMED_INTERPOLANTS, NAMED_EXPORTERS)
+REGISTRIES = (NAMED_OBJECTIVES, NAMED_KINDS, NAMED_INTERPOLANTS, NAMED_EXPORTERS, NAMED_ALGORITHMS)
 UR5 = {"name": "ur5", "tool": "tool0", "limits": {"acceleration": 10.0, "jerk": 100.0}}
 POINTS = [[0.0, -1.5, 1.5, -1.5, -1.5, 0.0], [0.5, -1.0, 1.2, -1.7, -1.2, 0.3], [1.0, -1.4, 1.4, -1.4, -1.5, 0.0]]
 SI = re.compile(r"(?:rad|kg|m|s|N|J|W|1|\{joint\}|\{effort\}|or| )(?:\^\d)?(?:[*/](?:rad|kg|m|s|N|J|W)(?:\^\d)?)*")

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from trajevo.robot.joints import JointLimits
     from trajevo.robot.payload import Payload
     from trajevo.robot.robot import Robot, load_robot
+    from trajevo.solvers.evolutionary.algorithms import EvolutionaryAlgorithm
     from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
     from trajevo.solvers.gradient.polish import polish
     from trajevo.solvers.gradient.weighted_sum import minimise_weighted
@@ -115,6 +116,7 @@ _NAMES = {
     "formulation.registry": ("load_problem",),
     "formulation.search": ("Search",),
     # Searches and what comes out
+    "solvers.evolutionary.algorithms": ("EvolutionaryAlgorithm",),
     "solvers.optimise": ("Task", "load_task", "optimise"),
     "solvers.gradient.polish": ("polish",),
     "solvers.run.runs": ("read_run", "resume"),
@@ -157,6 +159,7 @@ __all__ = [
     "CubicSpline",
     "DaskCluster",
     "Dynamics",
+    "EvolutionaryAlgorithm",
     "Exporter",
     "Front",
     "GeometricPath",

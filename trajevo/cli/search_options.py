@@ -11,7 +11,7 @@ import typer
 
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.search import Search
-from trajevo.solvers.evolutionary.algorithms import ALGORITHMS
+from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 
 
 def search_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -48,7 +48,7 @@ def _option(name: str) -> inspect.Parameter:
     kind = next(kind for kind in (bool, str, int, float) if kind in kinds)
     says = str(field.description)
     if name == "algorithm":
-        says = f"{says} {', '.join(ALGORITHMS)}."
+        says = f"{says} {', '.join(NAMED_ALGORITHMS.names())}."
     flag = _flag(name)
     flags = [f"{flag}/--no-{flag[2:]}"] if kind is bool else [flag]
     annotation = Annotated[kind | None, typer.Option(*flags, help=says)]  # type: ignore[valid-type]

@@ -22,6 +22,7 @@ from trajevo.plots.report import objective_headers, run_facts
 from trajevo.robot.examine import RobotExamination
 from trajevo.robot.locate import list_example_robots
 from trajevo.robot.robot import list_robots, load_robot
+from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 from trajevo.solvers.rivals import RIVALS_NOTE, rivals_of, rivals_table
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS
 from trajevo.verification.verify import Utilisation, Verification
@@ -63,6 +64,8 @@ def _print_parts(out: Console) -> None:
     classes = NAMED_INTERPOLANTS.all().items()
     rows = [(name, (inspect.getdoc(found) or "").split("\n")[0]) for name, found in classes]
     out.print(_table("Interpolants", ("name", "what it is"), rows))
+    rows = [(algorithm.name, algorithm.help) for algorithm in NAMED_ALGORITHMS.all().values()]
+    out.print(_table("Algorithms", ("name", "what it is"), rows))
     formats = NAMED_EXPORTERS.all().values()
     rows = [(e.name, f".{e.ending}", e.help + (f"; for {e.needs}" if e.needs else "")) for e in formats]
     out.print(_table("Export formats", ("name", "file", "what it holds"), rows))

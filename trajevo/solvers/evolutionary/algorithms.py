@@ -21,7 +21,8 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.util.ref_dirs import get_reference_directions
 
 from trajevo.base.arrays import Array
-from trajevo.errors import InvalidInputError, checked_name
+from trajevo.base.plugins import Registry
+from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import DEFAULT_STARTS, OF_ALGORITHM, USUAL, Search
 from trajevo.solvers.evolutionary.algorithm_state import age_moea2
@@ -32,18 +33,20 @@ from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 @final
 @dataclass(frozen=True)
 class EvolutionaryAlgorithm:
-    """An algorithm that a search may name.
+    """An algorithm that a search can name.
 
     Attributes:
-        make: problem, and sizes and operators by the names of :class:`~trajevo.formulation.search.Search` -> a pymoo
-            algorithm that has not run. Population and offsprings are given always, operators where ``takes`` has them.
-        says: what it is, in a few words.
-        takes: settings of a search that it has.
-        objectives: how many a problem needs at least.
+        name: its name in Python, in tasks and studies, and on the command line.
+        make: gives a pymoo algorithm that has not run, from the problem and the sizes and operators by their names in
+            :class:`~trajevo.formulation.search.Search`: population and offsprings always, and what ``takes`` names.
+        help: what it is, in a few words.
+        takes: the settings of a search that it understands.
+        objectives: how many objectives a problem must have at least.
     """
 
+    name: str
     make: Callable[[TrajectoryProblem, dict[str, Any]], Algorithm]
-    says: str
+    help: str
     takes: tuple[str, ...] = ("population", "offsprings")
     objectives: int = 1
 
@@ -78,17 +81,29 @@ def _age_moea2(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
     return _of_size(age_moea2(), problem, own)
 
 
-#: Name -> algorithm.
+#: Algorithms by name.
 ALGORITHMS: dict[str, EvolutionaryAlgorithm] = {
-    "nsga2": EvolutionaryAlgorithm(_nsga2, "NSGA-II, with the operators of the problem's paper", OF_ALGORITHM),
-    "age-moea2": EvolutionaryAlgorithm(_age_moea2, "AGE-MOEA-II, which needs numba"),
-    "moea/d": EvolutionaryAlgorithm(_moead, "MOEA/D with limits, by directions", objectives=2),
-    "nsga3": EvolutionaryAlgorithm(partial(_along_directions, NSGA3), "NSGA-III, by directions", objectives=2),
-    "rvea": EvolutionaryAlgorithm(partial(_along_directions, RVEA), "RVEA, by directions", objectives=2),
-    "sms-emoa": EvolutionaryAlgorithm(partial(_of_size, SMSEMOA), "SMS-EMOA, by contributions to the hypervolume"),
-    "spea2": EvolutionaryAlgorithm(partial(_of_size, SPEA2), "SPEA2"),
-    "u-nsga3": EvolutionaryAlgorithm(partial(_along_directions, UNSGA3), "U-NSGA-III, by directions", objectives=2),
+    algorithm.name: algorithm
+    for algorithm in (
+        EvolutionaryAlgorithm("nsga2", _nsga2, "NSGA-II, with the operators of the problem's paper", OF_ALGORITHM),
+        EvolutionaryAlgorithm("age-moea2", _age_moea2, "AGE-MOEA-II, which needs numba"),
+        EvolutionaryAlgorithm("moea/d", _moead, "MOEA/D with limits, along reference directions", objectives=2),
+        EvolutionaryAlgorithm("nsga3", partial(_along_directions, NSGA3), "NSGA-III", objectives=2),
+        EvolutionaryAlgorithm("rvea", partial(_along_directions, RVEA), "RVEA", objectives=2),
+        EvolutionaryAlgorithm("sms-emoa", partial(_of_size, SMSEMOA), "SMS-EMOA, by hypervolume contributions"),
+        EvolutionaryAlgorithm("spea2", partial(_of_size, SPEA2), "SPEA2"),
+        EvolutionaryAlgorithm("u-nsga3", partial(_along_directions, UNSGA3), "U-NSGA-III", objectives=2),
+    )
 }
+
+#: The same, with those of other packages.
+NAMED_ALGORITHMS: Registry[EvolutionaryAlgorithm] = Registry(
+    kind="algorithm",
+    group="trajevo.algorithms",
+    own=ALGORITHMS,
+    expected="a trajevo.EvolutionaryAlgorithm",
+    fits=lambda found: isinstance(found, EvolutionaryAlgorithm),
+)
 
 
 @final
@@ -126,7 +141,7 @@ def algorithm_for(search: Search, problem: TrajectoryProblem) -> Chosen:
                 f"{name}: set it on the algorithm that is passed, {type(search.algorithm).__name__}"
             )
         return Chosen(copy.deepcopy(search.algorithm), _described(search.algorithm), "random")
-    named = ALGORITHMS[checked_name("algorithm", search.algorithm, ALGORITHMS)]
+    named = NAMED_ALGORITHMS.find(search.algorithm)
     for name in own:
         if name not in named.takes:
             raise InvalidInputError(f"{name}: the algorithm {search.algorithm!r} has no such setting")
