@@ -23,7 +23,6 @@ from trajevo.formulation.payload_variable import UNUSED_PAYLOAD, PayloadVariable
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.path.boxes import CartesianBox, JointBox
 from trajevo.path.via_points import ViaPoints, joint_points
-from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
 from trajevo.trajectory.interpolants import THROUGH_POINTS, Interpolant
@@ -183,7 +182,11 @@ class ViaPointProblem(TrajectoryProblem):
 
 def via_points(points: Any, robot: Robot) -> ViaPoints:
     """What is visited, see :func:`trajevo.path.via_points.joint_points`; for the PUMA 560 the points of Raji 2022."""
-    return joint_points(TABLE_1_JOINTS if points is None and robot.name == "puma560" else points, robot)
+    if points is None and robot.name == "puma560":
+        from trajevo.problems.puma_kinematics import TABLE_1_JOINTS  # whose package imports this module
+
+        points = TABLE_1_JOINTS
+    return joint_points(points, robot)
 
 
 def _payload_variable(
