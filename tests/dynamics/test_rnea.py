@@ -244,9 +244,7 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     model.name = "lopsided"
     monkeypatch.setattr(rnea, "_known", {})
     honest = getattr(rnea, wrong)
-    monkeypatch.setattr(
-        rnea, wrong, lambda *tree: honest(*tree).replace("rest * rest", "1.000001 * rest * rest")
-    )
+    monkeypatch.setattr(rnea, wrong, lambda *tree: honest(*tree).replace("rest * rest", "1.000001 * rest * rest"))
     motions, torque = stepped(states), np.empty((200, 6))
     states = motions.real
     said = r"robot 'lopsided': .* written out differ from Pinocchio's by .* and are not used"
