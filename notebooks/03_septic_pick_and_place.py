@@ -92,6 +92,7 @@ print(f"{page.name}: {page.stat().st_size / 1e6:.2f} MB")
 # %%
 calm = ViaPointProblem(
     robot="puma560",
+    points=problem.settings["points"],
     interpolant="quintic_spline",
     objectives=("time", "jerk"),
     constraints=("position", "velocity", "acceleration", "jerk", "effort"),

@@ -27,7 +27,8 @@ from trajevo.formulation.objectives import (
     total_time,
 )
 from trajevo.formulation.payload_variable import UNUSED_PAYLOAD, PayloadVariable, greatest_at_rest
-from trajevo.formulation.problem import Evolution, TrajectoryProblem, Weights
+from trajevo.formulation.problem import TrajectoryProblem, Weights
+from trajevo.formulation.search import Search
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, load_robot
@@ -87,7 +88,14 @@ class HybridManipulator(TrajectoryProblem):
 
     registered_name: ClassVar[str] = "hybrid"
     title: ClassVar[str] = "5-DOF hybrid manipulator: time, energy, jerk, acceleration (Guo 2016)"
-    evolution: ClassVar[Evolution] = Evolution(100, 200, 0.9, 10.0, 0.1, 100.0)
+    evolution: ClassVar[Search] = Search(
+        population=100,
+        generations=200,
+        crossover_probability=0.9,
+        crossover_index=10.0,
+        mutation_probability=0.1,
+        mutation_index=100.0,
+    )
     paper_weights: ClassVar[Weights | None] = PAPER_WEIGHTS
 
     def __init__(

@@ -15,7 +15,7 @@ from trajevo.formulation.constraints.joint_limits import effort_limits
 from trajevo.formulation.constraints.path_limits import smooth_path_limits
 from trajevo.formulation.objectives import Objective
 from trajevo.formulation.problem import SmoothForm, TrajectoryProblem
-from trajevo.solvers.gradient.sqp import Search
+from trajevo.solvers.gradient.sqp import WeightedSum
 from trajevo.trajectory.interpolants import Reparameterisation, slowness
 
 #: F₂ falls with this power of t_f while u(t / t_f) stays.
@@ -63,7 +63,7 @@ def least_time(runs: Reparameterisation, smooth: TrajectoryProblem) -> float:
         constraints=smooth.constraints,
     )
     start = np.append(np.ones(runs.n_rises), even)
-    found = Search(wider, np.array([1.0, 0.0])).run(start, 1e-9)
+    found = WeightedSum(wider, np.array([1.0, 0.0])).run(start, 1e-9)
     course = replace(runs, timing="seconds")(found[None]).course
     return float(runs.least_durations(course)[0])
 

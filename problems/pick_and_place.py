@@ -14,11 +14,15 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import checked_name
 from trajevo.formulation.catalogue import objectives_of
-from trajevo.formulation.problem import Evolution, TrajectoryProblem
-from trajevo.formulation.via_points import constraints_of, via_points
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.search import Search
+from trajevo.formulation.via_points import constraints_of
+from trajevo.path.via_points import joint_points
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import load_robot
 from trajevo.trajectory.interpolants import THROUGH_POINTS
+
+from .puma_kinematics import TABLE_1_JOINTS
 
 #: Times between the four points of the paper's motion, section 3.2 [s].
 PAPER_TIMES = (2.0, 4.0, 3.0)
@@ -64,7 +68,14 @@ class PickAndPlace(TrajectoryProblem):
 
     registered_name: ClassVar[str] = "pick-place"
     title: ClassVar[str] = "PUMA 560 pick and place: time, jerk, energy (Raji 2022)"
-    evolution: ClassVar[Evolution] = Evolution(100, 100, 0.9, 15.0, 1.0 / 3.0, 20.0)
+    evolution: ClassVar[Search] = Search(
+        population=100,
+        generations=100,
+        crossover_probability=0.9,
+        crossover_index=15.0,
+        mutation_probability=1.0 / 3.0,
+        mutation_index=20.0,
+    )
     compares_rivals: ClassVar[bool] = True
 
     def __init__(
@@ -83,7 +94,7 @@ class PickAndPlace(TrajectoryProblem):
         known = {"septic": THROUGH_POINTS["polynomial"]} | THROUGH_POINTS
         checked_name("interpolant", interpolant, known)
         robot = load_robot("puma560")
-        via = via_points(points, robot)
+        via = joint_points(TABLE_1_JOINTS if points is None else points, robot)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         names = ("position", *_LIMITS) if position_limits else _LIMITS
         super().__init__(

@@ -35,7 +35,8 @@ from trajevo.formulation.objectives import (
     total_time,
     trapezoid_square_jerk,
 )
-from trajevo.formulation.problem import Evolution, Expansion, TrajectoryProblem
+from trajevo.formulation.problem import Expansion, TrajectoryProblem
+from trajevo.formulation.search import Search
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit
@@ -104,7 +105,14 @@ class TimeJerkReparameterisation(TrajectoryProblem):
 
     registered_name: ClassVar[str] = "reparam"
     title: ClassVar[str] = "Time and jerk along a fixed path (Paing 2021)"
-    evolution: ClassVar[Evolution] = Evolution(100, 100, 0.9, 15.0, 1.0 / 12.0, 20.0)
+    evolution: ClassVar[Search] = Search(
+        population=100,
+        generations=100,
+        crossover_probability=0.9,
+        crossover_index=15.0,
+        mutation_probability=1.0 / 12.0,
+        mutation_index=20.0,
+    )
 
     def __init__(
         self,

@@ -8,16 +8,18 @@ import subprocess
 import sys
 import traceback
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
 
-from trajevo import TrajectoryProblem, TrajevoError, ViaPoints, load_robot
+from trajevo import TrajectoryProblem, TrajevoError, ViaPoints, load_problem, load_robot
 from trajevo.cli.main import main
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.joint_limits import kinematic_limits
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.trajectory.interpolants import QuinticSpline
 
 POINTS = ViaPoints(np.array([[0.2, 0.1], [0.0, 0.3], [-0.2, 0.0]]))
@@ -89,3 +91,10 @@ def refused(call, says: str) -> None:
     with pytest.raises(TrajevoError, match=says) as caught:
         call()
     assert "\n" not in str(caught.value)
+
+
+def any_problem(name: str, **arguments: Any) -> TrajectoryProblem:
+    """A registered problem; where nothing else is said, any robot through any points is the PUMA 560 of Raji 2022."""
+    if name == "via-points" and "points" not in arguments:
+        arguments["points"] = TABLE_1_JOINTS
+    return load_problem(name, **arguments)

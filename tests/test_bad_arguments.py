@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PointingMechanism
-from trajevo.problems.hybrid_manipulator import paper_solution
 
 from tests.helpers import refused
 from trajevo import Front, ViaPoints, load_robot, optimise, plots
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.payload_time import capacity_front
 from trajevo.front import selection
+from trajevo.problems import HybridManipulator, PointingMechanism
+from trajevo.problems.hybrid_manipulator import paper_solution
 from trajevo.robot.robot import Friction
 from trajevo.trajectory.interpolants import THROUGH_POINTS, HybridQuartic, QuinticSpline, SepticSpline, stop_and_go
 

@@ -7,6 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
+from tests.helpers import any_problem
 from trajevo import TrajectoryProblem, load_problem
 from trajevo.formulation.registry import list_problems
 from trajevo.solvers.gradient.sqp import differentiated
@@ -14,7 +15,7 @@ from trajevo.solvers.gradient.sqp import differentiated
 
 @pytest.fixture(params=list_problems())
 def problem(request) -> TrajectoryProblem:
-    return load_problem(request.param)
+    return any_problem(request.param)
 
 
 @pytest.fixture

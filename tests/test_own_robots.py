@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from trajevo.problems import ViaPointProblem
 
 from tests.helpers import refused
 from trajevo import Scene, load_robot, load_task, optimise
 from trajevo.exporters.export import export
 from trajevo.formulation.constraints.clearance import clearance_along
 from trajevo.path.boxes import CartesianBox
+from trajevo.problems import ViaPointProblem
 from trajevo.verification.verify import verify, verify_all
 
 LIMITS = {"acceleration": 12.0, "jerk": 150.0}

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from trajevo.formulation.objectives import Objective
     from trajevo.formulation.problem import TrajectoryProblem
     from trajevo.formulation.registry import load_problem
+    from trajevo.formulation.search import Search
     from trajevo.formulation.via_points import ViaPointProblem
     from trajevo.front.front import Front, Solution
     from trajevo.path.boxes import CartesianBox, JointBox
@@ -112,6 +113,7 @@ _NAMES = {
     "formulation.problem": ("TrajectoryProblem",),
     "formulation.via_points": ("ViaPointProblem",),
     "formulation.registry": ("load_problem",),
+    "formulation.search": ("Search",),
     # Searches and what comes out
     "solvers.optimise": ("Task", "load_task", "optimise"),
     "solvers.gradient.polish": ("polish",),
@@ -173,6 +175,7 @@ __all__ = [
     "Robot",
     "Rollout",
     "Scene",
+    "Search",
     "SepticPolynomial",
     "SepticSpline",
     "SinglePolynomial",

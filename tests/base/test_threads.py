@@ -4,9 +4,9 @@ import threading
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator
 
 from trajevo.base.threads import in_threads, usable_threads
+from trajevo.problems import HybridManipulator
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])

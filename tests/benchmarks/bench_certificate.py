@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-import trajevo.problems
 from compare import compare
-from trajevo.problems import HybridManipulator
-from trajevo.problems.hybrid_manipulator import paper_solution
 
+import trajevo.problems
 from trajevo import TrajectoryProblem, load_problem, optimise
 from trajevo.dynamics.rollout import Rollout
+from trajevo.problems import HybridManipulator
+from trajevo.problems.hybrid_manipulator import paper_solution
 from trajevo.robot.payload import carrying
 from trajevo.solvers.optimise import load_task
 from trajevo.verification.certify import certify

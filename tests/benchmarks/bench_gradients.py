@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 from compare import compare
-from trajevo.problems import HybridManipulator
 
 from trajevo import TrajectoryProblem
+from trajevo.problems import HybridManipulator
 from trajevo.solvers.gradient.sqp import central_differences
 from trajevo.solvers.optimise import load_task
 

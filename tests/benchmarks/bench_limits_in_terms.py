@@ -6,9 +6,9 @@ Run: python tests/benchmarks/bench_limits_in_terms.py. Both search from the same
 import time
 
 import numpy as np
-from trajevo.problems import HybridManipulator
 
-from trajevo.solvers.gradient.sqp import FEASIBLE, Search, random_starts
+from trajevo.problems import HybridManipulator
+from trajevo.solvers.gradient.sqp import FEASIBLE, WeightedSum, random_starts
 
 PAYLOADS = (10.86, 12.0, 12.32)
 TIME_ALONE = np.array([1.0, 0.0, 0.0, 0.0])
@@ -19,7 +19,7 @@ def least_times(in_terms):
     began, steps, found = time.process_time(), 0, []
     for payload in PAYLOADS:
         problem = HybridManipulator(payload=payload, payload_model="weight_only", payload_bounds=(0.0, 13.0))
-        search = Search(problem.in_terms() if in_terms else problem, TIME_ALONE)
+        search = WeightedSum(problem.in_terms() if in_terms else problem, TIME_ALONE)
         x = search.run(random_starts(problem, 1, 1)[0], 1e-9)
         F, G = problem.evaluate(x[None], return_values_of=["F", "G"])
         found.append(float(F[0, 0]) if G.max() <= FEASIBLE else float("inf"))

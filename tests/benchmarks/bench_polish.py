@@ -15,9 +15,9 @@ from itertools import combinations
 
 import matplotlib as mpl
 import numpy as np
-from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 
 from trajevo import Front, TrajectoryProblem, optimise
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from trajevo.solvers.gradient.polish import Polished, polish
 
 SEEDS = (1, 2, 3)

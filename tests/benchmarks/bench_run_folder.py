@@ -11,9 +11,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from trajevo.problems import HybridManipulator
-
 from trajevo import optimise
+from trajevo.problems import HybridManipulator
 
 POPULATION, GENERATIONS, ROUNDS = 100, 200, 7
 

@@ -13,6 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+
+from trajevo import TrajectoryProblem, optimise
 from trajevo.problems import (
     HybridManipulator,
     PickAndPlace,
@@ -20,8 +22,6 @@ from trajevo.problems import (
     TimeJerkReparameterisation,
     ViaPointProblem,
 )
-
-from trajevo import TrajectoryProblem, optimise
 from trajevo.solvers.evolutionary.first_population import first_population
 from trajevo.solvers.optimise import load_task
 

@@ -18,10 +18,10 @@ from pymoo.core.problem import Problem
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
-from trajevo.problems import TimeJerkReparameterisation
 
 from trajevo import optimise
 from trajevo.front.front import Front
+from trajevo.problems import TimeJerkReparameterisation
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 from trajevo.trajectory.along_path import ComposedBatch
 from trajevo.trajectory.parameterisation import Course

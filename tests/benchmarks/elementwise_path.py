@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.interpolate import BSpline
-from trajevo.problems import TimeJerkReparameterisation
 
+from trajevo.problems import TimeJerkReparameterisation
 from trajevo.trajectory.parameterisation import Course
 
 INTERVALS = 1000  # of the trapezoidal rule

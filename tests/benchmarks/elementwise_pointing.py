@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.interpolate import BPoly, PPoly
+
 from trajevo.problems import PointingMechanism
 
 SAMPLES = 200  # of a segment

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 from cases import PLAIN, Case, Line
 from elementwise import HybridLoop
-from trajevo.problems import HybridManipulator
-from trajevo.problems.hybrid_manipulator import paper_solution
 
 from trajevo.capacity.dlcc import SAMPLES, dlcc, dlcc_iterative
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout, lobatto
+from trajevo.problems import HybridManipulator
+from trajevo.problems.hybrid_manipulator import paper_solution
 
 STEPS, HEAVIEST = 20, 40.0  # of the bisection; the mass it begins from [kg]
 

@@ -12,12 +12,12 @@ from cases import PLAIN, Case, Line, not_installed
 from compare import Action
 from pymoo.indicators.hv import HV
 from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
-from trajevo.problems import TimeJerkReparameterisation
 
 from trajevo.base.arrays import Array
 from trajevo.front.hypervolume import hypervolume
+from trajevo.problems import TimeJerkReparameterisation
 from trajevo.solvers.gradient import normal_constraint as nnc
-from trajevo.solvers.gradient.sqp import Search, central_differences, random_starts
+from trajevo.solvers.gradient.sqp import WeightedSum, central_differences, random_starts
 
 POINTS = 6
 TOPPRA = "toppra, jerk not limited"
@@ -77,9 +77,9 @@ def least_time(problem: TimeJerkReparameterisation) -> Iterator[Line]:
         raise SystemExit("the problem has no smooth form")
     form = problem.smooth
     start = form.into(random_starts(problem, 0, 1))[0]
-    found = float(Search(form.problem, np.array([1.0, 0.0])).run(start, 1e-9)[-1])
+    found = float(WeightedSum(form.problem, np.array([1.0, 0.0])).run(start, 1e-9)[-1])
     title = f"least time along a path, {found:.3f} s with jerk limited"
-    ways: dict[str, Action] = {PLAIN: lambda: Search(form.problem, np.array([1.0, 0.0])).run(start, 1e-9)}
+    ways: dict[str, Action] = {PLAIN: lambda: WeightedSum(form.problem, np.array([1.0, 0.0])).run(start, 1e-9)}
     if importlib.util.find_spec("toppra") is None:
         yield from Case(title=title, ways=ways, rounds=9).lines()
         yield not_installed(title, "toppra")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 import numpy as np
 from cases import FAST, PLAIN, Asked, Case, Line
@@ -16,11 +15,11 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
 from subjects import SUBJECTS, ours
-from trajevo.problems import HybridManipulator
 
 from trajevo import TrajectoryProblem, optimise
 from trajevo.base.arrays import Array
-from trajevo.formulation.problem import Evolution
+from trajevo.formulation.search import Search
+from trajevo.problems import HybridManipulator
 from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 
 #: Of the two problems that ratios are asked of; the others run for as many generations as their evaluation one by one
@@ -36,7 +35,7 @@ def lines() -> Iterator[Line]:
     for title, (make, one_by_one) in SUBJECTS.items():
         problem = make()
         whole = "13 knots" in title
-        own = WHOLE if whole else replace(problem.evolution, generations=SHORT)
+        own = WHOLE if whole else problem.evolution.updated(generations=SHORT)
         ways: dict[str, Action] = {}
         if one_by_one is not None:
             ways[ONE_BY_ONE] = by_pymoo(Elementwise(problem, one_by_one(problem)), own)
@@ -53,24 +52,12 @@ def lines() -> Iterator[Line]:
         yield from Case(title=title, ways=ways, rounds=3, asked=asked if whole else (), missing=missing).lines()
 
 
-def run(problem: TrajectoryProblem, own: Evolution) -> object:
+def run(problem: TrajectoryProblem, own: Search) -> object:
     """Ours."""
-    return optimise(
-        problem,
-        seed=1,
-        population=own.population,
-        generations=own.generations,
-        crossover_probability=own.crossover_probability,
-        crossover_index=own.crossover_index,
-        mutation_probability=own.mutation_probability,
-        mutation_index=own.mutation_index,
-        starts="random",
-        polish=False,
-        progress=False,
-    )
+    return optimise(problem, own, seed=1, starts="random", polish=False, progress=False)
 
 
-def by_pymoo(problem: Problem, own: Evolution, kind: Callable[..., NSGA2] = NSGA2) -> Action:
+def by_pymoo(problem: Problem, own: Search, kind: Callable[..., NSGA2] = NSGA2) -> Action:
     """pymoo's `minimize` with the same operators."""
     crossover = SBX(prob=own.crossover_probability, eta=own.crossover_index)
     mutation = PM(prob=1.0, prob_var=own.mutation_probability, eta=own.mutation_index)
@@ -107,7 +94,7 @@ class Penalised:
         return values
 
 
-def by_pygmo(problem: TrajectoryProblem, own: Evolution) -> Action:
+def by_pygmo(problem: TrajectoryProblem, own: Search) -> Action:
     """pygmo's NSGA-II with the same settings; its first population is one generation."""
     import pygmo
 

@@ -14,12 +14,12 @@ from chains import chain
 from compare import Action, in_turn
 from rows_runs import run
 from subjects import candidates, of_objectives, ours, ur5
-from trajevo.problems import ViaPointProblem
-from trajevo.problems.hybrid_manipulator import HybridManipulator
 
 from trajevo import TrajectoryProblem
 from trajevo.base.arrays import Array
-from trajevo.formulation.problem import Evolution
+from trajevo.formulation.search import Search
+from trajevo.problems import ViaPointProblem
+from trajevo.problems.hybrid_manipulator import HybridManipulator
 
 POPULATIONS = (50, 100, 200, 500, 1000, 2000, 5000)
 SAMPLES = (3, 4, 8, 16, 32, 64)  # of a segment
@@ -73,17 +73,9 @@ def populations() -> Iterator[Line]:
     yield from fitted(f"NSGA-II of {GENERATIONS} generations, UR5: population", POPULATIONS, ways, RUNS, True)
 
 
-def settings(population: int) -> Evolution:
+def settings(population: int) -> Search:
     """Those of Guo 2016 with another population, for a few generations."""
-    own = HybridManipulator.evolution
-    return Evolution(
-        population,
-        GENERATIONS,
-        own.crossover_probability,
-        own.crossover_index,
-        own.mutation_probability,
-        own.mutation_index,
-    )
+    return HybridManipulator.evolution.updated(population=population, generations=GENERATIONS)
 
 
 def fitted(

@@ -11,6 +11,10 @@ from compare import Action
 from elementwise import HybridLoop, SplineLoop, Values
 from elementwise_path import ScipyLoop
 from elementwise_pointing import values as pointing_values
+
+from trajevo import TrajectoryProblem, load_robot
+from trajevo.base import jit
+from trajevo.base.arrays import Array
 from trajevo.problems import (
     HybridManipulator,
     PickAndPlace,
@@ -18,10 +22,6 @@ from trajevo.problems import (
     TimeJerkReparameterisation,
     ViaPointProblem,
 )
-
-from trajevo import TrajectoryProblem, load_robot
-from trajevo.base import jit
-from trajevo.base.arrays import Array
 
 #: Instants of each of twelve segments at which torque is looked at, 48 in all.
 SAMPLES = 4

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator
 
 from tests.guo2016 import GUO2016, TABLE_7, bisected_capacity
 from trajevo import PolynomialBatch, load_robot, optimise
@@ -12,6 +11,7 @@ from trajevo.capacity.dlcc import Capacity, capacities, dlcc, dlcc_iterative
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
+from trajevo.problems import HybridManipulator
 from trajevo.robot.payload import LOAD_MODELS, Payload
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 

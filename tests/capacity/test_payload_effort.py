@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from trajevo.problems import HybridManipulator
 
 from tests.guo2016 import TABLE_7
 from tests.helpers import refused
@@ -14,6 +13,7 @@ from trajevo.capacity.dlcc import dlcc
 from trajevo.capacity.payload_effort import com_features, payload_effort, quadratic_forms
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
+from trajevo.problems import HybridManipulator
 from trajevo.robot.payload import PARAMETERS, entries_of, tensor_of, tool_regressor
 
 FREE = {"acceleration": np.inf, "jerk": np.inf}

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PointingMechanism, ViaPointProblem
 
 from tests.capacity.test_dlcc import with_effort
 from tests.guo2016 import GUO2016, TABLE_7
@@ -17,6 +16,7 @@ from trajevo.formulation.catalogue import objectives_of
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.joint_limits import time_limit
 from trajevo.formulation.problem import TrajectoryProblem, Weights
+from trajevo.problems import HybridManipulator, PointingMechanism, ViaPointProblem
 from trajevo.robot.payload import Payload
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted

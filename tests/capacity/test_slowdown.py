@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator
 
 from tests.guo2016 import TABLE_7
 from tests.helpers import refused, trajevo
@@ -16,6 +15,7 @@ from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.path_effort import Effort, EffortOfPath, allowed_speeds
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
+from trajevo.problems import HybridManipulator
 from trajevo.robot.payload import LOAD_MODELS, Payload
 from trajevo.robot.robot import Friction
 from trajevo.trajectory.interpolants import QuinticSpline

@@ -7,7 +7,6 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, ViaPointProblem
 
 from tests.capacity.test_payload_effort import every_com_model
 from tests.helpers import refused, small_problem
@@ -19,6 +18,7 @@ from trajevo.capacity.slowdown import slowdown_for
 from trajevo.capacity.uncertainty import price_along_path, price_of_uncertainty, robust_problem
 from trajevo.dynamics.rollout import Rollout
 from trajevo.plots.payload import uncertainty_price
+from trajevo.problems import HybridManipulator, ViaPointProblem
 
 mpl.use("Agg")
 POINTS = [[0.0, -1.2, 1.4, -1.7, -1.57, 0.0], [1.0, -0.9, 1.2, -1.9, -1.2, 0.8], [2.0, -1.3, 1.6, -1.8, -1.57, 0.0]]

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from trajevo.problems.gemini_and_s import s_points
 
 from tests.helpers import trajevo
 from trajevo import Front
+from trajevo.problems.gemini_and_s import s_points
 
 SMALL = ["--generations", "8", "--population", "20", "--no-polish", "--quiet"]
 

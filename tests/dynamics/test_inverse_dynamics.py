@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from trajevo.problems import HybridManipulator
 
 from tests.guo2016 import GUO2016, TABLE_7, forces_along
 from trajevo import PolynomialBatch, TrajevoError, load_robot
@@ -18,6 +17,7 @@ from trajevo.base import jit
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout, lobatto
 from trajevo.errors import InvalidInputError
+from trajevo.problems import HybridManipulator
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Friction
 

@@ -7,7 +7,6 @@ import warnings
 import numpy as np
 import pinocchio as pin
 import pytest
-from trajevo.problems import HybridManipulator, PickAndPlace, ViaPointProblem
 
 from tests.verification.test_newton_euler import PAYLOADS, ROBOTS, random_states
 from trajevo import load_robot, optimise
@@ -16,6 +15,8 @@ from trajevo.dynamics import rnea
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rnea import Load, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
 from trajevo.dynamics.straight_line import StraightLine
+from trajevo.problems import HybridManipulator, PickAndPlace, ViaPointProblem
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.robot.payload import Payload
 
 pytest.importorskip("numba")
@@ -289,7 +290,11 @@ def test_where_nothing_can_be_kept_it_is_compiled_all_the_same(tmp_path, monkeyp
 
 @pytest.mark.parametrize(
     "make",
-    [HybridManipulator, PickAndPlace, lambda: ViaPointProblem(objectives=("time", "energy"), payload=2.0)],
+    [
+        HybridManipulator,
+        PickAndPlace,
+        lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("time", "energy"), payload=2.0),
+    ],
     ids=["hybrid", "pick-place", "certified"],
 )
 def test_fronts_are_those_without_it(make, request):

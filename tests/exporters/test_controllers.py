@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from trajevo.problems import HybridManipulator, PointingMechanism, ViaPointProblem
 
 from tests.helpers import refused, trajevo
 from trajevo import optimise
@@ -16,6 +15,7 @@ from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.exporters.controllers import replay_table, states, urscript
 from trajevo.exporters.export import FORMATS, export, extension, is_exported, motion_schema
+from trajevo.problems import HybridManipulator, PointingMechanism, ViaPointProblem
 
 #: A joint of the PUMA 560 that the points leave where it is.
 STANDING = 3

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
-from trajevo.problems import PointingMechanism, TimeJerkReparameterisation
 
 from trajevo import PolynomialBatch, TrajevoError, optimise
 from trajevo.exporters.export import export, motion_schema
+from trajevo.problems import PointingMechanism, TimeJerkReparameterisation
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ import re
 
 import numpy as np
 import pytest
-from trajevo.problems import TimeJerkReparameterisation
 
 from trajevo import GeometricPath, TrajevoError, optimise
 from trajevo.exporters.export import export, is_exported
 from trajevo.exporters.gcode import blocks
+from trajevo.problems import TimeJerkReparameterisation
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 
 

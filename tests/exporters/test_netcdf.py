@@ -7,7 +7,6 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation, ViaPointProblem
 
 from tests.exporters.test_export import read
 from tests.helpers import small_problem
@@ -18,6 +17,7 @@ from trajevo.exporters import netcdf as module
 from trajevo.exporters.export import export
 from trajevo.exporters.netcdf import dataset
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation, ViaPointProblem
 from trajevo.trajectory.batch import DERIVATIVES
 
 SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}

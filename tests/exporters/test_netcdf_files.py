@@ -10,12 +10,12 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from trajevo.problems import PointingMechanism
 
 from tests.helpers import impossible, refused, small_problem, trajevo
 from trajevo import Front, load_robot, optimise
 from trajevo.exporters.export import export, extension, is_exported
 from trajevo.exporters.netcdf import MAGIC, dataset
+from trajevo.problems import PointingMechanism
 
 GUIDE = Path(__file__).parents[2] / "docs" / "own_robot.md"
 SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}

@@ -6,13 +6,14 @@ import tracemalloc
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
-from trajevo.problems import ViaPointProblem
 
-from trajevo import TrajectoryProblem, load_problem, load_robot
+from tests.helpers import any_problem
+from trajevo import TrajectoryProblem, load_robot
 from trajevo.base.arrays import row_products
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.formulation.registry import list_problems
+from trajevo.problems import ViaPointProblem
 from trajevo.robot.payload import LOAD_MODELS
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
@@ -107,7 +108,7 @@ def ids() -> list[str]:
 @pytest.fixture(params=CASES, ids=ids())
 def problem(request) -> TrajectoryProblem:
     name, arguments = request.param
-    return load_problem(name, **arguments)
+    return any_problem(name, **arguments)
 
 
 @pytest.fixture

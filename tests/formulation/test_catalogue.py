@@ -4,13 +4,14 @@ from importlib.metadata import EntryPoint
 
 import numpy as np
 import pytest
-from trajevo.problems import ViaPointProblem
 
 from tests.helpers import refused
 from trajevo import load_robot
 from trajevo.formulation import catalogue
 from trajevo.formulation.constraints.joint_limits import effort_limits
 from trajevo.formulation.objectives import Objective, total_time
+from trajevo.problems import ViaPointProblem
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 
 NAMES = list(catalogue.OBJECTIVES)
 
@@ -18,7 +19,13 @@ NAMES = list(catalogue.OBJECTIVES)
 @pytest.fixture(scope="module")
 def problem():
     return ViaPointProblem(
-        robot="puma560", objectives=NAMES, constraints=("effort",), payload=2.0, samples=12, limits="sampled"
+        points=TABLE_1_JOINTS,
+        robot="puma560",
+        objectives=NAMES,
+        constraints=("effort",),
+        payload=2.0,
+        samples=12,
+        limits="sampled",
     )
 
 
@@ -90,7 +97,9 @@ def test_slower_is_longer_and_gentler(problem, x):
 
 
 def test_a_margin_tightens_the_effort_limits(problem, x):
-    with_margin = ViaPointProblem(constraints=("effort",), payload=2.0, samples=12, effort_margin=0.2, limits="sampled")
+    with_margin = ViaPointProblem(
+        points=TABLE_1_JOINTS, constraints=("effort",), payload=2.0, samples=12, effort_margin=0.2, limits="sampled"
+    )
     np.testing.assert_allclose(with_margin.evaluate(x)[1] + 1.0, (problem.evaluate(x)[1] + 1.0) / 0.8, rtol=1e-12)
 
 
@@ -100,14 +109,28 @@ def test_margins_that_are_no_share_are_refused(margin):
 
 
 def test_a_margin_without_effort_limits_is_refused():
-    refused(lambda: ViaPointProblem(effort_margin=0.1), "effort_margin: expected 'effort' among the constraints")
+    refused(
+        lambda: ViaPointProblem(points=TABLE_1_JOINTS, effort_margin=0.1),
+        "effort_margin: expected 'effort' among the constraints",
+    )
 
 
 def test_names_that_are_unknown_or_no_list_are_refused():
-    refused(lambda: ViaPointProblem(objectives=("speed",)), "unknown objective 'speed'; known: .*effort_ratio")
-    refused(lambda: ViaPointProblem(objectives="time"), "objectives: expected a list of names, got 'time'")
-    refused(lambda: ViaPointProblem(constraints=("torque",)), "unknown constraint 'torque'; known: acceleration")
-    refused(lambda: ViaPointProblem(constraints="effort"), "constraints: expected a list of names")
+    refused(
+        lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("speed",)),
+        "unknown objective 'speed'; known: .*effort_ratio",
+    )
+    refused(
+        lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives="time"),
+        "objectives: expected a list of names, got 'time'",
+    )
+    refused(
+        lambda: ViaPointProblem(points=TABLE_1_JOINTS, constraints=("torque",)),
+        "unknown constraint 'torque'; known: acceleration",
+    )
+    refused(
+        lambda: ViaPointProblem(points=TABLE_1_JOINTS, constraints="effort"), "constraints: expected a list of names"
+    )
 
 
 def test_effort_ratio_needs_effort_limits():
@@ -129,10 +152,11 @@ def test_other_packages_register_objectives(monkeypatch, x):
         for name, value in (("lateness", "LATENESS"), ("broken", "NO_OBJECTIVE"), ("lost", "NOWHERE"))
     }
     monkeypatch.setattr(catalogue, "entry_points", lambda group: tuple(points.values()))
-    mine = ViaPointProblem(objectives=("lateness", "time"))
+    mine = ViaPointProblem(points=TABLE_1_JOINTS, objectives=("lateness", "time"))
     F = mine.evaluate(x)[0]
     np.testing.assert_array_equal(F[:, 0], F[:, 1])
     refused(
-        lambda: ViaPointProblem(objectives=("broken",)), "'broken': .*is no trajevo.formulation.objectives.Objective"
+        lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("broken",)),
+        "'broken': .*is no trajevo.formulation.objectives.Objective",
     )
-    refused(lambda: ViaPointProblem(objectives=("lost",)), "'lost': .*cannot be imported")
+    refused(lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("lost",)), "'lost': .*cannot be imported")

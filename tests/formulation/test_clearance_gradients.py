@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from trajevo.problems import ViaPointProblem
 
 import trajevo.formulation.constraints.collision
 from tests.formulation.test_clearance import BALL, LIMITS, SCENE, rollout, states
@@ -16,6 +15,7 @@ from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Box, Scene, Sphere
 from trajevo.formulation.problem import Weights
 from trajevo.path.curve import GeometricPath
+from trajevo.problems import ViaPointProblem
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 from trajevo.solvers.gradient.polish import polish
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted

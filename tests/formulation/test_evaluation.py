@@ -10,7 +10,6 @@ import warnings
 
 import numpy as np
 import pytest
-from trajevo.problems import PointingMechanism
 
 from tests.helpers import refused, small_problem, trajevo
 from tests.killed import begin
@@ -19,6 +18,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
 from trajevo.front.archive import MOST_LISTED
 from trajevo.plots.report import report
+from trajevo.problems import PointingMechanism
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import read_run, resume
 

@@ -7,6 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+from tests.helpers import any_problem
+from trajevo.capacity.payload_time import max_payload_problem
+from trajevo.capacity.uncertainty import robust_problem
+from trajevo.formulation.registry import list_problems
 from trajevo.problems import (
     HybridManipulator,
     PickAndPlace,
@@ -15,11 +20,6 @@ from trajevo.problems import (
     ViaPointProblem,
 )
 from trajevo.problems.hybrid_manipulator import CONVENTIONS
-
-from trajevo import load_problem
-from trajevo.capacity.payload_time import max_payload_problem
-from trajevo.capacity.uncertainty import robust_problem
-from trajevo.formulation.registry import list_problems
 from trajevo.robot.payload import LOAD_MODELS
 from trajevo.solvers.gradient.sqp import differentiated
 from trajevo.solvers.optimise import load_task
@@ -43,7 +43,7 @@ def hybrid(**arguments):
     return lambda: HybridManipulator(**{"samples": 4} | arguments)
 
 
-PROBLEMS = {name: lambda name=name: load_problem(name) for name in list_problems()}
+PROBLEMS = {name: lambda name=name: any_problem(name) for name in list_problems()}
 PROBLEMS |= {f"task {file.stem}": lambda file=file: load_task(file).problem for file in TASKS}
 PROBLEMS |= {
     f"hybrid {each}, {objectives}": hybrid(convention=each, objectives=objectives)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
-from trajevo.problems import PointingMechanism
 
 from tests.helpers import POINTS, failing_when_slow, nan_when_slow, small_problem
 from tests.reference import TABLE_4_DURATIONS
@@ -14,6 +13,7 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation import registry
 from trajevo.formulation.constraints.joint_limits import kinematic_limits, position_limits
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.problems import PointingMechanism
 from trajevo.robot.robot import load_robot
 from trajevo.trajectory.interpolants import stop_and_go
 

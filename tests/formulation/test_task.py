@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, ViaPointProblem
 
 from tests.helpers import refused, trajevo
 from trajevo import Front, Payload, ViaPoints, load_problem, load_robot, optimise
 from trajevo.base.units import to_si
+from trajevo.problems import HybridManipulator, ViaPointProblem
 from trajevo.solvers.optimise import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"
@@ -146,7 +146,11 @@ def test_points_may_be_poses_in_a_csv_file(write, tmp_path):
         ("jerk = 100.0", "", "line 11: robot: .*no jerk limit for shoulder_pan_joint.*task.toml"),
         ("jerk = 100.0", 'jerk = "100 m/s^3"', "limits.jerk.*expected a number and a unit that converts to rad/s\\^3"),
         ("jerk = 100.0", "jerk = { elbow = 1.0 }", "unknown joint in limits.jerk 'elbow'; known: elbow_joint"),
-        ("population = 12", "population = 2", "line 24: algorithm.population: .*greater than or equal to 4, got 2"),
+        (
+            "population = 12",
+            "population = 2",
+            "line 24: algorithm.population: expected a whole .* at least 4, got 2",
+        ),
         (
             "population = 12",
             'name = "ga"',
@@ -203,10 +207,18 @@ def test_the_way_from_an_empty_folder_to_a_file(tmp_path):
 
 def test_solve_refuses_what_the_task_decides(write, tmp_path):
     file = write(SMALL)
-    for option, value in (("--payload", "2"), ("--method", "nnc"), ("--set", "samples=3"), ("--algorithm", "spea2")):
+    for option, value in (("--payload", "2"), ("--method", "nnc"), ("--set", "samples=3")):
         done = trajevo("solve", file, option, value, cwd=tmp_path)
         assert done.returncode == 2
         assert f"{option}: a task says this in its file" in done.stderr
+    own = ("--algorithm", "sms-emoa", "--generations", "2", "--offsprings", "5", "--out", tmp_path / "own", "--quiet")
+    assert trajevo("solve", file, *own, cwd=tmp_path).returncode == 0
+    run = Front.load(tmp_path / "own" / "front.json").run
+    assert (run.algorithm, run.settings["offsprings"], run.settings["population"]) == ("SMSEMOA", 5, 12)
+
+
+def test_the_seed_of_a_task_stands_at_its_top(write):
+    refused(lambda: load_task(write(SMALL.replace("[algorithm]", "[algorithm]\nseed = 3"))), "the seed .* at its top")
 
 
 @pytest.mark.parametrize(

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from trajevo.front.covering import Box, covering, gaps, neighbours
+from trajevo.front.covering import ReferenceBox, covering, gaps, neighbours
 
 
 def test_the_first_covers_most_and_none_is_chosen_in_vain():
     F = np.array([[0.1, 0.9], [0.4, 0.4], [0.41, 0.41], [0.9, 0.1]])
-    probes = Box(np.zeros(2), np.ones(2)).probes(F, 0)
+    probes = ReferenceBox(np.zeros(2), np.ones(2)).probes(F, 0)
     chosen = covering(F, probes, 10)
     assert chosen.tolist()[0] == 1
     assert sorted(chosen.tolist()) == [0, 1, 3]
@@ -17,7 +17,7 @@ def test_the_first_covers_most_and_none_is_chosen_in_vain():
 
 def test_together_they_cover_what_all_do():
     F = np.random.default_rng(0).uniform(size=(200, 3))
-    probes = Box(np.zeros(3), np.ones(3)).probes(F, 1)
+    probes = ReferenceBox(np.zeros(3), np.ones(3)).probes(F, 1)
     chosen = F[covering(F, probes, 200)]
     covered = [(points[:, None] <= probes).all(axis=2).any(axis=0) for points in (F, chosen)]
     np.testing.assert_array_equal(*covered)
@@ -26,7 +26,7 @@ def test_together_they_cover_what_all_do():
 
 def test_probes_repeat_with_their_seed_and_lie_where_the_front_reaches():
     F = np.array([[0.5, 0.7], [0.7, 0.5]])
-    box = Box(np.zeros(2), np.ones(2))
+    box = ReferenceBox(np.zeros(2), np.ones(2))
     np.testing.assert_array_equal(box.probes(F, 3), box.probes(F, 3))
     assert (box.probes(F, 3) != box.probes(F, 4)).any()
     assert (box.probes(F, 3) >= 0.5).all()
@@ -37,9 +37,9 @@ def test_probes_repeat_with_their_seed_and_lie_where_the_front_reaches():
 
 def test_hypervolumes_are_shares_of_the_box():
     half = np.array([[0.5, 0.5]])
-    assert Box(np.zeros(2), np.ones(2)).hypervolume(half) == pytest.approx(0.25)
-    assert Box(np.array([-1.0, -1.0]), np.ones(2)).hypervolume(half) == pytest.approx(1.0 / 16.0)
-    own = Box.of(np.array([[-2.0, 3.0], [-1.0, 2.0]]), None)
+    assert ReferenceBox(np.zeros(2), np.ones(2)).hypervolume(half) == pytest.approx(0.25)
+    assert ReferenceBox(np.array([-1.0, -1.0]), np.ones(2)).hypervolume(half) == pytest.approx(1.0 / 16.0)
+    own = ReferenceBox.of(np.array([[-2.0, 3.0], [-1.0, 2.0]]), None)
     assert own.low.tolist() == [-2.0, 2.0]
     np.testing.assert_allclose(own.corner, [-0.9, 3.1])
 

@@ -2,10 +2,10 @@ import json
 
 import numpy as np
 import pytest
-from trajevo.problems import PointingMechanism
 
 from tests.helpers import impossible, small_problem
 from trajevo import Front, TrajevoError, load_robot, optimise
+from trajevo.problems import PointingMechanism
 
 SMALL = {"seed": 1, "generations": 10, "population": 20, "progress": False}
 

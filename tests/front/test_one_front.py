@@ -6,9 +6,9 @@ import os
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator
 
 from trajevo import optimise
+from trajevo.problems import HybridManipulator
 
 SIZE = {"seed": 3, "generations": 10, "population": 30, "progress": False}
 

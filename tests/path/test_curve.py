@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
-from trajevo.problems.gemini_and_s import gemini, gemini_points, s_points, s_shape
 
 from tests.helpers import refused
 from tests.reference import PAING2021
 from trajevo import GeometricPath
+from trajevo.problems.gemini_and_s import gemini, gemini_points, s_points, s_shape
 
 STEP = 1e-5
 

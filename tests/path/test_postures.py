@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from trajevo.problems.puma_kinematics import all_inverse_kinematics
 
 from tests.helpers import refused
 from tests.robot.test_kinematics import LIMITS, ROBOTS
 from trajevo import load_robot
 from trajevo.path.postures import find_postures, solve_postures
+from trajevo.problems.puma_kinematics import all_inverse_kinematics
 
 ELBOW_UP = np.array([0.3, -1.2, 1.4, -1.7, -1.4, 0.2])
 

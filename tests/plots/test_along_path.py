@@ -2,10 +2,10 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
-from trajevo.problems.gemini_and_s import gemini_points
 
 from trajevo import GeometricPath, TrajevoError, optimise, plots
+from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
+from trajevo.problems.gemini_and_s import gemini_points
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 
 mpl.use("Agg")

@@ -6,7 +6,6 @@ import warnings
 
 import numpy as np
 import pytest
-from trajevo.problems import PickAndPlace, PointingMechanism
 
 from tests.helpers import refused
 from trajevo import Front, analyse, optimise
@@ -19,6 +18,7 @@ from trajevo.plots.analyses import ANALYSES, KINDS, analysed
 from trajevo.plots.analyses_file import read_analyses
 from trajevo.plots.pictures import draw_all, save_pictures
 from trajevo.plots.report import report
+from trajevo.problems import PickAndPlace, PointingMechanism
 from trajevo.solvers.gradient import sqp
 from trajevo.trajectory.polynomial import PolynomialBatch
 

@@ -10,8 +10,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import umsgpack
-from trajevo.problems import HybridManipulator, PointingMechanism
-from trajevo.problems.hybrid_manipulator import paper_solution
 
 from tests.helpers import refused
 from tests.reference import TABLE_4_DURATIONS
@@ -20,6 +18,8 @@ from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.path.via_points import ViaPoints
 from trajevo.plots.animation import animate, stick_figure
+from trajevo.problems import HybridManipulator, PointingMechanism
+from trajevo.problems.hybrid_manipulator import paper_solution
 from trajevo.robot.robot import list_robots
 from trajevo.trajectory.interpolants import QuinticSpline
 

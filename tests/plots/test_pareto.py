@@ -1,15 +1,15 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PointingMechanism
-from trajevo.problems.hybrid_kinematics import saddle_line
-from trajevo.problems.hybrid_manipulator import paper_solution
 
 from tests.helpers import impossible, small_problem
 from tests.reference import TABLE_4_DURATIONS
 from trajevo import TrajevoError, load_robot, optimise, plots
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.payload_time import PayloadCurve
+from trajevo.problems import HybridManipulator, PointingMechanism
+from trajevo.problems.hybrid_kinematics import saddle_line
+from trajevo.problems.hybrid_manipulator import paper_solution
 
 SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}
 

@@ -5,8 +5,6 @@ import io
 import matplotlib.image
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism
-from trajevo.problems.hybrid_manipulator import paper_solution
 
 from tests.helpers import refused
 from trajevo import analyse, optimise, plots
@@ -14,6 +12,8 @@ from trajevo.capacity.dlcc import capacities, dlcc
 from trajevo.capacity.payload_time import capacity_front
 from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES, draw_all, save_pictures
 from trajevo.plots.report import report
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism
+from trajevo.problems.hybrid_manipulator import paper_solution
 
 SMALL = {"seed": 1, "generations": 25, "population": 20, "progress": False}
 

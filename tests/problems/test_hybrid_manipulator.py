@@ -6,6 +6,11 @@ import pickle
 
 import numpy as np
 import pytest
+
+from tests import guo2016
+from tests.guo2016 import GUO2016, TABLE_7
+from trajevo import load_problem, load_robot, optimise
+from trajevo.errors import InvalidInputError, UnknownNameError, UnreachableError
 from trajevo.problems import HybridManipulator
 from trajevo.problems.hybrid_kinematics import (
     forward_kinematics,
@@ -16,11 +21,6 @@ from trajevo.problems.hybrid_kinematics import (
     via_positions,
 )
 from trajevo.problems.hybrid_manipulator import CONVENTIONS, PAPER_WEIGHTS, cost, paper_solution
-
-from tests import guo2016
-from tests.guo2016 import GUO2016, TABLE_7
-from trajevo import load_problem, load_robot, optimise
-from trajevo.errors import InvalidInputError, UnknownNameError, UnreachableError
 from trajevo.robot.payload import LOAD_MODELS, Payload
 
 ROBOT = load_robot("hybrid_manipulator")

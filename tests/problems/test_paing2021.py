@@ -3,12 +3,12 @@
 import moocore
 import numpy as np
 import pytest
-from trajevo.problems import TimeJerkReparameterisation
-from trajevo.problems.gemini_and_s import gemini_points
-from trajevo.problems.time_jerk_reparameterisation import paper_shape
 
 from tests.reference import PAING2021
 from trajevo import GeometricPath, optimise
+from trajevo.problems import TimeJerkReparameterisation
+from trajevo.problems.gemini_and_s import gemini_points
+from trajevo.problems.time_jerk_reparameterisation import paper_shape
 from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
 
 QUADRATURES = {"trapezoid": "trap1000", "gauss": "exact"}

@@ -4,11 +4,11 @@ import moocore
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from trajevo.problems import HybridManipulator, PointingMechanism
-from trajevo.problems.hybrid_manipulator import cost
 
 from tests.reference import SUN2020, TABLE_4_DURATIONS
 from trajevo import optimise
+from trajevo.problems import HybridManipulator, PointingMechanism
+from trajevo.problems.hybrid_manipulator import cost
 
 INTERPOLANTS = ["printed", "smooth", "quintic", "septic_spline"]
 

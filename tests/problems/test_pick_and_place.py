@@ -4,9 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, ViaPointProblem
-from trajevo.problems.pick_and_place import paper_solution
-from trajevo.problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics
 
 from tests.helpers import refused
 from tests.reference import RAJI2022
@@ -15,6 +12,9 @@ from trajevo.capacity.dlcc import dlcc
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.joint_limits import overshoot
 from trajevo.formulation.objectives import mechanical_energy
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, ViaPointProblem
+from trajevo.problems.pick_and_place import paper_solution
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics
 from trajevo.trajectory.interpolants import LinearBlends, SinglePolynomial
 
 SEPTIC = RAJI2022["septic"]
@@ -196,7 +196,8 @@ def test_complex_steps_are_derivatives(make):
 def test_pick_and_place_is_an_instance_of_the_general_problem():
     names = {"objectives": ["time", "jerk", "energy"], "constraints": ["position", "velocity", "acceleration", "jerk"]}
     payload = {"mass": 2.5, "com": [0.0, 0.0, 0.1]}
-    general = ViaPointProblem(robot="puma560", interpolant="polynomial", payload=payload, samples=40, **names)
+    names |= {"robot": "puma560", "points": TABLE_1_JOINTS, "interpolant": "polynomial"}
+    general = ViaPointProblem(payload=payload, samples=40, **names)
     special = PickAndPlace()
     shared = [special.constraint_names.index(name) for name in general.constraint_names]
     (F, G), (same_F, all_G) = (problem.evaluate(paper_solution()) for problem in (general, special))
@@ -274,8 +275,14 @@ BAD = {
         lambda: ViaPointProblem(robot="feed_drive"),
         r"points: robot 'feed_drive' needs points to pass, shape \(n_points, 2\)",
     ),
-    "objective": (lambda: ViaPointProblem(objectives=["speed"]), "unknown objective 'speed'; known: acceleration"),
-    "constraint": (lambda: ViaPointProblem(constraints=["snap"]), "unknown constraint 'snap'; known: acceleration"),
+    "objective": (
+        lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=["speed"]),
+        "unknown objective 'speed'; known: acceleration",
+    ),
+    "constraint": (
+        lambda: ViaPointProblem(points=TABLE_1_JOINTS, constraints=["snap"]),
+        "unknown constraint 'snap'; known: acceleration",
+    ),
     "robot": (lambda: ViaPointProblem(robot="ur6"), "unknown robot 'ur6'"),
     "file": (lambda: ViaPointProblem(points="none.csv"), "none.csv: cannot be read as CSV"),
     "blend": (

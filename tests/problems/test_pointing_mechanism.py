@@ -1,5 +1,8 @@
 import numpy as np
 import pytest
+
+from tests.reference import SUN2020
+from trajevo import TrajevoError, load_robot
 from trajevo.problems.pointing_mechanism import (
     PointingMechanism,
     azimuth_pitch,
@@ -7,9 +10,6 @@ from trajevo.problems.pointing_mechanism import (
     inverse_kinematics,
     joint_angles,
 )
-
-from tests.reference import SUN2020
-from trajevo import TrajevoError, load_robot
 
 RNG = np.random.default_rng(11)
 IN_RANGE = RNG.uniform([-np.pi / 3, -np.radians(70)], [np.pi / 3, np.radians(70)], (500, 2))

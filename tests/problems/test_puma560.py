@@ -3,11 +3,11 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from trajevo.problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics
 
 from tests.reference import RAJI2022
 from trajevo import load_robot
 from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics
 
 PUMA = RAJI2022["puma"]
 PUBLISHED = {name: np.array(values) for name, values in PUMA["parameters"].items() if name != "source"}

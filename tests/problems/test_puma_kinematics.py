@@ -3,6 +3,10 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+
+from tests.reference import RAJI2022
+from trajevo import TrajevoError, load_robot
+from trajevo.errors import UnreachableError
 from trajevo.problems.puma_kinematics import (
     BRANCHES,
     D3,
@@ -13,10 +17,6 @@ from trajevo.problems.puma_kinematics import (
     forward_kinematics,
     inverse_kinematics,
 )
-
-from tests.reference import RAJI2022
-from trajevo import TrajevoError, load_robot
-from trajevo.errors import UnreachableError
 
 PUMA = RAJI2022["puma"]
 ROBOT = load_robot("puma560")

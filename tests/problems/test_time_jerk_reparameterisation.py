@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, TimeJerkReparameterisation
-from trajevo.problems.gemini_and_s import gemini_points, s_points
 
 from tests.helpers import refused
 from trajevo import Front, GeometricPath, TrajevoError, load_problem, optimise
 from trajevo.capacity.dlcc import dlcc
+from trajevo.problems import HybridManipulator, TimeJerkReparameterisation
+from trajevo.problems.gemini_and_s import gemini_points, s_points
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 from trajevo.trajectory.interpolants import LinearReparameterisation, Reparameterisation
 

@@ -5,13 +5,13 @@ from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator
-from trajevo.problems.hybrid_kinematics import forward_kinematics
 
 from tests.dynamics.test_inverse_dynamics import random_states
 from trajevo import load_robot
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.problems import HybridManipulator
+from trajevo.problems.hybrid_kinematics import forward_kinematics
 from trajevo.robot.payload import LOAD_MODELS, Payload, carrying, kilogram, massless, probe
 
 HYBRID = load_robot("hybrid_manipulator")

@@ -7,8 +7,9 @@ import pytest
 
 from tests.helpers import refused, small_problem, trajevo
 from trajevo import load_problem, load_task, optimise
+from trajevo.formulation.search import Search
 from trajevo.front.front import Front
-from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_settings, reference_directions
+from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_for, reference_directions
 
 DIRECTED = ("nsga3", "rvea", "u-nsga3")
 
@@ -19,11 +20,11 @@ def hybrid():
 
 
 def solved(problem, name) -> Front:
-    settings = algorithm_settings(name, {"population": 40, "offsprings": 40, "starts": "random"}, problem)
-    return optimise(problem, seed=1, generations=4, progress=False, polish=False, **settings)
+    search = Search(seed=1, algorithm=name, generations=4, population=40, offsprings=40, starts="random", polish=False)
+    return optimise(problem, search, progress=False)
 
 
-@pytest.mark.parametrize("name", ["nsga2", *ALGORITHMS])
+@pytest.mark.parametrize("name", ALGORITHMS)
 def test_every_algorithm_solves_and_repeats_itself(hybrid, name):
     front, again = solved(hybrid, name), solved(hybrid, name)
     assert len(front) > 0
@@ -50,28 +51,28 @@ def test_as_many_directions_as_the_population_allows(objectives, most, expected)
 
 @pytest.mark.parametrize("name", DIRECTED)
 def test_the_population_stays_what_was_asked_for(hybrid, name):
-    solver = algorithm_settings(name, {"population": 100}, hybrid)["algorithm"]
+    solver = algorithm_for(Search(algorithm=name, population=100), hybrid).solver
     assert (solver.pop_size, solver.n_offsprings, len(solver.ref_dirs)) == (100, 100, 84)
-    usual = algorithm_settings(name, {"offsprings": 7}, hybrid)["algorithm"]
+    usual = algorithm_for(Search(algorithm=name, offsprings=7), hybrid).solver
     assert (usual.pop_size, usual.n_offsprings) == (hybrid.evolution.population, 7)
 
 
 def test_what_an_algorithm_does_not_have_is_refused(hybrid):
     cost = load_problem("hybrid", objectives="cost")
     for name in DIRECTED:
-        refused(lambda name=name: algorithm_settings(name, {}, cost), f"algorithm: '{name}' .* the problem has one")
-        few = {"population": 3}
-        refused(lambda name=name, few=few: algorithm_settings(name, few, hybrid), "population: expected at least 4")
-        wide = {"crossover_index": 3.0}
-        refused(lambda name=name, wide=wide: algorithm_settings(name, wide, hybrid), f"crossover_index: .*'{name}'")
+        own = Search(algorithm=name)
+        refused(lambda own=own: algorithm_for(own, cost), f"algorithm: '{name}' .* the problem has one")
+        wide = own.updated(crossover_index=3.0)
+        refused(lambda wide=wide: algorithm_for(wide, hybrid), f"crossover_index: .*'{name}'")
+    refused(lambda: reference_directions(4, 3), "population: expected at least 4, one per objective, got 3")
     refused(
-        lambda: algorithm_settings("moead", {}, hybrid),
+        lambda: algorithm_for(Search(algorithm="moead"), hybrid),
         "unknown algorithm 'moead'; known: age-moea2, moea/d, nsga2, nsga3, rvea",
     )
 
 
 def test_two_objectives_have_a_direction_for_every_individual():
-    solver = algorithm_settings("rvea", {"population": 12}, small_problem())["algorithm"]
+    solver = algorithm_for(Search(algorithm="rvea", population=12), small_problem()).solver
     assert solver.ref_dirs.shape == (12, 2)
 
 

@@ -7,23 +7,24 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.util.ref_dirs import get_reference_directions
-from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism
 
-from tests.helpers import impossible, refused, small_problem, trajevo
+from tests.helpers import any_problem, impossible, refused, small_problem, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, load_task, optimise
 from trajevo.dynamics.path_effort import allowed_speeds, greatest_allowed
 from trajevo.formulation.constraints.joint_limits import kinematic_limits, time_limit
 from trajevo.formulation.registry import list_problems
+from trajevo.formulation.search import Search
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism
 from trajevo.robot.payload import Payload
-from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_settings
+from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_for
 from trajevo.solvers.evolutionary.first_population import STARTS, first_population, warm_start
 from trajevo.solvers.evolutionary.stretching import Limits, Stretching, in_seconds
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import resume
-from trajevo.study.jobs import solver_settings
+from trajevo.study.definition import Study
 
 TASKS = ("ur5_pick_and_place", "panda_six_points", "xarm7_obstacle")
-PROBLEMS = {name: lambda name=name: load_problem(name) for name in list_problems()} | {
+PROBLEMS = {name: lambda name=name: any_problem(name) for name in list_problems()} | {
     name: lambda name=name: load_task(f"problems/tasks/{name}.toml").problem for name in TASKS
 }
 PROBLEMS["payload as a variable"] = lambda: HybridManipulator(objectives=["time", "unused_payload"])
@@ -172,12 +173,12 @@ def test_a_resumed_run_is_that_which_was_not_interrupted(algorithm, tmp_path, st
     assert last.run.settings == expected.run.settings
 
 
-@pytest.mark.parametrize("name", ["nsga2", *ALGORITHMS])
+@pytest.mark.parametrize("name", ALGORITHMS)
 def test_every_algorithm_by_name_begins_with_them(name, tmp_path):
     problem = PointingMechanism()
-    settings = algorithm_settings(name, {"population": 16, "polish": False}, problem)
-    assert settings.get("starts", "spread") == "spread"
-    optimise(problem, seed=1, generations=1, out=tmp_path, progress=False, **settings)
+    search = Search(seed=1, algorithm=name, population=16, generations=1, polish=False)
+    assert algorithm_for(search, problem).starts == "spread"
+    optimise(problem, search, out=tmp_path, progress=False)
     X = next(iter(RunFolder(tmp_path).blocks(1))).X
     np.testing.assert_array_equal(X, first_population(problem, len(X), starts="spread", seed=1).X)
 
@@ -284,12 +285,12 @@ def test_command_line_and_tasks(tmp_path):
 
 
 def test_starts_are_a_factor_of_a_study():
-    found = solver_settings({"starts": "spread", "algorithm": "sms-emoa", "population": 8}, PointingMechanism())
-    assert (
-        optimise(PointingMechanism(), seed=1, progress=False, **found | {"generations": 2}).run.algorithm == "SMSEMOA"
-    )
-    assert found["starts"] == "spread"
-    refused(lambda: solver_settings({"starts": "magic"}, PointingMechanism()), "unknown starts 'magic'")
+    factors = {"starts": ["spread", "sobol"]}
+    study = Study("pointing", seed=1, factors=factors, repeats=1, generations=2, algorithm="sms-emoa", population=8)
+    assert [job["search"]["starts"] for job in study.jobs] == ["spread", "sobol"]
+    search = Search.of(**study.jobs[0]["search"], seed=1)
+    assert optimise(PointingMechanism(), search, progress=False).run.algorithm == "SMSEMOA"
+    refused(lambda: Study("pointing", seed=1, starts="magic"), "fixed.starts: .*unknown starts 'magic'")
 
 
 def test_payloads_of_other_shapes_are_stretched_for():

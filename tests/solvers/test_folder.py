@@ -7,10 +7,10 @@ import sys
 
 import numpy as np
 import pytest
-from trajevo.problems import PointingMechanism
 
 from tests.helpers import refused
 from trajevo import Front, optimise
+from trajevo.problems import PointingMechanism
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import read_run, resume
 

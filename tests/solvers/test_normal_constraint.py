@@ -4,13 +4,13 @@ import warnings
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
 
 from tests.helpers import impossible, small_problem
 from trajevo import TrajectoryProblem, TrajevoError, load_robot, optimise
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
 from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
-from trajevo.solvers.gradient.sqp import Search, differentiated, random_starts
+from trajevo.solvers.gradient.sqp import WeightedSum, differentiated, random_starts
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +124,7 @@ def test_finite_differences_stay_inside_the_bounds():
 
 
 def test_a_search_that_fails_is_tried_again_from_its_neighbours(monkeypatch, front):
-    run, broken = Search.run, []
+    run, broken = WeightedSum.run, []
 
     def unlucky(self, start, tolerance):
         if self.half_space is not None and len(broken) < 3 and self not in broken:
@@ -132,7 +132,7 @@ def test_a_search_that_fails_is_tried_again_from_its_neighbours(monkeypatch, fro
             return np.array(self.problem.xu)
         return run(self, start, tolerance)
 
-    monkeypatch.setattr(Search, "run", unlucky)
+    monkeypatch.setattr(WeightedSum, "run", unlucky)
     found = solve_nnc(small_problem())
     assert found.run.settings["tried again"] >= 1
     assert found.run.settings["failed"] == 0
@@ -140,12 +140,12 @@ def test_a_search_that_fails_is_tried_again_from_its_neighbours(monkeypatch, fro
 
 
 def test_sub_problems_that_fail_for_good_are_counted_and_the_others_kept(monkeypatch):
-    run = Search.run
+    run = WeightedSum.run
 
     def hopeless(self, start, tolerance):
         return np.array(self.problem.xu) if self.half_space is not None else run(self, start, tolerance)
 
-    monkeypatch.setattr(Search, "run", hopeless)
+    monkeypatch.setattr(WeightedSum, "run", hopeless)
     found = solve_nnc(small_problem())
     assert len(found) == 2
     assert found.run.settings["failed"] == 1

@@ -15,10 +15,10 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.util.archive import MultiObjectiveArchive
-from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 
 from tests.helpers import refused, small_problem
-from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2, Rows
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
+from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2, Individuals
 
 
 class Grid(Problem):
@@ -180,8 +180,8 @@ def test_ask_and_tell_give_what_next_gives():
 
 
 def test_no_individual_is_made_where_nobody_asks(monkeypatch):
-    monkeypatch.setattr(Rows, "population", lambda self: pytest.fail("individuals were made"))
-    monkeypatch.setattr(Rows, "of_population", lambda *args: pytest.fail("individuals were read"))
+    monkeypatch.setattr(Individuals, "population", lambda self: pytest.fail("individuals were made"))
+    monkeypatch.setattr(Individuals, "of_population", lambda *args: pytest.fail("individuals were read"))
     problem = small_problem()
     for sampling in (None, np.random.default_rng(0).uniform(problem.xl, problem.xu, (12, problem.n_var))):
         algorithm = ArrayNSGA2(pop_size=16, sampling=sampling)

@@ -13,13 +13,14 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
-from trajevo.problems import PointingMechanism
 
 from tests.helpers import failing_when_slow, impossible, nan_when_slow, small_problem
 from tests.reference import non_dominated
 from trajevo import TrajevoError, load_robot, optimise
 from trajevo.formulation.objectives import Objective, summed_rms_jerk
 from trajevo.front.archive import Archive
+from trajevo.problems import PointingMechanism
+from trajevo.solvers.evolutionary import algorithms
 from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 
 SMALL = {"generations": 15, "population": 24, "progress": False}
@@ -117,7 +118,7 @@ def test_the_operators_get_the_settings(monkeypatch):
             made.append(settings)
             super().__init__(**settings)
 
-    monkeypatch.setattr(sys.modules["trajevo.solvers.optimise"], "ArrayNSGA2", Spy)
+    monkeypatch.setattr(algorithms, "ArrayNSGA2", Spy)
     optimise(PointingMechanism(), seed=1, generations=1, progress=False, polish=False)
     own = {"crossover_probability": 0.7, "crossover_index": 9.0, "mutation_probability": 0.2, "mutation_index": 33.0}
     optimise(
@@ -145,9 +146,9 @@ def test_operators_of_a_passed_algorithm_are_recorded():
     assert "eta=7" in front.run.settings["mutation"]
 
 
-@pytest.mark.parametrize("algorithm", ["nsga2", NSGA2, 5])
+@pytest.mark.parametrize("algorithm", [NSGA2, 5])
 def test_something_that_is_no_algorithm_is_refused(algorithm):
-    with pytest.raises(TrajevoError, match="algorithm: expected a pymoo algorithm that has not run yet"):
+    with pytest.raises(TrajevoError, match="algorithm: expected a name or a pymoo algorithm that has not run yet"):
         optimise(PointingMechanism(), algorithm=algorithm, seed=1, generations=2, progress=False, polish=False)
 
 
@@ -268,8 +269,10 @@ def test_bad_settings_are_refused(arguments, says):
 
 
 def test_unknown_settings_and_foreign_problems_are_refused():
-    with pytest.raises(TypeError):
+    with pytest.raises(TrajevoError, match="unknown setting of a search 'sead'; known: .*seed"):
         optimise(PointingMechanism(), seed=1, sead=99, polish=False)
+    with pytest.raises(TrajevoError, match="search: expected a Search, got 1; settings are passed by name, as seed=1"):
+        optimise(PointingMechanism(), 1)
     with pytest.raises(TrajevoError, match="problem: expected a TrajectoryProblem, got str"):
         optimise("pointing", seed=1, polish=False)
 

@@ -6,7 +6,6 @@ import signal
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 
 from tests.helpers import impossible, refused, small_problem, trajevo
 from trajevo import optimise
@@ -14,9 +13,11 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.joint_limits import kinematic_limits
 from trajevo.formulation.objectives import Objective, summed_rms_acceleration, summed_rms_jerk, total_time
 from trajevo.formulation.problem import Weights
+from trajevo.formulation.search import Search
 from trajevo.front.front import Front
 from trajevo.front.hypervolume import hypervolume
-from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_settings
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
+from trajevo.solvers.evolutionary.algorithms import ALGORITHMS
 from trajevo.solvers.gradient.batch_sqp import Lockstep
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 from trajevo.solvers.gradient.polish import polish
@@ -240,13 +241,13 @@ def test_what_cannot_be_polished_is_left_as_it_is_unless_it_was_asked_for():
 
 
 @pytest.mark.parametrize(
-    "name", ["nsga2", *(name if name == "rvea" else pytest.param(name, marks=pytest.mark.long) for name in ALGORITHMS)]
+    "name",
+    [name if name in ("nsga2", "rvea") else pytest.param(name, marks=pytest.mark.long) for name in ALGORITHMS],
 )
 def test_refined_members_go_on_in_the_evolution_of_any_algorithm(name):
     problem = HybridManipulator(convention="printed")
-    settings = algorithm_settings(name, {"population": 35}, problem)
-    arguments = {"seed": 1, "generations": 9, "polish": False, "progress": False} | settings
-    plain, helped = optimise(problem, **arguments), optimise(problem, polish_every=4, **arguments)
+    search = Search(seed=1, algorithm=name, population=35, generations=9, polish=False)
+    plain, helped = (optimise(problem, search, progress=False, **more) for more in ({}, {"polish_every": 4}))
     own, theirs = np.array(plain.history.hypervolume), np.array(helped.history.hypervolume)
     np.testing.assert_array_equal(own[:4], theirs[:4])
     assert theirs[4] > own[4]

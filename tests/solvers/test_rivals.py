@@ -6,12 +6,12 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from trajevo.problems import PickAndPlace, TimeJerkReparameterisation
 
 from tests.helpers import POINTS
 from trajevo import TrajevoError, load_robot
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.plots.rivals import plot_rivals
+from trajevo.problems import PickAndPlace, TimeJerkReparameterisation
 from trajevo.solvers.rivals import FREE, RIVALS, STOPPING, compare_rivals, rivals_of, rivals_table
 
 mpl.use("Agg")

@@ -15,11 +15,11 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.operators.crossover.ux import UX
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
-from trajevo.problems import PointingMechanism
 
 from tests.helpers import refused, small_problem, trajevo
 from tests.killed import ALGORITHMS, OBJECTIVES, begin, killed_and_resumed
 from trajevo import Front, load_problem, load_task, optimise
+from trajevo.problems import PointingMechanism
 from trajevo.solvers.run import evolution
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import read_run, resume, standing

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from trajevo.problems import HybridManipulator
 
 from tests.guo2016 import GUO2016, TABLE_7
 from tests.helpers import impossible, small_problem
 from trajevo import load_robot
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import Weights
+from trajevo.problems import HybridManipulator
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 
 OPTIMA = GUO2016["optimum_cost"]

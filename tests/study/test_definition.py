@@ -4,10 +4,10 @@ import json
 import pickle
 
 import pytest
-from trajevo.problems import HybridManipulator, PointingMechanism
 
 from tests.helpers import refused
 from trajevo import load_task
+from trajevo.problems import HybridManipulator, PointingMechanism
 from trajevo.study.definition import Study, load_study
 from trajevo.study.folder import StudyFolder
 from trajevo.study.record import cell_seed
@@ -256,7 +256,10 @@ BAD = {
         GOOD + 'algorithm = ["nsga9"]',
         "line 13: factors.algorithm: unknown algorithm 'nsga9'; known: age-moea2, moea/d, nsga2",
     ),
-    "small population": (GOOD + "offsprings = [0]", "line 13: factors.offsprings: .*greater than or equal to 1, got 0"),
+    "small population": (
+        GOOD + "offsprings = [0]",
+        "line 13: factors.offsprings: expected a whole .* at least 1, got 0",
+    ),
     "wide index": (GOOD + "mutation_index = [500.0]", "line 13: factors.mutation_index: expected .* 100.*, got 500"),
     "no such setting": (
         GOOD + 'algorithm = ["spea2"]\nmutation_index = [5.0]',

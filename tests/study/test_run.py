@@ -134,10 +134,10 @@ def test_a_failed_cell_is_recorded_stops_no_other_and_is_tried_again(tmp_path, m
     study, folder = small(), tmp_path / "study"
     broken = study.cells[1]
 
-    def fails(problem, *, seed, **settings):
-        if seed == broken.seed:
+    def fails(problem, search, **options):
+        if search.seed == broken.seed:
             raise KeyError("no such table")
-        return optimise(problem, seed=seed, **settings)
+        return optimise(problem, search, **options)
 
     monkeypatch.setattr("trajevo.study.cell.optimise", fails)
     stands = run_study(study, folder)
@@ -179,10 +179,10 @@ def test_the_cell_that_kills_its_process_is_found(tmp_path, monkeypatch):
     study, folder = small(), tmp_path / "study"
     deadly = study.cells[0]
 
-    def dies(problem, *, seed, **settings):
-        if seed == deadly.seed:
+    def dies(problem, search, **options):
+        if search.seed == deadly.seed:
             os.kill(os.getpid(), signal.SIGKILL)
-        return optimise(problem, seed=seed, **settings)
+        return optimise(problem, search, **options)
 
     monkeypatch.setattr("trajevo.study.cell.optimise", dies)
     stands = run(study, folder, Processes(2, start_method="fork"))

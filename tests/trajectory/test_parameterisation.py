@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from trajevo.problems.gemini_and_s import gemini, s_points, s_shape
 
 from tests.helpers import refused
 from tests.reference import full_control_points, slow_composition
 from trajevo import GeometricPath
+from trajevo.problems.gemini_and_s import gemini, s_points, s_shape
 from trajevo.trajectory.along_path import ComposedBatch
 from trajevo.trajectory.parameterisation import Course
 

@@ -56,7 +56,7 @@ class MassRange:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Rows:
+class SlopeRows:
     """Slopes of all efforts over |h|, those with a limit; see the module.
 
     Attributes:
@@ -194,7 +194,7 @@ class PayloadEffort:
         return not _without_rounding(self.slopes)[..., 4:].any()
 
     @cached_property
-    def rows(self) -> Rows:
+    def rows(self) -> SlopeRows:
         """Slopes over what is left of the limits, of every joint that has one.
 
         Raises:
@@ -205,7 +205,7 @@ class PayloadEffort:
         rows = np.concatenate([slopes, -slopes]) / np.maximum(np.abs(room), _NO_ROOM)[:, None]
         joint, time = np.tile(joint, 2), np.tile(time, 2)
         above = (room >= 0.0) & rows.any(axis=1)  # what no payload loads binds none
-        return Rows(rows[above], joint[above], time[above], rows[room < 0.0])
+        return SlopeRows(rows[above], joint[above], time[above], rows[room < 0.0])
 
 
 def payload_effort(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> PayloadEffort:

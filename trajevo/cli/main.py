@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, final
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
 from trajevo.errors import TrajevoError
@@ -106,10 +107,10 @@ class _Commands(TyperGroup):
         around = typer.Typer(add_completion=False)
         if not isinstance(found, typer.Typer):
             around.command(cmd_name)(found)
-            return typer.main.get_command(around)
+            return _with_units(typer.main.get_command(around))
         around.add_typer(found, name=cmd_name)
         group: Any = typer.main.get_command(around)
-        return group.commands[cmd_name]
+        return _with_units(group.commands[cmd_name])
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """The list of all."""
@@ -118,6 +119,15 @@ class _Commands(TyperGroup):
             super().format_help(ctx, formatter)
         finally:
             self._listing = False
+
+
+def _with_units(command: Any) -> Any:
+    """A command whose help shows its units: rich takes ``[kg]`` for markup and leaves it out."""
+    for parameter in command.params:
+        parameter.help = escape(parameter.help) if parameter.help else parameter.help
+    for inner in getattr(command, "commands", {}).values():
+        _with_units(inner)
+    return command
 
 
 app = _Commands(

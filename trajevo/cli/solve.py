@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, final
 
 import typer
 from rich.box import SIMPLE
@@ -12,15 +13,16 @@ from rich.console import Console
 from rich.table import Table
 
 from trajevo.cli.results import PLOTS_FOLDER, PicturesOption, ReportOption, RunArgument, front_of, write_results
+from trajevo.cli.search_options import search_options
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
+from trajevo.formulation.search import Search
 from trajevo.robot.payload import LOAD_MODELS
-from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_settings
-from trajevo.solvers.evolutionary.first_population import DEFAULT_STARTS, STARTS
+from trajevo.solvers.evolutionary.algorithms import algorithm_for
 from trajevo.solvers.gradient.normal_constraint import needs_two_objectives, solve_nnc
 from trajevo.solvers.gradient.polish import Polished, polish
-from trajevo.solvers.optimise import load_task, optimise
+from trajevo.solvers.optimise import decided, load_task, optimise
 from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
 from trajevo.solvers.run.runs import resume as resume_run
 
@@ -28,15 +30,10 @@ METHODS = ("evolution", "nnc")
 _err = Console(soft_wrap=True, highlight=False, stderr=True)
 
 
+@search_options
 def solve(
+    *,
     problem: Annotated[str, typer.Argument(help="Name of a problem, see `trajevo list`, or a file task.toml.")],
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of all randomness; the task's, or 1.")] = None,
-    generations: Annotated[int | None, typer.Option(min=1, help="Generations; the paper's if not given.")] = None,
-    population: Annotated[int | None, typer.Option(min=4, help="Individuals; the paper's if not given.")] = None,
-    offsprings: Annotated[
-        int | None, typer.Option(min=1, help="New individuals per generation; as many as the population.")
-    ] = None,
-    algorithm: Annotated[str | None, typer.Option(help=f"nsga2 if not given, {', '.join(ALGORITHMS)}.")] = None,
     interpolant: Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")] = None,
     payload: Annotated[float | None, typer.Option(help="Payload [kg].")] = None,
     payload_model: Annotated[str | None, typer.Option(help=f"How it acts: {', '.join(LOAD_MODELS)}.")] = None,
@@ -53,9 +50,6 @@ def solve(
         list[str] | None,
         typer.Option("--set", help="Another argument of the problem, KEY=VALUE, as velocity='150 mm/s'; repeatable."),
     ] = None,
-    starts: Annotated[
-        str | None, typer.Option(help=f"The first population, random if not given: {', '.join(STARTS)}.")
-    ] = None,
     method: Annotated[
         str | None, typer.Option(help="evolution, or nnc: normal constraints and SQP, for two objectives.")
     ] = None,
@@ -65,24 +59,6 @@ def solve(
     sqp_seeds: Annotated[
         int | None, typer.Option(min=2, help="Begin the evolution with as many points found by nnc.")
     ] = None,
-    time_limit: Annotated[
-        float | None, typer.Option(help="Time that evaluating one individual may take [s]; longer counts as failed.")
-    ] = None,
-    evaluations: Annotated[
-        int | None, typer.Option(min=1, help="Individuals that the run may evaluate, half of them for polishing.")
-    ] = None,
-    cpu_time: Annotated[
-        float | None, typer.Option(help="CPU time that the run may take, half of it for polishing [s].")
-    ] = None,
-    polish: Annotated[
-        bool | None,
-        typer.Option(
-            "--polish/--no-polish", help="Refine the front by gradients at the end; where possible if not said."
-        ),
-    ] = None,
-    polish_every: Annotated[
-        int | None, typer.Option(min=1, help="Refine some members after every so many generations too.")
-    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results; runs/PROBLEM or runs/TASK if not given.")
     ] = None,
@@ -90,6 +66,7 @@ def solve(
     report: ReportOption = "short",
     pictures: PicturesOption = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    search: dict[str, Any],
 ) -> None:
     """Solve a problem or a task and write its front, pictures and report."""
     given: dict[str, Any] = {
@@ -102,57 +79,61 @@ def solve(
         "limits": limits,
         "encoding": encoding,
     }
-    own = {"population": population, "offsprings": offsprings}
-    of_run: dict[str, Any] = {
-        "starts": starts,
-        "evaluations": evaluations,
-        "cpu_time": cpu_time,
-        "polish": polish,
-        "polish_every": polish_every,
-    }
-    search = {"--algorithm": algorithm, "--method": method, "--tolerance": tolerance, "--sqp-seeds": sqp_seeds}
+    arguments = {key: value for key, value in given.items() if value is not None}
+    how = _Method(method, tolerance, sqp_seeds)
     if Path(problem).suffix == ".toml":
-        options = {f"--{key.replace('_', '-')}": value for key, value in given.items()}
-        _refuse_task_options(options | search | {"--set": set_, "--offsprings": offsprings})
+        _refuse_for_task(arguments | how.given | ({} if set_ is None else {"set": set_}))
         task, folder = load_task(problem), out or Path("runs") / Path(problem).stem
-        _claim(folder, overwrite)
-        front = task.solve(
-            seed=seed,
-            generations=generations,
-            population=population,
-            time_limit=time_limit,
-            out=folder,
-            overwrite=overwrite,
-            progress=not quiet,
-            **of_run,
-        )
+        to_solve, settings = task.problem, task.search.updated(**search)
     else:
-        arguments = _with_settings({key: value for key, value in given.items() if value is not None}, set_ or [])
-        to_solve, folder = load_problem(problem, **arguments), out or Path("runs") / problem
-        checked_name("starts", starts or DEFAULT_STARTS, STARTS)
-        _refuse_together(search, own | of_run | {"generations": generations, "time_limit": time_limit}, to_solve)
-        settings = algorithm_settings(algorithm or "nsga2", own | of_run, to_solve)
-        _claim(folder, overwrite)
-        seed = 1 if seed is None else seed
-        if method == "nnc":
-            _err.print("warning: the method nnc keeps no checkpoints: SIGINT keeps what was found, SIGKILL nothing")
-            front = solve_nnc(to_solve, seed=seed, tolerance=0.01 if tolerance is None else tolerance)
-            RunFolder(folder).clear()
-            front.save(folder / FRONT_FILE)
-        else:
-            if sqp_seeds is not None:
-                settings["initial"] = solve_nnc(to_solve, seed=seed, points=sqp_seeds)
-            front = optimise(
-                to_solve,
-                seed=seed,
-                generations=generations,
-                time_limit=time_limit,
-                out=folder,
-                overwrite=overwrite,
-                progress=not quiet,
-                **settings,
-            )
+        to_solve, folder = load_problem(problem, **_with_settings(arguments, set_ or [])), out or Path("runs") / problem
+        settings = Search(seed=1).updated(**search)
+    how.check(search, to_solve)
+    algorithm_for(decided(settings, to_solve), to_solve)  # refuses what cannot be, before the folder is touched
+    _claim(folder, overwrite)
+    seed = settings.seed or 0
+    if how.name == "nnc":
+        _err.print("warning: the method nnc keeps no checkpoints: SIGINT keeps what was found, SIGKILL nothing")
+        front = solve_nnc(to_solve, seed=seed, tolerance=0.01 if tolerance is None else tolerance)
+        RunFolder(folder).clear()
+        front.save(folder / FRONT_FILE)
+    else:
+        initial = None if sqp_seeds is None else solve_nnc(to_solve, seed=seed, points=sqp_seeds)
+        front = optimise(to_solve, settings, initial=initial, out=folder, overwrite=overwrite, progress=not quiet)
     write_results(front, folder, kind=report, pictures=pictures)
+
+
+@final
+@dataclass(frozen=True)
+class _Method:
+    """How a front is found, as the command line says it."""
+
+    method: str | None
+    tolerance: float | None
+    sqp_seeds: int | None
+
+    @property
+    def name(self) -> str:
+        """The method."""
+        return checked_name("method", self.method or "evolution", METHODS)
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What was said, by name."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+    def check(self, search: dict[str, Any], problem: TrajectoryProblem) -> None:
+        """Refuse settings that the method does not have, and methods for two objectives of a problem with others."""
+        if self.name == "nnc":
+            others = [name for name in search if name != "seed" and (name, search[name]) != ("algorithm", "nsga2")]
+            _refuse_given("nnc", others + ([] if self.sqp_seeds is None else ["sqp_seeds"]))
+        elif self.tolerance is not None:
+            _refuse_given("evolution", ["tolerance"])
+        algorithm = search.get("algorithm", "nsga2")
+        if algorithm != "nsga2" and self.sqp_seeds is not None:
+            _refuse_given(algorithm, ["sqp_seeds"])
+        if self.name == "nnc" or self.sqp_seeds is not None:
+            needs_two_objectives(problem)
 
 
 def resume(
@@ -165,21 +146,6 @@ def resume(
     """Go on with a run, as if it had never stopped, and write its front, pictures and report."""
     front = resume_run(run, generations=generations, progress=not quiet)
     write_results(front, run, kind=report, pictures=pictures)
-
-
-def _refuse_together(search: dict[str, Any], own: dict[str, Any], to_solve: TrajectoryProblem) -> None:
-    """Refuse settings that the method does not have, and methods for two objectives of a problem with others."""
-    method = checked_name("method", search["--method"] or "evolution", METHODS)
-    algorithm = search["--algorithm"] or "nsga2"
-    evolution = {f"--{key.replace('_', '-')}": value for key, value in own.items()} | {
-        "--sqp-seeds": search["--sqp-seeds"],
-        "--algorithm": None if algorithm == "nsga2" else algorithm,
-    }
-    _refuse_given(method, {"--tolerance": search["--tolerance"]} if method == "evolution" else evolution)
-    if algorithm != "nsga2":
-        _refuse_given(algorithm, {"--sqp-seeds": search["--sqp-seeds"]})
-    if method == "nnc" or search["--sqp-seeds"] is not None:
-        needs_two_objectives(to_solve)
 
 
 def _with_settings(arguments: dict[str, Any], pairs: list[str]) -> dict[str, Any]:
@@ -198,18 +164,20 @@ def _with_settings(arguments: dict[str, Any], pairs: list[str]) -> dict[str, Any
     return arguments
 
 
-def _refuse_task_options(options: dict[str, Any]) -> None:
+def _refuse_for_task(given: dict[str, Any]) -> None:
     """Refuse what a task's file decides."""
-    for name, value in options.items():
-        if value is not None:
-            raise InvalidInputError(f"{name}: a task says this in its file, options are --seed and sizes alone")
+    for name in given:
+        raise InvalidInputError(f"{_flag(name)}: a task says this in its file, options are those of the search")
 
 
-def _refuse_given(method: str, options: dict[str, Any]) -> None:
+def _refuse_given(method: str, names: list[str]) -> None:
     """Refuse options that a method does not have."""
-    for name, value in options.items():
-        if value is not None:
-            raise InvalidInputError(f"{name}: the method {method!r} has no such setting")
+    for name in names:
+        raise InvalidInputError(f"{_flag(name)}: the method {method!r} has no such setting")
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def _claim(folder: Path, overwrite: bool) -> None:

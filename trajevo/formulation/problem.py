@@ -18,6 +18,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint, in_terms
 from trajevo.formulation.evaluation import TimeLimited, evaluate_each
 from trajevo.formulation.objectives import Objective
+from trajevo.formulation.search import USUAL, Search
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -28,27 +29,6 @@ _COMPLEX_STEP = 1e-20
 
 #: Numbers of one quantity that are worked on at a time, a megabyte, and individuals at the least.
 _CACHED, _FEWEST, _FIRST = 2**17, 16, 128
-
-
-@dataclass(frozen=True)
-class Evolution:
-    """Settings of an evolutionary algorithm; the defaults are Table 3 of Sun 2020 and, where it is silent, pymoo's.
-
-    Attributes:
-        population: individuals.
-        generations: generations, the initial population counted.
-        crossover_probability: of SBX, per pair of parents.
-        crossover_index: distribution index of SBX.
-        mutation_probability: of the polynomial mutation, per individual.
-        mutation_index: distribution index of the polynomial mutation.
-    """
-
-    population: int = 150
-    generations: int = 200
-    crossover_probability: float = 0.85
-    crossover_index: float = 15.0
-    mutation_probability: float = 0.15
-    mutation_index: float = 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +80,7 @@ class TrajectoryProblem(Problem):
         objectives: what is minimised.
         constraints: what must not exceed 0.
         payload_range: where the payload's mass is a decision variable, the last one, its bounds [kg]; else None.
-        evolution: settings that :func:`trajevo.solvers.optimise.optimise` uses unless told otherwise.
+        evolution: what a search is unless told otherwise, as the problem's paper has it.
         paper_weights: weights and scales of the paper's weighted sum, where it has one.
         compares_rivals: whether reports set other interpolants through the same points beside it.
         reference_point: objective values that bound the hypervolume, shape (n_obj,), or None.
@@ -116,7 +96,7 @@ class TrajectoryProblem(Problem):
 
     registered_name: ClassVar[str] = ""
     title: ClassVar[str] = "trajectory problem"
-    evolution: ClassVar[Evolution] = Evolution()
+    evolution: ClassVar[Search] = USUAL
     paper_weights: ClassVar[Weights | None] = None
     compares_rivals: ClassVar[bool] = False
     smooth: SmoothForm | None = None

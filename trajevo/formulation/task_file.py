@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from trajevo.base.toml import Places, read_toml, validated
+from trajevo.formulation.search import Search
 
 _Number = Annotated[float, pydantic.Strict()]
 _Values = _Number | str | list[_Number | str] | dict[str, _Number | str]
@@ -84,24 +85,6 @@ class _Constraints(_Strict):
     held: Literal["sampled", "certified"] = "certified"
 
 
-class AlgorithmSettings(_Strict):
-    """An algorithm by name and what it is run with; what is left out is the problem's."""
-
-    name: str = "nsga2"
-    generations: Annotated[int, pydantic.Field(strict=True, ge=1)] | None = None
-    population: Annotated[int, pydantic.Field(strict=True, ge=4)] | None = None
-    offsprings: Annotated[int, pydantic.Field(strict=True, ge=1)] | None = None
-    crossover_probability: _Number | None = None
-    crossover_index: _Number | None = None
-    mutation_probability: _Number | None = None
-    mutation_index: _Number | None = None
-    starts: str | None = None
-    evaluations: Annotated[int, pydantic.Field(strict=True, ge=1)] | None = None
-    cpu_time: _Number | None = None
-    polish: Annotated[bool, pydantic.Field(strict=True)] | None = None
-    polish_every: Annotated[int, pydantic.Field(strict=True, ge=1)] | None = None
-
-
 class TaskSettings(_Strict):
     """The keys of ``task.toml``; SI, save for ``angle``, the unit of the points' joint positions and ``rpy`` and of
     the boxes in joint space.
@@ -121,9 +104,21 @@ class TaskSettings(_Strict):
     constraints: _Constraints = _Constraints()
     scene: dict[str, Any] | None = None
     reference_point: list[_Number] | None = None
-    algorithm: AlgorithmSettings = AlgorithmSettings()
+    algorithm: Search = Search()
     seed: Annotated[int, pydantic.Field(strict=True, ge=0)] = 1
     samples: Annotated[int, pydantic.Field(strict=True, ge=2)] = 6
+
+    @pydantic.field_validator("algorithm")
+    @classmethod
+    def _seed_at_the_top(cls, algorithm: Search) -> Search:
+        if algorithm.seed is not None:
+            raise ValueError("the seed of a task stands at its top, as seed = 1")
+        return algorithm
+
+    @property
+    def search(self) -> Search:
+        """How the task is solved."""
+        return self.algorithm.updated(seed=self.seed)
 
 
 def read_task(file: Path) -> tuple[TaskSettings, Places]:

@@ -73,7 +73,7 @@ class ViaPointProblem(TrajectoryProblem):
             :func:`~trajevo.robot.robot.load_robot` as a mapping.
         points: what is visited, in order: an array (K, n_joints) [rad or m], a list of joint positions and of tool
             poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
-            CSV file with a column for each joint, with its unit; Table 1 of Raji 2022 if None, for its robot alone.
+            CSV file with a column for each joint, with its unit.
         duration_bounds: least and greatest time between two points [s].
         interpolant: ``"quintic_spline"``, ``"septic_spline"``, ``"cubic"``, ``"polynomial"`` (a single one),
             ``"linear_blends"`` (points inside are passed nearby) or ``"hybrid"`` (Sun 2020).
@@ -132,7 +132,7 @@ class ViaPointProblem(TrajectoryProblem):
     ) -> None:
         checked_name("interpolant", interpolant, THROUGH_POINTS)
         named = robot_of(robot)
-        via = via_points(points, named)
+        via = joint_points(points, named)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
         obstacles = scene if scene is None or isinstance(scene, Scene) else Scene.of(scene)
@@ -178,15 +178,6 @@ class ViaPointProblem(TrajectoryProblem):
     def settings(self) -> dict[str, Any]:
         """Keyword arguments that make an equal problem."""
         return dict(self._settings)
-
-
-def via_points(points: Any, robot: Robot) -> ViaPoints:
-    """What is visited, see :func:`trajevo.path.via_points.joint_points`; for the PUMA 560 the points of Raji 2022."""
-    if points is None and robot.name == "puma560":
-        from trajevo.problems.puma_kinematics import TABLE_1_JOINTS  # whose package imports this module
-
-        points = TABLE_1_JOINTS
-    return joint_points(points, robot)
 
 
 def _payload_variable(

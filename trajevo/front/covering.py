@@ -18,7 +18,7 @@ _PROBES = 1024
 
 @final
 @dataclass(frozen=True, eq=False)
-class Box:
+class ReferenceBox:
     """The part of the objectives' space in which a front is measured.
 
     Attributes:
@@ -30,7 +30,7 @@ class Box:
     corner: Array
 
     @classmethod
-    def of(cls, F: Array, reference_point: Array | None) -> Box:
+    def of(cls, F: Array, reference_point: Array | None) -> ReferenceBox:
         """From 0 to the reference point; without one from the least of the objectives to a tenth beyond the greatest.
 
         Args:
@@ -52,7 +52,7 @@ class Box:
         Where no member lies within the box, they are spread over the front's own.
         """
         inside = (self.corner > F).all(axis=1)
-        own = Box.of(F, None) if not inside.any() else self
+        own = ReferenceBox.of(F, None) if not inside.any() else self
         low = np.maximum(F.min(axis=0), own.low)
         drawn = sobol(F.shape[1], _PROBES, np.random.default_rng(seed))
         probes: Array = low + drawn * (own.corner - low)

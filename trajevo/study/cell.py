@@ -12,12 +12,13 @@ from threadpoolctl import threadpool_limits
 
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.registry import load_problem
+from trajevo.formulation.search import Search
 from trajevo.front.front import Front
 from trajevo.solvers.optimise import optimise
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import resume
 from trajevo.study.folder import Failure, StudyFolder
-from trajevo.study.jobs import Job, solver_settings
+from trajevo.study.jobs import Job
 from trajevo.study.record import canonical
 
 
@@ -112,4 +113,4 @@ def _run(job: Job, folder: Path) -> Front:
         return resume(folder, progress=False)
     run.clear()
     problem = load_problem(job["problem"], **job["arguments"])
-    return optimise(problem, seed=job["seed"], out=folder, progress=False, **solver_settings(job["search"], problem))
+    return optimise(problem, Search.of(**job["search"], seed=job["seed"]), out=folder, progress=False)

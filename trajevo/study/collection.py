@@ -15,7 +15,7 @@ from trajevo.front.front import Front
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.study.folder import StudyFolder
 from trajevo.study.record import Cell
-from trajevo.study.results import Box, CellResult, StudyResults
+from trajevo.study.results import CellResult, StudyBox, StudyResults
 
 
 def collect(folder: str | Path) -> StudyResults:
@@ -54,7 +54,7 @@ def collect(folder: str | Path) -> StudyResults:
     )
 
 
-def common_box(fronts: Sequence[Front]) -> Box | None:
+def common_box(fronts: Sequence[Front]) -> StudyBox | None:
     """One box for the hypervolumes of several fronts, None if all are empty.
 
     Args:
@@ -63,16 +63,18 @@ def common_box(fronts: Sequence[Front]) -> Box | None:
     own = {front.history.reference_point for front in fronts if len(front) or front.history.reference_point}
     if len(own) == 1 and None not in own:
         upper = np.array(own.pop(), dtype=np.float64)
-        return Box(frozen(np.zeros(len(upper))), frozen(upper), "the reference point of all runs")
+        return StudyBox(frozen(np.zeros(len(upper))), frozen(upper), "the reference point of all runs")
     points = [front.F for front in fronts if len(front)]
     if not points:
         return None
     F = np.concatenate(points)
     best, worst = F.min(axis=0), F.max(axis=0)
     if (best > 0.0).all():
-        return Box(frozen(np.zeros(len(worst))), frozen(1.1 * worst), "a tenth beyond the worst points of all fronts")
+        return StudyBox(
+            frozen(np.zeros(len(worst))), frozen(1.1 * worst), "a tenth beyond the worst points of all fronts"
+        )
     width = np.where(worst > best, worst - best, np.maximum(np.abs(worst), 1.0))
-    return Box(
+    return StudyBox(
         read_only(best), frozen(worst + 0.1 * width), "from the best points of all fronts to a tenth beyond the worst"
     )
 
@@ -96,7 +98,7 @@ def _same_objectives(cells: Sequence[Cell], fronts: Sequence[Front]) -> None:
             )
 
 
-def _result(cell: Cell, front: Front, run: RunFolder, box: Box | None) -> CellResult:
+def _result(cell: Cell, front: Front, run: RunFolder, box: StudyBox | None) -> CellResult:
     volumes = np.zeros(len(front.history.evaluations))
     if box is not None:
         same = front.history.reference_point == tuple(box.upper.tolist()) and not box.lower.any()
@@ -114,7 +116,7 @@ def _result(cell: Cell, front: Front, run: RunFolder, box: Box | None) -> CellRe
     )
 
 
-def _history(front: Front, run: RunFolder, box: Box) -> Array:
+def _history(front: Front, run: RunFolder, box: StudyBox) -> Array:
     """Hypervolume by generation in another box than the run's own, from all its individuals."""
     volumes = np.full(len(front.history.evaluations), np.nan)
     if run.begun:

@@ -10,10 +10,10 @@ from typing import Annotated, Any, Literal, final
 import pydantic
 
 from trajevo.base.toml import Places, read_toml
-from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.registry import problem_class
 from trajevo.solvers.optimise import load_task
-from trajevo.study.jobs import Job, jobs_of
+from trajevo.study.jobs import SEARCH, Job, jobs_of
 from trajevo.study.record import Cell, StudyRecord, TaskContent, cells_of, digest, levels_of, plain_data
 
 
@@ -31,10 +31,8 @@ class Study:
             values, or mappings of ``label`` and ``value`` where the value is no short text.
         fixed: arguments, keys and settings that do not vary.
         repeats: runs for each combination of levels, with different seeds.
-        generations: generations of every run; the problem's if None, as the next two.
-        population: individuals of every run.
-        algorithm: name of the algorithm of every run.
         folder: from where relative paths count: that of the task, and of files among the arguments.
+        **search: settings of every run's search, as :class:`~trajevo.Search` has them but for the seed.
 
     Attributes:
         record: the study as data.
@@ -60,16 +58,15 @@ class Study:
         factors: Mapping[str, Sequence[Any]] | None = None,
         fixed: Mapping[str, Any] | None = None,
         repeats: int = 10,
-        generations: int | None = None,
-        population: int | None = None,
-        algorithm: str | None = None,
         folder: str | Path = ".",
+        **search: Any,
     ) -> None:
         if (problem is None) == (task is None):
             raise InvalidInputError("study: expected either a problem, by its name, or a task, by its file")
         if problem is not None:
             problem_class(problem)
-        beside = {"generations": generations, "population": population, "algorithm": algorithm}
+        for name in search:
+            checked_name("setting of a study", name, SEARCH)
         where = Path(folder).resolve()
         given: dict[str, Any] = {
             "problem": problem,
@@ -77,7 +74,7 @@ class Study:
             "seed": seed,
             "repeats": repeats,
             "factors": {str(name): levels_of(str(name), levels) for name, levels in (factors or {}).items()},
-            "fixed": _fixed(fixed or {}, {name: value for name, value in beside.items() if value is not None}),
+            "fixed": _fixed(fixed or {}, {name: value for name, value in search.items() if value is not None}),
             "folder": str(where),
         }
         for name in given["factors"]:
@@ -137,7 +134,10 @@ _Whole = Annotated[int, pydantic.Field(strict=True)]
 
 
 class StudySettings(pydantic.BaseModel):
-    """The keys of ``study.toml``; they mean what the arguments of :class:`~trajevo.study.Study` do."""
+    """The keys of ``study.toml``; they mean what the arguments of :class:`~trajevo.Study` do.
+
+    Beside these there are the settings of a search.
+    """
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True)
 
@@ -146,9 +146,6 @@ class StudySettings(pydantic.BaseModel):
     task: str | None = None
     seed: Annotated[_Whole, pydantic.Field(ge=0)]
     repeats: Annotated[_Whole, pydantic.Field(ge=1)] = 10
-    generations: Annotated[_Whole, pydantic.Field(ge=1)] | None = None
-    population: Annotated[_Whole, pydantic.Field(ge=4)] | None = None
-    algorithm: str | None = None
     fixed: dict[str, Any] = {}
     factors: dict[str, Any] = {}
 
@@ -164,13 +161,14 @@ def load_study(file: str | Path) -> Study:
             message names file, line and key.
     """
     content, places = read_toml(Path(file))
+    search = {name: content.pop(name) for name in SEARCH if name in content}
     try:
         settings = StudySettings.model_validate(content)
     except pydantic.ValidationError as error:
         raise InvalidInputError(places.told(error.errors()[0])) from error
     given = settings.model_dump(exclude={"format", "factors"})
     try:
-        return Study(**given, factors=_flat(settings.factors), folder=Path(file).resolve().parent)
+        return Study(**given, **search, factors=_flat(settings.factors), folder=Path(file).resolve().parent)
     except TrajevoError as error:
         raise InvalidInputError(_located(str(error), places)) from error
 
@@ -190,7 +188,7 @@ def _located(said: str, places: Places) -> str:
     """What was said of a place, ``factors.payload``, with file and line in front."""
     place, _, rest = said.partition(": ")
     table, _, name = place.partition(".")
-    known = [(table, name), (table, *name.split("."))] if name else [(table,)]
+    known = [(table, name), (table, *name.split(".")), (name,)] if name else [(table,)]
     for keys in known:
         if keys in places.lines:
             return places.prefix(keys) + rest

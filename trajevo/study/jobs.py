@@ -7,21 +7,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypedDict
 
-import pydantic
-
 from trajevo.base.toml import Places, validated
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
+from trajevo.formulation.search import Search
 from trajevo.formulation.task import task_problem
-from trajevo.formulation.task_file import AlgorithmSettings, TaskSettings
-from trajevo.solvers.evolutionary.algorithms import OF_RUN, algorithm_settings
-from trajevo.solvers.evolutionary.first_population import DEFAULT_STARTS, STARTS
-from trajevo.solvers.optimise import checked_run, nsga2
+from trajevo.formulation.task_file import TaskSettings
+from trajevo.solvers.evolutionary.algorithms import algorithm_for
+from trajevo.solvers.optimise import decided
 from trajevo.study.record import Cell, StudyRecord, canonical
 
 #: Settings of the search, which a factor may vary as it does an argument of the problem.
-SEARCH = (*("algorithm" if name == "name" else name for name in AlgorithmSettings.model_fields), "time_limit")
+SEARCH = tuple(name for name in Search.model_fields if name != "seed")
 
 #: Keys of a task that no factor may be: every cell has a seed of its own, and the search has names of its own.
 _NOT_IN_TASKS = ("seed", "format", "algorithm")
@@ -80,36 +78,6 @@ def jobs_of(record: StudyRecord, cells: Sequence[Cell]) -> tuple[Job, ...]:
     return tuple(jobs)
 
 
-def solver_settings(search: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:
-    """Keyword arguments of :func:`trajevo.solvers.optimise.optimise` for the settings of a search by name.
-
-    Args:
-        search: settings, their names in :data:`SEARCH`.
-        problem: what is solved, for what is usual there.
-
-    Raises:
-        UnknownNameError: no such algorithm.
-        InvalidInputError: a setting that cannot be used or that the algorithm does not have.
-    """
-    own = {"name" if name == "algorithm" else name: value for name, value in search.items()}
-    limit = own.pop("time_limit", None)
-    if limit is not None and (isinstance(limit, bool) or not isinstance(limit, int | float) or limit <= 0.0):
-        raise InvalidInputError(f"time_limit: expected a positive time [s], got {limit!r}")
-    try:
-        given = AlgorithmSettings.model_validate(own).model_dump(exclude_none=True)
-    except pydantic.ValidationError as error:
-        first = error.errors()[0]
-        name = "algorithm" if first["loc"][0] == "name" else first["loc"][0]
-        raise InvalidInputError(f"{name}: {first['msg']}, got {first['input']!r}") from error
-    name, generations = given.pop("name"), given.pop("generations", None)
-    checked_name("starts", given.get("starts", DEFAULT_STARTS), STARTS)
-    settings = algorithm_settings(name, given, problem)
-    if name == "nsga2":
-        nsga2(problem.evolution, {key: value for key, value in settings.items() if key not in OF_RUN})
-    checked_run(problem, {key: settings.get(key) for key in OF_RUN} | {"time_limit": limit})
-    return {"generations": generations, "time_limit": limit} | settings
-
-
 def _problem(record: StudyRecord, arguments: dict[str, Any]) -> TrajectoryProblem:
     if record.task is None:
         folder = Path(record.folder)
@@ -131,7 +99,8 @@ def _search(record: StudyRecord, given: dict[str, Any], problem: TrajectoryProbl
     if "name" in usual:
         usual["algorithm"] = usual.pop("name")
     search = usual | given
-    solver_settings(search, problem)
+    settings = decided(Search.of(**search, seed=0), problem)
+    algorithm_for(settings, problem)
     return search
 
 

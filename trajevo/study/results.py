@@ -26,7 +26,7 @@ TABLE_FILE, DATASET_FILE = "results.csv", "results.nc"
 
 
 @dataclass(frozen=True, eq=False)
-class Box:
+class StudyBox:
     """The box whose dominated share is the hypervolume of every run of a study.
 
     Attributes:
@@ -94,7 +94,7 @@ class StudyResults:
     objectives: tuple[ObjectiveRecord, ...]
     angle: str
     length: str
-    box: Box | None
+    box: StudyBox | None
     cells: tuple[CellResult, ...]
 
     @property

@@ -25,7 +25,7 @@ from trajevo.formulation.constraints.clearance_gradients import (
     takes_steps,
     wanted_clearances,
 )
-from trajevo.formulation.constraints.clearance_search import Search
+from trajevo.formulation.constraints.clearance_search import ClearanceSearch
 from trajevo.formulation.constraints.collision import Collision, Pair
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.scene import Scene
@@ -113,7 +113,7 @@ class ProvenClearance:
     def _searched(self, trajectory: TrajectoryBatch) -> tuple[Array, Array, Array]:
         """Distances (B, 2) [m], the pairs that decide them (B, 2) and both ends of where they do, (2, B, 2) [s]."""
         wanted = wanted_clearances(self.collision.scene)
-        search = Search(self.collision, trajectory, wanted, self.tolerance)
+        search = ClearanceSearch(self.collision, trajectory, wanted, self.tolerance)
         work = search.start()
         while len(work.row):
             work = search.halve(work)

@@ -108,7 +108,7 @@ class Least:
 
 
 @dataclass(eq=False)
-class Search:
+class ClearanceSearch:
     """Branch and bound of a batch: what was sampled, and what is proven."""
 
     collision: Collision

@@ -1,11 +1,14 @@
-"""Algorithms by name, for the command line and for tasks."""
+"""Algorithms by name: what each takes of a search, and how it is made."""
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from itertools import count, takewhile
-from typing import Any
+from typing import Any, final
 
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.rvea import RVEA
@@ -13,77 +16,130 @@ from pymoo.algorithms.moo.sms import SMSEMOA
 from pymoo.algorithms.moo.spea2 import SPEA2
 from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.algorithm import Algorithm
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
 from pymoo.util.ref_dirs import get_reference_directions
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.search import DEFAULT_STARTS, OF_ALGORITHM, USUAL, Search
 from trajevo.solvers.evolutionary.algorithm_state import age_moea2
-from trajevo.solvers.evolutionary.first_population import DEFAULT_STARTS
 from trajevo.solvers.evolutionary.moead import ConstrainedMOEAD
+from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 
 
-def _age_moea2(**sizes: int) -> Algorithm:
-    """AGE-MOEA-II, which needs numba."""
-    solver: Algorithm = age_moea2()(**sizes)
-    return solver
+@final
+@dataclass(frozen=True)
+class EvolutionaryAlgorithm:
+    """An algorithm that a search may name.
+
+    Attributes:
+        make: problem, and sizes and operators by the names of :class:`~trajevo.formulation.search.Search` -> a pymoo
+            algorithm that has not run. Population and offsprings are given always, operators where ``takes`` has them.
+        says: what it is, in a few words.
+        takes: settings of a search that it has.
+        objectives: how many a problem needs at least.
+    """
+
+    make: Callable[[TrajectoryProblem, dict[str, Any]], Algorithm]
+    says: str
+    takes: tuple[str, ...] = ("population", "offsprings")
+    objectives: int = 1
 
 
-#: Settings of a run that every algorithm has, by the names that :func:`trajevo.solvers.optimise.optimise` has for them.
-OF_RUN = ("starts", "evaluations", "cpu_time", "polish", "polish_every")
+def _nsga2(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
+    return ArrayNSGA2(
+        pop_size=own["population"],
+        n_offsprings=own["offsprings"],
+        crossover=SBX(prob=own["crossover_probability"], eta=own["crossover_index"]),
+        mutation=PM(prob=1.0, prob_var=own["mutation_probability"], eta=own["mutation_index"]),
+    )
 
-#: Algorithms that follow reference directions.
-_ALONG_DIRECTIONS: dict[str, Callable[..., Algorithm]] = {
-    "moea/d": ConstrainedMOEAD,
-    "nsga3": NSGA3,
-    "rvea": RVEA,
-    "u-nsga3": UNSGA3,
+
+def _of_size(kind: Callable[..., Algorithm], problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
+    return kind(pop_size=own["population"], n_offsprings=own["offsprings"])
+
+
+def _along_directions(kind: Callable[..., Algorithm], problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
+    """An algorithm that follows the reference directions of Das and Dennis, see :func:`reference_directions`."""
+    directions = reference_directions(problem.n_obj, own["population"])
+    return kind(pop_size=own["population"], n_offsprings=own["offsprings"], ref_dirs=directions)
+
+
+def _moead(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
+    """The population of MOEA/D is the number of its directions, its offspring at most as many."""
+    directions = reference_directions(problem.n_obj, own["population"])
+    most = min(own["offsprings"], len(directions))
+    return ConstrainedMOEAD(pop_size=len(directions), n_offsprings=most, ref_dirs=directions)
+
+
+def _age_moea2(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
+    return _of_size(age_moea2(), problem, own)
+
+
+#: Name -> algorithm.
+ALGORITHMS: dict[str, EvolutionaryAlgorithm] = {
+    "nsga2": EvolutionaryAlgorithm(_nsga2, "NSGA-II, with the operators of the problem's paper", OF_ALGORITHM),
+    "age-moea2": EvolutionaryAlgorithm(_age_moea2, "AGE-MOEA-II, which needs numba"),
+    "moea/d": EvolutionaryAlgorithm(_moead, "MOEA/D with limits, by directions", objectives=2),
+    "nsga3": EvolutionaryAlgorithm(partial(_along_directions, NSGA3), "NSGA-III, by directions", objectives=2),
+    "rvea": EvolutionaryAlgorithm(partial(_along_directions, RVEA), "RVEA, by directions", objectives=2),
+    "sms-emoa": EvolutionaryAlgorithm(partial(_of_size, SMSEMOA), "SMS-EMOA, by contributions to the hypervolume"),
+    "spea2": EvolutionaryAlgorithm(partial(_of_size, SPEA2), "SPEA2"),
+    "u-nsga3": EvolutionaryAlgorithm(partial(_along_directions, UNSGA3), "U-NSGA-III, by directions", objectives=2),
 }
 
-#: Algorithms besides NSGA-II that need nothing but a population size, and directions where they follow them.
-ALGORITHMS: dict[str, Callable[..., Algorithm]] = {
-    "age-moea2": _age_moea2,
-    "sms-emoa": SMSEMOA,
-    "spea2": SPEA2,
-} | _ALONG_DIRECTIONS
+
+@final
+@dataclass(frozen=True)
+class Chosen:
+    """An algorithm that is ready to run.
+
+    Attributes:
+        solver: pymoo's, which has not run.
+        settings: its sizes and operators, as a front names them.
+        starts: what its first population is where a search does not say.
+    """
+
+    solver: Algorithm
+    settings: dict[str, Any]
+    starts: str
 
 
-def algorithm_settings(name: str, own: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:
-    """Keyword arguments of :func:`trajevo.solvers.optimise.optimise` for an algorithm by name.
-
-    NSGA-III, U-NSGA-III, RVEA and MOEA/D follow the reference directions of Das and Dennis, see
-    :func:`reference_directions`; the population of MOEA/D is their number, and its offspring at most as many.
+def algorithm_for(search: Search, problem: TrajectoryProblem) -> Chosen:
+    """The algorithm of a search: by its name, or a copy of the one that is passed.
 
     Args:
-        name: ``"nsga2"`` or a key of :data:`ALGORITHMS`.
-        own: settings of NSGA-II by name; of the others population and offsprings alone; and :data:`OF_RUN`.
-        problem: what is to be solved: its usual population counts where none is given, and its number of objectives
-            where there are directions.
+        search: what is left to the problem in it is as ``problem.evolution`` says.
+        problem: what is to be solved.
 
     Raises:
         UnknownNameError: no such algorithm.
         InvalidInputError: a setting that the algorithm does not have, or directions for a single objective or for more
             objectives than individuals.
     """
-    of_run = {key: own[key] for key in OF_RUN if own.get(key) is not None}
-    own = {key: value for key, value in own.items() if key not in OF_RUN}
-    if name == "nsga2":
-        return own | of_run
-    checked_name("algorithm", name, ["nsga2", *ALGORITHMS])
-    size = own.get("population") or problem.evolution.population
-    for key, value in own.items():
-        if value is not None and key not in ("population", "offsprings"):
-            raise InvalidInputError(f"{key}: the algorithm {name!r} has no such setting")
-    sizes: dict[str, Any] = {"pop_size": size, "n_offsprings": own.get("offsprings") or size}
-    if name in _ALONG_DIRECTIONS:
-        if problem.n_obj < 2:
-            raise InvalidInputError(f"algorithm: {name!r} follows directions between objectives, the problem has one")
-        sizes["ref_dirs"] = reference_directions(problem.n_obj, size)
-        if name == "moea/d":
-            count = len(sizes["ref_dirs"])
-            sizes |= {"pop_size": count, "n_offsprings": min(own.get("offsprings") or count, count)}
-    solver: Algorithm = ALGORITHMS[name](**sizes)
-    return {"algorithm": solver, "starts": DEFAULT_STARTS} | of_run
+    own = search.of_algorithm
+    if isinstance(search.algorithm, Algorithm):
+        for name in own:
+            raise InvalidInputError(
+                f"{name}: set it on the algorithm that is passed, {type(search.algorithm).__name__}"
+            )
+        return Chosen(copy.deepcopy(search.algorithm), _described(search.algorithm), "random")
+    named = ALGORITHMS[checked_name("algorithm", search.algorithm, ALGORITHMS)]
+    for name in own:
+        if name not in named.takes:
+            raise InvalidInputError(f"{name}: the algorithm {search.algorithm!r} has no such setting")
+    if problem.n_obj < named.objectives:
+        raise InvalidInputError(
+            f"algorithm: {search.algorithm!r} follows directions between objectives, the problem has one"
+        )
+    usual = USUAL.updated(**problem.evolution.given).given
+    settings = {key: value for key, value in usual.items() if key in named.takes} | own
+    settings.setdefault("offsprings", settings["population"])
+    # pymoo's defaults, as the survival of SPEA2, are objects that all algorithms of a class share.
+    solver = copy.deepcopy(named.make(problem, settings))
+    return Chosen(solver, settings if search.algorithm == "nsga2" else _described(solver), DEFAULT_STARTS)
 
 
 def reference_directions(objectives: int, most: int) -> Array:
@@ -107,3 +163,19 @@ def reference_directions(objectives: int, most: int) -> Array:
         raise InvalidInputError(f"population: expected at least {objectives}, one per objective, got {most}")
     directions: Array = get_reference_directions("das-dennis", objectives, n_partitions=partitions[-1])
     return directions
+
+
+def _described(algorithm: Algorithm) -> dict[str, Any]:
+    """What can be told of an algorithm that was passed: sizes, and class and parameters of its operators."""
+    settings: dict[str, Any] = {
+        "population": getattr(algorithm, "pop_size", None),
+        "offsprings": getattr(algorithm, "n_offsprings", None),
+    }
+    mating = getattr(algorithm, "mating", None)
+    for role in ("crossover", "mutation"):
+        operator = getattr(mating, role, None)
+        if operator is not None:
+            values = {name: getattr(value, "value", None) for name, value in vars(operator).items()}
+            shown = ", ".join(f"{name}={value:g}" for name, value in values.items() if isinstance(value, int | float))
+            settings[role] = f"{type(operator).__name__}({shown})"
+    return settings

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
-from pymoo.core.algorithm import Algorithm
 from pymoo.core.sampling import Sampling
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 
@@ -16,24 +15,13 @@ from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
 from trajevo.base.sampling import latin_hypercube, sobol
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.front.covering import Box, covering
+from trajevo.formulation.search import STARTS, Search
+from trajevo.front.covering import ReferenceBox, covering
 from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, VariableRecord
+from trajevo.solvers.evolutionary.algorithms import Chosen
 from trajevo.solvers.evolutionary.stretching import Limits, Stretching, in_seconds
 from trajevo.solvers.gradient.sqp import random_starts
-
-#: Name -> what the individuals are.
-STARTS = {
-    "random": "uniform between the bounds",
-    "sobol": "a Sobol sequence, times in their logarithms",
-    "latin_hypercube": "a Latin hypercube, times in their logarithms",
-    "stretched": "those beyond a limit in the least time in which they keep it",
-    "fastest": "all in the least time that the limits allow",
-    "spread": "all in the least time that the limits allow, then slowed down by all factors that the bounds allow",
-}
-
-#: What a run begins with unless told otherwise: docs/algorithms.md.
-DEFAULT_STARTS = "spread"
 
 #: Those whose individuals are stretched.
 _STRETCHED = ("stretched", "fastest", "spread")
@@ -73,7 +61,7 @@ def first_population(problem: TrajectoryProblem, size: int, *, starts: str, seed
     Args:
         problem: the problem.
         size: how many.
-        starts: a key of :data:`STARTS`.
+        starts: a key of :data:`trajevo.formulation.search.STARTS`.
         seed: of what is drawn.
 
     Raises:
@@ -93,30 +81,19 @@ def first_population(problem: TrajectoryProblem, size: int, *, starts: str, seed
         return _stretched_population(problem, size, starts, generator)
 
 
-def begin_with(
-    solver: Algorithm,
-    problem: TrajectoryProblem,
-    *,
-    starts: str,
-    initial: Any,
-    seed: int,
-    time_limit: float | None,
-) -> dict[str, Any]:
+def begin_with(algorithm: Chosen, problem: TrajectoryProblem, search: Search, *, initial: Any) -> dict[str, Any]:
     """Give an algorithm that has not run its first population, and say what it is.
 
     Args:
-        solver: the algorithm; with random starts and nothing given it keeps what it has.
+        algorithm: with random starts and nothing given it keeps what it has.
         problem: what it will solve.
-        starts: a key of :data:`STARTS`, for those that are not given.
+        search: its starts, seed and time limit count.
         initial: individuals that are given, shape (N, n_var), a front, or None.
-        seed: of what is drawn.
-        time_limit: time that evaluating one individual may take [s], or None.
 
     Raises:
-        UnknownNameError: no such starts.
         InvalidInputError: individuals that cannot be used, or an algorithm that does not draw its first population.
     """
-    checked_name("starts", starts, STARTS)
+    solver, starts = algorithm.solver, search.starts or algorithm.starts
     sampling = getattr(getattr(solver, "initialization", None), "sampling", None)
     if starts == "random" and initial is None:
         return {"starts": starts} if isinstance(sampling, FloatRandomSampling) else {}
@@ -124,11 +101,11 @@ def begin_with(
     if not isinstance(sampling, Sampling) or size is None:
         what = "starts" if initial is None else "initial"
         raise InvalidInputError(f"{what}: expected an algorithm that draws its first population, got {name}")
-    with _under(problem, time_limit) as limited:
+    with _under(problem, search.time_limit) as limited:
         given, evaluations = (np.empty((0, problem.n_var)), 0) if initial is None else _given(limited, initial, size)
         found = FirstPopulation(given[:0], 0)
         if len(given) < size:
-            found = first_population(limited, size - len(given), starts=starts, seed=seed)
+            found = first_population(limited, size - len(given), starts=starts, seed=search.seed or 0)
     # On the algorithm's own initialization: operators may be shared between algorithms, and this one is not.
     solver.initialization.sampling = np.concatenate([given, found.X])
     said: dict[str, Any] = {"starts": starts} | ({} if initial is None else {"initial": len(given)})
@@ -164,7 +141,7 @@ def warm_start(problem: TrajectoryProblem, front: Front, most: int) -> FirstPopu
     if not _same_path(target, rows[:1], front):
         raise InvalidInputError("initial: expected a front of the same problem, its decision vectors are other motions")
     if len(rows) > most:
-        rows = rows[covering(front.F, Box.of(front.F, None).probes(front.F, 0), most)]
+        rows = rows[covering(front.F, ReferenceBox.of(front.F, None).probes(front.F, 0), most)]
     if expansion is not None and folds:
         rows = expansion.fold(rows)
     limits = Limits(problem)

@@ -29,7 +29,7 @@ _UNRANKED = -1
 
 @final
 @dataclass(frozen=True, eq=False)
-class Rows:
+class Individuals:
     """N evaluated individuals.
 
     Attributes:
@@ -61,7 +61,7 @@ class Rows:
         return feasible
 
     @classmethod
-    def of_evaluation(cls, X: Array, evaluated: Mapping[str, Any], generation: int) -> Rows:
+    def of_evaluation(cls, X: Array, evaluated: Mapping[str, Any], generation: int) -> Individuals:
         """New individuals from what a problem gave for them."""
         size = len(X)
         F, G, H = (_columns(evaluated.get(name), size) for name in "FGH")
@@ -69,7 +69,7 @@ class Rows:
         return cls(X, F, G, H, _violation(G, H), *_unranked(size), np.full(size, generation), notes)
 
     @classmethod
-    def of_population(cls, population: Population) -> Rows:
+    def of_population(cls, population: Population) -> Individuals:
         """The arrays of individuals."""
         size = len(population)
         X, F, G, H = (_columns(population.get(name), size) for name in ("X", "F", "G", "H"))
@@ -90,22 +90,22 @@ class Rows:
         return cls(X, F, G, H, violation, rank, crowding, born, own)
 
     @classmethod
-    def joined(cls, one: Rows, other: Rows) -> Rows:
+    def joined(cls, one: Individuals, other: Individuals) -> Individuals:
         """All individuals of two."""
         keys = {*one.notes, *other.notes}
         notes = {key: np.concatenate([_noted(rows, key) for rows in (one, other)]) for key in keys}
         arrays = {name: np.concatenate([getattr(one, name), getattr(other, name)]) for name in _ARRAYS}
         return cls(**arrays, notes=notes)
 
-    def chosen(self, indices: Array) -> Rows:
+    def chosen(self, indices: Array) -> Individuals:
         """Some of them."""
         arrays = {name: getattr(self, name).take(indices, axis=0) for name in _ARRAYS}
-        return Rows(**arrays, notes={key: values[indices] for key, values in self.notes.items()})
+        return Individuals(**arrays, notes={key: values[indices] for key, values in self.notes.items()})
 
-    def after(self, count: int) -> Rows:
+    def after(self, count: int) -> Individuals:
         """All but the first ones, as views of the same arrays."""
         arrays = {name: getattr(self, name)[count:] for name in _ARRAYS}
-        return Rows(**arrays, notes={key: values[count:] for key, values in self.notes.items()})
+        return Individuals(**arrays, notes={key: values[count:] for key, values in self.notes.items()})
 
     def population(self) -> Population:
         """The same as individuals of pymoo."""
@@ -122,7 +122,7 @@ class Rows:
         return one
 
 
-_ARRAYS = tuple(field.name for field in fields(Rows) if field.name != "notes")
+_ARRAYS = tuple(field.name for field in fields(Individuals) if field.name != "notes")
 
 
 def _columns(values: Any, size: int) -> Array:
@@ -142,7 +142,7 @@ def _unranked(size: int) -> tuple[Array, Array]:
     return np.full(size, _UNRANKED), np.full(size, np.nan)
 
 
-def _noted(rows: Rows, key: str) -> Array:
+def _noted(rows: Individuals, key: str) -> Array:
     found = rows.notes.get(key)
     return np.full(len(rows.X), None) if found is None else np.asarray(found, dtype=object)
 
@@ -183,8 +183,8 @@ class ArrayNSGA2(NSGA2):
         own = next((name for name in _OWN if name in settings), None)
         if own is not None:
             raise InvalidInputError(f"{own}: expected none, ArrayNSGA2 has its own; pass it to pymoo's NSGA2")
-        self._rows: Rows | None = None
-        self._offspring: Rows | None = None
+        self._rows: Individuals | None = None
+        self._offspring: Individuals | None = None
         self._given: dict[str, Population | None] = {}
         super().__init__(
             pop_size=pop_size,
@@ -246,7 +246,7 @@ class ArrayNSGA2(NSGA2):
             X, return_values_of=self.evaluator.evaluate_values_of, return_as_dictionary=True, algorithm=self
         )
         self.evaluator.n_eval += len(X)
-        rows = Rows.of_evaluation(X, evaluated, self.n_iter)
+        rows = Individuals.of_evaluation(X, evaluated, self.n_iter)
         if self.is_initialized:
             self._advance_by(rows)
         else:
@@ -281,7 +281,7 @@ class ArrayNSGA2(NSGA2):
     def _initialize_advance(self, infills: Population | None = None, **kwargs: Any) -> None:
         self._begin_with(self._population())
 
-    def _begin_with(self, rows: Rows) -> None:
+    def _begin_with(self, rows: Individuals) -> None:
         self.is_initialized: bool = True
         self._survive(rows, len(rows.X))
         self._remember(rows)
@@ -290,15 +290,15 @@ class ArrayNSGA2(NSGA2):
         if infills is None:
             self._survive(self._population())
         else:
-            self._advance_by(Rows.of_population(infills))
+            self._advance_by(Individuals.of_population(infills))
 
-    def _advance_by(self, offspring: Rows) -> None:
+    def _advance_by(self, offspring: Individuals) -> None:
         rows = self._population()
-        both = Rows.joined(rows, offspring)
+        both = Individuals.joined(rows, offspring)
         self._survive(both)
         self._remember(both.after(len(rows.X)))
 
-    def _remember(self, offspring: Rows) -> None:
+    def _remember(self, offspring: Individuals) -> None:
         """The latest individuals, ranked by now."""
         self._given.pop("off", None)
         self._offspring = offspring
@@ -306,21 +306,21 @@ class ArrayNSGA2(NSGA2):
     def _set_optimum(self, **kwargs: Any) -> None:
         self._given.pop("opt", None)
 
-    def _made(self, name: str, rows: Rows | None) -> Population | None:
+    def _made(self, name: str, rows: Individuals | None) -> Population | None:
         if name not in self._given and rows is not None:
             self._given[name] = rows.population()
         return self._given.get(name)
 
-    def _population(self) -> Rows:
+    def _population(self) -> Individuals:
         """The population as arrays; what was handed out as individuals may have been changed there."""
         handed_out = self._given.get("pop")
         if handed_out is not None:
-            self._rows = Rows.of_population(handed_out)
+            self._rows = Individuals.of_population(handed_out)
         if self._rows is None:
             raise InvalidInputError("algorithm: expected a population, the algorithm has none")
         return self._rows
 
-    def _children(self, rows: Rows) -> Array:
+    def _children(self, rows: Individuals) -> Array:
         """New decision vectors, as many as there are to be, or fewer where a hundred matings give copies alone."""
         kept: Array = np.empty((0, self.problem.n_var))
         for _ in range(self.mating.n_max_iterations):
@@ -332,7 +332,7 @@ class ArrayNSGA2(NSGA2):
                 break
         return kept
 
-    def _mated(self, rows: Rows, wanted: int) -> Array:
+    def _mated(self, rows: Individuals, wanted: int) -> Array:
         """Children of parents that win tournaments; at least as many as wanted."""
         random, size, matings = self.random_state, len(rows.X), math.ceil(wanted / 2)
         rounds = math.ceil(4 * matings / size)
@@ -341,7 +341,7 @@ class ArrayNSGA2(NSGA2):
         children = crossed(self.mating.crossover, self.problem, rows.X.take(parents, axis=0), random)
         return mutated(self.mating.mutation, self.problem, children.reshape(-1, rows.X.shape[1]), random)
 
-    def _survive(self, rows: Rows, most: int | None = None) -> None:
+    def _survive(self, rows: Individuals, most: int | None = None) -> None:
         """Keep the best: feasible ones by rank and crowding, then those that break limits least."""
         most = min(self.pop_size if most is None else most, len(rows.X))
         constrained = self.problem.has_constraints()
@@ -354,7 +354,7 @@ class ArrayNSGA2(NSGA2):
         self._rows = rows.chosen(survivors)
         self._given.pop("pop", None)
 
-    def _best(self, rows: Rows, among: Array, most: int) -> Array:
+    def _best(self, rows: Individuals, among: Array, most: int) -> Array:
         F, survivors, left = rows.F[among], [np.empty(0, dtype=np.intp)], most
         for rank, front in enumerate(fronts(F, most)):
             crowding = crowding_distances(F[front])

@@ -18,7 +18,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.books import Watch
 from trajevo.front.front import Front
-from trajevo.solvers.gradient.sqp import FEASIBLE, Gradients, Search, differentiated, random_starts
+from trajevo.solvers.gradient.sqp import FEASIBLE, Gradients, WeightedSum, differentiated, random_starts
 
 #: SLSQP's tolerance on the logarithm of an objective.
 _TOLERANCE = 1e-11
@@ -198,7 +198,7 @@ class _Division:
 
     def _end(self, objective: int, start: Array, half_space: tuple[Array, float] | None) -> _End | None:
         """Where SLSQP ends from a start, with the objectives there; None where that is not feasible."""
-        search = Search(
+        search = WeightedSum(
             self.smooth,
             np.eye(2)[objective],
             gradients=self._gradients,

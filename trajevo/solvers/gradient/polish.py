@@ -19,7 +19,7 @@ from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.archive import Archive
-from trajevo.front.covering import Box, covering, gaps, neighbours
+from trajevo.front.covering import ReferenceBox, covering, gaps, neighbours
 from trajevo.front.front import Front
 from trajevo.solvers.gradient.batch_sqp import Lockstep
 from trajevo.solvers.gradient.scaling import Columns, Scaled
@@ -93,7 +93,7 @@ class Refinement:
 
     def __init__(self, front: Front, seed: int, stop: Callable[[int, float], bool]) -> None:
         problem, corner = front.problem, front.history.reference_point
-        self.box = box = Box.of(front.F, None if corner is None else np.array(corner))
+        self.box = box = ReferenceBox.of(front.F, None if corner is None else np.array(corner))
         self._original, self._problem, self._seed, self._stop = front, problem, seed, stop
         self.archive = Archive(problem.n_var, problem.n_obj, problem.n_ieq_constr)
         self.archive.add(front.X, front.F, front.G)

@@ -26,7 +26,7 @@ _SETTLED = 1e-7
 _STEP, _AGREEMENT = 1e-6, 1e-3
 
 
-class Search:
+class WeightedSum:
     """A weighted sum of objectives under the problem's limits, and under a half-space of objectives where one is given.
 
     Values and gradients of the last point are kept for the solver's next question.

@@ -11,7 +11,7 @@ from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem, Weights
-from trajevo.solvers.gradient.sqp import FEASIBLE, Search, random_starts
+from trajevo.solvers.gradient.sqp import FEASIBLE, WeightedSum, random_starts
 from trajevo.trajectory.batch import TrajectoryBatch
 
 
@@ -84,7 +84,7 @@ def minimise_weighted(
         raise InvalidInputError(f"weights: expected non-negative numbers that are not all zero, got {share.tolist()}")
     if (scales <= 0.0).any():
         raise InvalidInputError(f"scales: expected positive numbers, got {scales.tolist()}")
-    search = Search(problem.in_terms(), share / scales)
+    search = WeightedSum(problem.in_terms(), share / scales)
     points = (
         random_starts(problem, seed, starts)
         if initial is None

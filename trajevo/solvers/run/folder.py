@@ -10,6 +10,8 @@ from __future__ import annotations
 import io
 import json
 import shutil
+import tempfile
+import warnings
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -23,6 +25,7 @@ import pydantic
 from trajevo.base.arrays import Array
 from trajevo.base.files import SCRATCH, locked, write_whole
 from trajevo.errors import InvalidInputError
+from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, Record
 
 FRONT_FILE, MANIFEST_FILE, CHECKPOINT_FILE, BLOCKS_FOLDER = "front.json", "manifest.json", "checkpoint.npz", "blocks"
@@ -165,6 +168,16 @@ class RunFolder:
         except OSError as error:
             raise self._unwritable(error) from error
 
+    def keep(self, front: Front, *, evolved: bool = False) -> None:
+        """Save the front of the run, or as the evolution left it; where that fails, somewhere else, and say where."""
+        try:
+            front.save(self.evolved_file if evolved else self.front_file)
+        except InvalidInputError as error:
+            with tempfile.NamedTemporaryFile(prefix="trajevo-", suffix=".json", delete=False) as other:
+                pass
+            front.save(other.name)
+            warnings.warn(f"{error}; the front is in {other.name}", stacklevel=3)
+
     def clear(self) -> None:
         """Remove the run that the folder holds; the manifest last, so that what is left half removed is still a run."""
         self.front_file.unlink(missing_ok=True)
@@ -256,6 +269,24 @@ class RunFolder:
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
         if (self.folder / BLOCKS_FOLDER).exists():
             shutil.rmtree(self.folder / BLOCKS_FOLDER)
+
+
+@contextmanager
+def begun(out: str | Path | None, manifest: Manifest, *, overwrite: bool) -> Iterator[RunFolder | None]:
+    """A run's folder with its manifest in it, held by this process alone while it lasts; None where nothing is kept.
+
+    Raises:
+        InvalidInputError: the folder holds a run that is not to be replaced, or cannot be written.
+    """
+    if out is None:
+        yield None
+        return
+    run = RunFolder(out)
+    with run.alone():
+        run.begin(manifest, overwrite=overwrite)
+        if manifest.not_resumable:
+            warnings.warn(f"{run.folder}: this run cannot be resumed: {manifest.not_resumable}", stacklevel=4)
+        yield run
 
 
 def block_of(generations: Sequence[int], parts: Sequence[tuple[Array, Array, Array, Array]]) -> Block:

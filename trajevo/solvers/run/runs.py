@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import tempfile
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from pymoo.core.algorithm import Algorithm
 
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
@@ -45,38 +42,17 @@ class Standing:
     not_resumable: str
 
 
-def begin(
-    problem: TrajectoryProblem,
-    solver: Algorithm,
-    manifest: Manifest,
-    *,
-    out: str | Path | None,
-    overwrite: bool,
-    progress: bool,
-    cpu_spent: float = 0.0,
-) -> Front:
-    """Run an algorithm that was set up as a manifest says; in a folder where one is given, its front in it at the end.
-
-    CPU time that was spent on its first population counts as the run's.
-
-    Raises:
-        InvalidInputError: the algorithm draws past its seed, or the folder holds a run or cannot be written.
-    """
-    reason = seeded(solver)
-    if reason is not None:
-        raise InvalidInputError(f"algorithm: {reason}")
-    if out is None:
-        return _ended(
-            evolve(problem, solver, manifest, folder=None, progress=progress, cpu_spent=cpu_spent), manifest, None
-        )
-    run = RunFolder(out)
-    with run.alone():
-        run.begin(manifest, overwrite=overwrite)
-        if manifest.not_resumable:
-            warnings.warn(f"{run.folder}: this run cannot be resumed: {manifest.not_resumable}", stacklevel=3)
-        return _ended(
-            evolve(problem, solver, manifest, folder=run, progress=progress, cpu_spent=cpu_spent), manifest, run
-        )
+def polished(front: Front, manifest: Manifest, folder: RunFolder | None) -> Front:
+    """The front of an evolution that has ended, polished where the run is to be; the folder keeps it as it was."""
+    if not manifest.polish or front.run.interrupted or not len(front):
+        if folder is not None:
+            folder.evolved_file.unlink(missing_ok=True)
+        return front
+    if folder is not None:
+        folder.keep(front, evolved=True)
+    seconds = None if manifest.cpu_time is None else max(manifest.cpu_time - front.run.cpu_seconds[-1], _LEAST_CPU_TIME)
+    evaluations = None if manifest.evaluations is None else max(manifest.evaluations - front.run.evaluations, 1)
+    return polish(front, evaluations=evaluations, cpu_time=seconds).front
 
 
 def resume(
@@ -112,7 +88,9 @@ def resume(
         if generations is not None:
             manifest = _longer(manifest, generations, run)
         _compare_versions(manifest, run)
-        return _ended(evolve(to_solve, solver, manifest, folder=run, progress=progress), manifest, run)
+        front = polished(evolve(to_solve, solver, manifest, folder=run, progress=progress), manifest, run)
+        run.keep(front)
+    return front
 
 
 def read_run(folder: str | Path, *, problem: TrajectoryProblem | None = None) -> Front:
@@ -190,31 +168,3 @@ def _compare_versions(manifest: Manifest, run: RunFolder) -> None:
             "was never interrupted",
             stacklevel=3,
         )
-
-
-def _ended(front: Front, manifest: Manifest, run: RunFolder | None) -> Front:
-    """The front of an evolution that has ended, polished where the run is to be, and kept where there is a folder."""
-    if not manifest.polish or front.run.interrupted or not len(front):
-        if run is not None:
-            run.evolved_file.unlink(missing_ok=True)
-            _keep(front, run.front_file)
-        return front
-    if run is not None:
-        _keep(front, run.evolved_file)
-    seconds = None if manifest.cpu_time is None else max(manifest.cpu_time - front.run.cpu_seconds[-1], _LEAST_CPU_TIME)
-    evaluations = None if manifest.evaluations is None else max(manifest.evaluations - front.run.evaluations, 1)
-    polished = polish(front, evaluations=evaluations, cpu_time=seconds).front
-    if run is not None:
-        _keep(polished, run.front_file)
-    return polished
-
-
-def _keep(front: Front, file: Path) -> None:
-    """Save a front in its folder; where that fails, somewhere else, and say where."""
-    try:
-        front.save(file)
-    except InvalidInputError as error:
-        with tempfile.NamedTemporaryFile(prefix="trajevo-", suffix=".json", delete=False) as other:
-            pass
-        front.save(other.name)
-        warnings.warn(f"{error}; the front is in {other.name}", stacklevel=4)

@@ -1,0 +1,59 @@
+"""Settings of a search as options of a command, made from the one record that declares them."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Annotated, Any, get_args, get_type_hints
+
+import typer
+
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.search import Search
+from trajevo.solvers.evolutionary.algorithms import ALGORITHMS
+
+
+def search_options(command: Callable[..., None]) -> Callable[..., None]:
+    """A command that is given its options ``--population`` and the like together, as ``search``: those that were given.
+
+    Values are checked by the record, so that a mistake is told in the same words as in Python and in a task.
+    """
+
+    @functools.wraps(command)
+    def with_options(**given: Any) -> None:
+        search = {name: given.pop(name) for name in Search.model_fields}
+        search = {name: value for name, value in search.items() if value is not None}
+        try:
+            Search.of(**search)
+        except InvalidInputError as error:
+            name, _, rest = str(error).partition(": ")
+            raise InvalidInputError(f"{_flag(name)}: {rest}") from error
+        command(**given, search=search)
+
+    own = inspect.signature(command, eval_str=True).parameters
+    options = [_option(name) for name in Search.model_fields]
+    places = [parameter for name, parameter in own.items() if name != "search"]
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    arguments = [parameter.replace(kind=keyword) for parameter in places]
+    signature = inspect.Signature([arguments[0], *options, *arguments[1:]])
+    with_options.__signature__ = signature  # type: ignore[attr-defined]
+    with_options.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
+    return with_options
+
+
+def _option(name: str) -> inspect.Parameter:
+    field = Search.model_fields[name]
+    kinds = set(get_args(get_type_hints(Search)[name])) or {get_type_hints(Search)[name]}
+    kind = next(kind for kind in (bool, str, int, float) if kind in kinds)
+    says = str(field.description)
+    if name == "algorithm":
+        says = f"{says} {', '.join(ALGORITHMS)}."
+    flag = _flag(name)
+    flags = [f"{flag}/--no-{flag[2:]}"] if kind is bool else [flag]
+    annotation = Annotated[kind | None, typer.Option(*flags, help=says)]  # type: ignore[valid-type]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
