@@ -23,8 +23,8 @@ ReportOption = Annotated[
     str,
     typer.Option(
         callback=lambda kind: checked_name("report", kind, KINDS),
-        help="none; short: front, the knee's motion, what is proven of it and what it carries; full: payload studies "
-        "and rivals too, which takes longer.",
+        help="What is told: none, short (front, the knee's motion, what is proven of it, what it carries) or full "
+        "(payload studies and rivals too, which optimises again).",
     ),
 ]
 PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures, or tables alone.")]
