@@ -27,6 +27,8 @@ from trajevo import (
     Pose,
     ToolPlane,
     allowed_centres,
+    allowed_regions,
+    capacities,
     capacity_front,
     dlcc,
     dlcc_iterative,
@@ -41,6 +43,7 @@ from trajevo import (
     price_along_path,
     price_of_uncertainty,
     robust_capacity,
+    robust_curve,
     sensitivity,
     slowdown_curve,
     slowdown_for,
@@ -88,7 +91,7 @@ front = task.solve(progress=False, **SIZE)
 knee, fastest = front.knee(), front.pick("least_time")
 print("knee:      ", dlcc(knee))
 print("least time:", dlcc(fastest))
-plots.front_capacities(front);
+plots.front_capacities(capacities(front), knee=knee.index);
 
 # %%
 plots.capacity_margins(dlcc(knee))
@@ -114,8 +117,9 @@ plots.payload_contours(payload_diagram(payload_effort(table_7), xy, z));
 known = efforts["knee"].with_inertia_about_tool(np.diag([0.02, 0.02, 0.02]))
 print("allowed 50 mm off the axis with 8 kg:", allowed_centres(known, 8.0).contains([[0.05, 0.0, 0.05]]))
 _, (left, right) = plt.subplots(1, 2, figsize=(12.0, 4.6), layout="constrained")
-plots.allowed_region(known, [4.0, 8.0, 12.0, 16.0], within=0.3, axis="y", ax=left)
-plots.allowed_region(payload_effort(table_7), [4.0, 8.0, 10.0, 11.5], within=0.3, axis="y", ax=right);
+plots.allowed_region(allowed_regions(known, [4.0, 8.0, 12.0, 16.0], within=0.3, axis="y"), ax=left)
+regions = allowed_regions(payload_effort(table_7), [4.0, 8.0, 10.0, 11.5], within=0.3, axis="y")
+plots.allowed_region(regions, ax=right);
 
 # %% [markdown]
 # ## A payload that is known only to intervals
@@ -124,7 +128,7 @@ plots.allowed_region(payload_effort(table_7), [4.0, 8.0, 10.0, 11.5], within=0.3
 box = [[-0.02, -0.02, 0.03], [0.02, 0.02, 0.07]]
 print(robust_capacity(efforts["knee"], com=box))
 print(worst_case(efforts["knee"], mass=(2.5, 3.5), com=box))
-plots.robust_mass(efforts["knee"], com=(0.0, 0.0, 0.05), within=0.1);
+plots.robust_mass(robust_curve(efforts["knee"], com=(0.0, 0.0, 0.05), within=0.1));
 
 # %% [markdown]
 # What that costs in time, the motion optimised again for every payload of the intervals, and slowed along its path.

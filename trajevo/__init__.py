@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from trajevo import plots
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative
-    from trajevo.capacity.payload_diagram import allowed_centres, payload_diagram
+    from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
-    from trajevo.capacity.robust import robust_capacity, robust_slowdown, worst_case
+    from trajevo.capacity.robust import robust_capacity, robust_curve, robust_slowdown, worst_case
     from trajevo.capacity.sensitivity import sensitivity
     from trajevo.capacity.slowdown import slowdown_curve, slowdown_for
     from trajevo.capacity.uncertainty import price_along_path, price_of_uncertainty, robust_problem
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from trajevo.path.curve import GeometricPath
     from trajevo.path.inverse_kinematics import Pose
     from trajevo.path.via_points import ViaPoints
+    from trajevo.plots.analyses import analyse
     from trajevo.plots.animation import animate
     from trajevo.plots.report import report
     from trajevo.robot.joints import JointLimits
@@ -127,11 +128,11 @@ _NAMES = {
     # What a motion can carry
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative"),
     "capacity.payload_effort": ("payload_effort",),
-    "capacity.payload_diagram": ("allowed_centres", "payload_diagram"),
+    "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
     "capacity.slowdown": ("slowdown_curve", "slowdown_for"),
     "capacity.payload_time": ("capacity_front", "largest_payload", "max_payload_problem"),
-    "capacity.robust": ("robust_capacity", "robust_slowdown", "worst_case"),
+    "capacity.robust": ("robust_capacity", "robust_curve", "robust_slowdown", "worst_case"),
     "capacity.uncertainty": ("price_along_path", "price_of_uncertainty", "robust_problem"),
     "capacity.workspace": ("ToolPlane", "workspace_capacity"),
     # What is proven, and files
@@ -139,6 +140,7 @@ _NAMES = {
     "verification.verify": ("verify",),
     "exporters.exporter": ("Exporter",),
     "exporters.export": ("export",),
+    "plots.analyses": ("analyse",),
     "plots.report": ("report",),
     "plots.animation": ("animate",),
     # Many runs
@@ -196,6 +198,8 @@ __all__ = [
     "ViaPointProblem",
     "ViaPoints",
     "allowed_centres",
+    "allowed_regions",
+    "analyse",
     "animate",
     "capacities",
     "capacity_front",
@@ -227,6 +231,7 @@ __all__ = [
     "rivals_of",
     "rivals_table",
     "robust_capacity",
+    "robust_curve",
     "robust_problem",
     "robust_slowdown",
     "run_study",

@@ -94,7 +94,7 @@ def test_normal_constraints_of_three_objectives_are_refused_before_anything_is_w
 
 def test_pick_and_place_shows_the_septic_beside_its_rivals(tmp_path):
     folder = tmp_path / "pick"
-    result = trajevo("solve", "pick-place", "--payload", "2.5", *SMALL, "--out", folder)
+    result = trajevo("solve", "pick-place", "--payload", "2.5", "--report", "full", *SMALL, "--out", folder)
     assert result.returncode == 0, result.stderr
     for expected in ("Least times under the same limits", "one polynomial", "4.4737", "double-S, stops", "4.7509"):
         assert expected in result.stdout

@@ -11,7 +11,7 @@ import pytest
 from tests.capacity.test_payload_effort import random_effort
 from tests.helpers import refused, trajevo
 from trajevo import Front
-from trajevo.capacity.payload_diagram import allowed_centres, payload_diagram
+from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
 from trajevo.capacity.payload_effort import payload_effort
 from trajevo.capacity.robust import robust_capacity
 from trajevo.plots.payload import allowed_region, payload_contours
@@ -90,7 +90,7 @@ def test_what_cannot_be_overlaid_is_refused(effort, diagram):
 
 def test_regions_are_sections_of_the_polyhedra(effort):
     fixed = effort.with_inertia_about_tool(0.05 * np.eye(3))
-    ax = allowed_region(fixed, [1000.0, 4.0, 2.0], within=0.6, axis="y", at=0.1)
+    ax = allowed_region(allowed_regions(fixed, [1000.0, 4.0, 2.0], within=0.6, axis="y", at=0.1))
     assert labels(ax) == ["2 kg", "4 kg", "1000 kg: nowhere"]
     for patch, mass in zip(ax.patches, (2.0, 4.0), strict=False):
         corners = allowed_centres(fixed, mass).section("y", 0.1, within=0.6)
@@ -100,7 +100,7 @@ def test_regions_are_sections_of_the_polyhedra(effort):
 
 def test_regions_that_are_no_polygons_are_contours_of_the_limit(effort):
     assert not effort.affine
-    ax = allowed_region(effort, [4.0, 1000.0], within=0.6, axis="z", at=0.05)
+    ax = allowed_region(allowed_regions(effort, [4.0, 1000.0], within=0.6, axis="z", at=0.05))
     assert labels(ax) == ["4 kg", "1000 kg: nowhere"]
     edges = [path.vertices for lines in ax.collections for path in lines.get_paths() if not lines.get_fill()]
     edge = 1e-3 * np.concatenate([points for points in edges if len(points)])

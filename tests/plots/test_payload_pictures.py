@@ -3,15 +3,14 @@
 import io
 
 import matplotlib.image
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from tests.helpers import refused
-from trajevo import optimise, plots
+from trajevo import analyse, optimise, plots
 from trajevo.capacity.dlcc import capacities, dlcc
 from trajevo.capacity.payload_time import capacity_front
-from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES, draw_all, payload_figures, save_pictures
+from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES, draw_all, save_pictures
 from trajevo.plots.report import report
 from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism
 from trajevo.problems.hybrid_manipulator import paper_solution
@@ -25,15 +24,12 @@ def front():
 
 
 def stems(front):
-    found = []
-    for stem, _, figure in payload_figures(front):
-        found.append(stem)
-        plt.close(figure)
-    return found
+    return [picture.stem for picture in draw_all(front, analyse(front)) if picture.stem in PAYLOAD_FIGURES]
 
 
 def test_every_picture_is_drawn_once_and_shows_something(front, tmp_path):
-    pictures = draw_all(front)
+    analyses = analyse(front)
+    pictures = draw_all(front, analyses)
     drawn = {picture.stem for picture in pictures}
     assert drawn & {*PAYLOAD_FIGURES} == {*PAYLOAD_FIGURES} - {"payload_time", "uncertainty"}  # the mass is a variable
     assert drawn <= {*FIGURES}
@@ -43,7 +39,7 @@ def test_every_picture_is_drawn_once_and_shows_something(front, tmp_path):
         assert 0.02 < (image.min(axis=2) < 0.9).mean() < 0.95, f"{picture.stem} looks empty"
     files = save_pictures(pictures, tmp_path)
     assert [file.read_bytes() for file in files] == [picture.png for picture in pictures]
-    page = report(front, tmp_path / "report.html", pictures=pictures).read_text(encoding="utf-8")
+    page = report(front, tmp_path / "report.html", analyses=analyses, pictures=pictures).read_text(encoding="utf-8")
     assert page.count("data:image/png") == len(pictures)
     assert "<h2>Payload</h2>" in page
     assert "kg per % of the effort limit of" in page
@@ -56,12 +52,10 @@ def test_what_has_nothing_to_show_is_left_out():
     fixed = optimise(HybridManipulator(), **SMALL, polish=False)
     assert stems(fixed) == [stem for stem in PAYLOAD_FIGURES if stem != "payload_front"]
     along_axis = optimise(HybridManipulator(payload_model="tool_axis"), **SMALL, polish=False)
-    assert stems(along_axis) == ["effort", "capacities", "margins", "slowdown", "payload_time", "workspace"]
+    assert stems(along_axis) == ["effort", "margins", "capacities", "slowdown", "payload_time", "workspace"]
     unloaded = optimise(HybridManipulator(payload=0.0), **SMALL, polish=False)
     assert stems(unloaded) == [stem for stem in PAYLOAD_FIGURES if stem not in ("payload_front", "uncertainty")]
-    assert not {picture.stem for picture in draw_all(optimise(PointingMechanism(), **SMALL, polish=False))} & {
-        *PAYLOAD_FIGURES
-    }
+    assert stems(optimise(PointingMechanism(), **SMALL, polish=False)) == []
 
 
 def test_of_an_arm_with_friction_and_a_load_off_centre():
@@ -87,7 +81,8 @@ def test_a_front_of_payloads_is_drawn_over_time(front):
 
 
 def test_capacities_and_margins_are_those_that_are_computed(front):
-    found, ax = capacities(front), plots.front_capacities(front)
+    found = capacities(front)
+    ax = plots.front_capacities(found, knee=front.knee().index)
     drawn = np.concatenate([line.get_ydata() for line in ax.lines[:-1]])
     np.testing.assert_allclose(np.sort(drawn), np.sort(found.mass))
     capacity = dlcc(HybridManipulator().rollout(paper_solution()))

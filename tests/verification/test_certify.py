@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.helpers import any_problem, refused, small_problem, trajevo
-from trajevo import PolynomialBatch, ViaPoints, load_problem, load_robot, optimise
+from trajevo import PolynomialBatch, ViaPoints, analyse, load_problem, load_robot, optimise
 from trajevo.dynamics.complex_bounds import Bounds, EffortReach
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
@@ -413,7 +413,7 @@ def test_exports_and_reports_carry_the_certificate(front, tmp_path):
     export(knee.front, tmp_path / "f.nc", format="netcdf")
     with xr.open_dataset(tmp_path / "f.nc") as made:
         assert len(json.loads(made.attrs["certificates"])) == len(knee.front)
-    page = report(knee.front, tmp_path / "r.html", pictures=[]).read_text()
+    page = report(knee.front, tmp_path / "r.html", analyses=analyse(knee.front, "short"), pictures=[]).read_text()
     assert "<h2>Certificate of the knee</h2>" in page
     assert "keeps every limit at every instant, proven" in page
 

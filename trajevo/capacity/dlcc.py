@@ -88,6 +88,53 @@ class Capacity:
         return f"{carried} ({model} payload), limited by {self.joint} at {self.time:.4f} s"
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class EffortAlong:
+    """Effort along one motion by the payload's mass, and its capacity.
+
+    Attributes:
+        times: instants, shape (T,) [s].
+        unloaded: effort without payload, shape (T, n_joints) [N·m or N].
+        per_kilogram: what every kilogram of the payload adds, shape (T, n_joints) [N·m/kg or N/kg].
+        limit: of effort, shape (n_joints,) [N·m or N]; inf where there is none.
+        mass: of the payload that is carried [kg].
+        capacity: the largest payload.
+        joint_names: of the robot.
+        robot: its name.
+    """
+
+    times: Array
+    unloaded: Array
+    per_kilogram: Array
+    limit: Array
+    mass: float
+    capacity: Capacity
+    joint_names: tuple[str, ...]
+    robot: str
+
+
+def effort_along(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> EffortAlong:
+    """Effort along a motion, which is affine in the payload's mass.
+
+    Args:
+        motion: as for :func:`dlcc`.
+        samples: likewise.
+    """
+    rollout = rollout_of(motion)
+    efforts = _efforts(motion, samples)
+    return EffortAlong(
+        times=efforts.times,
+        unloaded=efforts.unloaded,
+        per_kilogram=efforts.per_kilogram,
+        limit=rollout.robot.limits.effort,
+        mass=rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0]),
+        capacity=_closed_form(efforts),
+        joint_names=rollout.robot.joint_names,
+        robot=rollout.robot.name,
+    )
+
+
 def dlcc(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> Capacity:
     """The largest payload of a motion in closed form: the least, over joints and instants, of (±limit - τ₀)/τ₁.
 
@@ -150,6 +197,7 @@ class Capacities:
     Attributes:
         mass: shape (B,) [kg]; as :attr:`Capacity.mass`.
         least: shape (B,) [kg]; as :attr:`Capacity.least`.
+        duration: of the motions, shape (B,) [s].
         joint: index of the binding joint, -1 where there is none, shape (B,).
         joint_names: of the robot.
         payload_model: how the payload acts.
@@ -157,6 +205,7 @@ class Capacities:
 
     mass: Array
     least: Array
+    duration: Array
     joint: Array
     joint_names: tuple[str, ...]
     payload_model: str
@@ -172,7 +221,7 @@ def capacities(motions: Front | Rollout, *, samples: int = 12) -> Capacities:
     Raises:
         InvalidInputError: something else.
     """
-    given = motions.problem.rollout(motions.X) if isinstance(motions, Front) else rollout_of(motions)
+    given = motions.rollouts if isinstance(motions, Front) else rollout_of(motions)
     fine = Rollout(given.dynamics.sampled(samples), given.trajectory)
     lower, upper = mass_bounds(fine.unloaded_effort, fine.effort_per_kilogram, given.robot.limits.effort)
     least, each = lower.max(axis=(1, 2), initial=0.0), upper.min(axis=1)
@@ -183,6 +232,7 @@ def capacities(motions: Front | Rollout, *, samples: int = 12) -> Capacities:
     return Capacities(
         mass=frozen(np.where(never, 0.0, most)),
         least=frozen(np.where(never, np.nan, least)),
+        duration=frozen(given.trajectory.duration),
         joint=joint,
         joint_names=given.robot.joint_names,
         payload_model=given.dynamics.payload.model,

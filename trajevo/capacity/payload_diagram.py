@@ -7,6 +7,7 @@ exactly: a bound in closed form first tells the few efforts that can be the wors
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -171,6 +172,9 @@ _FLAT = 1e-12
 #: Radius [m] of a section that counts as empty: no more than a point or a line.
 _POINT = 1e-12
 
+#: Places along either side of the grid on which a region that is no polygon is looked at.
+_GRID = 121
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -257,6 +261,64 @@ def allowed_centres(effort: PayloadEffort, mass: float) -> CentreOfMassPolyhedro
         joint=frozen(np.tile(joint, 2)),
         time=frozen(np.tile(time, 2)),
     )
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class AllowedRegions:
+    """Where the centres of mass of payloads may lie in a plane of the tool frame: one region for each mass.
+
+    Attributes:
+        masses: of the payloads, ascending, K of them [kg].
+        axis: of the tool frame, normal to the plane.
+        at: place of the plane along it [m].
+        within: how far from the tool's other axes the plane was looked at [m].
+        polygons: where effort is affine in the centre of mass, the corners of each region, exact and counterclockwise,
+            of the other two coordinates in alphabetical order, K arrays of shape (C, 2) [m], empty where the mass may
+            lie nowhere; else none.
+        sides: coordinates of a grid along either side, shape (G,) [m].
+        used: where effort is not affine, the greatest effort over its limit, shape (K, G, G), rows along the second
+            coordinate; at most 1 is allowed.
+    """
+
+    masses: tuple[float, ...]
+    axis: str
+    at: float
+    within: float
+    polygons: tuple[Array, ...]
+    sides: Array
+    used: Array
+
+
+def allowed_regions(
+    effort: PayloadEffort, masses: Sequence[float], *, within: float, axis: str = "z", at: float = 0.0
+) -> AllowedRegions:
+    """Where the centres of mass of payloads may lie in a plane of the tool frame.
+
+    Args:
+        effort: along the motion; where it is affine in the centre of mass, see :func:`allowed_centres`, regions are
+            exact polygons, else values on a grid.
+        masses: of the payloads [kg].
+        within: how far from the tool's axes the plane is looked at [m].
+        axis: of the tool frame, normal to the plane.
+        at: place of the plane along it [m].
+
+    Raises:
+        UnknownNameError: no such axis.
+        InvalidInputError: as :func:`allowed_centres` and :meth:`CentreOfMassPolyhedron.section`.
+    """
+    checked_name("axis", axis, _AXES)
+    ascending = tuple(sorted(float(mass) for mass in masses))
+    polygons: tuple[Array, ...] = ()
+    sides, used = np.linspace(-within, within, _GRID), np.empty((0, _GRID, _GRID))
+    if effort.affine:
+        polygons = tuple(allowed_centres(effort, mass).section(axis, at, within=within) for mass in ascending)
+    else:
+        across = [k for k, name in enumerate(_AXES) if name != axis]
+        com = np.full((_GRID, _GRID, 3), at)
+        com[..., across[0]], com[..., across[1]] = np.meshgrid(sides, sides)
+        used = np.array([effort.used(mass, com.reshape(-1, 3)) for mass in ascending]).reshape(-1, _GRID, _GRID)
+    return AllowedRegions(ascending, axis, float(at), float(within), polygons, frozen(sides), frozen(used))
 
 
 def _corners(A: Array, b: Array) -> Array:

@@ -16,7 +16,7 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.base.arrays import Array
+from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.intervals import greatest_quadratic, interval, mass_interval
 from trajevo.capacity.dlcc import SAMPLES, sampled_motion
 from trajevo.capacity.payload_effort import PayloadEffort, limited_efforts, payload_effort, quadratic_forms
@@ -140,6 +140,51 @@ def robust_capacity(effort: PayloadEffort, *, com: Any) -> RobustCapacity:
         joint=effort.robot.joint_names[binds] if binds >= 0 else "",
         time=float(found.time[0]),
         com=_point(where[row] if binds >= 0 else 0.5 * (low + high)),
+    )
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class RobustCurve:
+    """The largest payload wherever the centre of mass is, by how well it is known.
+
+    Attributes:
+        com: middle of the boxes in which the centre of mass may be, in the tool frame, shape (3,) [m].
+        tolerances: half of the sides of the boxes, ascending from 0, shape (N,) [m].
+        mass: greatest mass, inf where nothing limits it, NaN where no mass is feasible, shape (N,) [kg].
+        joints: names of the joints that bind, empty where none does, N of them.
+        payload_model: how the payload acts.
+    """
+
+    com: Array
+    tolerances: Array
+    mass: Array
+    joints: tuple[str, ...]
+    payload_model: str
+
+
+def robust_curve(
+    effort: PayloadEffort, *, com: Any = (0.0, 0.0, 0.0), within: float = 0.1, count: int = 26
+) -> RobustCurve:
+    """:func:`robust_capacity` over boxes that grow.
+
+    Args:
+        effort: along the motion.
+        com: middle of the boxes, in the tool frame, shape (3,) [m].
+        within: half of the side of the largest box [m].
+        count: how many boxes.
+
+    Raises:
+        InvalidInputError: another shape, or a robot without effort limits.
+    """
+    middle, half = numbers(com, name="com", shape=(3,)), np.linspace(0.0, within, count)
+    found = [robust_capacity(effort, com=np.stack([middle - by, middle + by])) for by in half]
+    return RobustCurve(
+        com=frozen(middle.copy()),
+        tolerances=frozen(half),
+        mass=frozen(np.array([one.upper for one in found])),
+        joints=tuple(one.joint for one in found),
+        payload_model=effort.payload_model,
     )
 
 

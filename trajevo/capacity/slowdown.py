@@ -138,20 +138,29 @@ class ScaledPath:
         least, greatest = (masses.ravel() for masses in self._masses_at_rest)
         return float(greatest.min()) if least.max() <= greatest.min() else -np.inf
 
-    def carries(self, mass: float) -> bool:
-        """Whether any speed carries a mass [kg]."""
-        return self._held(mass) and len(self._greatest_speed(mass)[0]) > 0
-
     def slowdown(self, payload: Payload) -> Slowdown:
-        """The least time with a payload of the path's shape."""
+        """The least time with a payload of the path's shape.
+
+        Raises:
+            InvalidInputError: no speed carries it, or a motion that nothing bounds.
+        """
         if not self._held(payload.mass):
             raise InvalidInputError(f"payload: {self._not_held(payload.mass)}: no slower motion can carry it")
-        speeds, bound = self._greatest_speed(payload.mass)
-        if not len(speeds):
+        found = self.slowdown_if_any(payload)
+        if found is None:
             raise InvalidInputError(
                 f"payload: expected one that some speed along this path suits, got {payload.mass:g} kg: the robot "
                 "holds it at rest, but moving it breaks an effort limit however slowly"
             )
+        return found
+
+    def slowdown_if_any(self, payload: Payload) -> Slowdown | None:
+        """The same; None where no speed carries the payload."""
+        if not self._held(payload.mass):
+            return None
+        speeds, bound = self._greatest_speed(payload.mass)
+        if not len(speeds):
+            return None
         if bound < 0:
             raise InvalidInputError(
                 f"motion: expected one that a limit of velocity, acceleration, jerk or effort bounds, but "
@@ -297,7 +306,7 @@ def slowdown_curve(
     masses = np.sort(numbers(payloads, name="payloads", shape=("N",)))
     if not len(masses) or masses[0] < 0.0:
         raise InvalidInputError(f"payloads: expected at least one mass from 0 on [kg], got {masses.tolist()}")
-    found = [path.slowdown(own.with_mass(mass)) if path.carries(mass) else None for mass in masses.tolist()]
+    found = [path.slowdown_if_any(own.with_mass(mass)) for mass in masses.tolist()]
     factors = np.array([np.nan if one is None else one.factor for one in found])
     return SlowdownCurve(
         payloads=frozen(masses),

@@ -9,14 +9,25 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from trajevo.cli.terminal import print_run
+from trajevo.cli.terminal import print_rivals, print_run
+from trajevo.errors import checked_name
 from trajevo.exporters.export import is_exported
 from trajevo.front.front import Front
+from trajevo.plots.analyses import ANALYSES_SUFFIX, KINDS, analyse, analysed
 from trajevo.plots.pictures import FIGURES, draw_all, save_pictures
 from trajevo.plots.report import report as write_report
 from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
 from trajevo.solvers.run.runs import read_run
 
+ReportOption = Annotated[
+    str,
+    typer.Option(
+        callback=lambda kind: checked_name("report", kind, KINDS),
+        help="What is told: none, short (front, the knee's motion, what is proven of it, what it carries) or full "
+        "(payload studies and rivals too, which optimises again).",
+    ),
+]
+PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures, or tables alone.")]
 RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]
 
 #: Pictures that commands write beside a front unless told where.
@@ -41,13 +52,18 @@ def beside(run: Path, name: str) -> Path:
     return run / name if run.is_dir() else run.with_name(name)
 
 
+def analyses_of(run: Path) -> Path:
+    """File that keeps the analyses of a run's front, or of a front's file, beside it."""
+    return (run / FRONT_FILE if run.is_dir() else run).with_suffix(ANALYSES_SUFFIX)
+
+
 REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 
 
 _out = Console(soft_wrap=True, highlight=False)
 
 
-def write_results(front: Front, folder: Path) -> None:
+def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
     """Pictures and report of a run that has ended; of one that was interrupted what to do next, and exit."""
     if not (folder / FRONT_FILE).exists():
         raise typer.Exit(2)
@@ -59,12 +75,25 @@ def write_results(front: Front, folder: Path) -> None:
             f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there"
         )
         raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
-    pictures = draw_all(front)
-    save_pictures(pictures, folder / PLOTS_FOLDER)
-    write_report(front, folder / REPORT_FILE, pictures=pictures)
-    _out.print(
-        f"written: {folder / FRONT_FILE}, {folder / REPORT_FILE}, {len(pictures)} pictures in {folder / PLOTS_FOLDER}"
-    )
+    write_report_of(front, folder, kind=kind, pictures=pictures)
+    left_out = len(analysed(front)) - len(analysed(front, kind))
+    if left_out:
+        _out.print(f"next: trajevo report {folder} for {left_out} analyses that take longer")
+
+
+def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
+    """Compute what the report of a run tells, or read what was kept of it; then draw, and write it into the folder."""
+    found = analyse(front, kind, file=analyses_of(folder))
+    if found.get("rivals"):
+        print_rivals(_out, found["rivals"])
+    told = [str(folder / FRONT_FILE)]
+    drawn = draw_all(front, found, kept=folder / PLOTS_FOLDER) if pictures else ()
+    save_pictures(drawn, folder / PLOTS_FOLDER)
+    if kind != "none":
+        told.append(str(write_report(front, folder / REPORT_FILE, analyses=found, pictures=drawn)))
+    if drawn or kind != "none":
+        told.append(f"{len(drawn)} pictures in {folder / PLOTS_FOLDER}")
+    _out.print(f"written: {', '.join(told)}")
 
 
 def clear_stale(folder: Path) -> None:
@@ -72,5 +101,5 @@ def clear_stale(folder: Path) -> None:
     pictures = (folder / PLOTS_FOLDER / f"{stem}.png" for stem in FIGURES)
     told = (folder / name for name in PICTURES)
     exported = (file for file in folder.glob("*.*") if is_exported(file))
-    for file in (folder / REPORT_FILE, *pictures, *told, *exported):
+    for file in (folder / REPORT_FILE, analyses_of(folder), *pictures, *told, *exported):
         file.unlink(missing_ok=True)

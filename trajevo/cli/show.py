@@ -16,11 +16,24 @@ from rich.table import Table
 from trajevo.base.units import pretty
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.sensitivity import sensitivity
-from trajevo.cli.results import REPORT_FILE, SOLUTION_HELP, RunArgument, beside, front_of
-from trajevo.cli.terminal import print_run, print_verifications
+from trajevo.cli.results import (
+    PLOTS_FOLDER,
+    REPORT_FILE,
+    SOLUTION_HELP,
+    PicturesOption,
+    RunArgument,
+    analyses_of,
+    beside,
+    front_of,
+    write_report_of,
+)
+from trajevo.cli.terminal import print_rivals, print_run, print_verifications
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
+from trajevo.plots.analyses import analyse
+from trajevo.plots.analyses_file import read_analyses
 from trajevo.plots.animation import animate
+from trajevo.plots.pictures import draw_all
 from trajevo.plots.report import report as write_report
 from trajevo.verification.certify import Certificate, certify, certify_all
 from trajevo.verification.verify import verify, verify_all
@@ -31,15 +44,37 @@ _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as
 
 def show(run: RunArgument, angle: _Angle = None) -> None:
     """Show a run in the terminal."""
-    print_run(_out, front_of(run), angle)
+    front = front_of(run)
+    print_run(_out, front, angle)
+    if not len(front) or not front.problem.compares_rivals:
+        return
+    kept = read_analyses(analyses_of(run), front)
+    if kept.get("rivals"):
+        print_rivals(_out, kept["rivals"])
+    else:
+        _out.print(f"not compared with other interpolants yet; trajevo report {run} does that")
 
 
 def report(
     run: RunArgument,
-    out: Annotated[Path | None, typer.Option(help="HTML file; report.html beside the front if not given.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="HTML file; report.html beside the front if not given, and pictures in a run's folder."),
+    ] = None,
+    short: Annotated[
+        bool, typer.Option("--short", help="Without what takes longer: payload studies and rivals.")
+    ] = False,
+    pictures: PicturesOption = True,
 ) -> None:
     """Write a run's report, one HTML file that needs no network."""
-    _out.print(f"written: {write_report(front_of(run), out or beside(run, REPORT_FILE))}")
+    front, kind = front_of(run), "short" if short else "full"
+    if run.is_dir() and out is None:
+        write_report_of(front, run, kind=kind, pictures=pictures)
+        return
+    found = analyse(front, kind, file=analyses_of(run))
+    drawn = draw_all(front, found, kept=beside(run, PLOTS_FOLDER)) if pictures else ()
+    file = write_report(front, out or beside(run, REPORT_FILE), analyses=found, pictures=drawn)
+    _out.print(f"written: {file}")
 
 
 def export(

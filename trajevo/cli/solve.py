@@ -12,7 +12,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from trajevo.cli.results import PLOTS_FOLDER, RunArgument, front_of, write_results
+from trajevo.cli.results import PLOTS_FOLDER, PicturesOption, ReportOption, RunArgument, front_of, write_results
 from trajevo.cli.search_options import search_options
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.examples import is_task
@@ -64,6 +64,8 @@ def solve(
         Path | None, typer.Option(help="Folder for the results; runs/PROBLEM or runs/TASK if not given.")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that the folder holds.")] = False,
+    report: ReportOption = "short",
+    pictures: PicturesOption = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     search: dict[str, Any],
 ) -> None:
@@ -99,7 +101,7 @@ def solve(
     else:
         initial = None if sqp_seeds is None else solve_nnc(to_solve, seed=seed, points=sqp_seeds)
         front = optimise(to_solve, settings, initial=initial, out=folder, overwrite=overwrite, progress=not quiet)
-    write_results(front, folder)
+    write_results(front, folder, kind=report, pictures=pictures)
 
 
 @final
@@ -138,10 +140,13 @@ class _Method:
 def resume(
     run: Annotated[Path, typer.Argument(help="Folder of a run that was interrupted or killed.")],
     generations: Annotated[int | None, typer.Option(min=1, help="Make the run longer, to so many generations.")] = None,
+    report: ReportOption = "short",
+    pictures: PicturesOption = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
     """Go on with a run, as if it had never stopped, and write its front, pictures and report."""
-    write_results(resume_run(run, generations=generations, progress=not quiet), run)
+    front = resume_run(run, generations=generations, progress=not quiet)
+    write_results(front, run, kind=report, pictures=pictures)
 
 
 def _with_settings(arguments: dict[str, Any], pairs: list[str]) -> dict[str, Any]:
@@ -202,6 +207,8 @@ def polish_run(
     seed: Annotated[int | None, typer.Option(help="Seed of all randomness; the run's own if not given.")] = None,
     cpu_time: Annotated[float | None, typer.Option(help="CPU time after which no step is begun [s].")] = None,
     out: Annotated[Path | None, typer.Option(help="File for the polished front; the run then stays as it is.")] = None,
+    report: ReportOption = "short",
+    pictures: PicturesOption = True,
 ) -> None:
     """Refine a run's front by gradients; the front as it was stays beside it, in evolved.json."""
     front, own = front_of(run), run / FRONT_FILE if run.is_dir() else run
@@ -221,7 +228,7 @@ def polish_run(
         if not folder.evolved_file.exists():
             found.original.save(folder.evolved_file)
         found.front.save(own)
-    write_results(found.front, run)
+    write_results(found.front, run, kind=report, pictures=pictures)
 
 
 def _table(found: Polished) -> Table:

@@ -23,7 +23,7 @@ from trajevo.robot.examine import RobotExamination
 from trajevo.robot.locate import list_example_robots
 from trajevo.robot.robot import list_robots, load_robot
 from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
-from trajevo.solvers.rivals import RIVALS_NOTE, rivals_of, rivals_table
+from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS
 from trajevo.verification.verify import Utilisation, Verification
 
@@ -102,15 +102,18 @@ def print_run(out: Console, front: Front, angle: str | None) -> None:
         share = f"{100.0 * (1.0 + solution.G[closest]):.1f} % {closest}" if closest else "none"
         table.add_row(solution.rule, *values, share)
     out.print(table)
-    if front.problem.compares_rivals:
-        names, rows = rivals_table(rivals_of(front.problem))
-        rivals = Table(box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0), title="Least times under the same limits")
-        for name in names:
-            rivals.add_column(escape(name), no_wrap=name == names[0], min_width=max(map(len, name.split())))
-        for row in rows:
-            rivals.add_row(*row)
-        out.print(rivals)
-        out.print(RIVALS_NOTE)
+
+
+def print_rivals(out: Console, rivals: Sequence[Rival]) -> None:
+    """Print interpolants at their least times, fastest first."""
+    names, rows = rivals_table(rivals)
+    table = Table(box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0), title="Least times under the same limits")
+    for name in names:
+        table.add_column(escape(name), no_wrap=name == names[0], min_width=max(map(len, name.split())))
+    for row in rows:
+        table.add_row(*row)
+    out.print(table)
+    out.print(RIVALS_NOTE)
 
 
 def print_verifications(out: Console, found: Sequence[Verification]) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -56,11 +58,11 @@ class Solution:
     @property
     def trajectory(self) -> TrajectoryBatch:
         """Its trajectory, a batch of one."""
-        return self.front.problem.decode(self.x)
+        return self.rollout.trajectory
 
-    @property
+    @cached_property
     def rollout(self) -> Rollout:
-        """The robot on its trajectory."""
+        """The robot on its trajectory; made once."""
         return self.front.problem.rollout(self.x)
 
 
@@ -109,22 +111,36 @@ class Front:
         """Names of the columns of F."""
         return tuple(objective.name for objective in self.record.objectives)
 
-    @property
+    @cached_property
     def problem(self) -> TrajectoryProblem:
-        """The problem; a front that was read from a file makes its registered problem again.
+        """The problem, made or checked once; a front that was read from a file makes its registered problem again.
 
         Raises:
-            InvalidInputError: the problem is not registered and was not passed to :meth:`load`.
+            InvalidInputError: the problem is not registered and was not passed to :meth:`load`, or is another one.
         """
-        if self._problem is None:
+        problem = self._problem
+        if problem is None:
             if not self.record.name:
                 raise InvalidInputError(
                     "front: its problem is not a registered one; pass it: Front.load(file, problem=...)"
                 )
-            object.__setattr__(self, "_problem", load_problem(self.record.name, **self.record.settings))
-        if self._problem is None or ProblemRecord.of(self._problem) != self.record:
+            problem = load_problem(self.record.name, **self.record.settings)
+        if ProblemRecord.of(problem) != self.record:
             raise InvalidInputError("front: the problem at hand differs from the one that made this front")
-        return self._problem
+        return problem
+
+    @cached_property
+    def rollouts(self) -> Rollout:
+        """The robot on the trajectories of all solutions, row by row; made once."""
+        return self.problem.rollout(self.X)
+
+    @cached_property
+    def digest(self) -> str:
+        """What tells this front from others: SHA-256 of the problem's record and of all numbers of the solutions."""
+        content = hashlib.sha256(self.record.model_dump_json().encode())
+        for values in (self.X, self.F, self.G):
+            content.update(np.ascontiguousarray(values).tobytes())
+        return content.hexdigest()
 
     @property
     def paper_weights(self) -> Weights | None:

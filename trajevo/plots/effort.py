@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.units import pretty
-from trajevo.capacity.dlcc import SAMPLES, Capacity, capacities, dlcc, sampled_motion
+from trajevo.capacity.dlcc import Capacities, Capacity, EffortAlong, effort_along
 from trajevo.capacity.payload_time import PayloadCurve
-from trajevo.dynamics.rollout import Rollout, rollout_of
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.objectives import UNUSED_PAYLOAD
 from trajevo.front.front import Front, Solution
@@ -20,38 +20,35 @@ from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 
 def effort_utilisation(
-    motion: Solution | Rollout | WeightedOptimum, *, mass: float | None = None, ax: Axes | None = None
+    motion: Solution | Rollout | WeightedOptimum | EffortAlong, *, mass: float | None = None, ax: Axes | None = None
 ) -> Axes:
     """Effort of every joint as a share of its limit over time, with the payload's capacity marked.
 
     Args:
-        motion: of a rollout's batch the first trajectory is drawn.
-        mass: payload drawn [kg]; the rollout's own if None.
+        motion: of a rollout's batch the first trajectory is drawn; or what
+            :func:`~trajevo.capacity.dlcc.effort_along` says of one.
+        mass: payload drawn [kg]; the motion's own if None.
         ax: axes.
 
     Returns:
         The axes; grey is beyond the limits, the dot is where the capacity binds, drawn at the effort with ``mass``.
     """
-    rollout = rollout_of(motion)
-    limit = rollout.robot.limits.effort
-    if not np.isfinite(limit).any():
-        raise InvalidInputError(f"effort_utilisation: robot {rollout.robot.name!r} has no effort limits")
-    own = rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
-    carried = own if mass is None else mass
-    fine = sampled_motion(motion, SAMPLES)
-    effort = fine.unloaded_effort[0] + carried * fine.effort_per_kilogram[0]
+    found = motion if isinstance(motion, EffortAlong) else effort_along(motion)
+    if not np.isfinite(found.limit).any():
+        raise InvalidInputError(f"effort_utilisation: robot {found.robot!r} has no effort limits")
+    carried = found.mass if mass is None else mass
+    share = (found.unloaded + carried * found.per_kilogram) / found.limit
     ax = ax or plt.subplots(figsize=(7.6, 4.2), layout="constrained")[1]
-    for joint, name in enumerate(rollout.robot.joint_names):
-        if np.isfinite(limit[joint]):
-            ax.plot(fine.t[0], effort[:, joint] / limit[joint], label=name)
-    capacity = dlcc(motion)
+    for joint, name in enumerate(found.joint_names):
+        if np.isfinite(found.limit[joint]):
+            ax.plot(found.times, share[:, joint], label=name)
+    capacity = found.capacity
     if capacity.joint:
-        joint = rollout.robot.joint_names.index(capacity.joint)
-        instant = int(np.abs(fine.t[0] - capacity.time).argmin())
-        ax.plot(capacity.time, effort[instant, joint] / limit[joint], "ko")
+        joint, instant = found.joint_names.index(capacity.joint), int(np.abs(found.times - capacity.time).argmin())
+        ax.plot(capacity.time, share[instant, joint], "ko")
         ax.annotate(
             f"{capacity.joint} binds at {capacity.mass:.2f} kg",
-            (capacity.time, effort[instant, joint] / limit[joint]),
+            (capacity.time, share[instant, joint]),
             (0.3, 0.66),
             textcoords="axes fraction",
             arrowprops={"arrowstyle": "->"},
@@ -84,18 +81,23 @@ def capacity_margins(capacity: Capacity, *, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def front_capacities(front: Front, *, ax: Axes | None = None) -> Axes:
-    """What every solution of a front can carry, against its time; the binding joint as colour, the knee ringed."""
-    found, times = capacities(front), front.problem.rollout(front.X).trajectory.duration
+def front_capacities(found: Capacities, *, knee: int | None = None, ax: Axes | None = None) -> Axes:
+    """What every solution of a front can carry, against its time; the binding joint as colour.
+
+    Args:
+        found: as :func:`trajevo.capacity.dlcc.capacities` gives.
+        knee: row of the front that is ringed, as ``front.knee().index``; none if None.
+        ax: axes.
+    """
     ax = ax or plt.subplots(figsize=(6.8, 4.2), layout="constrained")[1]
     for joint in np.unique(found.joint):
         chosen = (found.joint == joint) & np.isfinite(found.mass)
         if chosen.any():
             label = f"{found.joint_names[joint]} binds" if joint >= 0 else "none feasible"
-            ax.plot(times[chosen], found.mass[chosen], ".", label=label)
-    knee = front.knee().index
-    if np.isfinite(found.mass[knee]):
-        ax.plot(times[knee], found.mass[knee], "o", mfc="none", color="black", markersize=10, label="knee")
+            ax.plot(found.duration[chosen], found.mass[chosen], ".", label=label)
+    if knee is not None and np.isfinite(found.mass[knee]):
+        at = found.duration[knee], found.mass[knee]
+        ax.plot(*at, "o", mfc="none", color="black", markersize=10, label="knee")
     ax.set(xlabel="time [s]", ylabel=f"largest payload [kg] ({found.payload_model})")
     ax.grid(alpha=0.3)
     ax.legend()
@@ -122,7 +124,7 @@ def payload_front(front: Front, *, colour: str | None = None, ax: Axes | None = 
         checked_name("objective", colour, names)
     third = colour or next((name for name in names if name not in ("time", UNUSED_PAYLOAD)), None)
     ax = ax or plt.subplots(figsize=(6.8, 4.2), layout="constrained")[1]
-    times, masses = front.problem.rollout(front.X).trajectory.duration, front.X[:, -1]
+    times, masses = front.rollouts.trajectory.duration, front.X[:, -1]
     if third is None:
         ax.plot(times, masses, ".")
     else:

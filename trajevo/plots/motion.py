@@ -1,4 +1,4 @@
-"""TODO module."""
+"""Pictures of motions: joints over time inside their limits, and the path of the tool."""
 
 from __future__ import annotations
 
@@ -21,6 +21,9 @@ from trajevo.trajectory.batch import DERIVATIVES
 
 #: Ends of a range of positions further from all curves than this many times their extent are not drawn.
 _FAR_AWAY = 3.0
+
+#: Width of the panels of profiles, and of an entry of their legend: its line and gaps, and every letter [inch].
+_WIDTH, _HANDLE, _LETTER = 6.4, 0.6, 0.08
 
 
 def profiles(
@@ -69,7 +72,9 @@ def profiles(
         _shade_forbidden(panel, low, high)
         panel.set_ylabel(label)
         panel.grid(alpha=0.3)
-    panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, frameon=False)
+    # As many columns as fit beside one another, for the layout would squeeze the panels beneath a wider legend.
+    columns = int(_WIDTH / (_HANDLE + _LETTER * max(map(len, robot.joint_names))))
+    panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(max(columns, 1), 5), frameon=False)
     panels[-1].set_xlabel("time [s]")
     return panels
 

@@ -12,6 +12,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.units import display, pretty
@@ -78,8 +79,9 @@ def parallel_coordinates(front: Front, *, mark: Marks = None, angle: str | None 
     ax = ax or plt.subplots(figsize=(2.6 * F.shape[1], 4.4), layout="constrained")[1]
     positions = np.arange(F.shape[1])
     colours = plt.get_cmap("viridis")(normalised(F)[:, 0])
-    for line, colour in zip(normalised(F), colours, strict=True):
-        ax.plot(positions, line, color=colour, alpha=0.25 if len(F) < _SMALL_FRONT else 0.06, linewidth=0.8)
+    lines = np.stack(np.broadcast_arrays(positions, normalised(F)), axis=2)
+    faint = 0.25 if len(F) < _SMALL_FRONT else 0.06
+    ax.add_collection(LineCollection(list(lines), colors=colours, alpha=faint, linewidths=0.8))
     low, width = F.min(axis=0), np.where(np.ptp(F, axis=0) > 0.0, np.ptp(F, axis=0), 1.0)
     for style, values in _marks(mark, factors):
         ax.plot(positions, (values - low) / width, linewidth=2.0, **style)

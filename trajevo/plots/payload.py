@@ -13,10 +13,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from trajevo.base.arrays import Array, numbers
-from trajevo.capacity.payload_diagram import PayloadDiagram, allowed_centres
-from trajevo.capacity.payload_effort import PayloadEffort
-from trajevo.capacity.robust import robust_capacity
+from trajevo.base.arrays import Array
+from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram
+from trajevo.capacity.robust import RobustCurve
 from trajevo.capacity.slowdown import SlowdownCurve
 from trajevo.capacity.uncertainty import UncertaintyPrice
 from trajevo.capacity.workspace import WorkspaceCapacity
@@ -25,9 +24,6 @@ from trajevo.errors import InvalidInputError, checked_name
 #: White over the colour of a joint in the band of the least and of the greatest masses.
 _LIGHTEST, _DARKEST = 0.78, 0.05
 
-
-#: Places along either side of the grid on which a region that is no polygon is drawn.
-_GRID = 121
 _LINE_STYLES: tuple[Literal["solid", "dashed", "dotted", "dashdot"], ...] = ("solid", "dashed", "dotted", "dashdot")
 
 
@@ -73,32 +69,25 @@ def payload_contours(
     return ax
 
 
-def robust_mass(
-    effort: PayloadEffort, *, com: Any = (0.0, 0.0, 0.0), within: float = 0.1, ax: Axes | None = None
-) -> Axes:
+def robust_mass(curve: RobustCurve, *, ax: Axes | None = None) -> Axes:
     """The largest payload wherever the centre of mass is, by how well it is known; the binding joint as colour.
 
     Args:
-        effort: along the motion.
-        com: middle of the boxes in which the centre of mass may be, in the tool frame, shape (3,) [m].
-        within: half of the side of the largest box [m].
+        curve: as :func:`trajevo.capacity.robust.robust_curve` gives.
         ax: axes.
 
     Returns:
         The axes; lengths in mm.
     """
-    middle, half = numbers(com, name="com", shape=(3,)), np.linspace(0.0, within, 26)
-    found = [robust_capacity(effort, com=np.stack([middle - by, middle + by])) for by in half]
-    masses = np.array([one.upper for one in found])
     ax = ax or plt.subplots(figsize=(6.4, 4.2), layout="constrained")[1]
-    ax.plot(1e3 * half, masses, color="0.75", linewidth=1.0, zorder=1)
-    for joint in dict.fromkeys(one.joint for one in found if one.joint):
-        chosen = np.array([one.joint == joint for one in found])
-        ax.plot(1e3 * half[chosen], masses[chosen], ".", label=f"{joint} binds")
-    place = ", ".join(f"{1e3 * x:g}" for x in middle)
+    ax.plot(1e3 * curve.tolerances, curve.mass, color="0.75", linewidth=1.0, zorder=1)
+    for joint in dict.fromkeys(name for name in curve.joints if name):
+        chosen = np.array([name == joint for name in curve.joints])
+        ax.plot(1e3 * curve.tolerances[chosen], curve.mass[chosen], ".", label=f"{joint} binds")
+    place = ", ".join(f"{1e3 * x:g}" for x in curve.com)
     ax.set(
         xlabel=f"centre of mass known to ± [mm], along every axis around ({place}) mm",
-        ylabel=f"largest payload, wherever it is [kg] ({effort.payload_model})",
+        ylabel=f"largest payload, wherever it is [kg] ({curve.payload_model})",
         ylim=(0.0, None),
     )
     ax.grid(alpha=0.3)
@@ -107,42 +96,27 @@ def robust_mass(
     return ax
 
 
-def allowed_region(
-    effort: PayloadEffort,
-    masses: Sequence[float],
-    *,
-    within: float,
-    axis: str = "z",
-    at: float = 0.0,
-    ax: Axes | None = None,
-) -> Axes:
+def allowed_region(regions: AllowedRegions, *, ax: Axes | None = None) -> Axes:
     """Where the centre of mass of payloads may lie in a plane of the tool frame: one region per mass.
 
     Args:
-        effort: along the motion. Where it is affine in the centre of mass, see
-            :func:`trajevo.capacity.payload_diagram.allowed_centres`, regions are exact polygons; else contours on a
-            grid.
-        masses: of the payloads [kg].
-        within: how far from the tool's axes the plane is drawn [m].
-        axis: of the tool frame, normal to the plane.
-        at: place of the plane along it [m].
+        regions: as :func:`trajevo.capacity.payload_diagram.allowed_regions` gives: polygons, or contours on a grid.
         ax: axes.
 
     Returns:
         The axes, in mm; a mass without a region has only its place in the legend.
     """
     ax = ax or plt.subplots(figsize=(6.0, 5.2), layout="constrained")[1]
-    colours = plt.get_cmap("viridis_r")(np.linspace(0.1, 0.9, max(len(masses), 1)))
-    for mass, colour in sorted(zip(masses, colours, strict=True), key=lambda pair: pair[0]):
-        draw = _polygon if effort.affine else _contour
-        draw(effort, mass, axis, at, within, colour, ax)
-    horizontal, vertical = (name for name in "xyz" if name != axis)
+    colours = plt.get_cmap("viridis_r")(np.linspace(0.1, 0.9, max(len(regions.masses), 1)))
+    for k, colour in enumerate(colours[: len(regions.masses)]):
+        _region(regions, k, colour, ax)
+    horizontal, vertical = (name for name in "xyz" if name != regions.axis)
     ax.plot(0.0, 0.0, "k+", markersize=10)
-    bound = 1.05e3 * within
+    bound = 1.05e3 * regions.within
     ax.set(
         xlabel=f"{horizontal} of the centre of mass [mm]",
         ylabel=f"{vertical} of the centre of mass [mm]",
-        title=f"allowed centres of mass at {axis} = {1e3 * at:g} mm",
+        title=f"allowed centres of mass at {regions.axis} = {1e3 * regions.at:g} mm",
         xlim=(-bound, bound),
         ylim=(-bound, bound),
         aspect="equal",
@@ -152,28 +126,18 @@ def allowed_region(
     return ax
 
 
-def _polygon(effort: PayloadEffort, mass: float, axis: str, at: float, within: float, colour: Any, ax: Axes) -> None:
-    """Fill the exact section of a region."""
-    corners = 1e3 * allowed_centres(effort, mass).section(axis, at, within=within)
-    label = _region_label(mass, len(corners) > 0)
-    ax.fill(*corners.T, facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5, label=label)
-
-
-def _contour(effort: PayloadEffort, mass: float, axis: str, at: float, within: float, colour: Any, ax: Axes) -> None:
-    """Fill where a grid's greatest effort keeps its limit."""
-    sides = np.linspace(-within, within, _GRID)
-    across = [k for k, name in enumerate("xyz") if name != axis]
-    com = np.full((_GRID, _GRID, 3), at)
-    com[..., across[0]], com[..., across[1]] = np.meshgrid(sides, sides)
-    used = effort.used(mass, com.reshape(-1, 3)).reshape(_GRID, _GRID)
-    ax.contourf(1e3 * sides, 1e3 * sides, used, [-np.inf, 1.0], colors=[(*colour[:3], 0.25)])
-    ax.contour(1e3 * sides, 1e3 * sides, used, [1.0], colors=[colour], linewidths=1.5)
-    label = _region_label(mass, bool((used <= 1.0).any()))
-    ax.fill([], [], facecolor=(*colour[:3], 0.25), edgecolor=colour, linewidth=1.5, label=label)
-
-
-def _region_label(mass: float, anywhere: bool) -> str:
-    return f"{mass:g} kg" if anywhere else f"{mass:g} kg: nowhere"
+def _region(regions: AllowedRegions, k: int, colour: Any, ax: Axes) -> None:
+    """Fill the exact polygon of one mass, or where a grid's greatest effort keeps its limit."""
+    filling: dict[str, Any] = {"facecolor": (*colour[:3], 0.25), "edgecolor": colour, "linewidth": 1.5}
+    if regions.polygons:
+        corners, anywhere = 1e3 * regions.polygons[k], len(regions.polygons[k]) > 0
+    else:
+        sides, used = 1e3 * regions.sides, regions.used[k]
+        ax.contourf(sides, sides, used, [-np.inf, 1.0], colors=[filling["facecolor"]])
+        ax.contour(sides, sides, used, [1.0], colors=[colour], linewidths=1.5)
+        corners, anywhere = np.empty((0, 2)), bool((used <= 1.0).any())
+    mass = regions.masses[k]
+    ax.fill(*corners.T, label=f"{mass:g} kg" if anywhere else f"{mass:g} kg: nowhere", **filling)
 
 
 def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice], *, ax: Axes | None = None) -> Axes:
@@ -300,12 +264,15 @@ def slowdown_curve(curve: SlowdownCurve, *, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def workspace_capacity(found: WorkspaceCapacity, *, show: str = "mass", ax: Axes | None = None) -> Axes:
+def workspace_capacity(
+    found: WorkspaceCapacity, *, show: str = "mass", path: Array | None = None, ax: Axes | None = None
+) -> Axes:
     """Heat map of what is carried at every tool position of a plane; hatched where the tool does not get.
 
     Args:
         found: the cells.
         show: ``"mass"`` [kg], or ``"joint"``, the one that binds.
+        path: of a tool, drawn on the map, shape (T, 2), along columns and rows [m].
         ax: axes.
 
     Raises:
@@ -332,6 +299,8 @@ def workspace_capacity(found: WorkspaceCapacity, *, show: str = "mass", ax: Axes
         ax.pcolormesh(*mesh, binding, cmap=ListedColormap(colours), norm=norm, zorder=2)
         present = np.unique(binding.compressed()).tolist()
         handles = [*(Patch(color=colours[k], label=found.joint_names[k]) for k in present), *handles]
+    if path is not None:
+        ax.plot(*np.asarray(path).T, color="black", linewidth=1.0, zorder=3)
     third = next(k for k, name in enumerate("xyz") if name not in plane.axes)
     accelerated = f"accelerated at ({', '.join(f'{value:g}' for value in found.acceleration)}) m/s²"
     moving = accelerated if found.acceleration.any() else "held at rest"

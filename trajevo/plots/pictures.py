@@ -2,142 +2,79 @@
 
 from __future__ import annotations
 
-import contextlib
+import hashlib
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, final
 
+import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from trajevo import plots
 from trajevo.base.files import write_whole
-from trajevo.capacity.dlcc import Capacity, dlcc
-from trajevo.capacity.payload_diagram import payload_diagram
-from trajevo.capacity.payload_effort import payload_effort
-from trajevo.capacity.payload_time import capacity_front, largest_payload, payloads_up_to
-from trajevo.capacity.slowdown import ScaledPath, slowdown_curve
-from trajevo.capacity.uncertainty import price_along_path
-from trajevo.capacity.workspace import ToolPlane, workspace_capacity
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.front.front import Front, Solution
-from trajevo.path.inverse_kinematics import Pose
-from trajevo.plots.rivals import plot_rivals
-from trajevo.solvers.rivals import rivals_of
+from trajevo.front.front import Front
+from trajevo.front.records import installed_versions
 from trajevo.trajectory.along_path import ComposedBatch
 
-#: File stems of all these pictures.
+#: Studies of payloads by name, which is their picture's file stem: its caption, and what draws it beside its front.
+_STUDIES: dict[str, tuple[str, Callable[[Any, Front], Any]]] = {
+    "capacities": (
+        "What every solution can carry",
+        lambda found, front: plots.front_capacities(found, knee=front.knee().index),
+    ),
+    "slowdown": (
+        "Payload against the least time along the path of the knee",
+        lambda found, _: plots.slowdown_curve(found),
+    ),
+    "payload_time": (
+        "Payload against the least time, the motion optimised again for each",
+        lambda found, _: plots.payload_curve(found.curve, at_rest=found.at_rest),
+    ),
+    "payload_diagram": (
+        "What can be carried by how far off the tool the load sits",
+        lambda found, _: plots.payload_contours(found),
+    ),
+    "allowed_centres": (
+        "Where the centre of mass of a payload may lie at the knee",
+        lambda found, _: plots.allowed_region(found),
+    ),
+    "robust_payload": (
+        "What the knee carries by how well the centre of mass is known",
+        lambda found, _: plots.robust_mass(found),
+    ),
+    "uncertainty": (
+        "Least time along the knee's path by how well the centre of mass is known",
+        lambda found, _: plots.uncertainty_price(found),
+    ),
+    "workspace": (
+        "What can be held at rest around the knee's motion (line), the tool turned as midway",
+        lambda found, _: plots.workspace_capacity(found.found, path=found.path),
+    ),
+}
+
+#: File stems of all pictures of effort and payload.
 PAYLOAD_FIGURES = (
     "effort",
     "payload_front",
-    "capacities",
     "margins",
-    "slowdown",
-    "payload_time",
-    "payload_diagram",
-    "allowed_centres",
-    "robust_payload",
-    "uncertainty",
-    "workspace",
+    *_STUDIES,
 )
-
-#: How far off the tool's axes loads are looked at [m], and cells of the diagram along either side.
-_REACH, _CELLS = 0.3, 41
-
-
-#: Variables times terms of the limits up to which optimising again takes seconds.
-_QUICK = 20_000
-
-#: Cells of the map along either side, and from its middle to its sides [m].
-_MAP_CELLS, _MAP_REACH = 15, 0.5
-
-
-#: Instants per segment, enough for pictures.
-_SAMPLES = 12
-
-#: Shares of the largest payload whose allowed centres of mass are drawn.
-_SHARES = (0.4, 0.6, 0.8, 0.95)
-
-
-def payload_figures(front: Front) -> Iterator[tuple[str, str, Any]]:
-    """File stem, caption and figure of each.
-
-    Args:
-        front: not empty, of a robot with effort limits. Pictures that have nothing to show are left out: those of a
-            bound where no payload reaches one, those of loads off centre for a payload that acts at the tool's origin.
-    """
-    knee = front.knee()
-    yield "effort", "Effort at the knee as a share of its limits", plots.effort_utilisation(knee).figure
-    if front.problem.payload_range is not None:
-        yield "payload_front", "Payload against time on the front", plots.payload_front(front).figure
-    capacity = dlcc(knee)
-    if not (capacity.joint and capacity.feasible and capacity.mass > 0.0):
-        return
-    yield "capacities", "What every solution can carry", plots.front_capacities(front).figure
-    caption = "What is left of the effort limits at the knee with its largest payload"
-    yield "margins", caption, plots.capacity_margins(capacity).figure
-    if 0.0 < ScaledPath(knee, _SAMPLES).static_bound < np.inf:
-        curve = slowdown_curve(knee, samples=_SAMPLES)
-        caption = "Payload against the least time along the path of the knee"
-        yield "slowdown", caption, plots.slowdown_curve(curve).figure
-    with contextlib.suppress(InvalidInputError):  # no time to minimise
-        yield from _optimised_again(front.problem)
-    if front.problem.dynamics.payload.model != "tool_axis":
-        yield from _off_centre(front, knee, capacity)
-    yield from _around(knee)
-
-
-def _optimised_again(problem: TrajectoryProblem) -> Iterator[tuple[str, str, Any]]:
-    if problem.payload_range is not None or problem.n_var * problem.in_terms().n_ieq_constr > _QUICK:
-        return
-    largest = largest_payload(problem, seed=1, starts=1)
-    curve = capacity_front(problem, payloads_up_to(problem, largest.mass)[0], seed=1, starts=1)
-    caption = "Payload against the least time, the motion optimised again for each"
-    yield "payload_time", caption, plots.payload_curve(curve, at_rest=largest.at_rest).figure
-
-
-def _around(knee: Solution) -> Iterator[tuple[str, str, Any]]:
-    """What is held at rest around the middle of the motion, in the upright plane along which the tool moves most."""
-    robot, q = knee.rollout.robot, knee.trajectory.sample(101).q[0]
-    positions, rotations = robot.tool_poses(q)
-    plane = "xz" if np.ptp(positions[:, 0]) >= np.ptp(positions[:, 1]) else "yz"
-    square = ToolPlane.around(Pose(positions[50], rotations[50]), plane, reach=_MAP_REACH, cells=_MAP_CELLS)
-    found = workspace_capacity(robot, square, payload=knee.rollout.dynamics.payload, start=q[50])
-    ax = plots.workspace_capacity(found)
-    along, up = ("xyz".index(axis) for axis in plane)
-    ax.plot(positions[:, along], positions[:, up], color="black", linewidth=1.0, zorder=3)
-    yield "workspace", "What can be held at rest around the knee's motion (line), the tool turned as midway", ax.figure
-
-
-def _off_centre(front: Front, knee: Solution, capacity: Capacity) -> Iterator[tuple[str, str, Any]]:
-    chosen = {"knee": knee}
-    if "time" in front.problem.objective_names:
-        fastest = front.pick("least_time")
-        if fastest.index != knee.index:
-            chosen["least time"] = fastest
-    efforts = {name: payload_effort(solution, samples=_SAMPLES) for name, solution in chosen.items()}
-    xy, z = np.linspace(0.0, _REACH, _CELLS), np.linspace(-_REACH, _REACH, 2 * _CELLS - 1)
-    diagrams = {name: payload_diagram(effort, xy, z) for name, effort in efforts.items()}
-    caption = "What can be carried by how far off the tool the load sits, " + " and ".join(diagrams)
-    yield "payload_diagram", caption, plots.payload_contours(diagrams).figure
-    masses = [float(f"{share * capacity.mass:.3g}") for share in _SHARES]
-    region = plots.allowed_region(efforts["knee"], masses, within=_REACH, axis="y")
-    yield "allowed_centres", "Where the centre of mass of a payload may lie at the knee", region.figure
-    com = front.problem.dynamics.payload.com
-    robust = plots.robust_mass(efforts["knee"], com=com, within=0.1)
-    yield "robust_payload", "What the knee carries by how well the centre of mass is known", robust.figure
-    if front.problem.dynamics.payload.mass > 0.0 and front.problem.payload_range is None:
-        with contextlib.suppress(InvalidInputError):  # no speed along this path carries the payload as it is
-            price = price_along_path(knee, np.linspace(0.0, 0.1, 6).tolist(), samples=_SAMPLES)
-            caption = "Least time along the knee's path by how well the centre of mass is known"
-            yield "uncertainty", caption, plots.uncertainty_price(price).figure
-
 
 #: Dots per inch.
 _RESOLUTION = 150
+
+#: White that is left around a picture [pixel], and a white pixel.
+_MARGIN, _WHITE = 15, 0xFFFFFFFF
+
+#: Entry of a PNG that says what it was drawn of.
+_MADE_FOR = "trajevo"
 
 #: Figures wider than this scroll sideways on a small screen instead of shrinking [inch].
 _WIDE = 10.0
@@ -166,33 +103,55 @@ class Picture:
         stem: of its file's name, one of :data:`FIGURES`.
         caption: what it shows.
         png: the file's content.
-        wide: whether it should not shrink on a small screen.
     """
 
     stem: str
     caption: str
     png: bytes
-    wide: bool
+
+    @property
+    def wide(self) -> bool:
+        """Whether it should not shrink on a small screen."""
+        width = int.from_bytes(self.png[16:20], "big")  # of a PNG's first block
+        return width > _WIDE * _RESOLUTION
 
 
-def draw_all(front: Front) -> tuple[Picture, ...]:
-    """Every picture of a run; an empty front has none."""
+def draw_all(
+    front: Front, analyses: Mapping[str, Any] | None = None, *, kept: Path | None = None
+) -> tuple[Picture, ...]:
+    """Every picture of a front and of what was computed for it; nothing is optimised here.
+
+    Args:
+        front: the front; an empty one has no pictures.
+        analyses: as :func:`~trajevo.plots.analyses.analyse` gives; the front and its knee alone are drawn if None.
+        kept: folder of pictures that were drawn before; those of this very front are read, the others drawn.
+    """
     if not len(front):
         return ()
-    drawn = []
-    for stem, caption, figure in _figures(front):
-        wide = figure.get_figwidth() > _WIDE
-        drawn.append(Picture(stem, caption, _png(figure), wide))
-    return tuple(drawn)
+    of_this, pictures = _made_for(front), []
+    for stem, caption, draw in _drawings(front, analyses or {}):
+        made_for = f"{stem} {of_this}"
+        png = None if kept is None else _kept(kept / f"{stem}.png", made_for)
+        pictures.append(Picture(stem, caption, _png(draw(), made_for) if png is None else png))
+    return tuple(pictures)
 
 
 def save_pictures(pictures: Sequence[Picture], folder: Path) -> list[Path]:
-    """Write pictures as PNG.
+    """Write pictures as PNG into a folder, which is made.
 
     Raises:
         InvalidInputError: one cannot be written.
     """
-    return [written(folder / f"{picture.stem}.png", picture.png) for picture in pictures]
+    if pictures:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InvalidInputError(f"{folder}: cannot be written: {error.strerror}") from error
+    files = [folder / f"{picture.stem}.png" for picture in pictures]
+    for file, picture in zip(files, pictures, strict=True):
+        if not (file.is_file() and file.read_bytes() == picture.png):
+            written(file, picture.png)
+    return files
 
 
 def save_figure(figure: Any, file: Path) -> Path:
@@ -217,33 +176,94 @@ def written(file: Path, content: bytes) -> Path:
     return file
 
 
-def _figures(front: Front) -> Iterator[tuple[str, str, Any]]:
-    """Every figure of a run, one at a time: file stem, caption, figure."""
-    knee = front.knee()
-    if front.F.shape[1] > 1:
-        yield "front", "The front, every pair of objectives", plots.front(front, mark=knee)[0].figure
-    if front.F.shape[1] > 2:
-        yield "front_3d", "The front, three objectives", plots.front_3d(front, mark=knee).figure
-    yield "parallel", "Trade-offs: one line per solution", plots.parallel_coordinates(front, mark=knee).figure
-    yield "hypervolume", "Hypervolume by generation", plots.hypervolume(front).figure
-    yield "profiles", "Joint motion of the knee inside its limits (dashed)", plots.profiles(knee)[0].figure
+#: File stem, caption, and what makes the figure.
+_Drawing = tuple[str, str, Callable[[], Any]]
+
+
+def _drawings(front: Front, analyses: Mapping[str, Any]) -> Iterator[_Drawing]:
+    """Every picture of a run, not drawn yet."""
+    knee, count = front.knee(), front.F.shape[1]
+    if count > 1:
+        yield "front", "The front, every pair of objectives", lambda: plots.front(front, mark=knee)[0].figure
+    if count > 2:
+        yield "front_3d", "The front, three objectives", lambda: plots.front_3d(front, mark=knee).figure
+    caption = "Trade-offs: one line per solution"
+    yield "parallel", caption, lambda: plots.parallel_coordinates(front, mark=knee).figure
+    yield "hypervolume", "Hypervolume by generation", lambda: plots.hypervolume(front).figure
+    yield "profiles", "Joint motion of the knee inside its limits (dashed)", lambda: plots.profiles(knee)[0].figure
     along = isinstance(knee.trajectory, ComposedBatch)
     if along and knee.trajectory.n_joints == 2:
-        yield "path", "The path, its control polygon, and the speed of the knee", plots.path(knee).figure
+        yield "path", "The path, its control polygon, and the speed of the knee", lambda: plots.path(knee).figure
     else:
-        yield "tool_path", "Path of the tool at the knee", plots.tool_path(knee).figure
+        yield "tool_path", "Path of the tool at the knee", lambda: plots.tool_path(knee).figure
     if along:
-        named = {solution.rule: solution for solution in front.choices()}
-        yield "parameter", "The path's parameter over time", plots.parameter(named).figure
-    if front.problem.compares_rivals:
-        rivals = plot_rivals(rivals_of(front.problem))[0].figure
-        yield "rivals", "Interpolants at their least times under the same limits", rivals
+        caption, named = "The path's parameter over time", {choice.rule: choice for choice in front.choices()}
+        yield "parameter", caption, lambda: plots.parameter(named).figure
+    if analyses.get("rivals"):
+        caption = "Interpolants at their least times under the same limits"
+        yield "rivals", caption, lambda: plots.plot_rivals(analyses["rivals"])[0].figure
     if np.isfinite(front.problem.robot.limits.effort).any():
-        yield from payload_figures(front)
+        yield from _payload_drawings(front, analyses)
 
 
-def _png(figure: Any) -> bytes:
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=_RESOLUTION, bbox_inches="tight")
+def _payload_drawings(front: Front, analyses: Mapping[str, Any]) -> Iterator[_Drawing]:
+    """Every picture of effort and payload; what was not computed, or has nothing to show, has none."""
+    if analyses.get("effort"):
+        caption = "Effort at the knee as a share of its limits"
+        yield "effort", caption, lambda: plots.effort_utilisation(analyses["effort"]).figure
+    if front.problem.payload_range is not None:
+        yield "payload_front", "Payload against time on the front", lambda: plots.payload_front(front).figure
+    capacity = analyses["carried"][0].capacity if analyses.get("carried") else None
+    if capacity is not None and capacity.joint and capacity.feasible and capacity.mass > 0.0:
+        caption = "What is left of the effort limits at the knee with its largest payload"
+        yield "margins", caption, lambda: plots.capacity_margins(capacity).figure
+    for stem, (caption, draw) in _STUDIES.items():
+        found = analyses.get(stem)
+        if found is not None:
+            overlaid = f", {' and '.join(found)}" if isinstance(found, Mapping) else ""
+            yield stem, caption + overlaid, partial(_figure_of, draw, found, front)
+
+
+def _figure_of(draw: Callable[[Any, Front], Any], found: Any, front: Front) -> Any:
+    return draw(found, front).figure
+
+
+def _made_for(front: Front) -> str:
+    """What a picture must have been drawn of, and by, to be one of a front."""
+    drawn_by = f"{installed_versions()['trajevo']} {matplotlib.__version__}"
+    content = f"{front.digest} {front.history.model_dump_json()} {drawn_by}"
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+def _kept(file: Path, made_for: str) -> bytes | None:
+    """A picture that was drawn before, if it is whole and of the front at hand."""
+    try:
+        png = file.read_bytes()
+        with Image.open(io.BytesIO(png)) as image:
+            ours = image.info.get(_MADE_FOR) == made_for
+            image.verify()
+    except (OSError, SyntaxError, ValueError):  # none there, or damaged
+        return None
+    return png if ours else None
+
+
+def _png(figure: Any, made_for: str = "") -> bytes:
+    """A figure without its white margins, as PNG; the figure is closed."""
+    figure.set_dpi(_RESOLUTION)
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())
+    ink = pixels.view(np.uint32)[..., 0] != _WHITE
+    rows, columns = np.flatnonzero(ink.any(axis=1)), np.flatnonzero(ink.any(axis=0))
+    whole = len(rows) and rows[0] > 0 and columns[0] > 0 and rows[-1] < len(ink) - 1 and columns[-1] < len(ink[0]) - 1
+    stream, about = io.BytesIO(), {_MADE_FOR: made_for} if made_for else {}
+    if whole:
+        cut = tuple(slice(max(each[0] - _MARGIN, 0), each[-1] + 1 + _MARGIN) for each in (rows, columns))
+        text = PngInfo()
+        for key, value in about.items():
+            text.add_text(key, value)
+        Image.fromarray(np.ascontiguousarray(pixels[cut][..., :3])).save(stream, "png", pnginfo=text)
+    else:  # something reaches beyond the figure's edges
+        figure.set_layout_engine("none")  # it is laid out already
+        figure.savefig(stream, format="png", dpi=_RESOLUTION, bbox_inches="tight", metadata=about)
     plt.close(figure)
     return stream.getvalue()

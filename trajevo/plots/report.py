@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.units import display, pretty
-from trajevo.capacity.dlcc import dlcc
-from trajevo.capacity.sensitivity import sensitivity
+from trajevo.capacity.payload_studies import Carried
 from trajevo.front.front import Front, Solution
 from trajevo.front.records import ProblemRecord, Run
+from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
 from trajevo.robot.payload import LOAD_MODELS
-from trajevo.solvers.rivals import RIVALS_NOTE, rivals_of, rivals_table
-from trajevo.verification.certify import Certificate, certify
+from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
+from trajevo.verification.certify import Certificate
 
 _TEMPLATE = Path(__file__).with_name("report.html")
 
@@ -75,35 +75,29 @@ def _interruption(run: Run) -> str:
     return f" ({'; '.join(told)})" if told else ""
 
 
-def report(front: Front, file: str | Path, *, pictures: Sequence[Picture] | None = None) -> Path:
+def report(
+    front: Front,
+    file: str | Path,
+    *,
+    analyses: Mapping[str, Any] | None = None,
+    pictures: Sequence[Picture] | None = None,
+) -> Path:
     """Write the report of a front.
 
     Args:
         front: the front.
         file: HTML to write.
-        pictures: of the front, as :func:`~trajevo.plots.pictures.draw_all` gives; drawn if None.
+        analyses: what is told beyond the front, as :func:`~trajevo.plots.analyses.analyse` gives; all that there is,
+            computed now, if None.
+        pictures: of the front, as :func:`~trajevo.plots.pictures.draw_all` gives; drawn if None, none if empty.
 
     Raises:
         InvalidInputError: the file cannot be written.
     """
     facts = _table(("", ""), [(label, escape(text)) for label, text in run_facts(front)])
     if len(front):
-        drawn = {picture.stem: _figure(picture) for picture in (draw_all(front) if pictures is None else pictures)}
-        about_payload = [drawn.pop(stem) for stem in PAYLOAD_FIGURES if stem in drawn]
-        wide = drawn.pop("front", "")
-        body = [
-            "<h2>Solutions</h2>",
-            _choices_table(front),
-            "<h2>Front</h2>",
-            wide,
-            _grid(drawn.values()),
-            *(["<h2>Payload</h2>", _payload(front), _grid(about_payload)] if about_payload else []),
-            "<h2>Limits at the knee</h2>",
-            _limits_table(front.knee()),
-            "<h2>Certificate of the knee</h2>",
-            *_certificate(certify(front.knee())),
-            *_rivals(front),
-        ]
+        found = analyse(front) if analyses is None else analyses
+        body = _sections(front, found, draw_all(front, found) if pictures is None else pictures)
     else:
         body = [f'<p class="alert">The front is empty: {escape(str(front.blocking))}.</p>']
     text = Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(
@@ -114,20 +108,33 @@ def report(front: Front, file: str | Path, *, pictures: Sequence[Picture] | None
     return written(Path(file), text.encode())
 
 
+def _sections(front: Front, found: Mapping[str, Any], pictures: Sequence[Picture]) -> list[str]:
+    """What is told of a front that is not empty; what was not computed or drawn is left out."""
+    drawn = {picture.stem: _figure(picture) for picture in pictures}
+    about_payload = [drawn.pop(stem) for stem in PAYLOAD_FIGURES if stem in drawn]
+    wide = drawn.pop("front", "")
+    sections = ["<h2>Solutions</h2>", _choices_table(front)]
+    if pictures:
+        sections += ["<h2>Front</h2>", wide, _grid(drawn.values())]
+    if about_payload or found.get("carried"):
+        sections += ["<h2>Payload</h2>", _payload(found.get("carried") or ()), _grid(about_payload)]
+    sections += ["<h2>Limits at the knee</h2>", _limits_table(front.knee())]
+    if found.get("certificate"):
+        sections += ["<h2>Certificate of the knee</h2>", *_certificate(found["certificate"])]
+    return sections + _rivals(found.get("rivals") or ())
+
+
 def _grid(figures: Iterable[str]) -> str:
     return '<div class="pictures">' + "".join(figures) + "</div>"
 
 
-def _payload(front: Front) -> str:
-    """What the chosen solutions can carry, and the sensitivities at the knee."""
-    rows = []
-    for solution in front.choices():
-        capacity = dlcc(solution)
-        bounded = bool(capacity.joint) and capacity.feasible
-        rows.append(
-            (escape(solution.rule), escape(str(capacity)), escape(str(sensitivity(solution))) if bounded else "")
-        )
-    return _table(("solution", "largest payload", "what would give more"), rows)
+def _payload(carried: Sequence[Carried]) -> str:
+    """What the chosen solutions can carry, and what would give more."""
+    rows = [
+        (escape(one.rule), escape(str(one.capacity)), escape(str(one.sensitivity)) if one.sensitivity else "")
+        for one in carried
+    ]
+    return _table(("solution", "largest payload", "what would give more"), rows) if rows else ""
 
 
 def _listed(settings: dict[str, Any]) -> str:
@@ -175,10 +182,10 @@ def _certificate(certificate: Certificate) -> list[str]:
     return [f"<p{alert}>{escape(str(certificate))}</p>", _table(headers, rows, numbers=5)]
 
 
-def _rivals(front: Front) -> list[str]:
-    if not front.problem.compares_rivals:
+def _rivals(rivals: Sequence[Rival]) -> list[str]:
+    if not rivals:
         return []
-    headers, rows = rivals_table(rivals_of(front.problem))
+    headers, rows = rivals_table(rivals)
     cells = [[escape(cell) for cell in row] for row in rows]
     return [
         "<h2>Interpolants at their least times under the same limits</h2>",

@@ -1,4 +1,4 @@
-"""TODO module."""
+"""Picture of rivals: interpolants through the same points at their least times, one joint of each."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ import numpy as np
 
 from trajevo.base.units import display, per_time, pretty
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.solvers.rivals import (
-    Rival,
-)
+from trajevo.solvers.rivals import Rival
 from trajevo.trajectory.batch import DERIVATIVES
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -137,7 +136,6 @@ def compare_rivals(
     return tuple(found)
 
 
-@lru_cache(maxsize=1)
 def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
     """All rivals through the points of a problem with its robot and payload, ranges of positions not kept.
 

@@ -315,7 +315,7 @@ def certify_all(
     if isinstance(motions, Front):
         if not len(motions):
             raise NoSolutionError(f"the front is empty: {motions.blocking}")
-        rollout, owner = motions.problem.rollout(motions.X), motions.pick("0")
+        rollout, owner = motions.rollouts, motions.pick("0")
     else:
         rollout = rollout_of(motions)
     limits = _limits(rollout, owner, tolerance, tool_speed, power)

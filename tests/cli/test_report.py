@@ -1,0 +1,136 @@
+"""What `solve`, `report` and `show` compute, draw and keep: as much as was asked for, and once."""
+
+import pytest
+
+from tests.helpers import trajevo, trajevo_process
+from trajevo import Front
+from trajevo.plots.analyses_file import read_analyses
+from trajevo.solvers.gradient import polish as polishing
+from trajevo.solvers.gradient import sqp
+
+TINY = ["--generations", "8", "--population", "20", "--no-polish", "--quiet"]
+FRONT_PICTURES = {"front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path"}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A short run of an arm that carries something and has rivals."""
+    folder = tmp_path_factory.mktemp("runs") / "arm"
+    solved = trajevo("solve", "pick-place", "--payload", "2.5", *TINY, "--out", folder)
+    assert solved.returncode == 0, solved.stderr
+    return folder, solved.stdout
+
+
+@pytest.fixture
+def no_solver(monkeypatch):
+    def never(*_, **__):
+        raise AssertionError("something was optimised")
+
+    monkeypatch.setattr(sqp, "minimize", never)
+    monkeypatch.setattr("scipy.optimize.minimize", never)
+    monkeypatch.setattr(polishing, "polish", never)
+
+
+def pictures(folder):
+    return {file.stem for file in (folder / "plots").iterdir()}
+
+
+def test_solve_writes_what_takes_no_time_and_says_what_there_is_more(run):
+    folder, said = run
+    assert pictures(folder) == FRONT_PICTURES | {"effort", "margins"}
+    text = (folder / "report.html").read_text()
+    for expected in ("<h2>Solutions</h2>", "<h2>Certificate of the knee</h2>", "largest payload", "<h2>Run</h2>"):
+        assert expected in text
+    assert "Interpolants at their least times" not in text
+    assert "Least times under the same limits" not in said
+    assert f"next: trajevo report {folder} for 9 analyses that take longer" in said
+
+
+def test_show_prints_and_never_optimises(run, no_solver):
+    folder, _ = run
+    before = {file: file.stat().st_mtime_ns for file in folder.rglob("*")}
+    shown = trajevo("show", folder)
+    assert shown.returncode == 0, shown.stderr
+    assert f"not compared with other interpolants yet; trajevo report {folder} does that" in shown.stdout
+    assert {file: file.stat().st_mtime_ns for file in folder.rglob("*")} == before
+
+
+def test_report_is_full_computes_once_and_show_reads_it(run, monkeypatch):
+    folder, _ = run
+    again = folder.with_name("again")
+    if not again.exists():
+        again.mkdir()
+        (again / "front.json").write_bytes((folder / "front.json").read_bytes())
+    told = trajevo("report", again)
+    assert told.returncode == 0, told.stderr
+    assert FRONT_PICTURES | {"effort", "margins", "rivals", "slowdown", "workspace"} <= pictures(again)
+    text = (again / "report.html").read_text()
+    assert "Interpolants at their least times under the same limits" in text
+    assert "one polynomial" in told.stdout
+
+    def never(*_, **__):
+        raise AssertionError("something was optimised")
+
+    monkeypatch.setattr(sqp, "minimize", never)
+    assert trajevo("report", again).returncode == 0
+    assert (again / "report.html").read_text() == text
+    shown = trajevo("show", again)
+    assert "Least times under the same limits" in shown.stdout
+    assert "one polynomial" in shown.stdout
+    assert trajevo("report", again, "--short", "--no-pictures", "--out", again / "tables.html").returncode == 0
+    tables = (again / "tables.html").read_text()
+    assert "data:image" not in tables
+    assert "<h2>Payload</h2>" in tables
+    assert "Interpolants at their least times" not in tables
+    (again / "front.analyses.npz").write_bytes(b"damaged")
+    damaged = trajevo("show", again)
+    assert damaged.returncode == 0
+    assert "warning: " in damaged.stderr
+    assert "front.analyses.npz: analyses that were kept cannot be read and count as none" in damaged.stderr
+    assert "not compared with other interpolants yet" in damaged.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "report", "drawn"),
+    [
+        (["--report", "none"], False, True),
+        (["--no-pictures"], True, False),
+        (["--report", "none", "--no-pictures"], False, False),
+    ],
+)
+def test_report_and_pictures_can_be_left_out(tmp_path, options, report, drawn):
+    folder = tmp_path / "run"
+    solved = trajevo("solve", "pointing", *TINY, *options, "--out", folder)
+    assert solved.returncode == 0, solved.stderr
+    assert len(Front.load(folder / "front.json")) > 0
+    assert (folder / "report.html").exists() is report
+    assert pictures(folder) == (FRONT_PICTURES if drawn else set())
+    assert (folder / "front.analyses.npz").exists() is report
+    assert "written: " in solved.stdout
+    if report:
+        assert "data:image" not in (folder / "report.html").read_text()
+
+
+def test_polished_and_resumed_fronts_are_analysed_again(tmp_path):
+    folder = tmp_path / "run"
+    assert trajevo("solve", "hybrid", "--payload", "8", *TINY, "--out", folder).returncode == 0
+    before, kept = Front.load(folder / "front.json"), folder / "front.analyses.npz"
+    evolved = read_analyses(kept, before)["certificate"]
+    polished = trajevo("polish", folder, "--members", "2", "--rounds", "1", "--no-pictures")
+    assert polished.returncode == 0, polished.stderr
+    after = Front.load(folder / "front.json")
+    assert after.digest != before.digest
+    assert read_analyses(kept, before) == {}
+    assert read_analyses(kept, after)["certificate"].rows != evolved.rows
+    assert pictures(folder) == set()
+    assert trajevo("resume", folder, "--quiet", "--report", "none", "--no-pictures").returncode == 0
+    assert not kept.exists()
+    assert not (folder / "report.html").exists()
+
+
+@pytest.mark.parametrize("command", [["solve", "pointing"], ["resume", "run"], ["polish", "run"]])
+def test_another_kind_of_report_is_refused_before_anything_is_done(tmp_path, command):
+    refused = trajevo_process(*command, "--report", "long", cwd=tmp_path)
+    assert refused.returncode == 2
+    assert refused.stderr == "error: unknown report 'long'; known: full, none, short\n"
+    assert not list(tmp_path.iterdir())

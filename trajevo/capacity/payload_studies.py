@@ -1,0 +1,227 @@
+"""What a report tells of payloads: studies by name, each computed from a front alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.base.arrays import Array, frozen
+from trajevo.capacity.dlcc import Capacities, Capacity, capacities, dlcc, effort_along
+from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram, allowed_regions, payload_diagram
+from trajevo.capacity.payload_effort import PayloadEffort, payload_effort
+from trajevo.capacity.payload_time import PayloadCurve, capacity_front, largest_payload, payloads_up_to
+from trajevo.capacity.robust import RobustCurve, robust_curve
+from trajevo.capacity.sensitivity import Sensitivity, sensitivity
+from trajevo.capacity.slowdown import ScaledPath, SlowdownCurve, slowdown_curve
+from trajevo.capacity.uncertainty import UncertaintyPrice, price_along_path
+from trajevo.capacity.workspace import ToolPlane, WorkspaceCapacity, workspace_capacity
+from trajevo.errors import InvalidInputError
+from trajevo.front.front import Front, Solution
+from trajevo.path.inverse_kinematics import Pose
+
+#: Instants per segment, enough for pictures.
+_SAMPLES = 12
+
+#: How far off the tool's axes loads are looked at [m], and cells of the diagram along either side.
+_REACH, _CELLS = 0.3, 41
+
+#: Shares of the largest payload whose allowed centres of mass are looked for.
+_SHARES = (0.4, 0.6, 0.8, 0.95)
+
+#: To either side of its place, how far a centre of mass may be [m], and boxes whose price in time is asked for.
+_TOLERANCE, _BOXES = 0.1, 6
+
+#: Variables times terms of the limits up to which optimising again takes seconds.
+_QUICK = 20_000
+
+#: Cells of the map of the workspace along either side, and from its middle to its sides [m].
+_MAP_CELLS, _MAP_REACH = 15, 0.5
+
+#: Instants of the tool's path that is drawn on the map.
+_PATH = 101
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """What one solution of a front can carry.
+
+    Attributes:
+        rule: that chose it.
+        capacity: its largest payload.
+        sensitivity: what would give more; None where no joint sets the capacity.
+    """
+
+    rule: str
+    capacity: Capacity
+    sensitivity: Sensitivity | None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LeastTimes:
+    """The least time of each payload, the motion optimised again for it.
+
+    Attributes:
+        curve: payloads and times.
+        at_rest: what the robot can hold at rest at the first and the last point [kg].
+    """
+
+    curve: PayloadCurve
+    at_rest: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class AroundMotion:
+    """What is held at rest around the middle of a motion.
+
+    Attributes:
+        found: the cells of an upright plane, the tool turned as midway.
+        path: of the tool in the plane's coordinates, shape (T, 2) [m].
+    """
+
+    found: WorkspaceCapacity
+    path: Array
+
+
+@final
+class Studied:
+    """A front that is studied, and what several studies need of it, computed once.
+
+    Args:
+        front: not empty; studies of payloads need a robot with effort limits.
+    """
+
+    def __init__(self, front: Front) -> None:
+        self.front = front
+
+    @cached_property
+    def carried(self) -> tuple[Carried, ...]:
+        """What the solutions that are worth comparing can carry; the first is the knee."""
+        found = []
+        for solution in self.choices:
+            capacity = dlcc(solution)
+            bounded = bool(capacity.joint) and capacity.feasible
+            found.append(Carried(solution.rule, capacity, sensitivity(solution) if bounded else None))
+        return tuple(found)
+
+    @cached_property
+    def choices(self) -> tuple[Solution, ...]:
+        """The solutions that are worth comparing, the knee first."""
+        return self.front.choices()
+
+    @property
+    def knee(self) -> Solution:
+        """The knee."""
+        return self.choices[0]
+
+    @property
+    def carries(self) -> bool:
+        """Whether some payload, and not every one, can be carried at the knee."""
+        capacity = self.carried[0].capacity
+        return bool(capacity.joint) and capacity.feasible and capacity.mass > 0.0
+
+    @property
+    def off_centre(self) -> bool:
+        """Whether where the centre of mass of the payload is plays a part."""
+        return self.carries and self.front.problem.dynamics.payload.model != "tool_axis"
+
+    @cached_property
+    def effort(self) -> PayloadEffort:
+        """Effort along the knee's motion for every payload."""
+        return payload_effort(self.knee, samples=_SAMPLES)
+
+
+def _capacities(of: Studied) -> Capacities | None:
+    return capacities(of.front) if of.carries else None
+
+
+def _slowdown(of: Studied) -> SlowdownCurve | None:
+    if not (of.carries and 0.0 < ScaledPath(of.knee, _SAMPLES).static_bound < np.inf):
+        return None
+    return slowdown_curve(of.knee, samples=_SAMPLES)
+
+
+def _payload_time(of: Studied) -> LeastTimes | None:
+    problem = of.front.problem
+    if not of.carries or problem.payload_range is not None or "time" not in problem.objective_names:
+        return None
+    if problem.n_var * problem.in_terms().n_ieq_constr > _QUICK:
+        return None
+    with suppress(InvalidInputError):  # no motion is found that carries anything
+        largest = largest_payload(problem, seed=1, starts=1)
+        masses, _ = payloads_up_to(problem, largest.mass)
+        return LeastTimes(capacity_front(problem, masses, seed=1, starts=1), largest.at_rest)
+    return None
+
+
+def _payload_diagram(of: Studied) -> Mapping[str, PayloadDiagram] | None:
+    if not of.off_centre:
+        return None
+    efforts = {"knee": of.effort}
+    if "time" in of.front.problem.objective_names:
+        fastest = next(choice for choice in of.choices if choice.rule == "least_time")
+        if fastest.index != of.knee.index:
+            efforts["least time"] = payload_effort(fastest, samples=_SAMPLES)
+    xy, z = np.linspace(0.0, _REACH, _CELLS), np.linspace(-_REACH, _REACH, 2 * _CELLS - 1)
+    return {name: payload_diagram(effort, xy, z) for name, effort in efforts.items()}
+
+
+def _allowed_centres(of: Studied) -> AllowedRegions | None:
+    if not of.off_centre:
+        return None
+    largest = of.carried[0].capacity.mass
+    masses = [float(f"{share * largest:.3g}") for share in _SHARES]
+    return allowed_regions(of.effort, masses, within=_REACH, axis="y")
+
+
+def _robust_payload(of: Studied) -> RobustCurve | None:
+    if not of.off_centre:
+        return None
+    return robust_curve(of.effort, com=of.front.problem.dynamics.payload.com, within=_TOLERANCE)
+
+
+def _uncertainty(of: Studied) -> UncertaintyPrice | None:
+    problem = of.front.problem
+    if not of.off_centre or problem.payload_range is not None or not problem.dynamics.payload.mass > 0.0:
+        return None
+    with suppress(InvalidInputError):  # no speed along this path carries the payload as it is
+        return price_along_path(of.knee, np.linspace(0.0, _TOLERANCE, _BOXES).tolist(), samples=_SAMPLES)
+    return None
+
+
+def _workspace(of: Studied) -> AroundMotion | None:
+    """In the upright plane along which the tool moves most."""
+    if not of.carries:
+        return None
+    rollout = of.knee.rollout
+    robot, q = rollout.robot, rollout.trajectory.sample(_PATH).q[0]
+    positions, rotations = robot.tool_poses(q)
+    plane = "xz" if np.ptp(positions[:, 0]) >= np.ptp(positions[:, 1]) else "yz"
+    middle = _PATH // 2
+    pose = Pose(positions[middle], rotations[middle])
+    square = ToolPlane.around(pose, plane, reach=_MAP_REACH, cells=_MAP_CELLS)
+    found = workspace_capacity(robot, square, payload=rollout.dynamics.payload, start=q[middle])
+    return AroundMotion(found, frozen(positions[:, ["xyz".index(axis) for axis in plane]]))
+
+
+#: Studies by name; each is None where it has nothing to show: those of a bound where no payload reaches one, those of
+#: loads off centre for a payload that acts at the tool's origin.
+PAYLOAD_STUDIES: dict[str, Callable[[Studied], Any]] = {
+    "carried": lambda of: of.carried,
+    "effort": lambda of: effort_along(of.knee),
+    "capacities": _capacities,
+    "slowdown": _slowdown,
+    "payload_time": _payload_time,
+    "payload_diagram": _payload_diagram,
+    "allowed_centres": _allowed_centres,
+    "robust_payload": _robust_payload,
+    "uncertainty": _uncertainty,
+    "workspace": _workspace,
+}

@@ -1,0 +1,143 @@
+"""The file that keeps analyses beside their front: plain data, arrays and JSON; reading it runs none of its content."""
+
+from __future__ import annotations
+
+import io
+import json
+import warnings
+import zipfile
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.base.arrays import Array, frozen
+from trajevo.base.files import write_whole
+from trajevo.capacity.dlcc import Capacities, Capacity, EffortAlong
+from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram
+from trajevo.capacity.payload_studies import AroundMotion, Carried, LeastTimes
+from trajevo.capacity.payload_time import PayloadCurve
+from trajevo.capacity.robust import RobustCurve
+from trajevo.capacity.sensitivity import Sensitivity
+from trajevo.capacity.slowdown import SlowdownCurve
+from trajevo.capacity.uncertainty import UncertaintyPrice
+from trajevo.capacity.workspace import ToolPlane, WorkspaceCapacity
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError
+from trajevo.front.front import Front
+from trajevo.front.records import installed_versions
+from trajevo.path.inverse_kinematics import Pose
+from trajevo.solvers.rivals import Rival
+from trajevo.trajectory.polynomial import PolynomialBatch
+from trajevo.verification.certify import Certificate, Proof
+
+_FORMAT, _VERSION = "trajevo analyses", 1
+
+#: Records that analyses are made of, by the name that files have for them.
+_RECORDS: dict[str, Any] = {
+    record.__name__: record
+    for record in (
+        *(AllowedRegions, AroundMotion, Capacities, Capacity, Carried, Certificate, EffortAlong, LeastTimes),
+        *(PayloadCurve, PayloadDiagram, PolynomialBatch, Pose, Proof, Rival, RobustCurve, Sensitivity),
+        *(SlowdownCurve, ToolPlane, UncertaintyPrice, WorkspaceCapacity),
+    )
+}
+
+#: What a damaged file makes NumPy's reader, or the records, raise.
+_DAMAGED = (KeyError, ValueError, TypeError, EOFError, OSError, AttributeError, zipfile.BadZipFile)
+
+
+def read_analyses(file: Path, front: Front) -> dict[str, Any]:
+    """Analyses by name that are kept of a front; none where they are of another front or another version.
+
+    A damaged file counts as none, with a warning.
+    """
+    if not file.exists():
+        return {}
+    try:
+        with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as arrays:
+            about = json.loads(str(arrays["about"]))
+            if about["made"] != _made_for(front):
+                return {}
+            reader = _Reader(arrays, front)
+            return {name: reader.value(tree) for name, tree in about["analyses"].items()}
+    except _DAMAGED as error:
+        said = str(error).splitlines()[0] if str(error) else type(error).__name__
+        warnings.warn(f"{file}: analyses that were kept cannot be read and count as none: {said}", stacklevel=3)
+        return {}
+
+
+def write_analyses(file: Path, front: Front, found: Mapping[str, Any]) -> None:
+    """Keep analyses of a front, in the place of those that were kept before.
+
+    Raises:
+        InvalidInputError: the file cannot be written.
+    """
+    writer = _Writer()
+    trees = {name: writer.tree(value) for name, value in found.items()}
+    about = np.array(json.dumps({"made": _made_for(front), "analyses": trees}))
+    stream, arrays = io.BytesIO(), {"about": about} | writer.arrays
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    try:
+        write_whole(file, stream.getbuffer())
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+
+
+def _made_for(front: Front) -> dict[str, Any]:
+    """What analyses must have been made for, and by, to be those of a front."""
+    return {"format": _FORMAT, "version": _VERSION, "trajevo": installed_versions()["trajevo"], "front": front.digest}
+
+
+@final
+class _Writer:
+    """Values as trees that JSON takes, their arrays apart."""
+
+    def __init__(self) -> None:
+        self.arrays: dict[str, Array] = {}
+
+    def tree(self, value: Any) -> Any:
+        if value is None or isinstance(value, bool | int | float | str):
+            return value
+        if isinstance(value, np.ndarray):
+            key = f"array_{len(self.arrays)}"
+            self.arrays[key] = value
+            return {"array": key}
+        if isinstance(value, Mapping):
+            return {"mapping": [[key, self.tree(each)] for key, each in value.items()]}
+        if isinstance(value, tuple | list):
+            return [self.tree(each) for each in value]
+        if isinstance(value, Rollout):  # the robot and what it carries are the problem's
+            return {"rollout": self.tree(value.trajectory)}
+        if not is_dataclass(value) or type(value).__name__ not in _RECORDS:
+            raise TypeError(f"analyses: no record of a file: {type(value).__name__}")
+        given = {field.name: self.tree(getattr(value, field.name)) for field in fields(value) if field.init}
+        return {"record": type(value).__name__, "fields": given}
+
+
+@final
+class _Reader:
+    """Values of trees; robot and payload are those of the front's problem."""
+
+    def __init__(self, arrays: Any, front: Front) -> None:
+        self._arrays, self._front = arrays, front
+
+    @property
+    def _dynamics(self) -> Dynamics:
+        return self._front.problem.dynamics
+
+    def value(self, tree: Any) -> Any:
+        if isinstance(tree, list):
+            return tuple(self.value(each) for each in tree)
+        if not isinstance(tree, dict):
+            return tree
+        if "array" in tree:
+            return frozen(self._arrays[tree["array"]])
+        if "mapping" in tree:
+            return {key: self.value(each) for key, each in tree["mapping"]}
+        if "rollout" in tree:
+            return Rollout(self._dynamics, self.value(tree["rollout"]))
+        return _RECORDS[tree["record"]](**{name: self.value(each) for name, each in tree["fields"].items()})
