@@ -7,6 +7,9 @@ from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.optimize import least_squares
+
+from trajevo.robot.robot import Robot
 
 SUN2020 = json.loads((Path(__file__).parent / "data" / "sun2020.json").read_text())
 PAING2021 = json.loads((Path(__file__).parent / "data" / "paing2021.json").read_text())
@@ -82,3 +85,15 @@ def slow_composition(path, control_points, order, t):
     s1, s2, s3 = (s(at, k) for k in (1, 2, 3))
     v, a, j = (u(t, k)[:, None] for k in (1, 2, 3))
     return s(at), s1 * v, s2 * v**2 + s1 * a, s3 * v**3 + 3.0 * s2 * v * a + s1 * j
+
+
+def posture_by_scipy(robot: Robot, position: np.ndarray, rotation: np.ndarray, start: np.ndarray) -> np.ndarray | None:
+    """Joint positions to which SciPy's bounded least squares lead from a start; None where they miss the pose."""
+
+    def error(q: np.ndarray) -> np.ndarray:
+        there, turned = (values[0] for values in robot.tool_poses(q[None]))
+        return np.concatenate([there - position, (turned - rotation).ravel()])
+
+    bounds = robot.limits.lower, robot.limits.upper
+    found = least_squares(error, start, bounds=bounds, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    return found.x if np.abs(found.fun).max() < 1e-7 else None

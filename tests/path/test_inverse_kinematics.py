@@ -5,11 +5,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.helpers import refused
+from tests.reference import posture_by_scipy
 from tests.robot.test_kinematics import ROBOTS
 from trajevo import load_robot
 from trajevo.errors import UnreachableError
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
+from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.via_points import joint_points
+from trajevo.robot.kinematics import ToolKinematics
 
 
 def poses_of(robot, count=3, seed=1):
@@ -47,6 +50,21 @@ def test_neighbouring_poses_have_neighbouring_joints():
     q = inverse_kinematics(robot, poses, start=start, starts=6)
     assert np.abs(np.diff(q, axis=0)).max() < 0.15
     np.testing.assert_allclose(q[0], start, rtol=0.0, atol=1e-6)
+
+
+def test_no_solution_known_is_nearer(robot):
+    """Neither what the pose was made from nor what SciPy finds from a few starts."""
+    (before, far), _ = poses_of(robot, 2, seed=4)
+    generator, limits = np.random.default_rng(6), robot.limits
+    beside = np.clip(before + 0.3 * generator.normal(size=robot.dof), limits.lower, limits.upper)
+    ranges = JointRanges.of(robot, ToolKinematics.of(robot))
+    for aim in (far, beside):
+        pose = Pose(*(values[0] for values in robot.tool_poses(aim[None])))
+        starts = [before, *generator.uniform(limits.lower, limits.upper, (8, robot.dof))]
+        tries = [posture_by_scipy(robot, pose.position, pose.rotation, start) for start in starts]
+        theirs = ranges.unwound(np.array([aim, *(q for q in tries if q is not None)]), before)
+        ours = inverse_kinematics(robot, [pose], start=before)[0]
+        assert np.abs(ours - before).max() <= 1.01 * np.abs(theirs - before).max(axis=1).min() + 1e-6
 
 
 @pytest.mark.parametrize("turn", [-1.0, 1.0])

@@ -16,7 +16,8 @@ from trajevo.base.arrays import Array, frozen, numbers, read_only
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.errors import InvalidInputError, checked_name
-from trajevo.path.inverse_kinematics import JointRanges, Pose
+from trajevo.path.inverse_kinematics import Pose
+from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.postures import Postures, find_postures
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.payload import Payload

@@ -1,138 +1,36 @@
-"""Joint positions for poses of the tool, by bounded least squares from many starts, each point near the one before.
+"""Joint positions for poses of the tool, one after the other, each point as near as can be to the one before.
 
-A pose is met when the tool's origin and its angle to the wanted orientation are both within a tolerance. Many poses at
-once, from many starts each: :mod:`trajevo.path.postures`.
+A pose is met when the tool's origin and its angle to the wanted orientation are both within a tolerance. All postures
+of many poses: :mod:`trajevo.path.postures`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array, frozen, numbers, read_only
 from trajevo.errors import InvalidInputError, UnreachableError, checked_name
+from trajevo.path.levenberg_marquardt import (
+    ROUNDED,
+    SETTLED,
+    TOLERANCE,
+    JointRanges,
+    PostureSolver,
+    check_search,
+    missed,
+    rotation_matrix,
+)
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
-#: Greatest error of position [m] and of orientation [rad] of a pose that counts as met.
-TOLERANCE = 1e-6
-
-#: How far a rotation matrix or a quaternion may be from unit length.
-ROUNDED = 1e-3
-_TURN = 2.0 * np.pi
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class JointRanges:
-    """Position limits of a robot as a search sees them; made by :meth:`of`.
-
-    Attributes:
-        lower: position limits, shape (n_joints,) [rad or m].
-        upper: shape (n_joints,).
-        low: ends of the box that starts are drawn from, shape (n_joints,): a turn (or a metre of that number) where a
-            range has no end.
-        high: shape (n_joints,).
-        turning: joints that a whole turn brings back to the same pose of the tool, shape (n_joints,).
-    """
-
-    lower: Array
-    upper: Array
-    low: Array
-    high: Array
-    turning: Array
-
-    @classmethod
-    def of(cls, robot: Robot, kinematics: ToolKinematics) -> JointRanges:
-        """The ranges of a robot, whose tool's kinematics tell which joints turn."""
-        lower, upper = robot.limits.lower, robot.limits.upper
-        low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - _TURN, -np.pi))
-        high = np.where(np.isfinite(upper), upper, low + _TURN)
-        middle = 0.5 * (low + high)
-        turned = kinematics.pose(middle + _TURN * np.eye(robot.dof))
-        apart = [
-            np.abs(there - here).reshape(robot.dof, -1).max(axis=1)
-            for there, here in zip(turned, kinematics.pose(middle), strict=True)
-        ]
-        turning: Array = np.maximum(*apart) < 1e-9
-        turning.setflags(write=False)
-        return cls(read_only(lower), read_only(upper), read_only(low), read_only(high), turning)
-
-    @property
-    def middle(self) -> Array:
-        """Middle of the box, shape (n_joints,) [rad or m]."""
-        middle: Array = 0.5 * (self.low + self.high)
-        return middle
-
-    def random(self, generator: np.random.Generator, count: int) -> Array:
-        """Joint positions spread evenly over the box, shape (count, n_joints) [rad or m]."""
-        return generator.uniform(self.low, self.high, (count, len(self.low)))
-
-    def unwound(self, q: Array, near: Array) -> Array:
-        """Joint positions shifted by the whole turns that bring every joint nearest to others, inside the limits.
-
-        Args:
-            q: shape (..., n_joints) [rad or m], inside the limits.
-            near: shape (n_joints,).
-        """
-        turns = np.where(self.turning, np.rint((near - q) / _TURN), 0.0)
-        least, most = np.ceil((self.lower - q) / _TURN), np.floor((self.upper - q) / _TURN)
-        shifted = q + _TURN * np.clip(turns, np.minimum(least, 0.0), np.maximum(most, 0.0))
-        unwound: Array = np.clip(shifted, self.lower, self.upper)  # rounding can put a joint just beyond its end
-        return unwound
-
-
-def missed(position: Array, rotation: Array, wanted: Array, wanted_rotation: Array | None) -> tuple[Array, Array]:
-    """How far tools are from where they shall be.
-
-    Args:
-        position: of the tools, shape (N, 3) [m].
-        rotation: rotation matrices, shape (N, 3, 3).
-        wanted: positions, shape (3,) or (N, 3) [m].
-        wanted_rotation: rotation matrices, shape (3, 3) or (N, 3, 3); None if any orientation will do.
-
-    Returns:
-        Errors of position [m] and of orientation [rad], shape (N,) each.
-    """
-    distance: Array = np.linalg.norm(position - wanted, axis=-1)
-    if wanted_rotation is None:
-        return distance, np.zeros_like(distance)
-    half = np.linalg.norm((rotation - wanted_rotation).reshape(-1, 9), axis=1) / np.sqrt(8.0)
-    return distance, 2.0 * np.arcsin(np.minimum(half, 1.0))
-
-
-def rotation_matrix(values: Any, name: str = "rotation") -> Array:
-    """A rotation matrix, made orthogonal, as people type rounded numbers.
-
-    Args:
-        values: shape (3, 3).
-        name: name of the argument, for the message.
-
-    Raises:
-        InvalidInputError: another shape, or no rotation matrix.
-    """
-    given = numbers(values, name=name, shape=(3, 3))
-    if np.abs(given @ given.T - np.eye(3)).max() > ROUNDED or np.linalg.det(given) < 0.0:
-        raise InvalidInputError(f"{name}: expected a rotation matrix, got {given.tolist()}")
-    return read_only(Rotation.from_matrix(given).as_matrix())
-
-
-def check_search(starts: int, seed: int, tolerance: float) -> None:
-    """Refuse numbers that cannot steer a search.
-
-    Raises:
-        InvalidInputError: starts or seed that are no whole numbers from 0 on, or a tolerance that is not positive.
-    """
-    for name, value in (("starts", starts), ("seed", seed)):
-        if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 0:
-            raise InvalidInputError(f"{name}: expected a whole number from 0 on, got {value!r}")
-    if not (isinstance(tolerance, int | float) and 0.0 < tolerance < np.inf):
-        raise InvalidInputError(f"tolerance: expected a positive number [m and rad], got {tolerance!r}")
+#: How much nearer another solution must be to be worth a look, as a share of the distance, and the share of what is
+#: between that and the nearest one found which the next look keeps.
+_NEARER, _KEPT = 0.01, 0.85
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,15 +94,16 @@ def inverse_kinematics(
     *,
     start: Any = None,
     seed: int = 0,
-    starts: int = 20,
+    starts: int = 32,
     tolerance: float = TOLERANCE,
     first: int = 0,
 ) -> Array:
     """Joint positions that put the tool into poses, each the nearest found to the one before.
 
-    Every pose is tried from the point before, from the middle of the joint ranges and from random starts. "Nearest"
-    is by the greatest difference of any joint; where a joint may turn more than once, whole turns count. A redundant
-    arm has endless solutions, of which those that the starts lead to are compared.
+    Every pose is tried from the point before, from the middle of the joint ranges and from random starts, then again in
+    ever smaller boxes around the point before, until none is found that is nearer by a hundredth; a redundant arm has
+    endless solutions and is led along them so. "Nearest" is by the greatest difference of any joint; where a joint may
+    turn more than once, whole turns count.
 
     Args:
         robot: the robot whose tool and position limits count.
@@ -212,7 +111,7 @@ def inverse_kinematics(
         start: joint positions that the first point shall be near, shape (n_joints,) [rad or m]; the middle of the
             joint ranges if None.
         seed: of the random starts.
-        starts: number of random starts per pose.
+        starts: number of random starts per pose, and in every box.
         tolerance: greatest error of position [m] and of orientation [rad].
         first: number of the first pose in messages.
 
@@ -245,48 +144,39 @@ class _Search:
 
     def nearest(self, pose: Pose, before: Array, where: str) -> Array:
         """The solution nearest to the point before."""
-        random = self.ranges.random(self.generator, self.starts)
-        tries = np.stack([self._solve(pose, q) for q in (before, self.ranges.middle, *random)])
+        tries, error = self._tried(pose, before, self.ranges)
+        if error.min() > self.tolerance:
+            raise UnreachableError(self._told(pose, tries, where))
+        found, distance = self._nearest_of(tries[error <= self.tolerance], before)
+        least = np.abs(before - np.clip(before, self.ranges.lower, self.ranges.upper)).max()
+        while distance - least > max(_NEARER * distance, self.tolerance):
+            within = least + _KEPT * (distance - least)
+            tries, error = self._tried(pose, found, self.ranges.around(before, within))
+            if error.min() <= SETTLED:
+                found, distance = self._nearest_of(tries[error <= SETTLED], before)
+            else:
+                least = within
+        return found
+
+    def _tried(self, pose: Pose, first: Array, ranges: JointRanges) -> tuple[Array, Array]:
+        """Where joint positions, the middle of the ranges and random starts lead, and how far that is from the pose."""
+        starts = np.stack([first, ranges.middle, *ranges.random(self.generator, self.starts)])
+        return PostureSolver(self.kinematics, ranges, pose.rotation)(np.tile(pose.position, (len(starts), 1)), starts)
+
+    def _nearest_of(self, solutions: Array, before: Array) -> tuple[Array, float]:
+        """The solution nearest to the point before, by whole turns too, and how far it is."""
+        near = self.ranges.unwound(solutions, before)
+        distance = np.abs(near - before).max(axis=1)
+        return near[distance.argmin()], float(distance.min())
+
+    def _told(self, pose: Pose, tries: Array, where: str) -> str:
+        """What to say of a pose that no try meets."""
         distance, angle = missed(*self.kinematics.pose(tries), pose.position, pose.rotation)
-        worst = np.maximum(distance, angle)
-        if worst.min() > self.tolerance:
-            best = int(np.argmin(distance + angle))
-            label = f"{where} {pose.name!r}" if pose.name else where
-            turned = "" if pose.rotation is None else f" and {np.degrees(angle[best]):.4g} deg"
-            raise UnreachableError(
-                f"{label}: expected a pose that {self.robot.name!r} reaches inside its position limits, got "
-                f"{pose.position.tolist()} m; the best of {len(tries)} tries misses it by "
-                f"{1e3 * distance[best]:.4g} mm{turned}"
-            )
-        near = self.ranges.unwound(tries[worst <= self.tolerance], before)
-        chosen: Array = near[np.argmin(np.abs(near - before).max(axis=1))]
-        return chosen
-
-    def _solve(self, pose: Pose, start: Array) -> Array:
-        inside = np.clip(start, self.ranges.lower, self.ranges.upper)
-        found = least_squares(
-            self._error,
-            inside,
-            self._error_jacobian,
-            bounds=(self.ranges.lower, self.ranges.upper),
-            args=(pose,),
-            xtol=1e-14,
-            ftol=1e-14,
-            gtol=1e-14,
-            max_nfev=100,
+        best = int(np.argmin(distance + angle))
+        label = f"{where} {pose.name!r}" if pose.name else where
+        turned = "" if pose.rotation is None else f" and {np.degrees(angle[best]):.4g} deg"
+        return (
+            f"{label}: expected a pose that {self.robot.name!r} reaches inside its position limits, got "
+            f"{pose.position.tolist()} m; the best of {len(tries)} tries misses it by "
+            f"{1e3 * distance[best]:.4g} mm{turned}"
         )
-        solution: Array = found.x
-        return solution
-
-    def _error(self, q: Array, pose: Pose) -> Array:
-        position, rotation = self.kinematics.pose(q)
-        if pose.rotation is None:
-            return np.asarray(position - pose.position)
-        return np.concatenate([position - pose.position, (rotation - pose.rotation).T.ravel() / np.sqrt(2.0)])
-
-    def _error_jacobian(self, q: Array, pose: Pose) -> Array:
-        _, rotation, jacobian = self.kinematics.pose_and_jacobian(q)
-        if pose.rotation is None:
-            return jacobian[:3]
-        turning = np.cross(jacobian[3:].T[:, None], rotation.T).reshape(self.robot.dof, 9)
-        return np.concatenate([jacobian[:3], turning.T / np.sqrt(2.0)])

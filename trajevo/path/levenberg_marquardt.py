@@ -1,0 +1,268 @@
+"""Joint positions for poses of the tool from many starts, each with a pose of its own, all in one batch of arrays.
+
+Levenberg-Marquardt steps, damped by the squared error that is left (Sugihara, IEEE Transactions on Robotics 27, 2011).
+Joints that would leave their limits are held at them. A start leaves the batch when its pose is met or its error stops
+falling. The error of orientation is that of the chord 2 sin(θ/2) = |R - R*|/√2, which is smooth up to θ = π, unlike
+that of the rotation vector.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any, final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.errors import InvalidInputError
+from trajevo.robot.kinematics import ToolKinematics
+from trajevo.robot.robot import Robot
+
+#: Greatest error of position [m] and of orientation [rad] of a pose that counts as met.
+TOLERANCE = 1e-6
+
+#: How far a rotation matrix or a quaternion may be from unit length.
+ROUNDED = 1e-3
+
+_TURN = 2.0 * np.pi
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class JointRanges:
+    """Position limits of a robot as a search sees them; made by :meth:`of`.
+
+    Attributes:
+        lower: position limits, shape (n_joints,) [rad or m].
+        upper: shape (n_joints,).
+        low: ends of the box that starts are drawn from, shape (n_joints,): a turn (or a metre of that number) where a
+            range has no end.
+        high: shape (n_joints,).
+        turning: joints that a whole turn brings back to the same pose of the tool, shape (n_joints,).
+    """
+
+    lower: Array
+    upper: Array
+    low: Array
+    high: Array
+    turning: Array
+
+    @classmethod
+    def of(cls, robot: Robot, kinematics: ToolKinematics) -> JointRanges:
+        """The ranges of a robot, whose tool's kinematics tell which joints turn."""
+        lower, upper = robot.limits.lower, robot.limits.upper
+        low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - _TURN, -np.pi))
+        high = np.where(np.isfinite(upper), upper, low + _TURN)
+        middle = 0.5 * (low + high)
+        turned = kinematics.pose(middle + _TURN * np.eye(robot.dof))
+        apart = [
+            np.abs(there - here).reshape(robot.dof, -1).max(axis=1)
+            for there, here in zip(turned, kinematics.pose(middle), strict=True)
+        ]
+        turning: Array = np.maximum(*apart) < 1e-9
+        turning.setflags(write=False)
+        return cls(read_only(lower), read_only(upper), read_only(low), read_only(high), turning)
+
+    @property
+    def middle(self) -> Array:
+        """Middle of the box, shape (n_joints,) [rad or m]."""
+        middle: Array = 0.5 * (self.low + self.high)
+        return middle
+
+    def random(self, generator: np.random.Generator, count: int) -> Array:
+        """Joint positions spread evenly over the box, shape (count, n_joints) [rad or m]."""
+        return generator.uniform(self.low, self.high, (count, len(self.low)))
+
+    def around(self, q: Array, reach: float) -> JointRanges:
+        """The part of the ranges, and of the box, in which no joint is farther from joint positions (n_joints,)."""
+        lower, upper = read_only(np.maximum(self.lower, q - reach)), read_only(np.minimum(self.upper, q + reach))
+        return replace(self, lower=lower, upper=upper, low=lower, high=upper)
+
+    def unwound(self, q: Array, near: Array) -> Array:
+        """Joint positions shifted by the whole turns that bring every joint nearest to others, inside the limits.
+
+        Args:
+            q: shape (..., n_joints) [rad or m], inside the limits.
+            near: shape (n_joints,).
+        """
+        turns = np.where(self.turning, np.rint((near - q) / _TURN), 0.0)
+        least, most = np.ceil((self.lower - q) / _TURN), np.floor((self.upper - q) / _TURN)
+        shifted = q + _TURN * np.clip(turns, np.minimum(least, 0.0), np.maximum(most, 0.0))
+        unwound: Array = np.clip(shifted, self.lower, self.upper)  # rounding can put a joint just beyond its end
+        return unwound
+
+
+def missed(position: Array, rotation: Array, wanted: Array, wanted_rotation: Array | None) -> tuple[Array, Array]:
+    """How far tools are from where they shall be.
+
+    Args:
+        position: of the tools, shape (N, 3) [m].
+        rotation: rotation matrices, shape (N, 3, 3).
+        wanted: positions, shape (3,) or (N, 3) [m].
+        wanted_rotation: rotation matrices, shape (3, 3) or (N, 3, 3); None if any orientation will do.
+
+    Returns:
+        Errors of position [m] and of orientation [rad], shape (N,) each.
+    """
+    distance: Array = np.linalg.norm(position - wanted, axis=-1)
+    if wanted_rotation is None:
+        return distance, np.zeros_like(distance)
+    half = np.linalg.norm((rotation - wanted_rotation).reshape(-1, 9), axis=1) / np.sqrt(8.0)
+    return distance, 2.0 * np.arcsin(np.minimum(half, 1.0))
+
+
+def rotation_matrix(values: Any, name: str = "rotation") -> Array:
+    """A rotation matrix, made orthogonal, as people type rounded numbers.
+
+    Args:
+        values: shape (3, 3).
+        name: name of the argument, for the message.
+
+    Raises:
+        InvalidInputError: another shape, or no rotation matrix.
+    """
+    given = numbers(values, name=name, shape=(3, 3))
+    if np.abs(given @ given.T - np.eye(3)).max() > ROUNDED or np.linalg.det(given) < 0.0:
+        raise InvalidInputError(f"{name}: expected a rotation matrix, got {given.tolist()}")
+    return read_only(Rotation.from_matrix(given).as_matrix())
+
+
+def check_search(starts: int, seed: int, tolerance: float) -> None:
+    """Refuse numbers that cannot steer a search.
+
+    Raises:
+        InvalidInputError: starts or seed that are no whole numbers from 0 on, or a tolerance that is not positive.
+    """
+    for name, value in (("starts", starts), ("seed", seed)):
+        if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 0:
+            raise InvalidInputError(f"{name}: expected a whole number from 0 on, got {value!r}")
+    if not (isinstance(tolerance, int | float) and 0.0 < tolerance < np.inf):
+        raise InvalidInputError(f"tolerance: expected a positive number [m and rad], got {tolerance!r}")
+
+
+#: Error at which a start leaves the batch as met: far below any tolerance, so that starts with one aim agree.
+SETTLED = 1e-11
+
+#: Steps at most, and those in a row that may lessen the squared error by less than a share before a start is given up.
+_STEPS, _STALLED, _PROGRESS = 60, 8, 1e-2
+
+
+#: Damping over squared error: at first, and how it changes with a step taken or refused.
+_DAMPING, _EASED, _TIGHTENED, _LEAST_DAMPING = 0.1, 0.3, 5.0, 1e-3
+
+
+#: Keeps a singular system of equations solvable where no error is left.
+_REGULAR = 1e-15
+
+#: Rows per block, so that the arrays of a step stay in the processor's cache.
+_BLOCK = 8192
+
+#: Joint positions with residual, Jacobian, squared and greatest error.
+_State = tuple[Array, Array, Array, Array, Array]
+
+
+@dataclass
+class _Batch:
+    """Starts under way: their numbers (N,), wanted positions (N, 3), joint positions (N, n_joints), residuals (N, E),
+    Jacobians (N, E, n_joints), squared and greatest errors, damping and steps without progress (N,).
+    """
+
+    row: Array
+    wanted: Array
+    q: Array
+    residual: Array
+    jacobian: Array
+    squared: Array
+    greatest: Array
+    damping: Array
+    stalled: Array
+
+    def keep(self, chosen: Array) -> None:
+        """Drop all others."""
+        for field in fields(self):
+            setattr(self, field.name, getattr(self, field.name)[chosen])
+
+    def take(self, other: _State, chosen: Array) -> None:
+        """Joint positions and what follows from them, where chosen."""
+        for name, values in zip(("q", "residual", "jacobian", "squared", "greatest"), other, strict=True):
+            getattr(self, name)[chosen] = values[chosen]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PostureSolver:
+    """Levenberg-Marquardt steps for one robot and orientation.
+
+    Attributes:
+        kinematics: of the tool.
+        ranges: of the joints.
+        rotation: wanted rotation matrix, shape (3, 3); None if any orientation will do.
+    """
+
+    kinematics: ToolKinematics
+    ranges: JointRanges
+    rotation: Array | None
+
+    def __call__(self, wanted: Array, starts: Array) -> tuple[Array, Array]:
+        """Where starts lead.
+
+        Args:
+            wanted: positions of the tool, shape (N, 3) [m].
+            starts: joint positions, shape (N, n_joints) [rad or m].
+
+        Returns:
+            Joint positions inside the limits, shape (N, n_joints), and the greater of the errors of position [m] and
+            of orientation [rad], shape (N,).
+        """
+        q, error = np.empty_like(starts), np.empty(len(starts))
+        for first in range(0, len(starts), _BLOCK):
+            self._solve(wanted[first : first + _BLOCK], starts[first : first + _BLOCK], q[first:], error[first:])
+        return q, error
+
+    def _solve(self, wanted: Array, starts: Array, q: Array, error: Array) -> None:
+        """One block, into the first rows of ``q`` and ``error``."""
+        count = len(starts)
+        state = self._at(wanted, np.clip(starts, self.ranges.lower, self.ranges.upper))
+        batch = _Batch(np.arange(count), wanted, *state, np.full(count, _DAMPING), np.zeros(count, dtype=np.int64))
+        for _ in range(_STEPS):
+            new = self._at(batch.wanted, self._stepped(batch))
+            better = new[3] < batch.squared
+            gained = new[3] < (1.0 - _PROGRESS) * batch.squared
+            batch.damping = np.where(
+                better, np.maximum(_EASED * batch.damping, _LEAST_DAMPING), _TIGHTENED * batch.damping
+            )
+            batch.stalled = np.where(gained, 0, batch.stalled + 1)
+            batch.take(new, better)
+            over = (batch.greatest <= SETTLED) | (batch.stalled >= _STALLED)
+            q[batch.row[over]], error[batch.row[over]] = batch.q[over], batch.greatest[over]
+            batch.keep(~over)
+            if not len(batch.row):
+                return
+        q[batch.row], error[batch.row] = batch.q, batch.greatest
+
+    def _stepped(self, batch: _Batch) -> Array:
+        """Where the damped normal equations lead, inside the limits; joints stay that a limit stops."""
+        gradient = (batch.residual[:, None] @ batch.jacobian)[:, 0]
+        held = (batch.q <= self.ranges.lower) & (gradient > 0.0) | (batch.q >= self.ranges.upper) & (gradient < 0.0)
+        free = batch.jacobian * ~held[:, None]
+        system = np.swapaxes(free, -1, -2) @ free
+        diagonal = np.arange(system.shape[-1])
+        system[:, diagonal, diagonal] += np.where(held, 1.0, (batch.damping * batch.squared + _REGULAR)[:, None])
+        step = np.linalg.solve(system, np.where(held, 0.0, -gradient)[..., None])[..., 0]
+        stepped: Array = np.clip(batch.q + step, self.ranges.lower, self.ranges.upper)
+        return stepped
+
+    def _at(self, wanted: Array, q: Array) -> _State:
+        """Joint positions with residual, Jacobian, squared and greatest error.
+
+        The rows of orientation are -Σ r × r*/2 over the columns of R and R*, and those of the geometric Jacobian: the
+        normal equations are those of the nine numbers (R - R*)/√2, as Σ [r]ᵀ[r]/2 over an orthonormal frame is I.
+        """
+        position, rotation, jacobian = self.kinematics.pose_and_jacobian(q)
+        distance, angle = missed(position, rotation, wanted, self.rotation)
+        squared, greatest = distance**2 + 4.0 * np.sin(0.5 * angle) ** 2, np.maximum(distance, angle)
+        if self.rotation is None:
+            return q, position - wanted, jacobian[:, :3], squared, greatest
+        turned = -0.5 * np.cross(rotation, self.rotation, axis=-2).sum(axis=-1)
+        return q, np.concatenate([position - wanted, turned], axis=-1), jacobian, squared, greatest
