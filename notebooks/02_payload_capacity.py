@@ -37,7 +37,7 @@ PAYLOADS = [0.0, 4.0, 8.0, 10.0, 11.0, 11.5, 11.853, 12.1] if FULL else [0.0, 8.
 # %%
 problem = HybridManipulator(payload=10.0)
 front = optimise(problem, seed=1, progress=False, **SIZE)
-best = front.weighted(problem.paper_weights)
+best = front.weighted()
 print(f"{len(front)} solutions in {front.run.seconds:.1f} s;", best.reason)
 plots.front(front, mark={"weighted": best, "knee": front.knee()});
 

@@ -35,3 +35,8 @@ def test_payload_time_says_what_it_cannot_do(tmp_path):
         told = trajevo("payload-time", run, *options)
         assert told.returncode == 2
         assert says in told.stderr
+
+
+def test_tables_and_help_show_their_units():
+    assert "Payload [kg]" in trajevo("solve", "--help").stdout
+    assert "mass [kg]" in trajevo("check-robot", "puma560").stdout

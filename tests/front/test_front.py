@@ -5,7 +5,7 @@ import pytest
 
 from tests.helpers import impossible, small_problem
 from trajevo import Front, TrajevoError, load_robot, optimise
-from trajevo.problems import PointingMechanism
+from trajevo.problems import HybridManipulator, PointingMechanism
 
 SMALL = {"seed": 1, "generations": 10, "population": 20, "progress": False}
 
@@ -140,3 +140,13 @@ def test_files_that_cannot_be_read_or_written_are_named(front, tmp_path):
     (tmp_path / "binary").write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(TrajevoError, match="is no front of trajevo: not UTF-8"):
         Front.load(tmp_path / "binary")
+
+
+def test_the_weighted_best_is_the_paper_s_unless_weights_are_given():
+    arguments = {"seed": 1, "generations": 4, "population": 16, "progress": False, "polish": False}
+    problem = HybridManipulator()
+    front = optimise(problem, **arguments)
+    assert front.weighted().index == front.weighted(problem.paper_weights).index
+    other = optimise(PointingMechanism(), **arguments)
+    with pytest.raises(TrajevoError, match="weights: expected one for each of time, acceler.*no weighted"):
+        other.weighted()

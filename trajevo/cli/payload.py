@@ -34,6 +34,7 @@ from trajevo.cli.results import (
     beside,
     front_of,
 )
+from trajevo.cli.terminal import table_with_units
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Solution
@@ -149,7 +150,7 @@ def payload_time(
     if refusal:
         _out.print(f"heavier ones left out: {refusal}")
     curve = capacity_front(problem, masses, seed=seed, starts=starts)
-    table = Table("payload [kg]", "least time [s]", box=SIMPLE)
+    table = table_with_units("payload [kg]", "least time [s]", box=SIMPLE)
     for mass, least in zip(curve.payloads, curve.times, strict=True):
         table.add_row(f"{mass:.4g}", f"{least:.4f}" if np.isfinite(least) else "none found")
     _out.print(table)
@@ -163,7 +164,7 @@ def payload_time(
 def _print_price(problem: TrajectoryProblem, tolerance: float, seed: int, starts: int, file: Path) -> None:
     """What it costs in time that the centre of mass of the problem's payload is not known well."""
     price = price_of_uncertainty(problem, np.linspace(0.0, tolerance, _TOLERANCES).tolist(), seed=seed, starts=starts)
-    table = Table("centre of mass known to ± [mm]", "least time [s]", "price", box=SIMPLE)
+    table = table_with_units("centre of mass known to ± [mm]", "least time [s]", "price", box=SIMPLE)
     for width, least, share in zip(price.tolerances, price.times, price.price, strict=True):
         found = (f"{least:.4f}", f"{100.0 * share:+.2f} %") if np.isfinite(least) else ("none found", "")
         table.add_row(f"{1e3 * width:.4g}", *found)
@@ -190,7 +191,7 @@ def _print_diagram(out: Console, diagram: PayloadDiagram) -> None:
     angle = np.degrees(diagram.direction.flat[0])
     where = "in the worst direction" if diagram.worst else f"at {angle:g}° from the tool's x axis"
     title = f"largest payload [kg] ({diagram.payload_model}), L_xy {where}"
-    table = Table(escape("L_z [mm]"), box=SIMPLE, title=escape(title), title_justify="left")
+    table = table_with_units("L_z [mm]", box=SIMPLE, title=escape(title), title_justify="left")
     for column in columns:
         table.add_column(f"L_xy {1e3 * diagram.offset_xy[column]:.4g} mm")
     for row in rows[::-1]:
@@ -292,7 +293,7 @@ def workspace(
 
 
 def _table(curve: SlowdownCurve) -> Table:
-    table = Table("payload [kg]", "least time [s]", "change", "limit", "joint", box=SIMPLE)
+    table = table_with_units("payload [kg]", "least time [s]", "change", "limit", "joint", box=SIMPLE)
     step = -(-len(curve.payloads) // _ROWS)
     for k in range(len(curve.payloads) - 1, -1, -step)[::-1]:
         change = f"{100.0 * (curve.factors[k] - 1.0):+.2f} %"

@@ -27,7 +27,7 @@ from trajevo.cli.results import (
     front_of,
     write_report_of,
 )
-from trajevo.cli.terminal import print_rivals, print_run, print_verifications
+from trajevo.cli.terminal import print_rivals, print_run, print_verifications, table_with_units
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
 from trajevo.plots.analyses import analyse
@@ -127,7 +127,7 @@ def capacity(
     _out.print(f"capacity: {found}")
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
-    table = Table("joint", "alone it could carry [kg]", "effort limit left", box=SIMPLE)
+    table = table_with_units("joint", "alone it could carry [kg]", "effort limit left", box=SIMPLE)
     for name, alone, margin in zip(chosen.front.problem.robot.joint_names, found.per_joint, found.margin, strict=True):
         table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
     _out.print(table)

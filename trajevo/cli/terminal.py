@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from rich.box import SIMPLE
@@ -75,8 +76,13 @@ def _parameter(parameter: LimitParameter) -> str:
     return f"{parameter.name} [{parameter.unit}]" if parameter.unit else parameter.name
 
 
+def table_with_units(*headers: str, **options: Any) -> Table:
+    """A table whose headers show their units: rich takes ``[kg]`` for markup and leaves it out."""
+    return Table(*map(escape, headers), **options)
+
+
 def _table(title: str, headers: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
-    table = Table(*headers, title=title, title_justify="left")
+    table = table_with_units(*headers, title=title, title_justify="left")
     for row in rows:
         table.add_row(*map(escape, row))
     return table
@@ -161,7 +167,7 @@ def print_examination(out: Console, examination: RobotExamination) -> None:
         limits = (joint.lower, joint.upper, joint.velocity, joint.acceleration, joint.jerk, joint.effort)
         shown = ("-" if np.isnan(value) else f"{value:.6g}" for value in limits)
         joints.add_row(escape(joint.name), joint.type, joint.unit, *shown)
-    links = Table("link", "mass [kg]", "principal moments of inertia [kg·m²]", box=SIMPLE)
+    links = table_with_units("link", "mass [kg]", "principal moments of inertia [kg·m²]", box=SIMPLE)
     for link in examination.links:
         links.add_row(escape(link.name), f"{link.mass:.6g}", ", ".join(f"{moment:.4g}" for moment in link.moments))
     out.print(joints)

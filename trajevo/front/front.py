@@ -158,8 +158,18 @@ class Front:
         """The point nearest to the best values, see :func:`trajevo.front.selection.nearest_to_utopia`."""
         return self._solution(selection.nearest_to_utopia(self._points()))
 
-    def weighted(self, weights: Sequence[float] | Weights) -> Solution:
-        """The least weighted sum, see :func:`trajevo.front.selection.weighted`."""
+    def weighted(self, weights: Sequence[float] | Weights | None = None) -> Solution:
+        """The least weighted sum, see :func:`trajevo.front.selection.weighted`; with the paper's weights if None.
+
+        Raises:
+            InvalidInputError: weights that cannot be used, or none where the problem's paper has none.
+        """
+        weights = self.paper_weights if weights is None else weights
+        if weights is None:
+            names = ", ".join(self.objective_names)
+            raise InvalidInputError(
+                f"weights: expected one for each of {names}; the problem's paper has no weighted sum"
+            )
         return self._solution(selection.weighted(self._points(), weights))
 
     def pseudo_weights(self, weights: Sequence[float]) -> Solution:
