@@ -247,4 +247,4 @@ def test_the_command_line_takes_a_time_limit(tmp_path):
     assert RunFolder(tmp_path / "run").manifest().time_limit == 20.0
     refused_one = trajevo("solve", "pointing", *small, "--overwrite", "--time-limit", "-3")
     assert refused_one.returncode == 2
-    assert "time_limit: expected a positive time [s], got -3.0" in refused_one.stderr
+    assert "--time-limit: expected a positive time [s], got -3.0" in refused_one.stderr
