@@ -84,7 +84,7 @@ def with_the_objective():
     rollout = made.rollout(x)
     expected = np.abs(rollout.effort * rollout.v).sum(axis=2).max(axis=1)
     np.testing.assert_allclose(made.evaluate(x)[0][:, 1], expected, rtol=1e-12)
-    assert made.objective_units == ("s", "W")
+    assert [objective.unit for objective in made.objectives] == ["s", "W"]
     return made
 
 

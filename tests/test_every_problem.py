@@ -23,9 +23,9 @@ def x(problem) -> np.ndarray:
     return np.random.default_rng(0).uniform(problem.xl, problem.xu, (20, problem.n_var))
 
 
-def test_shapes_names_and_units_fit(problem, x):
+def test_shapes_and_names_fit(problem, x):
     F, G = problem.evaluate(x)
-    assert F.shape == (20, problem.n_obj) == (20, len(problem.objective_units))
+    assert F.shape == (20, problem.n_obj) == (20, len(problem.objective_names))
     assert G.shape == (20, problem.n_ieq_constr) == (20, len(problem.constraint_names))
     assert np.isfinite(F).all()
     assert np.isfinite(G).all()

@@ -99,7 +99,7 @@ def test_points_moved_at_the_tool_stay_in_their_boxes():
     decoder = front.problem.interpolant
     nominal = front.problem.robot.tool_poses(decoder.points.positions)
     for row in range(0, len(front), 7):
-        moved, turned = front.problem.robot.tool_poses(decoder.positions_of(front.X[row : row + 1])[0])
+        moved, turned = front.problem.robot.tool_poses(decoder.points_of(decoder(front.X[row : row + 1]))[0])
         assert (np.abs(moved - nominal[0]) <= [[1e-6, 0.05 + 1e-6, 0.05 + 1e-6]]).all()
         np.testing.assert_allclose(turned, nominal[1], atol=1e-5)
         np.testing.assert_allclose(moved[[0, 3]], nominal[0][[0, 3]], atol=1e-9)

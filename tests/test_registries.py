@@ -75,7 +75,7 @@ def test_every_objective_has_a_unit_and_works(name):
     payload = {"constraints": ("effort",), "payload": 1.0} if "payload variable" in objective.needs else {}
     problem = small(objectives=(name,), **payload)
     assert problem.objective_names == (name,)
-    assert "{" not in problem.objective_units[0]
+    assert "{" not in problem.objectives[0].unit
     F = problem.evaluate(middle(problem))[0] if payload else problem.evaluate(middle(problem))
     assert np.isfinite(F).all()
     assert F.shape == (3, 1)

@@ -13,7 +13,7 @@ from tests.helpers import refused
 from trajevo import ViaPoints, load_robot
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.clearance import clearance_along, clearance_limit, least_distances
+from trajevo.formulation.constraints.clearance import clearance_along, clearance_limit
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Box, Cylinder, Scene, Sphere
 from trajevo.trajectory.interpolants import QuinticSpline
@@ -93,9 +93,6 @@ def test_distances_of_some_pairs_are_those_of_all(xarm):
     state, pair = (index.ravel() for index in np.indices((20, len(collision.pairs))))
     some = collision.distances_of(q, state, pair).reshape(20, -1)
     np.testing.assert_allclose(some, collision.distances(q), atol=1e-9)
-    least = least_distances(xarm, SCENE, q)
-    itself = np.array([pair.itself for pair in collision.pairs])
-    np.testing.assert_array_equal(least[:, 1], collision.distances(q)[:, itself].min(axis=1))
 
 
 def test_convex_hulls_never_overestimate_the_distance_of_the_meshes(xarm):
@@ -267,7 +264,7 @@ def test_bad_input_is_refused(xarm, ball):
     refused(lambda: clearance_limit(load_robot("hybrid_manipulator"), SCENE), "drive joints directly, got CoupledScr")
     refused(lambda: clearance_limit(xarm, SCENE, tolerance=0.0), "tolerance: expected a positive number")
     refused(lambda: Collision(ball, Scene(self_clearance=0.1)), "robot 'ball': expected links that can touch")
-    refused(lambda: least_distances(xarm, SCENE, np.zeros((2, 6))), "q: expected shape")
+    refused(lambda: Collision(xarm, SCENE).distances(np.zeros((2, 6))), "q: expected shape")
     motion = rollout(xarm, states(xarm, 3, 0), 1, 0)
     refused(lambda: clearance_along(motion, SCENE, density=0), "density: expected a whole number")
     refused(lambda: clearance_along(SCENE, SCENE), "motion: expected a solution")

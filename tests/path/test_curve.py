@@ -10,6 +10,11 @@ from trajevo.problems.gemini_and_s import gemini, gemini_points, s_points, s_sha
 STEP = 1e-5
 
 
+def squared_error(path, points):
+    """Sum of squares of every axis at the path's own parameters."""
+    return ((path(path.parameters) - points) ** 2).sum(axis=0)
+
+
 @pytest.fixture(params=["gemini", "s", "cubic", "septic", "space"])
 def path(request):
     rng = np.random.default_rng(3)
@@ -59,7 +64,6 @@ def test_interpolation_passes_through_every_point(order, parameters):
     points = s_points()
     path = GeometricPath.through(points, order=order, parameters=parameters)
     np.testing.assert_allclose(path(path.parameters), points, atol=1e-12)
-    np.testing.assert_allclose(path.squared_error(points), 0.0, atol=1e-24)
 
 
 def test_parameters_spread_as_the_chords_do():
@@ -74,12 +78,12 @@ def test_parameters_spread_as_the_chords_do():
 def test_least_squares_cannot_be_improved():
     points = gemini_points()
     path = GeometricPath.near(points, control_points=14)
-    best = path.squared_error(points).sum()
+    best = squared_error(path, points).sum()
     rng = np.random.default_rng(0)
     for _ in range(20):
         moved = path.control_points.copy()
         moved[1:-1] += 1e-5 * rng.normal(size=moved[1:-1].shape)
-        assert GeometricPath(path.knots, moved, path.parameters).squared_error(points).sum() > best
+        assert squared_error(GeometricPath(path.knots, moved, path.parameters), points).sum() > best
 
 
 def test_as_many_control_points_as_points_interpolate():
@@ -110,7 +114,7 @@ def test_settings_make_an_equal_path(path):
 def test_gemini_is_the_papers_path():
     """Section VI.C: errors of 123.34 and 8.17 mm²; the reference's knots, control points and derivatives."""
     expected, path = PAING2021["gemini"], gemini()
-    error = 1e6 * path.squared_error(gemini_points())
+    error = 1e6 * squared_error(path, gemini_points())
     assert error.round(2).tolist() == [123.34, 8.17]
     np.testing.assert_allclose(error, expected["sse"], rtol=1e-9)
     np.testing.assert_allclose(path.knots, expected["knots"], atol=1e-14)
@@ -121,7 +125,7 @@ def test_gemini_is_the_papers_path():
 
 def test_knots_by_the_book_do_not_give_the_papers_errors():
     book = GeometricPath.near(gemini_points(), control_points=12, parameters="chord", knots="averaging")
-    np.testing.assert_allclose(1e6 * book.squared_error(gemini_points()), [137.07, 8.64], atol=0.01)
+    np.testing.assert_allclose(1e6 * squared_error(book, gemini_points()), [137.07, 8.64], atol=0.01)
 
 
 def test_the_s_is_the_references():
@@ -181,7 +185,6 @@ BAD = {
     "outside": (lambda: s_shape()(1.5), "u: expected numbers from 0 to 1, got 1.5"),
     "derivative": (lambda: s_shape()(0.5, 4), "derivative: expected 0 to 3, got 4"),
     "derivative of peak": (lambda: s_shape().peak(4), "derivative: expected 0 to 3, got 4"),
-    "other points": (lambda: s_shape().squared_error(P[:3]), r"points: expected shape \(9, 2\)"),
 }
 
 

@@ -245,7 +245,8 @@ def test_any_robot_goes_through_its_points(robot, tmp_path):
     )
     front = optimise(problem, seed=1, generations=20, population=20, progress=False, polish=False)
     assert len(front) > 3
-    assert problem.objective_units == ("s", "rad/s^3" if robot == "pointing_mechanism" else "m/s^3")
+    units = ["s", "rad/s^3" if robot == "pointing_mechanism" else "m/s^3"]
+    assert [objective.unit for objective in problem.objectives] == units
     again = load_problem("via-points", **json.loads(json.dumps(problem.settings)))
     np.testing.assert_array_equal(again.evaluate(front.X)[0], front.F)
 

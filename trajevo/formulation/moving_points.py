@@ -93,13 +93,6 @@ class MovingPoints(Interpolant):
         """When the points are passed, (B, n_variables) -> (B, K) [s]."""
         return self._inner.via_times(self._timing(x))
 
-    def positions_of(self, x: Array) -> Array:
-        """Where the points are, (B, n_variables) -> (B, K, n_joints) [rad or m]."""
-        deltas = self._decoded(x)[1]
-        positions = self.points.positions + np.zeros((len(deltas), 1, 1), dtype=deltas.dtype)
-        positions[:, [box.point for box in self.boxes]] += deltas
-        return positions
-
     @property
     def reach_constraint(self) -> Constraint:
         """At every point with a Cartesian box, how far the tool is outside it or turned, over 1e-6 m or rad, minus 1.

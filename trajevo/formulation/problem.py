@@ -160,11 +160,6 @@ class TrajectoryProblem(Problem):
         return tuple(objective.name for objective in self.objectives)
 
     @property
-    def objective_units(self) -> tuple[str, ...]:
-        """SI units of the columns of F."""
-        return tuple(objective.unit for objective in self.objectives)
-
-    @property
     def constraint_names(self) -> tuple[str, ...]:
         """Names of the columns of G."""
         return tuple(name for constraint in self.constraints for name in constraint.names)

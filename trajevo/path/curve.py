@@ -177,11 +177,6 @@ class GeometricPath:
         lower, upper = self.extremes(derivative)
         return frozen(np.maximum(-lower, upper))
 
-    def squared_error(self, points: Any) -> Array:
-        """Σ (s(u_i) - point_i)² at the path's own parameters, shape (n_axes,) [m² or rad²]."""
-        given = numbers(points, name="points", shape=(len(self._at), self.n_axes))
-        return frozen(((self(self._at) - given) ** 2).sum(axis=0))
-
     @property
     def settings(self) -> dict[str, Any]:
         """Keyword arguments that make an equal path, as plain data."""

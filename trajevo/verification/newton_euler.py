@@ -115,14 +115,6 @@ class NewtonEuler:
         total = self.robot.transmission.effort(q, self._torque(states, axes)) + self.robot.friction.effort(v, a)
         return np.asarray(total)
 
-    def tool_positions(self, q: Array) -> Array:
-        """Origin of the tool frame in the base frame at joint positions (N, n_joints), shape (N, 3) [m]."""
-        q = numbers(q, name="q", shape=("N", self.robot.dof))
-        still = np.zeros_like(q)
-        states, _ = self._states(*self.robot.transmission.motion(q, still, still))
-        at = states[self._tree.tool.mover]
-        return np.asarray(at.origin + _turned(at.rotation, self._tree.tool.offset))
-
     def _states(self, q: Array, v: Array, a: Array) -> tuple[dict[int, _State], list[Array]]:
         """Outwards: states of every joint's frame, -1 the base at rest, and axes of the joints, each (N, 3)."""
         nothing = np.zeros((len(q), 3))

@@ -166,13 +166,6 @@ def clearance_along(motion: Any, scene: Scene, *, density: int = 50) -> Clearanc
     return ClearanceProfile(samples.t, frozen(distances.reshape(*samples.t.shape, -1)), collision.pairs)
 
 
-def least_distances(robot: Robot, scene: Scene, q: Array) -> Array:
-    """Least distance to obstacles and to itself in states q of shape (N, n_joints), (N, 2) [m]; inf if not watched."""
-    collision = Collision(robot, scene)
-    itself, distances = np.array([pair.itself for pair in collision.pairs]), collision.distances(q)
-    return np.stack([distances[:, itself == kind].min(axis=1, initial=np.inf) for kind in (False, True)], axis=1)
-
-
 CLEARANCE = LimitKind(
     "clearance",
     "distances from the robot's links to obstacles and to each other, at every instant",
