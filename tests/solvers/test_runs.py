@@ -246,7 +246,9 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
 
 def test_what_the_docs_show_runs(tmp_path):
     docs = (Path(__file__).parents[2] / "docs" / "runs.md").read_text()
-    (script,) = re.findall(r"```python\n(.*?)```", docs, re.DOTALL)
+    script = "\n".join(re.findall(r"```python\n(.*?)```", docs, re.DOTALL))
     result = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
-    assert result.stdout.rstrip().endswith("(40,)")
+    assert result.stdout.splitlines()[0].endswith("(40,)")
+    assert "keeps every limit at every instant" in result.stdout
+    assert (tmp_path / "report.html").stat().st_size > 1e5
