@@ -177,7 +177,7 @@ def given_limits(given: Any, names: tuple[str, ...], locked: Collection[str]) ->
 
 
 def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path) -> None:
-    """Refuse empty ranges and limits of zero, which mean "not known" in many URDFs."""
+    """Refuse limits of zero, which mean "not known" in many URDFs, and empty ranges."""
     for key in QUANTITIES[1:]:
         for name, value in zip(names, columns[key].tolist(), strict=True):
             if not value > 0.0:

@@ -41,7 +41,7 @@ class Transmission(ABC):
 
     @abstractmethod
     def effort_reach(self, imaginary: Array, torque: Array) -> Array:
-        """Bounds of the magnitudes of actuator efforts, where ``torque`` bounds those of model torques; see :meth:`reach`."""
+        """Bounds of the magnitudes of actuator efforts, from bounds ``torque`` of model torques; see :meth:`reach`."""
 
 
 @final
