@@ -151,7 +151,7 @@ class GeometricPath:
         return frozen(np.unique(self.knots))
 
     def pieces(self, derivative: int) -> Array:
-        """Coefficients of a derivative by ascending powers of u - break, (order - derivative or 1, n_axes, n_pieces)."""
+        """Coefficients of a derivative in powers of u - break, rising, (order - derivative or 1, n_axes, n_pieces)."""
         return self._pieces[_checked(derivative)]
 
     def __call__(self, u: Any, derivative: int = 0) -> Array:

@@ -125,7 +125,7 @@ class TrajectoryBatch(ABC):
         return lower[:, None], upper[:, None]
 
     def segment_peaks(self, derivative: int) -> Array:
-        """Greatest absolute value in every part as in :meth:`segment_extremes`, (B, parts, n_joints) [SI/s^derivative]."""
+        """Greatest absolute value in every part, as in :meth:`segment_extremes`, shape (B, parts, n_joints)."""
         return self.peak(derivative)[:, None]
 
     @abstractmethod
