@@ -138,7 +138,7 @@ def test_a_tampered_motion_is_not_verified(around):
 def test_points_of_another_make_are_refused():
     robot = load_robot("ur5", tool="tool0", limits=LIMITS)
     for points, says in (
-        (None, "robot 'ur5' needs points to pass"),
+        (None, "robot 'ur5' needs via points"),
         ([[0.0, 1.0]], "expected at least 2 points|has 6 joints"),
         ([{"position": [9.0, 0.0, 0.0]}, {"position": [0.4, 0.0, 0.3]}], "point 0: expected a pose that 'ur5' reaches"),
         ([[0.0] * 6, {"position": [0.4, 0.0, 9.0]}, [0.0] * 6], "point 1: expected a pose.*misses it by"),

@@ -1,4 +1,4 @@
-"""What trajevo raises: every message is one sentence that names the culprit, what was expected and what came."""
+"""Errors of trajevo: every message is one sentence that names the culprit, what was expected and what was given."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ class InvalidInputError(TrajevoError):
 
 
 class UnknownNameError(TrajevoError):
-    """A name was given that is not registered; the message lists those that are and repeats the nearest."""
+    """A name is not registered; the message lists the registered names and suggests the nearest."""
 
     def __init__(self, kind: str, name: object, valid: Iterable[str]) -> None:
         super().__init__(f"unknown {kind} {str(name)!r}; {known_names(str(name), valid)}")
 
 
 def known_names(given: str, valid: Iterable[str]) -> str:
-    """The end of a sentence about an unknown name: all that are known, and the nearest where one is near."""
+    """End of a message about an unknown name: all known names, and the nearest one if it is similar."""
     names = sorted(valid)
     nearest = difflib.get_close_matches(given, names, n=1)
     meant = f"; did you mean {nearest[0]!r}?" if nearest and len(names) > 1 else ""
@@ -33,7 +33,7 @@ def checked_name(kind: str, name: object, valid: Iterable[str]) -> str:
     """The name, if it is one of the valid ones.
 
     Raises:
-        UnknownNameError: it is not, or is no text at all.
+        UnknownNameError: it is none of them, or is not a string.
     """
     names = list(valid)
     if not isinstance(name, str) or name not in names:
@@ -46,4 +46,4 @@ class UnreachableError(TrajevoError):
 
 
 class NoSolutionError(TrajevoError):
-    """A selection was asked of a front that holds no feasible solution."""
+    """A solution was to be selected from a front that holds no feasible one."""

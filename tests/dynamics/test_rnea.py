@@ -248,7 +248,7 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     monkeypatch.setattr(rnea, wrong, lambda *tree: honest(*tree).replace("rest * rest", "1.000001 * rest * rest"))
     motions, torque = stepped(states), np.empty((200, 6))
     states = motions.real
-    said = r"robot 'lopsided': .* written out differ from Pinocchio's by .* and are not used"
+    said = r"robot 'lopsided': the generated .* differ from Pinocchio's by .* and are not used"
     with pytest.warns(UserWarning, match=said) as told:
         compute, slope = inverse_dynamics(model, threads=1), stepped_dynamics(model)
     compute(*np.ascontiguousarray(states).reshape(3, -1, 6), torque)

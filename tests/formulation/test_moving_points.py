@@ -245,8 +245,8 @@ def test_bad_boxes_are_refused(boxes, says):
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: JointBox(-1, np.ones(6)), "expected the place of a point, a whole number from 0 on, got -1"),
-        (lambda: JointBox(1.0, np.ones(6)), "expected the place of a point"),
+        (lambda: JointBox(-1, np.ones(6)), "expected the index of a point, a whole number from 0 on, got -1"),
+        (lambda: JointBox(1.0, np.ones(6)), "expected the index of a point"),
         (lambda: JointBox(1, np.zeros(6)), "half_width at point 1: expected numbers from 0 on, one of them above 0"),
         (lambda: CartesianBox(1, [-0.1, 0.1, 0.1]), "half_width at point 1: expected numbers from 0 on"),
         (lambda: CartesianBox(1, [0.1, 0.1]), r"half_width at point 1: expected shape \(3\)"),

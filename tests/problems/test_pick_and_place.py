@@ -274,7 +274,7 @@ BAD = {
     ),
     "no points": (
         lambda: ViaPointProblem(robot="feed_drive"),
-        r"points: robot 'feed_drive' needs points to pass, shape \(n_points, 2\)",
+        r"points: robot 'feed_drive' needs via points, shape \(n_points, 2\)",
     ),
     "objective": (
         lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=["speed"]),

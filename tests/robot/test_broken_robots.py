@@ -85,9 +85,9 @@ def test_the_unbroken_robot_is_good(tmp_path):
         (
             '<link name="tip"/>',
             '<link name="tip"/><link name="tip"/>',
-            "link 'tip': expected a name of its own, got 2 links",
+            "link 'tip': expected a unique name, got 2 links",
         ),
-        ('name="elbow"', 'name="shoulder"', "joint 'shoulder': expected a name of its own, got 2 joints"),
+        ('name="elbow"', 'name="shoulder"', "joint 'shoulder': expected a unique name, got 2 joints"),
         ('<link name="tip"/>', '<link name="tip"/><link/>', "expected a name for every link, got 1 without one"),
         ('name="elbow"', "", "expected a name for every joint, got 1 without one"),
         (

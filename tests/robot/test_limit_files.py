@@ -74,7 +74,7 @@ def test_limits_given_go_before_those_of_a_robot_toml():
         (GIVEN | {"velocity": {"elbow": 1.0}}, "unknown joint in limits.velocity 'elbow'; known: elbow_joint"),
         (GIVEN | {"position": [1.0, -1.0]}, "joint 'shoulder_pan_joint': position: lower must be below upper"),
         (GIVEN | {"position": 1.0}, "limits.position.shoulder_pan_joint: expected 2 numbers, got 1.0"),
-        (7, "limits: expected a mapping from limits to values or a file of MoveIt, got 7"),
+        (7, "limits: expected a mapping from limits to values or a MoveIt file, got 7"),
         ("nowhere.yaml", "nowhere.yaml: cannot be read as YAML: No such file"),
     ],
 )

@@ -144,7 +144,7 @@ AXIS = '<axis xyz="0 0 1"/>'
         ('type="revolute"', 'type="planar"', "joint 'joint_1' is a .*; expected revolute or prismatic"),
         ("</robot>", "", "cannot be read as XML: no element found"),
         ('encoding="', 'encoding="none-', "cannot be read as XML: unknown encoding"),
-        ('<link name="frame">', '<link name="platform">', "link 'platform': expected a name of its own, got 2 links"),
+        ('<link name="frame">', '<link name="platform">', "link 'platform': expected a unique name, got 2 links"),
         (MASS, '<mass value="-2.0"/>', "link 'frame': mass: expected a number from 0 on .kg., got -2.0"),
         (MASS, '<mass value="nan"/>', "link 'frame': mass: expected a finite number as value, got 'nan'"),
         (MASS, '<mass value="inf"/>', "link 'frame': mass: expected a finite number as value, got 'inf'"),

@@ -1,1 +1,4 @@
-"""Words that every room uses: arrays, units, files, TOML, threads, signals, compiled loops, polynomials, intervals."""
+"""Tools that all other folders use.
+
+Arrays, units, files, TOML, entry points, threads, signals, compiled loops, polynomials, sampling and intervals.
+"""

@@ -1,4 +1,4 @@
-"""The array type of the project and its two habits: read-only results, shapes checked by name."""
+"""The array type of the project: read-only results, shapes checked by name, and matrix products of small arrays."""
 
 from __future__ import annotations
 
@@ -10,34 +10,35 @@ from threadpoolctl import threadpool_limits
 
 from trajevo.errors import InvalidInputError
 
-#: float64, save for complex steps that derivatives are made of.
+#: float64, or complex128 where derivatives are computed by complex steps.
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def read_only(values: Any) -> Array:
-    """A copy that cannot be written to: float64, or complex128 where complex numbers come in."""
+    """A read-only copy: complex128 if the values are complex, otherwise float64."""
     array: Array = np.array(values, dtype=np.complex128 if np.iscomplexobj(values) else np.float64)
     array.setflags(write=False)
     return array
 
 
 def frozen(array: Array) -> Array:
-    """The same float64 array, locked: for arrays that were made here and are handed out."""
+    """The same array, made read-only without a copy: for new arrays that are returned to a caller."""
     array.setflags(write=False)
     return array
 
 
 def keep_heap() -> None:
-    """Let the allocator keep what arrays of a population free, instead of giving it back to the system every time.
+    """Let the allocator keep the memory that a population's arrays free, instead of returning it to the system.
 
-    glibc hands blocks above a threshold back at once, and each evaluation then pays for a thousand page faults, a
-    quarter of its time. Freeing one block of 16 MB, never touched, raises the threshold; elsewhere it does nothing.
+    glibc returns freed blocks above a threshold to the system at once, so that each evaluation spends a quarter of its
+    time on a thousand page faults. Allocating and freeing one block of 16 MB, without touching it, raises the
+    threshold. With other allocators this does nothing.
     """
     np.empty(2**21)
 
 
 def one_blas_thread() -> AbstractContextManager[Any]:
-    """One thread for matrix products while it lasts: here they are small, and waking threads costs more than it saves.
+    """A context in which matrix products use one thread: they are small here, and waking threads costs more time.
 
     An SQP run along a path takes 0.33 s with two threads and 0.09 s with one.
     """
@@ -46,7 +47,7 @@ def one_blas_thread() -> AbstractContextManager[Any]:
 
 
 def scaled(values: Array, factor: Array) -> Array:
-    """Values times real factors; parts of complex ones apart, as numpy would make the factors complex first."""
+    """Values times real factors, real and imaginary parts separately: numpy would first make the factors complex."""
     if not np.iscomplexobj(values):
         return values * factor
     product = np.empty(np.broadcast_shapes(values.shape, factor.shape), dtype=values.dtype)
@@ -55,15 +56,15 @@ def scaled(values: Array, factor: Array) -> Array:
     return product
 
 
-#: Rows that BLAS is given at a time: whole tiles of its kernels, few enough for one thread.
+#: Number of rows passed to BLAS at a time: a multiple of the tiles of its kernels, and few enough for one thread.
 _BLOCK = 48
 
 
 def row_products(rows: Array, matrix: Array) -> Array:
-    """Every row times a matrix, its digits those of the row alone: of no other row, nor of their number or order.
+    """Every row times a matrix; to the last digit, the result of a row does not depend on the other rows.
 
-    BLAS sums a row up in another order where it stands in a rest of a tile, or where it is the only one; here all
-    products are of one shape.
+    BLAS adds the terms of a row in another order if the row lies in an incomplete tile or is the only row. Here all
+    products have the same shape, so that neither the number nor the order of the rows matters.
 
     Args:
         rows: shape (M, K).
@@ -85,7 +86,7 @@ def numbers(values: Any, *, name: str, shape: tuple[str | int, ...]) -> Array:
     Args:
         values: what the caller passed.
         name: name of the argument, for the message.
-        shape: per axis its name (any length) or its required length.
+        shape: for each axis its name (any length) or its required length.
 
     Raises:
         InvalidInputError: not numbers, another shape, or NaN or infinite entries.

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and locks on files."""
+"""Folders of data, files that are written completely or not at all, and locks on files."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pathlib import Path
 if sys.platform != "win32":
     import fcntl
 
-#: Where folders of data lie: in the package, or in a checkout beside it.
+#: Where folders of data are: inside the package, or beside it in a checkout.
 _PLACES = (Path(__file__).resolve().parents[1], Path(__file__).resolve().parents[2])
 
-#: How the name of a file ends while it is being written.
+#: End of the name of a file that is still being written.
 SCRATCH = ".part"
 
 
@@ -23,13 +23,13 @@ def data_folder(name: str) -> Path:
 
 
 def write_whole(file: Path, content: bytes | memoryview) -> None:
-    """Write a file so that, whatever kills the process, it holds the old content or the new one.
+    """Write a file so that it holds either the old or the new content, whatever kills the process.
 
-    A temporary file beside it is written and forced to the disk, then takes its name. What is no file, as
-    ``/dev/stdout``, is written straight into, for it must stay.
+    A temporary file beside it is written, forced to the disk and renamed. Anything but a regular file, such as
+    ``/dev/stdout``, must not be replaced and is written to directly.
 
     Raises:
-        OSError: it cannot be written; the old file is as it was.
+        OSError: the file cannot be written; the old file is unchanged.
     """
     if file.exists() and not file.is_file():
         file.write_bytes(content)
@@ -49,15 +49,15 @@ def write_whole(file: Path, content: bytes | memoryview) -> None:
 
 
 def locked(handle: int) -> bool:
-    """Whether this process could lock an open file; True where the system has no such locks.
+    """Lock an open file for this process: whether that succeeded; True where the system has no such locks.
 
     Args:
-        handle: descriptor of the file, open for writing; closing any other of the same file lets go of the lock.
+        handle: descriptor of the file, open for writing; closing any other descriptor of this file releases the lock.
     """
     if sys.platform == "win32":
         return True
     try:
-        # Of the process and not of the file: a child that outlives its parent does not hold the run.
+        # The process owns the lock, not the open file: a child that outlives its parent does not keep the run locked.
         fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except (BlockingIOError, PermissionError):
         return False
@@ -67,7 +67,7 @@ def locked(handle: int) -> bool:
 
 
 def _keep_name(folder: Path) -> None:
-    """Force a folder's list of names to the disk, where the system lets a folder be opened."""
+    """Force a folder's list of names to the disk, if the system allows folders to be opened."""
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

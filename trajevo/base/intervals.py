@@ -1,4 +1,4 @@
-"""Quantities that are known to intervals, and the greatest value of a quadratic over a box of them."""
+"""Quantities that are known only to lie in intervals, and the greatest value of a quadratic over a box."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError
 
-#: Stands for a coordinate that is free on a face of the box; 0 and 1 are its ends.
+#: Marks a coordinate that is free on a face of the box; 0 and 1 mark one at its lower or upper end.
 _FREE = 2
 
 
 def interval(given: Any, name: str, shape: tuple[int, ...] = (2,)) -> Array:
-    """The ends of intervals that a caller passed.
+    """The checked ends of intervals that a caller passed.
 
     Args:
         given: least and greatest values.
         name: name of the argument, for the message.
-        shape: what is expected, the ends along the first axis.
+        shape: the expected shape, with the ends along the first axis.
 
     Raises:
-        InvalidInputError: another shape, numbers that are not finite, or a least above the greatest.
+        InvalidInputError: another shape, numbers that are not finite, or a least value above the greatest.
     """
     ends = numbers(given, name=name, shape=shape)
     if (ends[0] > ends[1]).any():
@@ -35,7 +35,7 @@ def mass_interval(given: Any) -> tuple[float, float]:
     """Least and greatest mass [kg] that a caller passed as ``mass``.
 
     Raises:
-        InvalidInputError: no two numbers, a negative one, or a least above the greatest.
+        InvalidInputError: not two numbers, a negative number, or a least mass above the greatest.
     """
     low, high = interval(given, "mass").tolist()
     if low < 0.0:
@@ -44,11 +44,12 @@ def mass_interval(given: Any) -> tuple[float, float]:
 
 
 def greatest_quadratic(a: Array, b: Array, Q: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Greatest value of a + b·u + uᵀ Q u over a box, exact, and where; row by row, to the bit.
+    """Exact greatest value of a + b·u + uᵀ Q u over a box, and where it is attained.
 
-    A coordinate along which the slope keeps its sign all over the box is at an end. Where that holds for all, the
-    vertex is known at once. Else the greatest value is at a vertex or at a stationary point of a face, an edge or the
-    inside, and only along coordinates of negative curvature: all of those are looked at.
+    A coordinate whose slope keeps its sign all over the box is at one of its ends. If this holds for all coordinates,
+    the vertex is known at once. Otherwise the greatest value lies at a vertex, or at a stationary point of an edge, a
+    face or the inside whose free coordinates have negative curvature; all of these points are tried. The result of a
+    row does not depend on the other rows, to the last bit.
 
     Args:
         a: shape (R,).
@@ -58,8 +59,9 @@ def greatest_quadratic(a: Array, b: Array, Q: Array, low: Array, high: Array) ->
         high: greatest coordinates, shape (D,).
 
     Returns:
-        Values (R,) and places (R, D). Of complex forms the real parts decide where, and the value there is complex: its
-        imaginary part is the derivative of the greatest value, to which the shift of the place adds nothing.
+        Values (R,) and the points u (R, D). For complex forms the real parts determine the point, and the value there
+        is complex: its imaginary part is the derivative of the greatest value, since the shift of the point does not
+        change that value to first order.
     """
     real_b, real_Q = np.real(b), np.real(Q)
     middle, reach = 0.5 * (low + high), high - low
@@ -100,7 +102,7 @@ def _without_constant(b: Array, Q: Array, place: Array) -> Array:
 
 
 def _product(matrices: Array, vectors: Array) -> Array:
-    """Matrices (R, D, D) times vectors (R, D), summed up in one order however many rows there are."""
+    """Matrices (R, D, D) times vectors (R, D), always summed in the same order, whatever the number of rows."""
     total = np.zeros(vectors.shape, dtype=matrices.dtype)
     for j in range(vectors.shape[1]):
         total = total + matrices[:, :, j] * vectors[:, j, None]

@@ -1,4 +1,4 @@
-"""Source text compiled by numba, the optional extra ``fast``, and kept from one process to the next."""
+"""Source text and loops compiled by numba (the optional extra ``fast``) and cached between processes."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def can_compile() -> bool:
 
 
 def kernel(source: str) -> Kernel:
-    """The function ``kernel`` of a source text, from numba's cache where it has been compiled before."""
+    """The compiled function ``kernel`` of a source text, from numba's cache if it has been compiled before."""
     import numba
 
     name = f"trajevo_{hashlib.sha256(source.encode()).hexdigest()[:24]}"
     file = _kept(source, name)
-    # numba looks for the module again by its name when it reads what it has kept.
+    # numba looks up the module by its name when it reads from its cache.
     sys.modules[name] = module = ModuleType(name)
     module.__file__ = str(file or "<kernel>")
     exec(compile(source, module.__file__, "exec"), vars(module))
@@ -41,7 +41,7 @@ def kernel(source: str) -> Kernel:
 
 
 def interpreted(source: str) -> Kernel:
-    """The function ``kernel`` of a source text as it is."""
+    """The function ``kernel`` of a source text, not compiled."""
     names: dict[str, Any] = {}
     exec(compile(source, "<kernel>", "exec"), names)
     as_it_is: Kernel = names["kernel"]
@@ -49,13 +49,13 @@ def interpreted(source: str) -> Kernel:
 
 
 def fast(function: Function) -> Function:
-    """A loop that numba compiles when it is first called; ask :func:`can_compile` before calling it."""
+    """A loop that numba compiles at its first call; check :func:`can_compile` before calling it."""
     return cast(Function, _Loop(function))
 
 
 @final
 class _Loop:
-    """Stands for a loop until it is called: numba takes long to import."""
+    """A loop that is compiled only when it is called, because numba takes long to import."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.__doc__, self._function = function.__doc__, function
@@ -67,7 +67,7 @@ class _Loop:
     def _compiled(self) -> Callable[..., Any]:
         import numba
 
-        # numba looks up what a loop calls among its globals, and knows its own functions alone.
+        # numba looks up the functions that a loop calls in the loop's globals, and accepts only compiled ones.
         around = self._function.__globals__
         for name in self._function.__code__.co_names:
             if isinstance(around.get(name), _Loop):
@@ -79,7 +79,7 @@ class _Loop:
 
 
 def _kept(source: str, name: str) -> Path | None:
-    """A file that holds the source, beside which numba keeps what it compiled; None where none can be written."""
+    """A file that holds the source, beside which numba caches the compiled code; None if no file can be written."""
     base = os.environ.get("XDG_CACHE_HOME", "")
     try:
         folder = (Path(base) if base else Path.home() / ".cache") / "trajevo" / "kernels"

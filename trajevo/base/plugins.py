@@ -1,4 +1,4 @@
-"""What is chosen by name: trajevo's own, and what other installed packages add through their entry points."""
+"""Registries of objects chosen by name: trajevo's own, and those that installed packages add as entry points."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from trajevo.errors import InvalidInputError, checked_name
 
 T = TypeVar("T")
 
-#: The distribution whose entry points go before those of others of the same name.
+#: The distribution whose entry points take precedence over those of others with the same name.
 _OWN = "trajevo"
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Registry(Generic[T]):
-    """Things of one kind by name. A name of trajevo's own always means its own.
+    """Objects of one kind by name. A name that trajevo itself uses always means trajevo's object.
 
     Attributes:
-        kind: what one of them is called, ``"objective"``.
+        kind: what one object is called, such as ``"objective"``.
         group: entry-point group in which other packages register theirs.
-        own: trajevo's own.
-        expected: what must be registered, for the message: ``"a trajevo.Objective"``.
-        fits: whether something is that.
+        own: trajevo's own objects by name.
+        expected: what must be registered, for messages, such as ``"a trajevo.Objective"``.
+        fits: whether an object is of that kind.
     """
 
     kind: str
@@ -36,14 +36,14 @@ class Registry(Generic[T]):
     fits: Callable[[Any], bool]
 
     def names(self) -> list[str]:
-        """All names at hand, those of other packages last."""
+        """All available names, those of other packages last."""
         return [*self.own, *(name for name in registered(self.group) if name not in self.own)]
 
     def find(self, name: object) -> T:
-        """The thing of a name.
+        """The object with a name.
 
         Raises:
-            UnknownNameError: there is none.
+            UnknownNameError: no object has that name.
             InvalidInputError: another package registers something that cannot be used.
         """
         if isinstance(name, str) and name in self.own:
@@ -53,7 +53,7 @@ class Registry(Generic[T]):
         return self._loaded(points[asked])
 
     def all(self) -> dict[str, T]:
-        """All that can be used, by name; of what other packages register and cannot be used, a warning is given."""
+        """All usable objects by name, with a warning for each unusable object that another package registers."""
         found = dict(self.own)
         for name, point in registered(self.group).items():
             if name in self.own:
@@ -89,16 +89,16 @@ def registered(group: str) -> dict[str, EntryPoint]:
 
 
 def loaded(point: EntryPoint, kind: str, expected: str, fits: Callable[[Any], bool]) -> Any:
-    """What an entry point stands for.
+    """The object that an entry point refers to.
 
     Args:
         point: the entry point.
-        kind: what it registers, for the message.
-        expected: what that must be, for the message.
-        fits: whether something is that.
+        kind: what the object is called, for the message.
+        expected: what the object must be, for the message.
+        fits: whether an object is that.
 
     Raises:
-        InvalidInputError: it cannot be imported, or is something else.
+        InvalidInputError: the object cannot be imported, or is of another kind.
     """
     try:
         found = point.load()

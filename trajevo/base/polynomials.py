@@ -1,8 +1,9 @@
 """Many polynomials at once on the unit interval: values, and exact extremes of every derivative.
 
 Coefficients are in ascending powers along the **first** axis, so that Horner's rule runs over whole arrays. Complex
-coefficients are taken as real ones with a step in a parameter: places are those of the real parts, values are complex,
-so that imaginary parts are exact derivatives (an extreme's place moves, but not to first order its value).
+coefficients are real ones with a complex step in a parameter: the real parts alone determine where roots and extremes
+lie, and the values there are complex, so that imaginary parts are exact derivatives (the shift of an extreme does not
+change its value to first order).
 """
 
 from __future__ import annotations
@@ -13,14 +14,14 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 
-# A stationary point off by d changes the value there by d²: this step leaves values exact to rounding.
+# An error d of a stationary point changes the value there by about d²: with this step values are exact to rounding.
 _STEP_TOLERANCE = 1e-10
 # Newton needs 3 to 6 steps; bisection alone, the worst case, 34.
 _MAX_STEPS = 60
 
 
 def derivative(coefficients: Array, order: int = 1) -> Array:
-    """Coefficients of the ``order``-th derivative, shape (degree + 1 - order, ...); one zero row past the degree."""
+    """Coefficients of the ``order``-th derivative, shape (degree + 1 - order, ...); one zero row beyond the degree."""
     result = coefficients
     for _ in range(order):
         if len(result) == 1:
@@ -31,7 +32,7 @@ def derivative(coefficients: Array, order: int = 1) -> Array:
 
 
 def values(coefficients: Array, u: Array) -> Array:
-    """Horner's rule; ``u`` broadcasts against ``coefficients[0]``."""
+    """Values at u by Horner's rule; ``u`` broadcasts against ``coefficients[0]``."""
     if len(coefficients) == 1:
         constant: Array = coefficients[0] + np.zeros_like(u)
         return constant
@@ -53,10 +54,10 @@ def shifted(coefficients: Array, by: Array) -> Array:
 
 
 def root_of_rising(coefficients: Array) -> Array:
-    """Where polynomials that rise on [0, 1] from below 0 to above are 0; one that does not has its end there.
+    """Roots of polynomials that increase on [0, 1] from below to above 0; one end of [0, 1] if there is no sign change.
 
     Args:
-        coefficients: shape (degree + 1, M); the imaginary part of a root is its derivative, as everywhere here.
+        coefficients: shape (degree + 1, M); if they are complex, the imaginary part of a root is its derivative.
 
     Returns:
         Shape (M,).
@@ -76,12 +77,12 @@ def root_of_rising(coefficients: Array) -> Array:
 
 
 def extremes(coefficients: Array, orders: int) -> tuple[Array, Array]:
-    """Least and greatest value on [0, 1] of the first derivatives, at their stationary points.
+    """Least and greatest value on [0, 1] of polynomials and their first derivatives.
 
-    The stationary points of one derivative are the roots of the next. The chain starts at the derivative that is
-    constant and climbs: between two neighbouring stationary points a polynomial is monotone, so each root is
-    bracketed and found by Newton's method kept inside its bracket, until values are exact to rounding. One climb
-    serves all derivatives. Those of cubics have closed forms.
+    The stationary points of one derivative are the roots of the next. The computation starts at the constant
+    derivative and climbs to the polynomial itself: between two neighbouring stationary points a polynomial is monotone,
+    so each root is bracketed and found by Newton's method kept inside its bracket, until values are exact to rounding.
+    One climb serves all derivatives. Cubics have closed forms.
 
     Args:
         coefficients: shape (degree + 1, M), M polynomials.
@@ -106,7 +107,7 @@ def extremes(coefficients: Array, orders: int) -> tuple[Array, Array]:
 
 
 def _extremes_of_cubics(coefficients: Array, orders: int) -> tuple[Array, Array]:
-    """As :func:`extremes`; any point of [0, 1] may stand in for a stationary one that does not exist."""
+    """As :func:`extremes`; any point of [0, 1] may replace a stationary point that does not exist."""
     real = coefficients.real
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         half = -(real[2] + np.copysign(np.sqrt(np.maximum(real[2] * real[2] - 3.0 * real[3] * real[1], 0.0)), real[2]))
@@ -118,7 +119,7 @@ def _extremes_of_cubics(coefficients: Array, orders: int) -> tuple[Array, Array]
         np.minimum(current[0], end, out=lower[order])
         np.maximum(current[0], end, out=upper[order])
         for place in places:
-            # Of a number and what is none, fmax and fmin take the number.
+            # Given a number and NaN, fmax and fmin return the number.
             at_place = values(current, np.fmin(np.fmax(place, 0.0), 1.0))
             np.minimum(lower[order], at_place, out=lower[order])
             np.maximum(upper[order], at_place, out=upper[order])
@@ -126,9 +127,9 @@ def _extremes_of_cubics(coefficients: Array, orders: int) -> tuple[Array, Array]
 
 
 def _roots_between(coefficients: Array, nodes: Array, at_nodes: Array) -> Array:
-    """Nodes 0, root or right node of every interval, 1: sorted along axis 0, shape (intervals + 2, M).
+    """Nodes 0, the root of every interval, and 1, sorted along axis 0, shape (intervals + 2, M).
 
-    An interval without a sign change has no root inside; its right node stands in, which is a point of the curve too.
+    An interval without a sign change has no root inside; its right node, which is also a point of [0, 1], replaces it.
     """
     inner = nodes[1:].copy()
     interval, polynomial = np.nonzero(np.sign(at_nodes[:-1]) * np.sign(at_nodes[1:]) < 0.0)

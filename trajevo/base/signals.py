@@ -1,4 +1,4 @@
-"""Signals that ask a run to stop: the first lets it finish what it is at, the second aborts."""
+"""Signals that ask a run to stop: the first lets it finish its current step, the second aborts it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @final
 class Stopping:
-    """Takes SIGINT (the keyboard) and SIGTERM while it lasts; outside of Python's main thread it takes none.
+    """A context that turns SIGINT (Ctrl-C) and SIGTERM into a request to stop; true once a signal has come.
 
-    One around it, as of a study around a run, is asked as well.
+    Outside Python's main thread it catches no signals. Contexts can be nested, such as that of a run inside that of a
+    study: a signal caught by the inner one is a request to the outer one too.
 
     Attributes:
-        asked_by: name of the signal that asked to stop, empty while none did.
+        asked_by: name of the signal that asked to stop, empty if none has come.
     """
 
     def __init__(self) -> None:
@@ -29,7 +30,7 @@ class Stopping:
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
-            # A process that was told to ignore the keyboard, as in the background of a shell, goes on ignoring it.
+            # A process that was started to ignore SIGINT, such as a background job of a shell, goes on ignoring it.
             heard = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
             self._before = {number: signal.signal(number, self._asked) for number in heard}
         return self
@@ -40,7 +41,7 @@ class Stopping:
         self._give_back()
 
     def _asked(self, number: int, frame: FrameType | None) -> None:
-        """A second signal is handled as it was before this came, and so are those after it."""
+        """Note the first signal; from the second on, signals are handled as they were before this context."""
         if not self:
             self.asked_by = signal.Signals(number).name
             around = getattr(self._before.get(signal.Signals(number)), "__self__", None)

@@ -1,4 +1,4 @@
-"""Work on several threads of one process: how many may be used, and the same function for every part of it."""
+"""Threads of one process: how many may be used, and one function called for many parts in parallel."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 Result = TypeVar("Result")
 
-#: Not empty in a process that was forked.
+#: Not empty in a forked process.
 _forked: list[bool] = []
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=lambda: _forked.append(True))
@@ -19,20 +19,21 @@ _this_thread = threading.local()
 
 
 def usable_threads(wanted: int) -> int:
-    """Threads that may be used here: one within a thread of :func:`in_threads`, whose neighbours have the other cores.
+    """How many of the wanted threads may be used here: all of them, or only one in two cases.
 
-    One in a forked process too, where GNU's OpenMP hangs once its parent used several.
+    Only one inside a thread of :func:`in_threads`, since its other threads use the other cores. Only one in a forked
+    process, where GNU OpenMP hangs if the parent process has used several.
     """
     return 1 if _forked or getattr(_this_thread, "is_one_of_many", False) else wanted
 
 
 def in_threads(function: Callable[..., Result], parts: Iterable[tuple[Any, ...]], threads: int) -> list[Result]:
-    """Results of a function for the arguments of every part, in their order.
+    """Results of a function for every part, in the order of the parts.
 
     Args:
-        function: what lets go of the interpreter while it works, as numpy and compiled loops do.
-        parts: arguments.
-        threads: how many to use at most.
+        function: should release Python's interpreter lock while it works, as numpy and compiled loops do.
+        parts: the arguments of each call.
+        threads: greatest number of threads to use.
     """
     listed = list(parts)
     workers = min(usable_threads(threads), len(listed))

@@ -1,4 +1,4 @@
-"""TOML files: their content, the lines of their keys, which the parser does not tell, and the models they must fit."""
+"""TOML files: their content, the line numbers of their keys (which the parser does not give), and their validation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Model = TypeVar("Model", bound=pydantic.BaseModel)
 
 
 def key_lines(text: str) -> dict[Place, int]:
-    """Line of every key that begins one, and of every table, by its path; entries of arrays of tables are numbered."""
+    """Line number of every table, and of every key that begins a line, by path; tables in arrays are numbered."""
     lines: dict[Place, int] = {}
     table: Place = ()
     counts: dict[Place, int] = {}
@@ -45,7 +45,7 @@ def key_lines(text: str) -> dict[Place, int]:
 
 
 def line_of(lines: dict[Place, int], place: Place) -> int | None:
-    """Line of a key, or of the nearest key around it."""
+    """Line number of a key, or of the innermost table or key around it."""
     for end in range(len(place), 0, -1):
         if place[:end] in lines:
             return lines[place[:end]]
@@ -57,20 +57,20 @@ def _parts(dotted: str) -> Place:
 
 
 def _opened(text: str) -> int:
-    """Brackets that a line opens and does not close, outside of strings and comments."""
+    """Number of brackets that a line opens and does not close, outside strings and comments."""
     bare = re.sub(r""""(?:[^"\\]|\\.)*"|'[^']*'""", "", text).partition("#")[0]
     return sum(bare.count(opening) - bare.count(closing) for opening, closing in ("[]", "{}"))
 
 
-#: Types of errors that say no more than that a value is of another kind, as every other member of a union says too.
+#: Types of errors that say only that a value has the wrong type: all members of a union that do not match say so.
 _OTHER_KIND = ("float_type", "list_type", "dict_type", "string_type", "model_type", "tuple_type")
 
 
 def read_toml(file: Path) -> tuple[dict[str, Any], Places]:
-    """Content of a TOML file, and the lines of its keys.
+    """Content of a TOML file, and the line numbers of its keys.
 
     Raises:
-        InvalidInputError: it cannot be read.
+        InvalidInputError: the file cannot be read.
     """
     try:
         text = file.read_text(encoding="utf-8")
@@ -81,10 +81,10 @@ def read_toml(file: Path) -> tuple[dict[str, Any], Places]:
 
 
 def validated(model: type[Model], content: dict[str, Any], places: Places) -> Model:
-    """The content of a file as the keys that a model declares.
+    """The content of a file, checked against a model.
 
     Raises:
-        InvalidInputError: a key is missing, unknown or of another kind; the message names it.
+        InvalidInputError: a key is missing, unknown or of the wrong type; the message names it.
     """
     try:
         return model.model_validate(content)
@@ -94,31 +94,31 @@ def validated(model: type[Model], content: dict[str, Any], places: Places) -> Mo
 
 @dataclass(frozen=True)
 class Places:
-    """Lines of the keys of a file, for messages.
+    """Line numbers of the keys of a file, for messages.
 
     Attributes:
         file: the file.
-        lines: path of a key -> its line.
+        lines: path of a key -> its line number.
     """
 
     file: Path
     lines: dict[Place, int]
 
     def prefix(self, place: Place) -> str:
-        """File, line and key, as messages begin."""
+        """Beginning of a message: file, line and key."""
         line = line_of(self.lines, place)
         at = f"{self.file}: line {line}: " if line else f"{self.file}: "
         return at + ".".join(map(str, place)) + (": " if place else "")
 
     def told(self, error: Any, model: type[pydantic.BaseModel], beside: Iterable[str] = ()) -> str:
-        """An error of pydantic as one sentence; of an unknown key it names those that the model knows there.
+        """An error of pydantic as one sentence; for an unknown key it lists the keys that are allowed there.
 
         Args:
-            error: what pydantic found.
-            model: what the file must fit.
-            beside: keys at the top of the file that the model does not know.
+            error: one error that pydantic found.
+            model: the model that the file must match.
+            beside: keys that are allowed at the top of the file besides those of the model.
         """
-        # Unions put the names of their members into the place; keys of the file are left.
+        # pydantic adds the names of a union's members to the place; only keys of the file are kept.
         place = tuple(p for p in error["loc"] if isinstance(p, int) or (p.isidentifier() and not p.startswith("_")))
         place = tuple(p for p in place if p not in ("float", "str", "list", "dict", "MovingSettings"))
         if error["type"] == "extra_forbidden":
@@ -129,14 +129,14 @@ class Places:
 
     @contextmanager
     def at(self, *place: str) -> Iterator[None]:
-        """Errors of what is made of a key name its line."""
+        """A context whose errors, raised while the value of a key is used, begin with the file, line and key."""
         try:
             yield
         except TrajevoError as error:
             raise InvalidInputError(self.prefix(place) + str(error).removeprefix(f"{place[-1]}: ")) from error
 
     def guess(self, error: TrajevoError) -> str:
-        """An error of the problem, which begins with the argument's name: the key's, here or in a table."""
+        """Message of an error that begins with an argument's name, with the line of that name's key if there is one."""
         said = str(error).split(":")[0].split(".")[0]
         name = {"boxes": "moving"}.get(said, said)
         place = next((place for place in self.lines if place[-1] == name), ())
@@ -144,12 +144,12 @@ class Places:
 
 
 def _deepest(error: pydantic.ValidationError) -> Any:
-    """The most telling of the errors: in a union that of the member that got furthest."""
+    """The most informative error: for a union, that of the member that matched furthest."""
     return max(error.errors(), key=lambda found: (found["type"] not in _OTHER_KIND, len(found["loc"])))
 
 
 def _keys_at(model: type[pydantic.BaseModel], place: Place) -> list[str]:
-    """The keys that a model knows where an unknown one stands."""
+    """The keys that a model allows at the place of an unknown one."""
     models = [model]
     for part in place[:-1]:
         inside = [field for found in models for name, field in found.model_fields.items() if name == part]

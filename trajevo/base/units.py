@@ -1,4 +1,4 @@
-"""Units at the border: SI everywhere inside, converted where people read and write."""
+"""Units: SI throughout the library, converted only where users read or write values."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def to_si(unit: str) -> float:
 
 
 def quantity(text: str, unit: str, *, name: str) -> float:
-    """A number with its unit, ``"150 mm/s"``, in SI.
+    """SI value of a number with its unit, such as ``"150 mm/s"``.
 
     Args:
         text: what was written.
@@ -50,7 +50,7 @@ def quantity(text: str, unit: str, *, name: str) -> float:
         name: name of the argument, for the message.
 
     Raises:
-        InvalidInputError: no number, no unit, or one of another kind.
+        InvalidInputError: no number, no unit, or a unit that does not convert to ``unit``.
     """
     value, _, written = text.strip().partition(" ")
     try:
@@ -63,18 +63,18 @@ def quantity(text: str, unit: str, *, name: str) -> float:
 
 
 def display(unit: str, *, angle: str, length: str = "m") -> tuple[str, float]:
-    """Unit that people read and the factor from SI to it.
+    """Unit that is shown to users, and the factor from SI to it.
 
     Args:
         unit: an SI unit.
         angle: ``"rad"`` or ``"deg"``; units without an angle stay as they are.
-        length: ``"m"`` or ``"mm"``; the same for lengths.
+        length: ``"m"`` or ``"mm"``; units without a length stay as they are.
 
     Returns:
         The unit to print and the factor to multiply SI values by.
 
     Raises:
-        UnknownNameError: a unit is neither.
+        UnknownNameError: another unit of angles or lengths.
     """
     if angle not in ANGLE_UNITS:
         raise UnknownNameError("angle unit", angle, ANGLE_UNITS)
@@ -94,7 +94,7 @@ def per_time(unit: str, power: int) -> str:
 
 
 def pretty(unit: str) -> str:
-    """Unit as it is printed for people: ``"deg/s^2"`` -> ``"deg/s²"``."""
+    """Unit as it is printed for users: ``"deg/s^2"`` -> ``"deg/s²"``."""
     return re.sub(r"\^(\d)", lambda power: "⁰¹²³⁴⁵⁶⁷⁸⁹"[int(power[1])], unit).replace("*", "·")
 
 
@@ -102,7 +102,7 @@ def split_header(header: str, *, where: str) -> tuple[str, str]:
     """Split a column header ``"azimuth [deg]"`` into name and unit.
 
     Raises:
-        InvalidInputError: there is no unit in brackets, or it is not a known one.
+        InvalidInputError: there is no unit in brackets, or the unit is unknown.
     """
     name, bracket, rest = header.strip().partition("[")
     unit = rest.rstrip().removesuffix("]").strip()

@@ -1,11 +1,11 @@
-"""How great efforts and tool speeds can be at complex instants: what proofs between samples rest on.
+"""Bounds of efforts and tool speeds at complex instants, on which proofs between samples are based.
 
 Along a polynomial motion the effort is an analytic function of time, so that its magnitude on an ellipse of complex
-instants about an interval tells how far the polynomial through a few real samples can be off there. The magnitude
-itself may be coarse, since it is divided by a power of the ellipse's size: here it is the recursion of Newton and Euler
-with every vector replaced by a bound of its norm. Three facts carry it to complex numbers: a rotation about a real axis
-by a complex angle has the norm exp(|imaginary part|), a cross product is no longer than the product of the lengths, and
-products of complex rotations keep the sum of squares.
+instants about an interval bounds the error of the polynomial through a few real samples. A coarse bound of the
+magnitude is enough, since it is divided by a power of the ellipse's size: here it is the Newton-Euler recursion with
+every vector replaced by a bound of its norm. Three facts extend the recursion to complex numbers: a rotation about a
+real axis by a complex angle has the norm exp(|imaginary part|), the norm of a cross product is at most the product of
+the norms, and products of complex rotations keep the sum of squares.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from trajevo.robot.payload import carrying, kilogram, probe
 
 
 class Bounds(NamedTuple):
-    """Bounds of a motion in some coordinates at complex instants, each (..., n).
+    """Bounds of a motion at complex instants, in actuator or model coordinates, each (..., n).
 
-    Of the imaginary parts and the magnitudes of its positions, and of the magnitudes of velocities and accelerations.
+    They bound the imaginary parts and magnitudes of positions, and the magnitudes of velocities and accelerations.
     """
 
     imaginary: Array
@@ -37,7 +37,7 @@ class Bounds(NamedTuple):
 
 
 class _Outward(NamedTuple):
-    """Per joint of a model, the base first: bounds of its rotation, arm, spin, its rate, speed and acceleration."""
+    """Bounds for each joint, the base first: rotation, lever arm, angular velocity, its rate, speed, acceleration."""
 
     turned: list[Array]
     arm: list[Array]
@@ -54,7 +54,7 @@ class EffortReach:
 
     Attributes:
         dynamics: the robot and what it carries.
-        any_mass: whether the payload's mass is told with the motion.
+        any_mass: whether the payload's mass is given with each motion.
     """
 
     dynamics: Dynamics
@@ -72,14 +72,14 @@ class EffortReach:
         object.__setattr__(self, "_models", models)
 
     def effort(self, motion: Bounds, masses: Array | None = None) -> Array:
-        """Magnitudes that the actuators' efforts do not exceed, dry friction left out.
+        """Bounds of the magnitudes of actuator efforts, without dry friction.
 
         Args:
             motion: bounds in actuator coordinates, shapes (..., n_joints).
-            masses: of the payload [kg], where :attr:`any_mass`, shape (..., 1).
+            masses: masses of the payload if :attr:`any_mass`, shape (..., 1) [kg].
 
         Returns:
-            Shape (..., n_joints) [N·m or N]; NaN or inf where nothing can be said.
+            Shape (..., n_joints) [N·m or N]; NaN or inf where there is no bound.
         """
         robot = self.dynamics.robot
         model = Bounds(*robot.transmission.reach(*motion))
@@ -96,7 +96,7 @@ class EffortReach:
         return float(np.linalg.norm(self.dynamics.robot.model.gravity.linear))
 
     def _per_kilogram(self, model: Bounds) -> Array:
-        """What each kilogram of a payload that is no part of the robot's model adds, coordinates of the model."""
+        """Bounds of what each kilogram of a payload adds if it is not part of the model, in model coordinates."""
         if "kilogram" in self._models:
             rigid = self.dynamics.payload.model == "rigid"
             return _torque(self._models["kilogram"], model if rigid else model.at_rest(), self._gravity)
@@ -106,7 +106,7 @@ class EffortReach:
         return per_axis
 
     def squared_tool_speed(self, motion: Bounds) -> Array:
-        """Magnitudes that the square of the tool's speed does not exceed, shapes (..., n_joints) -> (...) [m²/s²]."""
+        """Bounds of the magnitude of the tool's squared speed, shapes (..., n_joints) -> (...) [m²/s²]."""
         model = self.dynamics.robot.model
         found = _outward(model, Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
         frame = model.frames[model.getFrameId(self.dynamics.robot.tool)]
@@ -116,7 +116,7 @@ class EffortReach:
 
 
 def _outward(model: Any, motion: Bounds, gravity: float) -> _Outward:
-    """From the base to the tips; the loop runs over joints, each carried by the one before."""
+    """Recursion from the base to the tips; the loop runs over joints, each carried by its parent."""
     nothing = np.zeros(motion.v.shape[:-1])
     found = _Outward([nothing + 1.0], [nothing], [nothing], [nothing], [nothing], [nothing + gravity])
     for joint in range(1, model.njoints):
@@ -138,7 +138,7 @@ def _outward(model: Any, motion: Bounds, gravity: float) -> _Outward:
 
 
 def _torque(model: Any, motion: Bounds, gravity: float) -> Array:
-    """From the tips to the base: what every joint bears of the forces and moments beyond it."""
+    """Recursion from the tips to the base: bounds of the torque of every joint from forces and moments beyond it."""
     found = _outward(model, motion, gravity)
     force: list[Array] = []
     moment: list[Array] = []

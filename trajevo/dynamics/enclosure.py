@@ -1,7 +1,8 @@
-"""Effort, mechanical power and tool speed at every instant of a motion, enclosed from a few samples of each piece.
+"""Bounds of effort, mechanical power and tool speed at every instant of a motion.
 
-Pieces whose enclosure, see :mod:`trajevo.dynamics.piece_bounds`, reaches beyond what a sample exhibits are halved until
-the bounds are as near as asked for, or, where nothing but a limit counts, until it is known whether it is kept.
+Each piece of a motion is enclosed from a few samples (:mod:`trajevo.dynamics.piece_bounds`). Pieces whose bound exceeds
+the greatest sample are halved until it does so by no more than a tolerance or, where only a limit matters, until it is
+known whether the limit is kept.
 """
 
 from __future__ import annotations
@@ -17,33 +18,33 @@ from trajevo.dynamics.piece_bounds import LEAST_WIDTH, Over, PieceBounds, Pieces
 from trajevo.dynamics.rollout import Rollout
 from trajevo.trajectory.bernstein import gauss
 
-#: Nodes of a piece.
+#: Number of nodes of a piece.
 _NODES = 14
-#: Pieces of a motion, on average, beyond which none is halved any more.
+#: Average number of pieces of a motion beyond which no piece is halved any more.
 _MOST_PIECES = 2000
-#: Pieces of one motion that are halved at a time, beyond which it is left undecided.
+#: Number of pieces of one motion to be halved at a time beyond which the motion is left undecided.
 _MOST_UNDECIDED = 256
-#: Slacks for rounding by which a bound must exceed a sample to be worth another look, and what they may make of the
-#: tolerance: where the magnitude bound is useless yet, so is what it says of rounding.
+#: Pieces are halved only if their bound exceeds a sample by more than this many slacks for rounding. These count up to
+#: this share of the tolerance: while the bound of the magnitude is still useless, the slack from it is too.
 _SLACKS, _SLACK_SHARE = 4.0, 0.01
-#: Share of the greatest value of any joint below which values that nothing limits are not told apart.
+#: Share of the greatest value of all joints below which values without a limit are not resolved.
 _NEGLIGIBLE = 1e-3
-#: How near the least excess of an enclosure over the limit is brought to zero, where samples keep the limit.
+#: Excess of a bound over a limit that samples keep, as a share of the limit, below which no piece is halved.
 _FINEST = 1e-9
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Enclosure:
-    """Magnitudes over whole motions, columns: efforts of the joints, their mechanical powers, the tool's speed.
+    """Magnitudes over whole motions, in columns: efforts of the joints, their mechanical powers, the tool's speed.
 
     Attributes:
-        bound: what is not exceeded at any instant, shape (B, 2 n_joints + 1) [N·m or N, W, m/s].
+        bound: upper bound at all instants, shape (B, 2 n_joints + 1) [N·m or N, W, m/s].
         exhibited: the greatest value of any sample, the same shape.
-        instants: when [s].
-        pieces: into how many pieces each motion was cut, shape (B,).
-        scale: what the tolerance is a share of, shape (B, 2 n_joints + 1): the limit, where there is none the greatest
-            exhibited value, or a thousandth of that of all joints if this is more.
+        instants: instants of these samples, the same shape [s].
+        pieces: number of pieces that each motion was cut into, shape (B,).
+        scale: what the tolerance is a share of, shape (B, 2 n_joints + 1): the limit or, without one, the greatest
+            exhibited value, but no less than a thousandth of the greatest of all joints.
     """
 
     bound: Array
@@ -54,13 +55,13 @@ class Enclosure:
 
 
 def enclose(rollout: Rollout, limits: Array, *, tolerance: float) -> Enclosure:
-    """Bound what happens at every instant by adaptive subdivision.
+    """Bound efforts, powers and tool speed at every instant by adaptive subdivision.
 
     Args:
         rollout: one robot on B motions.
-        limits: what the columns are held to, inf where nothing is, shape (2 n_joints + 1,).
-        tolerance: share of the limit, or of the greatest value where there is none, that a bound may lie above what a
-            sample exhibits. Where the samples keep a limit that the bound exceeds by less, pieces are halved on.
+        limits: limits of the columns, inf for none, shape (2 n_joints + 1,).
+        tolerance: how far a bound may lie above the samples, as a share of :attr:`Enclosure.scale`. Where the samples
+            keep a limit that the bound still exceeds, pieces are halved further.
 
     Returns:
         Bounds and exhibited values.
@@ -98,17 +99,17 @@ def _scale(best: Array, limits: Array) -> Array:
 
 
 def decide(over: Callable[[Pieces], Over], pieces: Pieces, limits: Array, *, motions: int) -> Array:
-    """Whether motions keep limits at every instant, cut only as far as it takes to tell.
+    """Decide whether motions keep limits at every instant, with pieces cut only as far as that needs.
 
     Args:
-        over: of :class:`~trajevo.dynamics.piece_bounds.PieceBounds`, with Q columns.
+        over: a method of :class:`~trajevo.dynamics.piece_bounds.PieceBounds` with Q columns.
         pieces: the motions' segments.
-        limits: what the columns are held to, inf where nothing is, shape (Q,).
-        motions: how many, B.
+        limits: limits of the columns, inf for none, shape (Q,).
+        motions: number of motions, B.
 
     Returns:
-        Shape (B, Q): where a motion keeps every limit, what its columns are proven not to exceed. Where it breaks one,
-        the greatest values found so far. Where neither could be shown, bounds, at least one above its limit.
+        Shape (B, Q). For a motion that keeps every limit, proven bounds of its columns. For one that breaks a limit,
+        the greatest values found so far. If neither could be shown, bounds, at least one of them above its limit.
     """
     bound, best, broken = np.zeros((motions, len(limits))), np.zeros((motions, len(limits))), np.zeros(motions, bool)
     shortest = LEAST_WIDTH * np.bincount(pieces.owner, pieces.width, motions)

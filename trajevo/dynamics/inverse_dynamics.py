@@ -1,4 +1,4 @@
-"""Inverse dynamics of whole populations by Pinocchio, and what objectives and constraints look at."""
+"""Inverse dynamics of a robot with a payload and friction, for whole populations at once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trajevo.robot.robot import Friction, Robot
 
 NO_PAYLOAD = Payload(0.0)
 
-#: Share of its greatest speed, and of that at which its position would come about, below which a joint stands.
+#: A joint is at rest below this share of its greatest speed plus its greatest position over the duration.
 _ROUNDING = 1e-9
 
 
@@ -26,11 +26,10 @@ class Dynamics:
     """Effort of a robot that carries a payload, for any number of motions in one call.
 
     Attributes:
-        robot: the robot; it is not touched.
-        payload: what it carries; a mass of 0 changes nothing.
+        robot: the robot; it is not changed.
+        payload: what it carries; with a mass of 0, nothing.
         samples: instants per segment at which effort is computed, both ends included (Gauss-Lobatto nodes).
-        threads: for efforts and for large populations; the results are the same for any number. A forked process uses
-            one.
+        threads: number of threads for large populations; results do not depend on it. A forked process uses one.
 
     Raises:
         InvalidInputError: fewer than 2 samples or fewer than 1 thread.
@@ -90,14 +89,14 @@ class Dynamics:
     def effort_per_parameter(self, q: Array, v: Array, a: Array) -> Array:
         """Effort that each of a payload's ten parameters adds, per unit, shapes (T, n_joints) -> (T, n_joints, 10).
 
-        The order is that of :data:`trajevo.robot.payload.PARAMETERS`; neither the payload's mass nor its shape plays a
-        part.
+        The order is that of :data:`trajevo.robot.payload.PARAMETERS`; the payload's mass, centre of mass and inertia do
+        not matter.
 
         Raises:
-            InvalidInputError: the payload's model is one that knows no centre of mass.
+            InvalidInputError: the payload's model is ``"tool_axis"``, which has no centre of mass.
         """
         if self.payload.model == "tool_axis":
-            raise InvalidInputError("payload.model: 'tool_axis' acts at the tool's origin, it has no centre of mass")
+            raise InvalidInputError("payload.model: 'tool_axis' acts at the tool's origin and has no centre of mass")
         if self.payload.model == "weight_only":
             v, a = np.zeros_like(v), np.zeros_like(a)
         transmission = self.robot.transmission
@@ -113,7 +112,7 @@ class Dynamics:
         return effort
 
     def _rnea(self, name: str, q: Array, v: Array, a: Array) -> Array:
-        """Pinocchio's torque for arrays of shape (..., n) in model coordinates."""
+        """Torque of a model for arrays of shape (..., n) in model coordinates."""
         if any(map(np.iscomplexobj, (q, v, a))):
             stepped = self._computed(f"{name}, stepped", lambda: stepped_dynamics(*self._masses(name)))
             rows = [x.reshape(len(x), -1, x.shape[-1]) for x in np.broadcast_arrays(q, v, a)]
@@ -126,7 +125,7 @@ class Dynamics:
         return torque.reshape(q.shape)
 
     def _masses(self, name: str) -> tuple[Any, Load | None]:
-        """A model, and what it holds of which nothing but its weight acts."""
+        """A model, and the load that acts on it by its weight alone, if there is one."""
         if name != "loaded":
             return self._model(name), None
         return self._model("unloaded"), Load(self._model("kilogram"), self.payload.mass)

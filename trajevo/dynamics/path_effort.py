@@ -1,11 +1,12 @@
-"""Effort along a path that is run through in another time: a quadratic in the speed, and the speeds that limits leave.
+"""Effort of a motion that is sped up or slowed down: a quadratic in the speed, and the speeds that limits allow.
 
-With u = 1/s the speed and s the factor of time, q(t/s) takes of every joint the effort
+If time is stretched by the factor s, with the speed u = 1/s, the motion q(t/s) requires of every joint the effort
 
     τ(u) = g(q) ± dry friction + (viscous friction) u + (M q'' + C q' q' + armature q'') u²,
 
-dashes by the time of the motion as it is. The velocity-dependent term of a transmission is quadratic in u as well, so
-it is part of the last. Both sides of -limit <= τ(u) <= limit are quadratic inequalities, whose solutions are intervals.
+where primes are derivatives with respect to the time of the original motion. The velocity-dependent term of a
+transmission is quadratic in u as well, so it is part of the last term. Both sides of -limit <= τ(u) <= limit are
+quadratic inequalities, whose solutions are intervals.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ class Effort:
     """Effort constant + linear u + quadratic u² at the speed u, arrays of shape (..., T, n_joints) [N·m or N].
 
     Attributes:
-        constant: what the robot holds at rest and what its dry friction takes.
+        constant: effort at rest and dry friction.
         linear: viscous friction.
-        quadratic: everything that inertia asks for.
+        quadratic: inertial effort.
     """
 
     constant: Array
@@ -35,7 +36,7 @@ class Effort:
     quadratic: Array
 
     def at(self, speed: float) -> Array:
-        """Effort at a speed over that of the motion as it is, shape (T, n_joints)."""
+        """Effort at a speed, relative to that of the original motion, shape (..., T, n_joints) [N·m or N]."""
         effort: Array = self.constant + speed * (self.linear + speed * self.quadratic)
         return effort
 
@@ -59,12 +60,12 @@ class EffortOfPath:
     """Effort at instants of a motion by powers of its speed, without payload and per kilogram, (..., T, n_joints).
 
     Attributes:
-        held: at rest, without payload [N·m or N].
-        held_per_kilogram: what each kilogram adds to it [N·m/kg or N/kg].
-        dry: dry friction in the direction of motion.
-        viscous: viscous friction at the speed of the motion as it is.
-        inertial: what inertia asks for at that speed, without payload.
-        inertial_per_kilogram: what each kilogram adds to it [N·m/kg or N/kg].
+        held: effort at rest, without payload [N·m or N].
+        held_per_kilogram: what each kilogram adds to ``held`` [N·m/kg or N/kg].
+        dry: dry friction in the direction of motion [N·m or N].
+        viscous: viscous friction at the speed of the original motion [N·m or N].
+        inertial: inertial effort at that speed, without payload [N·m or N].
+        inertial_per_kilogram: what each kilogram adds to ``inertial`` [N·m/kg or N/kg].
     """
 
     held: Array
@@ -76,9 +77,9 @@ class EffortOfPath:
 
     @classmethod
     def of(cls, rollout: Rollout, q: Array, v: Array, a: Array) -> EffortOfPath:
-        """The terms in given states of a rollout's motions, shapes (..., T, n_joints); its payload gives the shape.
+        """The terms in given states of a rollout's motions, shapes (..., T, n_joints); per kilogram of its payload.
 
-        Velocities that are nothing but rounding should be 0, see
+        Velocities that are mere rounding should be 0, see
         :meth:`~trajevo.dynamics.rollout.Rollout.without_rounding`.
         """
         dynamics, still = rollout.dynamics, np.zeros_like(v)
@@ -97,7 +98,7 @@ class EffortOfPath:
         )
 
     def joined(self, other: EffortOfPath, places: Array) -> EffortOfPath:
-        """This and another motion's instants in a given order, shape (T + T of the other,)."""
+        """Instants of this and of another motion, in the order of the indices ``places``, (T + T of the other,)."""
         return EffortOfPath(
             *(
                 np.concatenate([getattr(self, field.name), getattr(other, field.name)])[places]
@@ -106,7 +107,7 @@ class EffortOfPath:
         )
 
     def carrying(self, mass: float | Array) -> Effort:
-        """Effort with a payload [kg]; of several motions one for each, shape (B, 1, 1)."""
+        """Effort with a payload [kg]; for several motions, one mass for each, shape (B, 1, 1)."""
         return Effort(
             self.held + mass * self.held_per_kilogram + self.dry,
             self.viscous,
@@ -115,15 +116,15 @@ class EffortOfPath:
 
 
 def allowed_speeds(lower: Array, upper: Array) -> tuple[Array, int]:
-    """What is left of [0, inf) when open intervals are taken away.
+    """The closed intervals that are left of [0, inf) when open intervals are removed.
 
     Args:
         lower: their lower ends, shape (N,).
         upper: their upper ends, shape (N,).
 
     Returns:
-        Closed intervals of more than one speed, ascending, shape (K, 2), and the index of the interval that bounds the
-        last of them from above, -1 if nothing does or none is left.
+        Closed intervals of more than one speed, ascending, shape (K, 2), and the index of the open interval that bounds
+        the last of them from above, -1 if none does or nothing is left.
     """
     real = np.flatnonzero(upper > lower)
     order = real[np.argsort(lower[real], kind="stable")]
@@ -135,7 +136,7 @@ def allowed_speeds(lower: Array, upper: Array) -> tuple[Array, int]:
 
 
 def greatest_allowed(lower: Array, upper: Array) -> Array:
-    """The greatest of [0, inf) that is left when open intervals are taken away, for many motions at once.
+    """The greatest speed of [0, inf) that is left when open intervals are removed, for many motions at once.
 
     Args:
         lower: their lower ends, shape (B, N).
@@ -157,13 +158,13 @@ def _positive(constant: Array, linear: Array, quadratic: Array) -> tuple[Array, 
     """Where constant + linear u + quadratic u² > 0 for u >= 0: ends of two open intervals, shapes (2, ...)."""
     discriminant = linear**2 - 4.0 * quadratic * constant
     real = discriminant > 0.0
-    # The root of the greater size first: the other one would be a difference of almost equal numbers.
+    # The root of greater magnitude first: computed alike, the other would be a difference of almost equal numbers.
     sum_of_both = -0.5 * (linear + np.copysign(np.sqrt(np.where(real, discriminant, 0.0)), linear))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         roots = sum_of_both / quadratic, constant / sum_of_both
     low, high = np.fmin(*roots), np.fmax(*roots)
     line = constant / np.where(linear != 0.0, -linear, 1.0)
-    # Opened upwards positive outside the roots, downwards between them, a line on one side of its one root.
+    # A parabola is positive outside its roots if it opens upwards, else between them; a line on one side of its root.
     up, down, rising, falling = quadratic > 0.0, quadratic < 0.0, linear > 0.0, linear < 0.0
     flat = (quadratic == 0.0) & (linear == 0.0)
     straight = (quadratic == 0.0) & ~flat

@@ -1,4 +1,7 @@
-"""The masses that effort limits leave: |τ₀ + m τ₁| <= limit, affine in the payload's mass m, is an interval of m."""
+"""Payload masses that effort limits allow.
+
+The effort τ₀ + m τ₁ is affine in the mass m, so that |τ₀ + m τ₁| <= limit holds on an interval of m.
+"""
 
 from __future__ import annotations
 
@@ -7,21 +10,21 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.dynamics.inverse_dynamics import Dynamics
 
-#: Share of the greatest effort per kilogram below which a joint does not feel the payload but rounding.
+#: Share of the greatest effort per kilogram below which the effort per kilogram of a joint is mere rounding.
 NEGLIGIBLE = 1e-12
 
 
 def mass_bounds(unloaded: Array, per_kilogram: Array, limit: Array) -> tuple[Array, Array]:
-    """Least and greatest mass from 0 on that each effort limit leaves.
+    """Least and greatest mass, 0 or more, that each effort limit allows.
 
     Args:
         unloaded: effort without payload τ₀, shape (..., n_joints) [N·m or N].
-        per_kilogram: what each kilogram adds to it τ₁, the same shape [N·m/kg or N/kg].
-        limit: of every joint, shape (n_joints,), may be inf.
+        per_kilogram: effort τ₁ that each kilogram adds, the same shape [N·m/kg or N/kg].
+        limit: effort limit of every joint, may be inf, shape (n_joints,) [N·m or N].
 
     Returns:
         Two arrays of shape (..., n_joints) [kg]. The lower one is above 0 where the limit is broken without payload and
-        the payload is a counterweight; where nothing helps it is inf and the upper one -inf.
+        the payload is a counterweight. Where no mass keeps the limit, the lower one is inf and the upper one -inf.
     """
     felt = np.abs(per_kilogram)
     felt_at_all = felt > NEGLIGIBLE * felt.max(initial=0.0)
@@ -37,7 +40,7 @@ def mass_bounds(unloaded: Array, per_kilogram: Array, limit: Array) -> tuple[Arr
 
 
 def masses_held(dynamics: Dynamics, q: Array) -> tuple[float, float]:
-    """Least and greatest payload [kg] that a robot can hold at rest in all of some positions, shape (N, n_joints).
+    """Least and greatest payload [kg] that a robot can hold at rest in all given positions, shape (N, n_joints).
 
     The greatest is inf where no limit is reached; the least exceeds it where no payload can be held.
     """

@@ -1,18 +1,19 @@
-"""Pieces of motions, and what efforts, powers and the tool's speed are bounded by over each of them.
+"""Pieces of motions, and bounds of efforts, powers and the tool's speed over each piece.
 
 Within a segment the motion is a polynomial of time, so that efforts without dry friction, their products with
-velocities and the square of the tool's speed are analytic. Over a piece of a segment each is the polynomial through its
-values at a few Gauss-Legendre nodes, but for an error that its magnitude on an ellipse of complex instants bounds (see
-:mod:`trajevo.dynamics.complex_bounds` and :func:`trajevo.trajectory.bernstein.interpolation_error`), and the polynomial
-lies in the hull of its Bernstein form. The error falls with the power of the number of nodes as pieces are halved, the
-hull closes in with the square of the width.
+velocities and the square of the tool's speed are analytic. Over a piece of a segment, each of these functions differs
+from the polynomial through its values at a few Gauss-Legendre nodes by an error. The magnitude of the function on an
+ellipse of complex instants bounds this error (see :mod:`trajevo.dynamics.complex_bounds` and
+:func:`trajevo.trajectory.bernstein.interpolation_error`). The polynomial lies in the hull of its Bernstein form. As
+pieces are halved, the error falls with their width to the power of the number of nodes, and the hull closes in with the
+square of their width.
 
-Dry friction jumps where a joint turns back. Over a piece it is the set of all values that it takes there; a joint that
-moves no faster than :attr:`trajevo.dynamics.rollout.Rollout.standing` counts as standing, where dry friction is
-nothing.
+Dry friction jumps where a joint reverses. Over a piece it is enclosed by all values that it takes there; a joint that
+moves no faster than :attr:`trajevo.dynamics.rollout.Rollout.standing` counts as at rest, without dry friction.
 
-Nothing is rounded outwards step by step. Instead every enclosure is widened by :data:`ROUNDING` of the magnitude bound,
-which exceeds every intermediate result of the recursion: thousands of times the rounding of double precision.
+Intermediate results are not rounded outwards. Instead every enclosure is widened by :data:`ROUNDING` times the bound of
+the magnitude, which exceeds every intermediate result of the recursion: thousands of times the rounding of double
+precision.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from trajevo.robot.joints import Friction
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.trajectory.bernstein import gauss, halving, hull, interpolation_error, to_chebyshev
 
-#: Share of the magnitude bound by which enclosures are widened for rounding.
+#: Share of the bound of the magnitude by which enclosures are widened for rounding.
 ROUNDING = 1e-12
 
 #: Width of the narrowest piece, as a share of the motion.
@@ -41,7 +42,7 @@ _ELLIPSES = np.geomspace(1.25, 256.0, 16)
 
 
 class Pieces(NamedTuple):
-    """K pieces of motions: which motion, from when [s], how long [s], and q, v, a at the nodes, (K, N, 3 n_joints)."""
+    """K pieces of motions: index of the motion, start [s], width [s], and q, v, a at the nodes, (K, N, 3 n_joints)."""
 
     owner: np.ndarray[Any, np.dtype[np.intp]]
     start: Array
@@ -50,19 +51,19 @@ class Pieces(NamedTuple):
 
     @classmethod
     def of(cls, rollout: Rollout, nodes: int) -> Pieces:
-        """Every segment that is longer than rounding, at whose instants motions are continuous.
+        """Every segment that is longer than rounding; within segments motions are continuous.
 
-        Of complex motions, which carry the steps of derivatives, the real parts.
+        Of complex motions, which carry the steps of derivatives, only the real parts are used.
 
         Args:
             rollout: the motions.
-            nodes: of every piece, N; as many as its polynomials have coefficients if those are more.
+            nodes: number of nodes of every piece, N, raised to the number of the polynomials' coefficients.
         """
         trajectory, robot = rollout.trajectory, rollout.robot
         size = max(nodes, trajectory.degree + 1)
         shape = (len(trajectory), -1, size, robot.dof)
         q, v, a = (trajectory.at_shares(gauss(size)[0], order).real.reshape(shape) for order in range(3))
-        stands = (trajectory.peak(1).real <= rollout.standing)[:, None, None, :]  # what little it moves is rounding
+        stands = (trajectory.peak(1).real <= rollout.standing)[:, None, None, :]  # its small motion is rounding
         states = np.concatenate([q, np.where(stands, 0.0, v), np.where(stands, 0.0, a)], axis=-1)
         widths = trajectory.segment_durations.real
         owner, segment = np.nonzero(widths > LEAST_WIDTH * trajectory.duration.real[:, None])
@@ -70,7 +71,7 @@ class Pieces(NamedTuple):
         return cls(owner, starts[owner, segment], widths[owner, segment], states[owner, segment])
 
     def rows(self, chosen: Array) -> Pieces:
-        """Those that are chosen, by a mask (K,)."""
+        """The pieces that a mask (K,) chooses."""
         return Pieces(*(x[chosen] for x in self))
 
     def halved(self) -> Pieces:
@@ -83,9 +84,9 @@ class Pieces(NamedTuple):
 
 
 class Over(NamedTuple):
-    """What is known over K pieces of Q magnitudes [N·m or N, W, m/s].
+    """Q magnitudes over K pieces [N·m or N, W, m/s].
 
-    Bounds (K, Q), what rounding takes of them (K, Q), and the values at the nodes (K, N, Q).
+    Upper bounds (K, Q), the part of these that allows for rounding (K, Q), and the values at the nodes (K, N, Q).
     """
 
     above: Array
@@ -96,16 +97,16 @@ class Over(NamedTuple):
 @final
 @dataclass(frozen=True, eq=False)
 class PieceBounds:
-    """The functions of B motions that are bounded over pieces of them.
+    """Bounds of efforts, powers and the tool's speed of B motions, over pieces of these.
 
     Attributes:
-        smooth: the robot without dry friction, and what it carries.
-        friction: its friction.
-        kinematics: of its tool.
+        smooth: dynamics of the robot and its payload, without dry friction.
+        friction: friction of the robot.
+        kinematics: kinematics of its tool.
         reach: bounds at complex instants.
-        standing: greatest speeds at which joints count as standing, shape (B, n_joints) [rad/s or m/s].
-        masses: payload mass of each motion, shape (B,) [kg], where it is not the payload's own.
-        degree: of the motions' polynomials.
+        standing: greatest speeds at which joints count as at rest, shape (B, n_joints) [rad/s or m/s].
+        masses: payload mass of each motion, shape (B,) [kg]; the payload's own if None.
+        degree: degree of the motions' polynomials.
     """
 
     smooth: Dynamics
@@ -118,7 +119,7 @@ class PieceBounds:
 
     @classmethod
     def of(cls, rollout: Rollout) -> PieceBounds:
-        """Those of the motions of a rollout."""
+        """The bounds for the motions of a rollout."""
         robot = rollout.robot
         without_dry = replace(robot.friction, coulomb=np.zeros(robot.dof), coulomb_backward=np.zeros(robot.dof))
         smooth = replace(rollout.dynamics, robot=replace(robot, friction=without_dry))
@@ -155,7 +156,7 @@ class PieceBounds:
         least, greatest = hull(np.moveaxis(v, 1, -1))
         values = [effort]
         if powers:
-            # Where a joint does not turn back, dry friction is a constant and its power a polynomial.
+            # Where a joint does not reverse, dry friction is constant and its power a polynomial.
             forward, backward = greatest > standing, least < -standing
             against = self.friction.dry(np.where(forward & backward, 0.0, forward * 1.0 - backward))
             values.append((effort + against[:, None]) * v)
@@ -178,7 +179,7 @@ class PieceBounds:
             magnitude = self.reach.squared_tool_speed(reach)[..., None]
         error, slack = _errors([magnitude], pieces.states.shape[1])
         above = np.sqrt(hull(np.moveaxis(squared, 1, -1))[1] + error)
-        slack /= np.maximum(above, np.sqrt(slack)) + np.finfo(np.float64).tiny  # of the square
+        slack /= np.maximum(above, np.sqrt(slack)) + np.finfo(np.float64).tiny  # of the speed, from that of its square
         return Over(above, slack, np.sqrt(squared))
 
     def _smooth_effort(self, owner: Array, q: Array, v: Array, a: Array) -> Array:
@@ -195,7 +196,7 @@ class PieceBounds:
         return magnitude
 
     def _add_dry(self, lower: Array, upper: Array, least: Array, greatest: Array, standing: Array) -> None:
-        """Widen enclosures of efforts by all that dry friction may be, and of powers where a joint may turn back."""
+        """Widen enclosures of efforts by all possible dry friction, and those of powers where a joint may reverse."""
         n = least.shape[1]
         forward, backward = greatest > standing, least < -standing
         may_stand = (least <= standing) & (greatest >= -standing)
@@ -206,7 +207,7 @@ class PieceBounds:
             return
         lost = np.maximum(ahead * np.maximum(greatest, 0.0), behind * np.minimum(least, 0.0))
         upper[:, n:] += np.where(forward & backward, lost, 0.0)
-        # A joint that is taken to stand loses nothing, unlike what the polynomial says.
+        # A joint that counts as at rest loses no power to dry friction, which the polynomial takes into account.
         at_most = np.where(may_stand & (forward ^ backward), np.maximum(ahead, -behind) * standing, 0.0)
         upper[:, n:] += at_most
         lower[:, n:] -= at_most
@@ -215,7 +216,7 @@ class PieceBounds:
         """Bounds of the motion on the ellipses, shapes (K, ellipses, n_joints)."""
         n = states.shape[-1] // 3
         series = np.abs(to_chebyshev(states.shape[1])[: self.degree + 1] @ states)
-        for order in (1, 2):  # what is beyond the degree of a derivative is rounding
+        for order in (1, 2):  # terms beyond the degree of a derivative are rounding
             series[:, max(self.degree + 1 - order, 1) :, order * n : (order + 1) * n] = 0.0
         powers = _ELLIPSES[:, None] ** np.arange(self.degree + 1)
         magnitude = 0.5 * (powers + 1.0 / powers) @ series
@@ -225,11 +226,11 @@ class PieceBounds:
 
 
 def _errors(magnitudes: list[Array], size: int) -> tuple[Array, Array]:
-    """What the interpolating polynomials may be off by, rounding included, and the latter alone, (K, Q).
+    """Bounds of the errors of the interpolating polynomials, rounding included, and those of rounding alone, (K, Q).
 
     Args:
         magnitudes: bounds on the ellipses, shapes (K, ellipses, ...), Q columns together.
-        size: nodes of the polynomials.
+        size: number of nodes of the polynomials.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         magnitude = np.concatenate(magnitudes, axis=-1)

@@ -1,9 +1,9 @@
-"""Inverse dynamics written out for one kinematic tree: compiled by numba, the optional extra ``fast``, or by numpy.
+"""Inverse dynamics as code generated for one kinematic tree, for numba (the optional extra ``fast``) or for numpy.
 
-The recursion of Newton and Euler runs once over names instead of numbers (:mod:`trajevo.dynamics.rnea_source`). Only
-the tree's placements and axes are numbers there: masses, gravity and armature are arguments, so that a robot takes one
-compilation whatever it carries. Pinocchio stays the reference: a kernel is used only if it gives the same torques on a
-thousand random states.
+The code comes from a Newton-Euler recursion over names instead of numbers (:mod:`trajevo.dynamics.rnea_source`). Only
+the tree's placements and axes are numbers in it. Masses, gravity and armature are arguments, so that a robot needs one
+compilation whatever it carries. Pinocchio remains the reference: a kernel is used only if it gives the same torques on
+a thousand random states.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from trajevo.base.arrays import Array
 from trajevo.base.threads import in_threads, usable_threads
 from trajevo.dynamics.rnea_source import Joint, arrays_source, slopes_source, source, tree_of
 
-#: States on which a kernel must agree with Pinocchio, and to what share of the greatest torque.
+#: Number of states on which a kernel must agree with Pinocchio, and to what share of the greatest torque.
 _STATES, _AGREES = 1000, 1e-10
-#: Into how many groups they are divided for derivatives, and how many directions each of them has.
+#: Number of groups into which these states are divided for derivatives, and number of directions of each group.
 _GROUPS, _EACH = 5, 3
-#: States that are worth a thread of their own.
+#: Number of states for which one more thread pays off.
 _WORTH_A_THREAD = 2**15
 
-#: What a kernel computes, of which tree, with a load on which joint, and whether it is compiled.
+#: Key of a kernel: what it computes, for which tree, with a load on which joint, and whether it is compiled.
 _What = tuple[str, tuple[Joint, ...], int | None, bool]
 
 
 class Inertias(NamedTuple):
-    """What a kernel needs of a model besides its tree: bodies (n, 10), gravity (3,), armature (n,)."""
+    """Data of a model that a kernel needs besides the tree: bodies (n, 10), gravity (3,), armature (n,)."""
 
     bodies: Array
     gravity: Array
@@ -41,7 +41,7 @@ class Inertias(NamedTuple):
 
     @classmethod
     def of(cls, model: Any) -> Inertias:
-        """Those of a model of Pinocchio."""
+        """The data of a Pinocchio model."""
         bodies = []
         for inertia in list(model.inertias)[1:]:
             mass, lever = float(inertia.mass), np.array(inertia.lever)
@@ -52,24 +52,24 @@ class Inertias(NamedTuple):
 
 @dataclass(frozen=True)
 class Load:
-    """Something of which nothing but its weight acts: a mass, and a massless model of the robot that carries 1 kg."""
+    """A load that acts by its weight alone: a mass, and a massless model of the robot that carries 1 kg of it."""
 
     model: Any
     mass: float
 
     @property
     def carrier(self) -> int | None:
-        """Number of the one joint that bears it; None where that is not one."""
+        """Number of the joint that carries the load; None if it is not exactly one."""
         bearing = np.flatnonzero(Inertias.of(self.model).bodies[:, 0])
         return int(bearing[0]) + 1 if len(bearing) == 1 else None
 
     def body(self, carrier: int) -> Array:
-        """Its mass and mass times centre of mass, shape (4,)."""
+        """Mass, and mass times centre of mass, of the load, shape (4,)."""
         body: Array = self.mass * Inertias.of(self.model).bodies[carrier - 1, :4]
         return body
 
     def torque(self, compute: Callable[..., None], q: Array) -> Array:
-        """What holds it at rest, shape (N, n), by the inverse dynamics of its model."""
+        """Torque that holds the load at rest, shape (N, n), by the inverse dynamics of its model."""
         torque, rest = np.empty_like(q), np.zeros_like(q)
         compute(q, rest, rest, torque)
         torque *= self.mass
@@ -77,13 +77,13 @@ class Load:
 
 
 def kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | None:
-    """The torques of a model's tree written out: of states q, v, a (N, n), into the last of four arrays.
+    """A function generated for a model's tree that takes states q, v, a (N, n) and an array for their torques.
 
-    Compiled where numba is installed, else in numpy's arithmetic. None for a joint that is not one of ours, or a load
-    that more than one joint bears.
+    It is compiled if numba is installed, otherwise it runs in numpy. None if there is a joint of an unsupported kind, a
+    load that more than one joint carries, or a result that differs from Pinocchio's.
 
     Warns:
-        UserWarning: it does not agree with Pinocchio, which is used then.
+        UserWarning: the results differ from Pinocchio's, so that Pinocchio has to be used.
     """
 
     def make(tree: tuple[Joint, ...], carrier: int | None) -> jit.Kernel:
@@ -95,12 +95,12 @@ def kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | Non
 
 
 def slopes_kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | None:
-    """The compiled torques of complex states q, v, a (R, T, n): of those and beginnings of groups, into the last array.
+    """A compiled function of complex states q, v, a (R, T, n), the starts of groups and an array for the torques.
 
-    None without numba, and where there is no :func:`kernel_of`.
+    None without numba, and in the cases of :func:`kernel_of`.
 
     Warns:
-        UserWarning: it does not agree with Pinocchio, which is used then.
+        UserWarning: the results differ from Pinocchio's, so that Pinocchio has to be used.
     """
 
     def make(tree: tuple[Joint, ...], carrier: int | None) -> jit.Kernel:
@@ -118,7 +118,7 @@ def _agreeing(
     make: Callable[[tuple[Joint, ...], int | None], jit.Kernel],
     difference: Callable[[Callable[..., None], Any, Load | None], float],
 ) -> Callable[..., None] | None:
-    """A kernel with the inertias of a model and a load, made if need be; None where it differs from Pinocchio."""
+    """A kernel with the inertias of a model and a load, made at first use; None if it differs from Pinocchio."""
     tree, carrier = tree_of(model), None if load is None else load.carrier
     if tree is None or (carrier is None and load is not None):
         return None
@@ -131,11 +131,11 @@ def _agreeing(
     if key not in _known:
         kernel = make(tree, carrier)
         off = difference(with_inertias(kernel), model, load)
-        _known[key] = kernel if off <= _AGREES else None  # no number agrees with nothing
+        _known[key] = kernel if off <= _AGREES else None  # NaN agrees with nothing
         if _known[key] is None:
             warnings.warn(
-                f"robot {model.name!r}: the {what} written out differ from Pinocchio's by {off:.1e} of the "
-                "greatest and are not used",
+                f"robot {model.name!r}: the generated {what} differ from Pinocchio's by {off:.1e} of the "
+                "greatest value and are not used",
                 stacklevel=4,
             )
     known = _known[key]
@@ -145,11 +145,11 @@ def _agreeing(
 def inverse_dynamics(
     model: Any, load: Load | None = None, *, threads: int
 ) -> Callable[[Array, Array, Array, Array], None]:
-    """What writes the torques of states q, v, a (N, n), arrays in C order of float64, into the last of four arrays.
+    """A function that writes the torques of states q, v, a (N, n) into a fourth array, all of float64 in C order.
 
     Args:
-        model: a model of Pinocchio.
-        load: what the robot holds besides.
+        model: a Pinocchio model.
+        load: load that the robot holds in addition.
         threads: threads to use; a state's torque does not depend on their number.
     """
     kernel = kernel_of(model, load)
@@ -179,13 +179,13 @@ def _two_passes(model: Any, threads: int, load: Load) -> Callable[..., None]:
 
 
 def stepped_dynamics(model: Any, load: Load | None = None) -> Callable[[Array, Array, Array], Array]:
-    """What gives the torques of complex states q, v, a (R, T, n), exact to first order in the imaginary parts.
+    """A function that returns torques of complex states q, v, a (R, T, n), exact to first order in imaginary parts.
 
-    Rows next to each other that differ in their imaginary parts alone share what depends on the real parts.
+    Consecutive rows with equal real parts share what depends on the real parts.
 
     Args:
-        model: a model of Pinocchio.
-        load: what the robot holds besides.
+        model: a Pinocchio model.
+        load: load that the robot holds in addition.
     """
     kernel = slopes_kernel_of(model, load)
     if kernel is None:
@@ -200,7 +200,7 @@ def stepped_dynamics(model: Any, load: Load | None = None) -> Callable[[Array, A
     return compute
 
 
-#: Kernels of this process, None where one does not agree with Pinocchio.
+#: Kernels of this process by key, None for one that does not agree with Pinocchio.
 _known: dict[_What, jit.Kernel | None] = {}
 
 
@@ -233,7 +233,7 @@ def _difference_of_slopes(compute: Callable[..., None], model: Any, load: Load |
 
 
 def _by_pinocchio(model: Any, load: Load | None, q: Array, v: Array, a: Array) -> Array:
-    """Torque of complex states (R, T, n) by Pinocchio's own derivatives, one call for every state that is different."""
+    """Torque of complex states (R, T, n) by Pinocchio's own derivatives, one call for every different real state."""
     first, size, data = _begins(q, v, a), q.shape[-1], model.createData()
     states = [x[first].real for x in (q, v, a)]
     torque, slopes = np.empty(states[0].shape), np.empty((*states[0].shape, 3 * size))

@@ -1,7 +1,9 @@
-"""Inverse dynamics of one kinematic tree written out as the source text of a function.
+"""Source text of functions that compute the inverse dynamics of one kinematic tree.
 
-The recursion of Newton and Euler runs once over names instead of numbers. What comes out are a few hundred assignments
-in which only the tree's placements and axes are numbers: masses, gravity and armature are arguments.
+The Newton-Euler recursion runs once over names instead of numbers (:func:`written_out`). The result is a few hundred
+assignments in which only the tree's placements and axes are numbers; masses, gravity and armature are arguments.
+:func:`source` puts the assignments into loops for numba, :func:`slopes_source` does so with their derivatives, and
+:func:`arrays_source` turns them into operations on whole arrays for numpy.
 """
 
 from __future__ import annotations
@@ -13,21 +15,21 @@ import numpy as np
 
 from trajevo.dynamics.straight_line import GREATEST_ANGLE, Assignment, StraightLine, Term, Vector, cosine_and_sine, text
 
-#: States whose values lie side by side in memory at a time.
+#: Number of states whose values are side by side in memory at a time.
 _SIDE_BY_SIDE = 256
 
-#: Entries of placements that are rounding of 0 or 1.
+#: Entries of placements that are this near to 0, 1 or -1 differ from it only by rounding.
 _ROUNDING = 1e-15
 
 #: Variables for the rigid body of every joint: mass, mass times centre of mass, inertia about the joint's origin.
 _BODY = ("m", "hx", "hy", "hz", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
-#: Variables for a load of which nothing but its weight acts.
+#: Variables for a load that acts by its weight alone: mass, mass times centre of mass.
 _LOAD = ("load_m", "load_hx", "load_hy", "load_hz")
 
 
 class Joint(NamedTuple):
-    """One joint of a tree: number of the one that carries it (0: the base), its place there, and how it moves."""
+    """One joint of a tree: number of its parent joint (0: the base), its placement there, and how it moves."""
 
     parent: int
     rotation: tuple[float, ...]
@@ -37,7 +39,7 @@ class Joint(NamedTuple):
 
 
 def tree_of(model: Any) -> tuple[Joint, ...] | None:
-    """The joints of a model; None where one neither turns nor slides about or along one axis."""
+    """The joints of a model; None if any of them neither turns about nor slides along a single axis."""
     joints = []
     for number, joint in enumerate(list(model.joints)[1:], start=1):
         moves = _axis(joint)
@@ -50,14 +52,14 @@ def tree_of(model: Any) -> tuple[Joint, ...] | None:
 
 
 def source(tree: tuple[Joint, ...], carrier: int | None) -> str:
-    """A function of states q, v, a (N, n) that writes their torques (N, n).
+    """Source text of a function of states q, v, a (N, n) that writes their torques (N, n).
 
-    Its arguments: q, v, a, torque, bodies (n, 10), gravity (3,), armature (n,) and load (4,).
+    Its arguments are q, v, a, torque, bodies (n, 10), gravity (3,), armature (n,) and load (4,).
 
     Args:
         tree: the joints.
-        carrier: number of the joint that bears a load of which nothing but its weight acts, None where there is none;
-            the load is its mass and mass times centre of mass.
+        carrier: number of the joint that carries a load, None for no load. The load acts by its weight alone and is
+            given as its mass and mass times centre of mass.
     """
     written, results = written_out(tree, carrier)
     lines = [*head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree, carrier), _side(tree, 5)]
@@ -74,10 +76,10 @@ def source(tree: tuple[Joint, ...], carrier: int | None) -> str:
 
 
 def slopes_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
-    """A function of complex states q, v, a (R, T, n) that writes torques whose imaginary parts are exact derivatives.
+    """Source text of a function of complex states q, v, a (R, T, n): imaginary parts of torques are exact derivatives.
 
-    Rows that differ in their imaginary parts alone stand next to each other; ``begins`` (S + 1,) has where each such
-    group begins, and R. The other arguments: torque (R, T, n), complex, and those of the torques' own function.
+    Rows with equal real parts form consecutive groups; ``begins`` (S + 1,) holds the first row of each group, and R.
+    The other arguments are torque (R, T, n), complex, and those of the function of :func:`source`.
     """
     written, results = written_out(tree, carrier)
     moving: dict[Term, Term] = {f"{name}{i}": f"d{name}{i}" for i in results for name in "csqva"}
@@ -112,9 +114,9 @@ def slopes_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
 
 
 def written_out(tree: tuple[Joint, ...], carrier: int | None) -> tuple[StraightLine, dict[int, Term]]:
-    """The recursion, and the torque of every joint by its number."""
+    """The assignments of the recursion, and the torque of every joint by its number."""
     written, results = StraightLine(), dict[int, Term]()
-    # A base that accelerates upwards instead of gravity that pulls down.
+    # The base accelerates upwards, which replaces gravity.
     upwards = [written.subtract(0.0, f"g{k}") for k in "xyz"]
     states: dict[int, Any] = {0: ([0.0] * 3, [0.0] * 3, upwards)}
     places, forces, held = {}, {}, {0: upwards}
@@ -142,7 +144,7 @@ def written_out(tree: tuple[Joint, ...], carrier: int | None) -> tuple[StraightL
 
 
 def _axis(joint: Any) -> tuple[bool, tuple[float, ...]] | None:
-    """Whether a joint slides, and along or about which axis; None of other kinds."""
+    """Whether a joint slides, and along or about which axis; None for other kinds of joints."""
     name = joint.shortname()
     for kind, slides in (("JointModelR", False), ("JointModelP", True)):
         if name in {kind + letter for letter in "XYZ"}:
@@ -168,7 +170,7 @@ def _place(written: StraightLine, joint: Joint, number: int) -> tuple[list[Vecto
     versine: Term = 0.0 if max(along) == 1.0 else written.subtract(1.0, cosine)
     own = [[written.multiply(versine, x * y) for y in along] for x in along]
     for i in range(3):
-        # An axis along x, y or z has 1 at its own place and the cosine at the others.
+        # For an axis along x, y or z the diagonal is 1 at that axis and the cosine at the others.
         unit = versine == 0.0 and along[i] == 1.0
         own[i][i] = 1.0 if unit else written.add(own[i][i], cosine)
         own[i - 2][i - 1] = written.subtract(own[i - 2][i - 1], written.multiply(along[i], sine))
@@ -192,12 +194,12 @@ def _moved(written: StraightLine, state: Any, place: Any, joint: Joint, number: 
 
 
 def _back(written: StraightLine, rotation: list[Vector], vector: Vector) -> list[Term]:
-    """A vector of the parent's frame in that of a joint."""
+    """A vector of the parent's frame, expressed in the joint's frame."""
     return written.product(list(zip(*rotation, strict=True)), vector)
 
 
 def _force(written: StraightLine, state: Any, number: int) -> tuple[list[Term], list[Term]]:
-    """Force and moment about its origin that move the body of a joint."""
+    """Force, and moment about the joint's origin, that move the body of a joint."""
     turning, rate, gain = state
     mass, hx, hy, hz, ixx, ixy, ixz, iyy, iyz, izz = (f"{name}{number}" for name in _BODY)
     lever, inertia = [hx, hy, hz], [[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]
@@ -208,7 +210,7 @@ def _force(written: StraightLine, state: Any, number: int) -> tuple[list[Term], 
 
 
 def head(signature: str, tree: tuple[Joint, ...], carrier: int | None, *, entry: str = "[{}]") -> list[str]:
-    """What stands before the loops: arguments by their names, taken as entries of their arrays."""
+    """Lines before the loops: the signature, and a named variable for each entry of the argument arrays."""
     joints = range(1, len(tree) + 1)
     lines = ["import math", "", "import numpy as np", "", "", f"def {signature}:"]
     lines += [f"    {name}{i} = bodies{entry.format(f'{i - 1}, {k}')}" for i in joints for k, name in enumerate(_BODY)]
@@ -219,12 +221,12 @@ def head(signature: str, tree: tuple[Joint, ...], carrier: int | None, *, entry:
 
 
 def _side(tree: tuple[Joint, ...], rows: int) -> str:
-    """Room for states side by side, of which the compiler handles several at once."""
+    """Line that allocates memory for states side by side, so that the compiler handles several at once."""
     return f"    side = np.empty(({len(tree)}, {rows}, {_SIDE_BY_SIDE}))"
 
 
 def _laid_out(tree: tuple[Joint, ...], place: str, part: str) -> list[str]:
-    """States put side by side: position or its cosine and sine, velocity, acceleration."""
+    """Lines that put states side by side: position or its cosine and sine, velocity, acceleration."""
     lines = ["for i in range(count):"]
     for i in range(len(tree)):
         lines += [f"    side[{i}, {k}, i] = {name}[{place}{i}]{part}" for k, name in ((0, "q"), (2, "v"), (3, "a"))]
@@ -237,7 +239,7 @@ def _laid_out(tree: tuple[Joint, ...], place: str, part: str) -> list[str]:
 
 
 def _picked_up(tree: tuple[Joint, ...]) -> list[str]:
-    """The variables of one state."""
+    """Lines that read the variables of one state."""
     lines = []
     for i, joint in enumerate(tree, start=1):
         names = (("q", 0),) if joint.slides else (("c", 0), ("s", 1))
@@ -245,18 +247,18 @@ def _picked_up(tree: tuple[Joint, ...]) -> list[str]:
     return lines
 
 
-#: States that one operation is done for, at least two thirds and at most half as many again.
+#: Number of states in one numpy operation; the real number is between two thirds and one and a half times this.
 _STATES = 4096
 
-#: Numbers between the ends of rows, so that rows do not lie at the same place of every page.
+#: Number of unused entries at the end of every row, so that rows do not begin at the same place of a memory page.
 _APART = 8
 _OPERATIONS = {"+": "np.add", "-": "np.subtract", "*": "np.multiply"}
 
 
 def arrays_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
-    """The function of :func:`trajevo.dynamics.rnea_source.source`, every variable a row of the states of one block.
+    """Source text of the function of :func:`source` for numpy: every variable is a row with the states of one block.
 
-    Masses and other numbers are arrays without dimensions, with which numpy is twice as fast as with numbers.
+    Masses and other numbers are zero-dimensional arrays, with which numpy is twice as fast as with Python numbers.
     """
     written, results = written_out(tree, carrier)
     rows = _Rows()
@@ -280,12 +282,12 @@ def arrays_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
 
 @final
 class _Rows:
-    """Which row holds which variable.
+    """Assignment of variables to rows, which are used again when their variable is no longer needed.
 
     Attributes:
-        lines: what is done with them.
-        numbers: definitions of what is the same for every state.
-        count: how many rows there are.
+        lines: source text of the operations on rows.
+        numbers: source text that defines what is the same for every state.
+        count: number of rows.
     """
 
     def __init__(self) -> None:
@@ -297,11 +299,11 @@ class _Rows:
         self._known: dict[float, str] = {}
 
     def take(self, name: str, call: str, values: str) -> None:
-        """Put values into a row of their own by a call of the row and them."""
+        """Put values into a new row by a call with the row and the values as arguments."""
         self.lines.append(call.format(self._row(name), values))
 
     def assign(self, assignments: list[Assignment], results: Iterable[Term]) -> None:
-        """All assignments, a row given back after the last one that needs it."""
+        """Add all assignments; a row is free after the last assignment that needs it."""
         last: dict[Term, int] = {}
         for number, (_, _, *terms) in enumerate(assignments):
             last.update(dict.fromkeys(terms, number))
@@ -315,7 +317,7 @@ class _Rows:
             self.lines.append(f"{_OPERATIONS[operation]}({', '.join([*texts, self._row(name)])})")
 
     def text(self, term: Term) -> str:
-        """A term as it stands in source text."""
+        """A term as it is written in source text."""
         if isinstance(term, str):
             return self._where.get(term, term)
         if term not in self._known:

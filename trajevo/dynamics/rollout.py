@@ -1,4 +1,4 @@
-"""Gauss-Lobatto nodes, weights and derivatives on [0, 1]: samples of segments with both ends among them."""
+"""Rollouts: a robot's motions and efforts at the Gauss-Lobatto nodes of every segment, both ends included."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def lobatto(count: int) -> tuple[Array, Array]:
 
 @cache
 def lobatto_derivative(count: int) -> Array:
-    """Matrix (count, count) from values at Gauss-Lobatto nodes to the derivative of their polynomial there."""
+    """Matrix (count, count) from values at Gauss-Lobatto nodes to the derivative of the polynomial through them."""
     nodes = lobatto(count)[0]
     powers = nodes[:, None] ** np.arange(count)
     slopes = np.arange(1, count) * nodes[:, None] ** np.arange(count - 1)
@@ -36,12 +36,15 @@ def lobatto_derivative(count: int) -> Array:
 @final
 @dataclass(frozen=True, eq=False)
 class Rollout:
-    """A batch of trajectories of a robot, sampled per segment; effort is computed once, when first asked for.
+    """A batch of trajectories of a robot, sampled per segment; effort is computed once, when it is first needed.
 
     Attributes:
         dynamics: robot, payload, samples per segment.
         trajectory: B trajectories of its joints.
-        masses: payload mass of each trajectory, shape (B,) [kg], where it is not the payload's own.
+        masses: payload mass of each trajectory, shape (B,) [kg]; the payload's own if None.
+
+    Raises:
+        InvalidInputError: the trajectory has another number of joints than the robot.
     """
 
     dynamics: Dynamics
@@ -103,7 +106,7 @@ class Rollout:
 
     @cached_property
     def effort_per_kilogram(self) -> Array:
-        """What one kilogram of payload adds at the samples, shape (B, T, n_joints) [N·m/kg or N/kg]."""
+        """Effort that one kilogram of payload adds at the samples, shape (B, T, n_joints) [N·m/kg or N/kg]."""
         return frozen(self.dynamics.effort_per_kilogram(self.q, self.v, self.a))
 
     @cached_property
@@ -115,13 +118,13 @@ class Rollout:
 
     @cached_property
     def _moving(self) -> Array:
-        """Velocities at the samples, without those that are rounding, which dry friction would take for a motion."""
+        """Velocities at the samples, with mere rounding set to 0, which dry friction would take for a motion."""
         return self.v if self.robot.friction.none else self.without_rounding(self.v)
 
     def effort_in(self, q: Array, v: Array, a: Array) -> Array:
-        """Effort with the payload in other states than the samples', shapes (B, T, n_joints) [N·m or N].
+        """Effort with the payload in given states, shapes (B, T, n_joints) [N·m or N].
 
-        A joint that only rounding moves counts as standing, see :meth:`without_rounding`.
+        A joint whose velocity is mere rounding counts as at rest, see :meth:`without_rounding`.
         """
         v = self.without_rounding(v)
         if self.masses is None:
@@ -130,15 +133,15 @@ class Rollout:
         return frozen(self.dynamics.unloaded_effort(q, v, a) + self.masses[:, None, None] * each)
 
     def without_rounding(self, v: Array) -> Array:
-        """Velocities, shape (B, T, n_joints), with those that are nothing but rounding set to 0.
+        """Velocities, shape (B, T, n_joints) [rad/s or m/s], with mere rounding set to 0.
 
-        At the end of a motion and where a joint takes no part, dry friction would point either way by chance.
+        Otherwise the sign of dry friction would be random at the ends of a motion and for joints that do not move.
         """
         return np.where(np.abs(v.real) <= self.standing[:, None], 0.0, v)
 
     @cached_property
     def standing(self) -> Array:
-        """Greatest speed at which every joint counts as standing, shape (B, n_joints) [rad/s or m/s]."""
+        """Greatest speed at which every joint counts as at rest, shape (B, n_joints) [rad/s or m/s]."""
         peaks = self.trajectory.peak(1) + self.trajectory.peak(0) / self.trajectory.duration[:, None]
         return frozen(_ROUNDING * peaks.real)
 

@@ -1,4 +1,8 @@
-"""Arithmetic written out: expressions of numbers and named variables become assignments without loops or branches."""
+"""Straight-line code: expressions of numbers and named variables become assignments without loops or branches.
+
+:class:`StraightLine` collects, simplifies and differentiates sums and products; :func:`cosine_and_sine` writes both
+functions as polynomials.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ from typing import final
 import numpy as np
 
 #: Coefficients of sine and cosine on [-π/4, π/4], lowest power first (minimax polynomials of Sun's fdlibm, 1993), and
-#: π/2 in three parts, of which multiples up to 2²⁰ of the first two are exact.
+#: π/2 as a sum of three parts. Multiples of the first two parts up to 2²⁰ are exact.
 _SINE = (
     -1.66666666666666324348e-01,
     8.33333333332248946124e-03,
@@ -31,7 +35,7 @@ _COSINE = (
 
 _QUARTER = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 
-#: Angle up to which that holds [rad]; beyond it the library's functions do the work.
+#: Greatest angle for these polynomials [rad]; beyond it the functions of the math library are used.
 GREATEST_ANGLE = 1e5
 
 
@@ -70,7 +74,7 @@ Assignment = tuple[str, str, Term, Term]
 
 @final
 class StraightLine:
-    """Assignments in the order in which they were asked for, each expression once; known numbers are worked out."""
+    """Assignments in the order of the calls that need them, each expression once; numbers are computed at once."""
 
     def __init__(self) -> None:
         self._names: dict[tuple[str, Term, Term], str] = {}
@@ -92,7 +96,7 @@ class StraightLine:
         return self._assigned("-", one, other)
 
     def multiply(self, one: Term, other: Term) -> Term:
-        """One * other; nothing times a variable is nothing, whatever it is."""
+        """One * other; zero times a variable is zero, whatever its value."""
         if isinstance(one, float) and isinstance(other, float):
             return one * other
         if isinstance(other, float):
@@ -134,13 +138,13 @@ class StraightLine:
         ]
 
     def differentiated(self, slopes: Mapping[Term, Term]) -> tuple[StraightLine, dict[Term, Term], dict[Term, Term]]:
-        """The same assignments, each followed by that of its derivative.
+        """The same assignments, each followed by the assignment of its derivative.
 
         Args:
             slopes: derivatives of the variables that are not constant.
 
         Returns:
-            The assignments, and by the name that a term has here the term there and its derivative.
+            The new assignments, and two mappings from the terms used here, to the new terms and to their derivatives.
         """
         line, values, rates = StraightLine(), dict[Term, Term](), dict(slopes)
         for (operation, *terms), name in self._names.items():
@@ -156,7 +160,7 @@ class StraightLine:
         return line, values, rates
 
     def assignments(self, results: Iterable[Term]) -> list[Assignment]:
-        """What results need, in order."""
+        """The assignments that results need, in order."""
         needed: set[Term] = set(results)
         kept = []
         for (operation, one, other), name in reversed(self._names.items()):
@@ -178,5 +182,5 @@ class StraightLine:
 
 
 def text(term: Term) -> str:
-    """A term as it stands in source text."""
+    """A term as it is written in source text."""
     return term if isinstance(term, str) else f"({term!r})"

@@ -1,4 +1,4 @@
-"""Boxes in which a via point may move, and how joints follow a tool that moves inside one."""
+"""Boxes in which a via point may move, and joint positions for a tool that moves inside one."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.robot.kinematics import ToolKinematics
 
-#: Newton steps to a moved pose; from a few decimetres away six are enough.
+#: Number of Newton steps to a moved pose; from a few decimetres away, six are enough.
 _STEPS = 12
 
-#: Damping of J Jᵀ [m² or rad²]: what keeps a step finite where the arm is singular.
+#: Damping of J Jᵀ [m² or rad²], which keeps a step finite where the arm is singular.
 _DAMPING = 1e-8
 
 #: Length that no Newton step exceeds [rad or m].
@@ -24,14 +24,14 @@ _LONGEST = 0.5
 @final
 @dataclass(frozen=True, eq=False)
 class JointBox:
-    """A via point may move in joint space.
+    """A box in joint space in which a via point may move.
 
     Attributes:
-        point: place of the point, from 0.
-        half_width: how far each joint may move to either side, shape (n_joints,) [rad or m]; 0 holds a joint.
+        point: index of the point, from 0.
+        half_width: how far each joint may move to either side, shape (n_joints,) [rad or m]; 0 fixes a joint.
 
     Raises:
-        InvalidInputError: no place, or widths that are negative or all 0.
+        InvalidInputError: not an index, or widths that are negative or all 0.
     """
 
     point: int
@@ -44,16 +44,16 @@ class JointBox:
 @final
 @dataclass(frozen=True, eq=False)
 class CartesianBox:
-    """The tool may move at a via point, along the axes of the base frame.
+    """A box along the axes of the base frame in which the tool may move at a via point.
 
     Attributes:
-        point: place of the point, from 0.
-        half_width: how far the tool may move to either side, shape (3,) [m]; 0 holds a coordinate.
-        keep_orientation: whether the tool keeps the orientation it has at the point; an arm of fewer than six joints
-            mostly cannot.
+        point: index of the point, from 0.
+        half_width: how far the tool may move to either side, shape (3,) [m]; 0 fixes a coordinate.
+        keep_orientation: whether the tool keeps its orientation at the point; an arm of fewer than six joints mostly
+            cannot.
 
     Raises:
-        InvalidInputError: no place, or widths that are negative or all 0.
+        InvalidInputError: not an index, or widths that are negative or all 0.
     """
 
     point: int
@@ -65,10 +65,10 @@ class CartesianBox:
 
 
 def followed(kinematics: ToolKinematics, start: Array, position: Array, rotation: Array | None) -> Array:
-    """Joint positions that bring the tool to positions near that of a start, by a fixed number of damped Newton steps.
+    """Joint positions that bring the tool to positions near its start, by a fixed number of damped Newton steps.
 
-    Every operation is analytic, the limit on a step's length too, so complex positions give exact derivatives. A row
-    that does not get there is left where it came to.
+    Every operation is analytic, including the limit on a step's length, so complex positions give exact derivatives. A
+    row that does not converge is left where the last step took it.
 
     Args:
         kinematics: of the tool.
@@ -85,7 +85,7 @@ def followed(kinematics: ToolKinematics, start: Array, position: Array, rotation
         at, turned, jacobian = kinematics.pose_and_jacobian(q)
         error = position - at
         if rotation is not None:
-            axis = 0.5 * np.cross(turned, rotation, axis=-2).sum(axis=-1)  # sin(θ) times the axis of what is left
+            axis = 0.5 * np.cross(turned, rotation, axis=-2).sum(axis=-1)  # sin(θ) times the axis of the rotation left
             error = np.concatenate([error, axis], axis=-1)
         slopes = jacobian[:, :rows]
         transposed = np.swapaxes(slopes, 1, 2)
@@ -95,7 +95,7 @@ def followed(kinematics: ToolKinematics, start: Array, position: Array, rotation
 
 
 def missed(kinematics: ToolKinematics, q: Array, start: Array, box: CartesianBox) -> Array:
-    """How far a tool is outside a box round its pose at a start, or turned from it: the greater of both.
+    """How far the tool is outside a box around its start, or rotated from its orientation there, if that is more.
 
     Args:
         kinematics: of the tool.
@@ -119,7 +119,7 @@ def missed(kinematics: ToolKinematics, q: Array, start: Array, box: CartesianBox
 
 def _check(box: Any, shape: tuple[str | int, ...]) -> None:
     if not isinstance(box.point, int | np.integer) or isinstance(box.point, bool) or box.point < 0:
-        raise InvalidInputError(f"box: expected the place of a point, a whole number from 0 on, got {box.point!r}")
+        raise InvalidInputError(f"box: expected the index of a point, a whole number from 0 on, got {box.point!r}")
     widths = numbers(box.half_width, name=f"half_width at point {box.point}", shape=shape)
     if (widths < 0.0).any() or not widths.any():
         raise InvalidInputError(

@@ -1,4 +1,4 @@
-"""TODO module."""
+"""CSV files of points: columns with a name and a unit in the header, converted to SI."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def read_columns(file: str | Path, columns: dict[str, str]) -> Array:
 
     Args:
         file: first line a header such as ``azimuth [deg], pitch [deg]``; lines that start with ``#`` are comments.
-        columns: per column its name and the SI unit wanted.
+        columns: name of each column to read -> its SI unit.
 
     Returns:
         Shape (rows, len(columns)), SI.
@@ -64,7 +64,7 @@ def read_points(file: str | Path) -> tuple[Array, tuple[str, ...]]:
 
 
 def _csv_table(file: Path) -> tuple[list[tuple[int, list[str]]], list[tuple[str, str]]]:
-    """Lines of a CSV file, and name and unit of every column."""
+    """Lines of a CSV file, and the name and unit of every column."""
     lines = _csv_lines(file)
     header = [split_header(cell, where=str(file)) for cell in lines[0][1]]
     names = [name for name, _ in header]

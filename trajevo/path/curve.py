@@ -1,6 +1,6 @@
 """Geometric paths: B-spline curves s(u), 0 <= u <= 1, through points or near them.
 
-Numbers in brackets are equations of Piegl and Tiller, *The NURBS Book* (1996), and of Paing 2021 where it is named.
+Numbers in brackets are equations of Piegl and Tiller, *The NURBS Book* (1996), or of Paing 2021 where so stated.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ PARAMETERS = {"uniform": 0.0, "centripetal": 0.5, "chord": 1.0}
 @final
 @dataclass(frozen=True, eq=False)
 class GeometricPath:
-    """A clamped B-spline curve on [0, 1], as often continuously differentiable as its order less two.
+    """A clamped B-spline curve on [0, 1], continuously differentiable (order - 2) times.
 
     Attributes:
         knots: order equal knots at 0 and at 1, inner ones increasing, shape (n_control_points + order,).
         control_points: shape (n_control_points, n_axes) [m or rad].
-        parameters: u at which the points lie that the path was laid through or near, shape (n_points,); where the
-            polynomial pieces meet if None.
+        parameters: u at the points through or near which the path was fitted, shape (n_points,); if None, the u where
+            polynomial pieces meet.
 
     Raises:
         InvalidInputError: shapes that do not fit, knots that are not clamped or do not increase, or an order below 2.
@@ -81,10 +81,10 @@ class GeometricPath:
         Args:
             points: shape (n_points, n_axes) [m or rad].
             order: order of the B-spline, its degree plus one.
-            parameters: how u is given to the points: ``"centripetal"``, ``"chord"``, ``"uniform"``, or u itself.
+            parameters: how the points get their u: ``"centripetal"``, ``"chord"``, ``"uniform"``, or the values of u.
             knots: ``"averaging"`` (9.8), ``"uniform"``, ``"quantiles"`` (at equal shares of the points), or the inner
                 knots themselves.
-            at_rest: make s' and s'' zero at both ends, by two more control points at each.
+            at_rest: make s' and s'' zero at both ends, with two more control points at each.
 
         Raises:
             InvalidInputError: fewer points than the order, a point that repeats the one before, or inner knots that
@@ -107,7 +107,7 @@ class GeometricPath:
         knots: str | Any = "averaging",
         at_rest: bool = False,
     ) -> GeometricPath:
-        """The curve with a given number of control points that comes nearest to the points, both ends met.
+        """The curve with a given number of control points that comes nearest to the points and meets both ends.
 
         Args:
             points: shape (n_points, n_axes) [m or rad].
@@ -116,7 +116,7 @@ class GeometricPath:
             parameters: as for :meth:`through`.
             knots: ``"averaging"`` (9.68, 9.69), ``"shifted"`` (the same with indices that count from 1, which
                 reproduces Paing 2021), ``"uniform"``, ``"quantiles"``, or the inner knots themselves.
-            at_rest: make s' and s'' zero at both ends; two of the control points at each are spent on it.
+            at_rest: make s' and s'' zero at both ends, which takes two of the control points at each.
 
         Returns:
             The curve of least Σ |s(u_i) - point_i|² over the inner points.
@@ -151,7 +151,7 @@ class GeometricPath:
         return frozen(np.unique(self.knots))
 
     def pieces(self, derivative: int) -> Array:
-        """Powers of u - break of a derivative, ascending, shape (order - derivative or 1, n_axes, n_pieces)."""
+        """Coefficients of a derivative in powers of u - break, rising, (order - derivative or 1, n_axes, n_pieces)."""
         return self._pieces[_checked(derivative)]
 
     def __call__(self, u: Any, derivative: int = 0) -> Array:
@@ -173,7 +173,7 @@ class GeometricPath:
         return lower[_checked(derivative)], upper[derivative]
 
     def peak(self, derivative: int) -> Array:
-        """Exact max |d-th derivative| on [0, 1] of every axis, shape (n_axes,), as (21), (23), (25) of Paing need."""
+        """Exact max |d-th derivative| on [0, 1] of every axis, shape (n_axes,), for (21), (23), (25) of Paing 2021."""
         lower, upper = self.extremes(derivative)
         return frozen(np.maximum(-lower, upper))
 
@@ -208,7 +208,7 @@ class GeometricPath:
 
 
 def _fitted(points: Array, count: int, order: int, parameters: Any, knots: Any, at_rest: bool) -> GeometricPath:
-    """The least-squares curve of ``count`` control points; it passes through all points where their number allows."""
+    """The least-squares curve with ``count`` control points; if these are enough, it passes through all points."""
     if not isinstance(order, int) or order < 2:
         raise InvalidInputError(f"order: expected a whole number of at least 2, got {order!r}")
     if isinstance(parameters, str):
@@ -261,7 +261,7 @@ def _averaging(u: Array, count: int, order: int) -> Array:
 
 
 def _spread(u: Array, count: int, order: int, shift: int) -> Array:
-    """(9.69), every knot between two points; ``shift`` counts the points from one earlier."""
+    """(9.69), every knot between the parameters of two points; a ``shift`` of 1 takes the points one earlier."""
     spacing = len(u) / (count - order + 1)
     places = spacing * np.arange(1, count - order + 1)
     before = np.floor(places).astype(int)

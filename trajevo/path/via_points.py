@@ -1,4 +1,4 @@
-"""What must be visited: points in joint space."""
+"""Via points in joint space, made from arrays, tool poses or CSV files."""
 
 from __future__ import annotations
 
@@ -56,15 +56,15 @@ class ViaPoints:
 
     @classmethod
     def for_robot(cls, robot: Robot, positions: Any, *, angle: str = "rad") -> ViaPoints:
-        """Points that a robot can reach with every joint.
+        """Via points that lie within the ranges of a robot's joints.
 
         Args:
-            robot: the robot whose position limits count.
+            robot: the robot whose position limits apply.
             positions: shape (n_points, n_joints) [rad or m].
             angle: unit of angles in error messages, ``"rad"`` or ``"deg"``.
 
         Raises:
-            InvalidInputError: as the class, or another number of joints, or a point outside the range of a joint.
+            InvalidInputError: as for the class, another number of joints, or a point outside the range of a joint.
         """
         points = cls(positions)
         if points.n_joints != robot.dof:
@@ -90,20 +90,20 @@ _ORIENTATION = {"roll": "rad", "pitch": "rad", "yaw": "rad"}
 
 
 def joint_points(points: Any, robot: Robot) -> ViaPoints:
-    """Via points of a robot from whatever a user may give.
+    """Via points of a robot, from any form in which a user may give them.
 
     Args:
         points: via points, an array (K, n_joints) [rad or m], a list of joint positions, of poses
-            (:class:`~trajevo.path.inverse_kinematics.Pose` or their mappings) or of both, or a CSV file: a column with
-            its unit for each joint, or ``x [m], y [m], z [m]`` and, if the orientation counts, ``roll, pitch, yaw``.
+            (:class:`~trajevo.path.inverse_kinematics.Pose` or their mappings) or of both, or a CSV file. Its columns,
+            each with a unit, are the joints, or ``x, y, z`` and, if the orientation matters, ``roll, pitch, yaw``.
         robot: the robot; poses become the joint positions nearest to the point before, so that the path stays short.
 
     Raises:
         UnreachableError: a pose that the tool cannot take.
-        InvalidInputError: no points, points of another make, or outside the ranges of the joints.
+        InvalidInputError: no points, points in another form, or points outside the ranges of the joints.
     """
     if points is None:
-        raise InvalidInputError(f"points: robot {robot.name!r} needs points to pass, shape (n_points, {robot.dof})")
+        raise InvalidInputError(f"points: robot {robot.name!r} needs via points, shape (n_points, {robot.dof})")
     if isinstance(points, ViaPoints):
         return ViaPoints.for_robot(robot, points.positions)
     if isinstance(points, str | Path):
@@ -124,7 +124,7 @@ def _from_file(file: str | Path, robot: Robot) -> Any:
 
 
 def _solved(points: Any, robot: Robot) -> Array:
-    """Joint positions of a mixed list; every pose is solved from the point before it."""
+    """Joint positions of a mixed list; inverse kinematics of each pose starts at the point before it."""
     rows: list[Array] = []
     for k, point in enumerate(points):
         if isinstance(point, Pose | Mapping):

@@ -1,1 +1,1 @@
-"""What moves: the model, its limits, friction, transmission and payload, and one file for each source of a robot."""
+"""The robot: model, limits, friction, transmission, kinematics and payload, and the files that it is loaded from."""

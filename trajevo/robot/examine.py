@@ -1,4 +1,4 @@
-"""Everything wrong with a robot at once: errors for which it is not loaded, and what is suspicious."""
+"""All problems of a robot at once: errors that prevent loading it, and warnings about what is suspicious."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from trajevo.robot.robot import load_robot
 from trajevo.robot.robot_toml import RobotFile, entry_problems
 from trajevo.robot.urdf import LinkRow, bodies, link_rows, massless_bodies, read_urdf, tips, urdf_number, urdf_problems
 
-#: Efforts from here on, on every joint, were written because the format wants a number [N·m or N].
+#: If no effort limit is below this one, all are taken for placeholders: the URDF format requires numbers [N·m or N].
 PLACEHOLDER_EFFORT = 1000.0
 
 _UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}
@@ -30,7 +30,7 @@ class JointRow:
 
     Attributes:
         name: name of the joint, or of the actuator that a transmission puts in its place.
-        type: type in the URDF, ``"actuator"`` behind a transmission.
+        type: type in the URDF, or ``"actuator"`` for an actuator of a transmission.
         unit: ``"rad"`` or ``"m"``.
         lower: least position [unit].
         upper: greatest position [unit].
@@ -56,15 +56,15 @@ class RobotExamination:
     """What :func:`examine` found.
 
     Attributes:
-        name: name it was asked for by.
-        file: the URDF, or the ``robot.toml`` if that does not tell of one.
+        name: name by which the robot was requested.
+        file: the URDF, or the ``robot.toml`` if that leads to no URDF.
         robot_name: name of the robot in the URDF.
         dof: number of joints that are planned for.
-        mass: mass of all links, the base with them [kg].
+        mass: mass of all links, the base included [kg].
         joints: joints that are planned for.
         links: links of the URDF.
-        errors: sentences for which the robot cannot be loaded.
-        warnings: sentences on what is suspicious, or has to be given besides.
+        errors: reasons why the robot cannot be loaded, one sentence each.
+        warnings: what is suspicious, or has to be given in addition, one sentence each.
     """
 
     name: str
@@ -79,11 +79,11 @@ class RobotExamination:
 
 
 def examine(name: str | Path, *, lock: Collection[str] = ()) -> RobotExamination:
-    """Everything wrong with a robot at once, also with one that :func:`~trajevo.robot.robot.load_robot` refuses.
+    """All problems of a robot at once, even of one that :func:`~trajevo.robot.robot.load_robot` refuses.
 
     Args:
         name: as :func:`~trajevo.robot.robot.load_robot` takes it.
-        lock: joints that will be held still.
+        lock: joints that will be locked.
 
     Returns:
         The joints, the links, and every error and warning, one sentence each.
@@ -131,7 +131,7 @@ def examine(name: str | Path, *, lock: Collection[str] = ()) -> RobotExamination
 
 
 def _settings(path: Path, errors: list[str]) -> RobotFile | None:
-    """The ``robot.toml`` if its entries can be used; what is wrong with it is added to the errors."""
+    """The ``robot.toml`` if its entries can be used; its problems are added to ``errors``."""
     try:
         wrong = entry_problems(path)
         if wrong:
@@ -146,7 +146,7 @@ def _settings(path: Path, errors: list[str]) -> RobotFile | None:
 
 
 def _urdf_of(settings: Path) -> Path | None:
-    """URDF beside a ``robot.toml`` that may be broken: the one it names, or else the only one there."""
+    """URDF of a ``robot.toml`` that may be broken: the one that it names, or else the only one in its folder."""
     try:
         named = tomllib.loads(settings.read_text(encoding="utf-8")).get("urdf")
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
@@ -160,7 +160,7 @@ def _urdf_of(settings: Path) -> Path | None:
 def _row(joint: ElementTree.Element) -> JointRow:
     kind, limit = joint.get("type", ""), joint.find("limit")
     given: dict[str, str] = {} if limit is None else limit.attrib
-    # The format means 0 where a limit has no lower or upper; a continuous joint has neither.
+    # In the URDF format a lower or upper limit that is missing is 0; a continuous joint has neither.
     absent = "0" if limit is not None and kind != "continuous" else None
     lower, upper = (_value(given.get(key, absent)) for key in ("lower", "upper"))
     velocity, effort = (_value(given.get(key)) for key in ("velocity", "effort"))
@@ -183,23 +183,23 @@ def _lock_problems(robot: ElementTree.Element, urdf: Path, lock: Collection[str]
 
 
 def _limit_problems(rows: list[JointRow], urdf: Path) -> Iterator[str]:
-    """Limits of a URDF that can be read and make no sense; NaN is what could not be read, told elsewhere."""
+    """Limits of a URDF that can be read but make no sense; NaN marks those that cannot be read, reported elsewhere."""
     for row in rows:
         where = f"{urdf}: joint {row.name!r}: limit"
         if row.lower >= row.upper and row.type != "continuous":
             yield f"{where}: lower must be below upper, got {row.lower:g} and {row.upper:g} {row.unit}"
         for key, unit in (("velocity", f"{row.unit}/s"), ("effort", "N" if row.unit == "m" else "N·m")):
             value = getattr(row, key)
-            if value == 0.0:  # less than that, Pinocchio does not read either, and the URDF's own check has told it
+            if value == 0.0:  # negative limits are reported by urdf_problems
                 yield f"{where}: {key}: expected a positive number, got {value:g} {unit}"
 
 
 def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock: Collection[str]) -> list[JointRow]:
-    """The actuators with the limits of ``robot.toml``; of a joint whose entry is wrong, those of the URDF."""
+    """The actuators with the limits of ``robot.toml``, or with those of the URDF if an entry is wrong."""
     try:
         names, units = file.transmission(tuple(row.name for row in rows), tuple(row.unit for row in rows))[1:]
         if set(names) != set(file.settings.joints) - set(lock):
-            file.limits(names, units, lock)  # refuses the names
+            file.limits(names, units, lock)  # raises, since the names differ
     except InvalidInputError as error:
         errors.append(str(error))
         return rows
@@ -221,7 +221,7 @@ def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock
 def _loading_problem(
     name: str | Path, *, moving: list[ElementTree.Element], lock: Collection[str], links: tuple[LinkRow, ...]
 ) -> Iterator[str]:
-    """What only loading can tell, with whatever a caller has to give besides the files."""
+    """The problem that only loading shows; everything that a caller has to give besides the files is filled in."""
     settings = robot_source(name).settings
     besides: dict[str, Any] = (
         {} if settings else {"tool": links[-1].name, "limits": {"acceleration": np.inf, "jerk": np.inf}}

@@ -1,4 +1,4 @@
-"""What limits the joints of a robot, and what their actuators add to the effort of the rigid bodies."""
+"""Limits of a robot's joints, and the friction and armature that actuators add to the effort of the rigid bodies."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ class JointLimits:
             )
 
     def range_used(self, q: Array) -> Array:
-        """Share of its range that every joint uses at positions of shape (..., n_joints): 1 where an end is reached.
+        """Share of its range that every joint uses at positions of shape (..., n_joints): 1 at an end of the range.
 
-        |q - middle| over half the range; of a range with one end 1 + excess over that end's size, or over 1 rad or m
-        where the end is 0; -inf without any.
+        With two finite limits this is |q - middle| over half the range. With one it is 1 + excess / |limit|, where a
+        limit of 0 counts as 1 rad or m. Without any it is -inf.
         """
         low, high = np.isfinite(self.lower), np.isfinite(self.upper)
         finite = np.where(low, self.lower, np.where(high, self.upper, 0.0))
@@ -67,13 +67,16 @@ class JointLimits:
 
 @dataclass(frozen=True, eq=False)
 class Friction:
-    """What the actuators add to the rigid-body effort: viscous v + dry friction against v + armature a, (n_joints,).
+    """What the actuators add to the rigid-body effort: viscous v + dry friction sign(v) + armature a, (n_joints,).
 
     Attributes:
-        viscous: [N·m·s/rad or N·s/m].
-        coulomb: dry friction of a joint that moves forward, and of any where it is the same both ways [N·m or N].
+        viscous: viscous friction [N·m·s/rad or N·s/m].
+        coulomb: dry friction of a joint that moves forward [N·m or N].
         armature: inertia of motor and gear seen at the joint [kg·m² or kg].
-        coulomb_backward: dry friction of a joint that moves backward; as forward if None.
+        coulomb_backward: dry friction of a joint that moves backward [N·m or N]; as forward if None.
+
+    Raises:
+        InvalidInputError: shapes differ, or a number is negative or not finite.
     """
 
     viscous: Array
@@ -96,15 +99,15 @@ class Friction:
 
     @property
     def none(self) -> bool:
-        """Whether it adds nothing."""
+        """Whether all friction and armature is zero."""
         return not any(getattr(self, field.name).any() for field in fields(self))
 
     def effort(self, v: Array, a: Array) -> Array:
-        """What it adds at velocities and accelerations of shape (..., n_joints); nothing dry where a joint stands."""
+        """Added effort [N·m or N] at v and a of shape (..., n_joints); a joint at rest has no dry friction."""
         added: Array = self.viscous * v + self.dry(v) + self.armature * a
         return added
 
     def dry(self, v: Array) -> Array:
-        """Its dry part alone at velocities of shape (..., n_joints)."""
+        """Dry friction alone at velocities of shape (..., n_joints) [N·m or N]."""
         against: Array = np.where(v.real > 0.0, self.coulomb, -np.asarray(self.coulomb_backward)) * (v.real != 0.0)
         return against

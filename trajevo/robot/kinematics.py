@@ -1,8 +1,8 @@
-"""Where the tool is and how it moves, for whole populations at once.
+"""Pose, Jacobian and twist of the tool, for whole populations at once.
 
-Pinocchio answers for one real configuration per call; here one call takes arrays of any leading shape, complex ones too
-(derivatives by complex step), as only analytic operations are used. The formulas are the product of joint placements
-and the geometric Jacobian (Siciliano, Robotics, 2009, sections 2.8 and 3.1).
+Pinocchio takes one real configuration per call; here one call takes arrays of any leading shape. Complex arrays work
+too (derivatives by complex step), as only analytic operations are used. The formulas are the product of joint
+placements and the geometric Jacobian (Siciliano, Robotics, 2009, sections 2.8 and 3.1).
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ class ToolKinematics:
     Attributes:
         transmission: actuator coordinates -> model coordinates.
         dof: number of joints of the robot.
-        chain: place of each of the C carrying joints among the model's coordinates, from the base on.
-        rotations: of each joint's frame in that of the joint before, at position 0, shape (C, 3, 3).
-        translations: shape (C, 3) [m].
+        chain: index among the model's coordinates of each of the C joints from the base to the tool.
+        rotations: rotation of each joint's frame in the frame of the joint before, at position 0, shape (C, 3, 3).
+        translations: origin of that frame, shape (C, 3) [m].
         axes: unit axes in the joints' own frames, shape (C, 3).
-        turns: whether a joint turns, otherwise it slides, shape (C,).
-        tool_rotation: of the tool in the last joint's frame, shape (3, 3).
-        tool_translation: shape (3,) [m].
+        turns: whether a joint is revolute, otherwise prismatic, shape (C,).
+        tool_rotation: rotation of the tool in the last joint's frame, shape (3, 3).
+        tool_translation: origin of the tool in that frame, shape (3,) [m].
     """
 
     transmission: Transmission
@@ -47,7 +47,7 @@ class ToolKinematics:
 
     @classmethod
     def of(cls, robot: Robot) -> ToolKinematics:
-        """The kinematics of a robot's tool, read once from its model, which is not kept."""
+        """The kinematics of a robot's tool, read once from its model; the model itself is not kept."""
         model = robot.model
         frame = model.frames[model.getFrameId(robot.tool)]
         numbers, joint = [], int(frame.parentJoint)
@@ -85,7 +85,7 @@ class ToolKinematics:
         return self._walk(self._checked(q, "q"))[:2]
 
     def jacobian(self, q: Array) -> Array:
-        """Twist of the tool per joint velocity, in the base frame at the tool's origin, linear rows first.
+        """Jacobian: twist of the tool per joint velocity, in the base frame at the tool's origin, linear rows first.
 
         Args:
             q: joint positions, shape (..., n_joints) [rad or m]; complex ones stay complex.
@@ -99,7 +99,7 @@ class ToolKinematics:
         return self.pose_and_jacobian(q)[2]
 
     def pose_and_jacobian(self, q: Array) -> tuple[Array, Array, Array]:
-        """What :meth:`pose` and :meth:`jacobian` say, in one walk along the chain."""
+        """Results of :meth:`pose` and :meth:`jacobian`, from one pass along the chain."""
         positions = self._checked(q, "q")
         position, rotation, origins, axes = self._walk(positions)
         geometric = self._geometric(position, origins, axes)
@@ -123,7 +123,7 @@ class ToolKinematics:
             InvalidInputError: another number of joints.
         """
         positions, velocities = self._checked(q, "q"), self._checked(v, "v")
-        kind = np.result_type(positions, velocities)  # a transmission copies v, which must have room for complex parts
+        kind = np.result_type(positions, velocities)  # a transmission copies v, so v must be complex if q is
         positions, velocities = positions.astype(kind), velocities.astype(kind)
         moved = self.transmission.motion(positions, velocities, np.zeros_like(velocities))[1][..., list(self.chain)]
         position, _, origins, axes = self._walk(positions)
@@ -137,7 +137,7 @@ class ToolKinematics:
         return array
 
     def _geometric(self, position: Array, origins: list[Array], axes: list[Array]) -> Array:
-        """The Jacobian of the carrying joints of the model, shape (..., 6, C)."""
+        """The Jacobian of the joints of the chain, shape (..., 6, C)."""
         columns = np.zeros((*position.shape[:-1], 6, len(self.chain)), dtype=position.dtype)
         for k, turns in enumerate(self.turns):
             if turns:
@@ -148,9 +148,9 @@ class ToolKinematics:
         return columns
 
     def _walk(self, q: Array) -> tuple[Array, Array, list[Array], list[Array]]:
-        """Pose of the tool, and origin and axis of every carrying joint in the base frame.
+        """Pose of the tool, and origin and axis of every joint of the chain, in the base frame.
 
-        The loop runs over joints, each placed by the one before, and never over configurations.
+        The loop runs over joints, since each is placed by the one before, and never over configurations.
         """
         still = np.zeros_like(q)
         model = self.transmission.motion(q, still, still)[0]

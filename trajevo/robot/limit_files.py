@@ -1,4 +1,8 @@
-"""Limits of a robot's joints from its files and from the caller, nothing filled in silently."""
+"""Joint limits from all their sources, and MoveIt's ``joint_limits.yaml``, which is read and written here.
+
+The limits of ``robot.toml``, or else those of the URDF, are completed and replaced by those of the caller. A limit that
+is still missing is an error: nothing is filled in silently.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +19,7 @@ from trajevo.base.units import per_time, quantity
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 from trajevo.robot.joints import JointLimits
 
-#: Our limit -> MoveIt's flag and keys.
+#: Limit of trajevo -> MoveIt's flag and keys.
 _KEYS = {
     "position": ("has_position_limits", ("min_position", "max_position")),
     "velocity": ("has_velocity_limits", ("max_velocity",)),
@@ -24,7 +28,7 @@ _KEYS = {
     "effort": ("has_effort_limits", ("max_effort",)),
 }
 
-#: MoveIt's factors, by which it multiplies the limits of every joint -> our limit.
+#: MoveIt's scaling factors -> the limit that each one multiplies, for all joints.
 _SCALES = {
     "default_velocity_scaling_factor": "velocity",
     "default_acceleration_scaling_factor": "acceleration",
@@ -39,19 +43,19 @@ def read_joint_limits(
 ) -> dict[str, dict[str, Any]]:
     """Limits of a MoveIt file, as :func:`trajevo.robot.robot.load_robot` takes them: limit -> joint -> value, SI.
 
-    A limit whose ``has_...`` is false is infinite. It is not given if it is not mentioned, or if a number stands beside
-    the false: MoveIt's setup assistant writes that where nobody filled one in. The default scaling factors count, as
-    they do in MoveIt.
+    A limit whose ``has_...`` is false is infinite. A limit counts as not given if the file does not mention it, or if
+    ``has_...`` is false beside a number, which MoveIt's setup assistant writes for limits that nobody has filled in.
+    The default scaling factors are applied, as in MoveIt.
 
     Args:
         file: YAML with ``joint_limits``.
         names: joints of the robot.
-        locked: joints that are held still; their entries are passed over.
+        locked: locked joints; their entries are ignored.
 
     Raises:
         UnknownNameError: a joint that the robot does not have, or an unknown key.
-        InvalidInputError: not such a file, a value that is missing or no number, or a factor for a joint whose limit
-            stands elsewhere.
+        InvalidInputError: the file is not of this kind, a value is missing or not a number, or a factor applies to a
+            joint whose limit is not in the file.
     """
     try:
         content = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
@@ -77,7 +81,7 @@ def read_joint_limits(
     for key, limit in _SCALES.items():
         elsewhere = [name for name in names if name not in found.get(limit, {})]
         if scales[limit] != 1.0 and elsewhere:
-            raise InvalidInputError(f"{file}: {key}: expected the {limit} limit of {elsewhere[0]!r} too, to be scaled")
+            raise InvalidInputError(f"{file}: {key}: expected the {limit} limit of {elsewhere[0]!r} too, to scale it")
     return found
 
 
@@ -135,7 +139,7 @@ def declared_limits(
     given: Mapping[str, Any],
     urdf: Path,
 ) -> dict[str, Array]:
-    """Columns of JointLimits, SI: those of ``robot.toml``, or else of the URDF, with those of the caller put over."""
+    """Columns of JointLimits, SI: limits of ``robot.toml``, or else of the URDF, overridden by those of the caller."""
     columns = dict(declared) if declared is not None else _of_urdf(model)
     for key, value in given.items():
         checked_name("limit", key, QUANTITIES)
@@ -153,33 +157,34 @@ def declared_limits(
             raise InvalidInputError(
                 f"{urdf}: no {key} limit for {', '.join(missing)}, which a URDF cannot hold: give it in robot.toml "
                 f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "
-                f'an argument (limits={{"{key}": 10.0}}); inf is no limit'
+                f'an argument (limits={{"{key}": 10.0}}); inf means no limit'
             )
     _check(columns, names, urdf)
     return columns
 
 
 def given_limits(given: Any, names: tuple[str, ...], locked: Collection[str]) -> Mapping[str, Any]:
-    """Limits that a caller gave: none, a mapping, or those of a file of MoveIt.
+    """The limits that a caller gave, as a mapping: none, the mapping itself, or those of a MoveIt file.
 
     Raises:
-        InvalidInputError: something else, or as :func:`~trajevo.robot.limit_files.read_joint_limits` says.
+        InvalidInputError: anything else, or as for :func:`read_joint_limits`.
     """
     if isinstance(given, str | Path):
         return read_joint_limits(given, names, locked)
     if not isinstance(given, Mapping | None):
-        raise InvalidInputError(f"limits: expected a mapping from limits to values or a file of MoveIt, got {given!r}")
+        raise InvalidInputError(f"limits: expected a mapping from limits to values or a MoveIt file, got {given!r}")
     return {} if given is None else given
 
 
 def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path) -> None:
-    """Zeros stand for "not known" in many URDFs."""
+    """Refuse limits of zero, which mean "not known" in many URDFs, and empty ranges."""
     for key in QUANTITIES[1:]:
         for name, value in zip(names, columns[key].tolist(), strict=True):
             if not value > 0.0:
                 raise InvalidInputError(
                     f"{urdf}: joint {name!r}: {key}: expected a positive limit, got {value:g}: give it in robot.toml, "
-                    f'in task.toml ([limits] {key} = ...), or as an argument (limits={{"{key}": ...}}); inf is no limit'
+                    f'in task.toml ([limits] {key} = ...), or as an argument (limits={{"{key}": ...}}); '
+                    "inf means no limit"
                 )
     for name, lower, upper in zip(names, columns["lower"].tolist(), columns["upper"].tolist(), strict=True):
         if not lower < upper:
@@ -234,7 +239,7 @@ def _unit(key: str, unit: str) -> str:
 
 
 def _with_unit(name: str, value: Any, unit: str) -> float:
-    if value in ("inf", "-inf"):  # as JSON has to write it
+    if value in ("inf", "-inf"):  # JSON can write infinity only as text
         return float(value)
     if isinstance(value, str):
         return quantity(value, unit, name=name)

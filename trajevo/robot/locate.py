@@ -1,4 +1,4 @@
-"""Where a robot is found: robots/, example-robot-data, a folder, a URDF."""
+"""Where robots are found: in robots/ or example-robot-data, in a folder, or in a URDF."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class RobotSource:
     """Files of a robot.
 
     Attributes:
-        name: name it was asked for by.
-        folder: where it lies.
+        name: name by which the robot was requested.
+        folder: folder of its files.
         settings: its ``robot.toml``, or None.
-        urdf: its URDF; with a ``robot.toml`` the one that names counts.
+        urdf: its URDF; if there is a ``robot.toml``, the URDF named there is used instead.
         packages: folders in which ``package://`` paths are looked up.
     """
 
@@ -39,12 +39,17 @@ def list_robots() -> list[str]:
 
 
 def list_example_robots() -> list[str]:
-    """Names of example-robot-data that stand on a fixed base."""
+    """Names of the robots of example-robot-data that have a fixed base."""
     return sorted(name for name, loader in _example_loaders().items() if not loader.free_flyer)
 
 
 def robot_source(name: str | Path) -> RobotSource:
-    """The files of a robot by name, folder or URDF."""
+    """The files of a robot, from its name, its folder or its URDF.
+
+    Raises:
+        UnknownNameError: no such robot.
+        InvalidInputError: neither text nor a path, or a robot of example-robot-data without a fixed base.
+    """
     if not isinstance(name, str | Path):
         raise InvalidInputError(f"robot: expected a name or the path of a folder, got {name!r}")
     if str(name) in list_robots():
@@ -61,10 +66,10 @@ def robot_source(name: str | Path) -> RobotSource:
 
 
 def other_robot(source: RobotSource) -> str | None:
-    """One sentence if a name of example-robot-data loads another robot than it says, or None: ``ur3`` loads a UR5.
+    """A warning if a name of example-robot-data loads another robot, as ``ur3`` loads a UR5, otherwise None.
 
-    A name is known by its first word, as in ``panda_collision``. It is doubted only if neither the URDF's file name nor
-    the robot's name in it holds that word and both hold the name of another robot.
+    Only the first word of the name counts: ``panda`` in ``panda_collision``. The warning is given if neither the file
+    name of the URDF nor the robot's name inside it contains that word, and both contain the name of another robot.
     """
     known = list_example_robots()
     if source.settings is not None or source.name not in known or not source.urdf.is_file():
@@ -72,19 +77,19 @@ def other_robot(source: RobotSource) -> str | None:
     try:
         inside = ElementTree.parse(source.urdf).getroot().get("name", "")
     except (OSError, LookupError, ValueError, ElementTree.ParseError):
-        return None  # whoever reads the URDF next says so
+        return None  # reported when the URDF is read next
     found = (source.urdf.stem.lower(), inside.lower())
     others = [name for name in known if name != source.name and all(name in text for text in found)]
     if not others or any(source.name.split("_")[0] in text for text in found):
         return None
     return (
-        f"robot {source.name!r}: example-robot-data answers this name with another robot, {inside!r} of "
-        f"{source.urdf.name}; load {others[0]!r} if that is meant, or give the path of a URDF of {source.name!r}"
+        f"robot {source.name!r}: example-robot-data has another robot under this name, {inside!r} in "
+        f"{source.urdf.name}; load {others[0]!r} if you want that one, or give the path of a URDF of {source.name!r}"
     )
 
 
 def warn_of_other_robot(source: RobotSource) -> None:
-    """Warn whoever called the caller, if a name loads another robot than it says."""
+    """Warn, at the line that called this function's caller, if a name loads another robot."""
     sentence = other_robot(source)
     if sentence is not None:
         warnings.warn(sentence, UserWarning, stacklevel=3)

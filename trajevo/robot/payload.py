@@ -1,4 +1,4 @@
-"""Payloads: what a robot carries at its tool, and the effort of one kilogram of it."""
+"""Payloads that a robot carries at its tool, and the models and regressors that give their effort."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LOAD_MODELS = {
     "tool_axis": "its weight as a force along the tool's z axis, no inertia (the conjectured convention of Guo 2016)",
 }
 
-#: What effort is affine in: mass [kg], mass times centre of mass [kg·m], inertia about the tool's origin [kg·m²].
+#: Effort is affine in these: mass [kg], mass times centre of mass [kg·m], inertia about the tool's origin [kg·m²].
 PARAMETERS = ("m", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 
 
@@ -30,16 +30,16 @@ class Payload:
     """Something carried at the tool.
 
     Attributes:
-        mass: [kg], from 0 on.
+        mass: mass, 0 or more [kg].
         com: centre of mass in the tool frame [m].
-        inertia: rotational inertia about the centre of mass along the tool's axes, 3 x 3 [kg·m²]; a point mass if
-            None. It is taken to scale with the mass when a capacity is sought.
+        inertia: rotational inertia about the centre of mass along the tool's axes, 3 x 3 [kg·m²]; None for a point
+            mass. It scales with the mass when a capacity is computed.
         model: a key of :data:`LOAD_MODELS`.
 
     Raises:
         UnknownNameError: no such model.
-        InvalidInputError: a mass that is negative or not finite, an inertia that no body has, or a model of force
-            with a property that it cannot use.
+        InvalidInputError: a mass that is negative or not finite, an inertia that no body can have, or a property that
+            the model cannot use.
     """
 
     mass: float
@@ -63,12 +63,12 @@ class Payload:
 
     @classmethod
     def of(cls, given: Payload | float | dict[str, Any], *, model: str | None, usual: str = "rigid") -> Payload:
-        """A payload from what a caller may pass: itself, a mass [kg], or the plain data of another.
+        """The payload that a caller passed: a payload, a mass [kg], or the plain data of a payload.
 
         Args:
             given: any of these.
-            model: how it acts, whatever ``given`` says; if None, as ``given`` says.
-            usual: how a bare mass acts if ``model`` is None.
+            model: a key of :data:`LOAD_MODELS` that replaces the model of ``given``; None keeps that one.
+            usual: model of a bare mass if ``model`` is None.
         """
         if isinstance(given, dict):
             unknown = sorted(set(given) - {"mass", "com", "inertia", "model"})
@@ -81,11 +81,11 @@ class Payload:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Plain data that makes an equal payload."""
+        """Plain data from which an equal payload can be made."""
         return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(self).items()}
 
     def with_mass(self, mass: float) -> Payload:
-        """The same shape with another mass; its inertia scales along."""
+        """The same payload with another mass; its inertia scales with the mass."""
         if self.inertia is None:
             return replace(self, mass=mass)
         scaled = tuple(tuple(entry * mass / self.mass for entry in row) for row in self.inertia)
@@ -93,7 +93,7 @@ class Payload:
 
 
 def carrying(robot: Robot, payload: Payload) -> Any:
-    """A copy of a robot's model with a rigid payload fixed to the tool; the robot is not touched."""
+    """A copy of a robot's model with a rigid payload fixed to the tool; the robot is not changed."""
     model = robot.model.copy()
     frame = model.frames[model.getFrameId(robot.tool)]
     model.appendBodyToJoint(frame.parentJoint, _body(payload), frame.placement)
@@ -101,7 +101,7 @@ def carrying(robot: Robot, payload: Payload) -> Any:
 
 
 def massless(robot: Robot) -> Any:
-    """A copy of a robot's model without any mass of its own."""
+    """A copy of a robot's model in which every mass and inertia is zero."""
     model = robot.model.copy()
     for joint in range(model.njoints):
         model.inertias[joint] = pin.Inertia.Zero()
@@ -117,9 +117,10 @@ def kilogram(robot: Robot, payload: Payload) -> Any:
 
 
 def probe(robot: Robot) -> Any:
-    """A massless copy with one kilogram on an extra slide along the tool's z axis, the last coordinate of the model.
+    """A massless copy with one kilogram on an additional prismatic joint along the tool's z axis.
 
-    At rest under a gravity g its slide holds -a·g, a the tool's z axis, and the joints hold -Jᵀ g.
+    That joint is the last coordinate of the model. At rest under gravity g it holds the force -a·g, where a is the
+    tool's z axis, and the other joints hold -Jᵀ g.
     """
     model = massless(robot)
     frame = model.frames[model.getFrameId(robot.tool)]
@@ -129,15 +130,15 @@ def probe(robot: Robot) -> Any:
 
 
 def tool_regressor(robot: Robot, q: Array, v: Array, a: Array) -> Array:
-    """What each of the ten parameters of something fixed to the tool adds to the model's torque, per unit.
+    """Model torque per unit of each of the ten inertial parameters of a body that is fixed to the tool.
 
     The loop over Pinocchio's regressor takes half the time of ten batched runs of inverse dynamics, one per parameter.
 
     Args:
-        robot: the robot; its own masses play no part.
+        robot: the robot; its own masses do not matter.
         q: positions in model coordinates, shape (T, n_joints) [rad or m].
-        v: velocities, the same shape.
-        a: accelerations, the same shape.
+        v: velocities, the same shape [rad/s or m/s].
+        a: accelerations, the same shape [rad/s² or m/s²].
 
     Returns:
         Shape (T, n_joints, 10), parameters in the order of :data:`PARAMETERS`.
@@ -152,7 +153,7 @@ def tool_regressor(robot: Robot, q: Array, v: Array, a: Array) -> Array:
 
 
 def _at_joint(rotation: Array, position: Array) -> Array:
-    """The ten parameters in a frame of a body -> in the body's own, shape (10, 10)."""
+    """Matrix (10, 10) from the ten parameters in a frame on a body to those in the body's own frame."""
     columns = np.empty((10, 10))
     for k, unit in enumerate(np.eye(10)):
         mass, moment, inertia = unit[0], rotation @ unit[1:4], rotation @ tensor_of(unit[4:]) @ rotation.T
@@ -164,7 +165,7 @@ def _at_joint(rotation: Array, position: Array) -> Array:
 
 
 def tensor_of(entries: Array) -> Array:
-    """Symmetric tensors (..., 3, 3) of their entries xx, xy, yy, xz, yz, zz, shape (..., 6)."""
+    """Symmetric tensors (..., 3, 3) from their entries xx, xy, yy, xz, yz, zz, shape (..., 6)."""
     tensors: Array = entries[..., [[0, 1, 3], [1, 2, 4], [3, 4, 5]]]
     return tensors
 
@@ -190,5 +191,5 @@ def _checked_inertia(inertia: Any, mass: float) -> tuple[tuple[float, ...], ...]
             f"got {tensor.tolist()}"
         )
     if not mass > 0.0:
-        raise InvalidInputError("payload.inertia: a payload without mass has none")
+        raise InvalidInputError("payload.inertia: a payload without mass has no inertia")
     return tuple(map(tuple, tensor.tolist()))

@@ -1,7 +1,8 @@
-"""Robots: a Pinocchio model with the limits that a URDF cannot hold.
+"""Robots: a Pinocchio model with the limits that a URDF cannot hold, and how it is loaded.
 
-A robot is a folder ``<name>/`` with ``<name>.urdf``, ``robot.toml`` (limits with their units, tool frame) and
-``SOURCE.md`` (where each number comes from).
+:func:`load_robot` builds a robot from one of two sources. One is a folder ``<name>/`` with ``<name>.urdf``,
+``robot.toml`` (limits with their units, tool frame) and ``SOURCE.md`` (where each number comes from), as for all robots
+that come with trajevo. The other is a bare URDF, for which the caller gives what it lacks.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from trajevo.robot.urdf import checked_urdf, tips
 
 
 def build_model(text: str, file: Path, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
-    """The model of a checked URDF with joints locked, and the unit of every joint that is left."""
+    """Pinocchio model of a checked URDF with some joints locked, and the unit of every remaining joint."""
     try:
         model = pin.buildModelFromXML(text)
     except (ValueError, RuntimeError) as error:
@@ -37,7 +38,7 @@ def build_model(text: str, file: Path, lock: Mapping[str, float]) -> tuple[Any, 
 
 
 def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[int], Array]:
-    """Numbers of the joints to lock in the whole model, and a configuration of it that holds their positions."""
+    """Numbers of the joints to lock in the full model, and a configuration of it with their locked positions."""
     held = pin.neutral(model)
     numbers = []
     for name, position in lock.items():
@@ -60,7 +61,7 @@ def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
 
 
 def _joint_unit(joint: Any, name: str, file: Path) -> str:
-    """Unit of a joint's coordinate; joints with none or several coordinates cannot be planned for."""
+    """Unit of a joint's coordinate; only joints with exactly one coordinate can be planned for."""
     kind = joint.shortname()
     if joint.nq != 1 or joint.nv != 1:
         raise InvalidInputError(
@@ -78,13 +79,14 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A robot whose actuators are planned for: Pinocchio model, transmission, limits, friction and tool frame.
+    """A robot: Pinocchio model, transmission, limits, friction and tool frame.
 
-    "Joint" means an actuated coordinate everywhere; for most robots these are the joints of the model.
+    Motions are planned for its actuators: "joint" means an actuated coordinate everywhere. For most robots these are
+    the joints of the model.
 
     Attributes:
         name: name of the robot.
-        model: Pinocchio model with one configuration coordinate per joint (nq == nv), gravity of ``robot.toml``.
+        model: Pinocchio model with one configuration coordinate per joint (nq == nv) and the gravity in its base frame.
         transmission: actuator coordinates -> model coordinates.
         limits: joint limits, SI.
         friction: viscous and Coulomb friction and armature of the actuators.
@@ -95,8 +97,8 @@ class Robot:
         reference: where its numbers come from, one line.
         urdf: the URDF file.
         packages: folders in which ``package://`` paths of the URDF are looked up.
-        locked: positions of the joints of the URDF that are held still [rad or m].
-        settings: what :func:`load_robot` was called with, plain data: the name alone or all arguments by name.
+        locked: positions of the joints of the URDF that are locked [rad or m].
+        settings: arguments of :func:`load_robot` as plain data: the name alone, or the given arguments by name.
     """
 
     name: str
@@ -153,7 +155,7 @@ class Robot:
         data = self.model.createData()
         tool = self.model.getFrameId(self.tool)
         actuated = numbers(q, name="q", shape=("T", self.dof))
-        places = (len(actuated), self.model.njoints)  # Pinocchio counts the base, which here makes room for the tool
+        places = (len(actuated), self.model.njoints)  # njoints counts the base, whose place the tool takes here
         positions, rotations = np.empty((*places, 3)), np.empty((*places, 3, 3))
         still = np.zeros_like(actuated)
         for i, configuration in enumerate(self.transmission.motion(actuated, still, still)[0]):
@@ -181,28 +183,28 @@ def load_robot(
     """Load a robot by name, from a folder, or from a URDF.
 
     Args:
-        name: a name of :func:`list_robots`, one of example-robot-data's, the path of a folder with ``robot.toml`` and
-            the URDF it names, or the path of a URDF. A name that trajevo knows wins over a folder of that name.
-        lock: joints that are held still, name -> position [rad or m]; a continuous or mimicking joint can be planned
-            for in no other way.
-        tool: frame at the end effector; that of ``robot.toml``, or the only tip of the URDF, if None.
-        limits: limits that add to those of the files or replace them: ``position``, ``velocity``, ``acceleration``,
-            ``jerk`` and ``effort`` -> one number for all joints, one per joint in order, or a mapping from joints to
-            numbers, SI or text with a unit such as ``"180 deg/s"``; for positions pairs. ``inf`` is no limit. Or the
-            path of a ``joint_limits.yaml`` of MoveIt.
-        gravity: in the base frame, shape (3,) [m/s²]; that of ``robot.toml``, or 9.80665 against z, if None.
+        name: a name of :func:`list_robots` or of example-robot-data, the path of a folder with ``robot.toml`` and the
+            URDF that it names, or the path of a URDF. A name of trajevo takes precedence over a folder of that name.
+        lock: joints to lock, name -> position [rad or m]; continuous and mimic joints must be locked, as they cannot be
+            planned for.
+        tool: frame at the end effector; if None, that of ``robot.toml`` or the only tip of the URDF.
+        limits: limits that complete or replace those of the files, a mapping from ``position``, ``velocity``,
+            ``acceleration``, ``jerk`` or ``effort`` to one number for all joints, to one per joint in order, or to a
+            mapping from joints to numbers; for positions, pairs of numbers. Numbers are SI, or text with a unit such as
+            ``"180 deg/s"``; ``inf`` means no limit. Or the path of a MoveIt ``joint_limits.yaml``.
+        gravity: in the base frame, shape (3,) [m/s²]; if None, that of ``robot.toml`` or 9.80665 along -z.
 
     Returns:
-        The robot, limits in SI. With ``robot.toml`` its limits count and not the URDF's; without it position, velocity
-        and effort come from the URDF, acceleration and jerk from ``limits``.
+        The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the URDF. Otherwise
+        position, velocity and effort limits come from the URDF, acceleration and jerk limits from ``limits``.
 
     Raises:
-        UnknownNameError: neither a known robot nor a folder with ``robot.toml`` nor a URDF, or the tool is no frame of
-            the URDF; the message lists those that are.
-        InvalidInputError: not a name or a path, or a file that cannot be used: ``robot.toml`` as
-            :class:`~trajevo.robot.robot_toml.RobotFile` says, the URDF as :func:`~trajevo.robot.urdf.checked_urdf` says
-            or because Pinocchio cannot read it or a joint is not revolute or prismatic, or a limit is given nowhere.
-            The message names the file and, where the fault lies in one, the joint or link and the value.
+        UnknownNameError: the name is neither a known robot nor a folder with ``robot.toml`` nor a URDF, or there is no
+            such tool frame or joint to lock; the message lists the known names.
+        InvalidInputError: the name is neither text nor a path, ``robot.toml`` is refused by
+            :class:`~trajevo.robot.robot_toml.RobotFile`, the URDF is refused by
+            :func:`~trajevo.robot.urdf.checked_urdf` or by Pinocchio, a joint is neither revolute nor prismatic, or a
+            limit is missing. The message names the file and, where there is one, the joint or link and the value.
     """
     source = robot_source(name)
     warn_of_other_robot(source)
@@ -245,14 +247,15 @@ def load_robot(
 
 
 def robot_of(given: Any) -> Robot:
-    """A robot from what a caller may pass: itself, a name or path, or the arguments of :func:`load_robot` by name.
+    """The robot that a caller passed: a robot, a name or path, or the arguments of :func:`load_robot` by name.
 
     Raises:
-        InvalidInputError: a mapping with other keys, or as :func:`load_robot` says.
+        InvalidInputError: a robot that :func:`load_robot` did not load, a mapping with other keys, or as for
+            :func:`load_robot`.
     """
     if isinstance(given, Robot):
         if given.settings is None:
-            raise InvalidInputError(f"robot: {given.name!r} was not loaded by load_robot, so no file could name it")
+            raise InvalidInputError(f"robot: {given.name!r} was not loaded by load_robot, so no file can refer to it")
         return given
     if not isinstance(given, Mapping):
         return load_robot(given)
@@ -264,7 +267,7 @@ def robot_of(given: Any) -> Robot:
 
 
 def _settings(name: str | Path, **given: Any) -> Any:
-    """Plain data that loads the robot again from any folder; paths are made absolute."""
+    """Plain data from which the robot can be loaded again in any working directory: paths are made absolute."""
     path = Path(name)
     by_name = str(name) in list_robots() or not (path.suffix == ".urdf" or (path / "robot.toml").is_file())
     asked = str(name) if by_name else str(path.resolve())
@@ -298,5 +301,5 @@ def _tool(model: Any, tool: str | None, text: str, urdf: Path, file: RobotFile |
 
 
 def length_unit(robot: Robot) -> str:
-    """Unit in which people read the lengths of a robot: machine tools are read in mm."""
+    """Unit in which lengths of a robot are shown: mm if all joints are linear, as of machine tools, otherwise m."""
     return "mm" if set(robot.joint_units) == {"m"} else "m"

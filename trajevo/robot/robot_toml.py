@@ -1,4 +1,4 @@
-"""The file ``robot.toml``: what a URDF cannot hold, with units, turned into SI."""
+"""The file ``robot.toml``: what a URDF cannot hold, with units, converted to SI."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trajevo.base.units import per_time, si_unit, to_si
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.transmission import CoupledScrews, Direct, Transmission
 
-#: Integers will do; text and truth values will not.
+#: A number: integers are accepted, text and booleans are not.
 _Number = Annotated[float, pydantic.Strict()]
 
 
@@ -92,10 +92,10 @@ class _Settings(_Strict):
 
 
 def entry_problems(path: Path) -> list[str]:
-    """Every entry of a ``robot.toml`` that is missing, unknown or of a wrong kind, one sentence each.
+    """Every entry of a ``robot.toml`` that is missing, unknown or of the wrong type, one sentence each.
 
     Raises:
-        InvalidInputError: it cannot be read as TOML.
+        InvalidInputError: the file cannot be read as TOML.
     """
     try:
         _Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
@@ -110,7 +110,7 @@ def _sentences(path: Path, error: pydantic.ValidationError) -> list[str]:
     told = []
     for entry in error.errors():
         place = ".".join(str(part) for part in entry["loc"])
-        # What is missing has no value to show: pydantic's input is then the whole table around it.
+        # A missing entry has no value to show: pydantic's input is then the whole table around it.
         got = "" if entry["type"] == "missing" else f", got {entry['input']!r}"
         told.append(f"{path}: {place}: {entry['msg']}{got}")
     return told
@@ -123,7 +123,7 @@ class RobotFile:
         path: the file.
 
     Raises:
-        InvalidInputError: it cannot be read, or an entry is missing, unknown or wrong; the message names the entry.
+        InvalidInputError: the file cannot be read, or an entry is missing, unknown or wrong; the message names it.
     """
 
     def __init__(self, path: Path) -> None:
@@ -145,7 +145,7 @@ class RobotFile:
     def transmission(
         self, model_names: tuple[str, ...], model_units: tuple[str, ...]
     ) -> tuple[Transmission, tuple[str, ...], tuple[str, ...]]:
-        """The transmission, and names and units of the actuators in the order of the model's joints."""
+        """The transmission, and the names and units of the actuators in the order of the model's joints."""
         given = self.settings.transmission
         if given is None:
             return Direct(), model_names, model_units
@@ -166,7 +166,7 @@ class RobotFile:
         return CoupledScrews(slide, swivel, span), tuple(names), tuple(units)
 
     def limits(self, names: tuple[str, ...], units: tuple[str, ...], locked: Collection[str] = ()) -> dict[str, Array]:
-        """Columns of JointLimits, SI; entries of locked joints are passed over."""
+        """Columns of JointLimits, SI; entries of locked joints are ignored."""
         if set(self.settings.joints) - set(locked) != set(names):
             raise InvalidInputError(
                 f"{self.path}: limits given for joints {sorted(self.settings.joints)}, expected {sorted(names)}"
@@ -187,7 +187,7 @@ class RobotFile:
         return row
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
-        """Columns of Friction, SI; what is not declared is zero."""
+        """Columns of Friction, SI; friction that is not declared is zero."""
         expected = {
             "viscous": ("viscous_friction", "value", {"m": "N*s/m", "rad": "N*m*s/rad"}),
             "coulomb": ("coulomb_friction", "forward", {"m": "N", "rad": "N*m"}),
@@ -208,7 +208,7 @@ class RobotFile:
         return columns
 
     def _range(self, given: _Range, unit: str, where: str) -> tuple[float, float]:
-        """Lower and upper position, SI; refused in the units of the file, which is where they will be mended."""
+        """Lower and upper position, SI; an error shows them in the units of the file, where they can be corrected."""
         if not given.lower < given.upper:  # also false for NaN
             raise InvalidInputError(
                 f"{self.path}: {where}: position: lower must be below upper, "

@@ -1,4 +1,4 @@
-"""Transmissions: from the coordinates of the actuators, in which motions are planned, to those of the model.
+"""Transmissions: maps from actuator coordinates, in which motions are planned, to model coordinates.
 
 Formulas are analytic, so they take complex arrays too (derivatives by complex step).
 """
@@ -15,7 +15,7 @@ from trajevo.base.arrays import Array
 
 
 class Transmission(ABC):
-    """A map ψ(q) from actuator to model coordinates, as many of each."""
+    """A map ψ(q) from actuator coordinates to as many model coordinates."""
 
     @abstractmethod
     def motion(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
@@ -27,21 +27,21 @@ class Transmission(ABC):
 
     @abstractmethod
     def reach(self, imaginary: Array, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array, Array]:
-        """Bounds in model coordinates of what has bounds in those of the actuators, for complex instants.
+        """Bounds of a motion in model coordinates from its bounds in actuator coordinates, at complex instants.
 
         Args:
-            imaginary: magnitudes that the imaginary parts of the positions do not exceed, shape (..., n_joints).
-            q: magnitudes that the positions do not exceed, the same shape.
-            v: the same of velocities.
-            a: the same of accelerations.
+            imaginary: bounds of the imaginary parts of the positions, shape (..., n_joints) [rad or m].
+            q: bounds of the magnitudes of the positions, the same shape [rad or m].
+            v: the same for velocities [rad/s or m/s].
+            a: the same for accelerations [rad/s² or m/s²].
 
         Returns:
-            The same four of the model; inf where there is none.
+            The same four bounds in model coordinates; inf where there is no bound.
         """
 
     @abstractmethod
     def effort_reach(self, imaginary: Array, torque: Array) -> Array:
-        """Magnitudes that actuator efforts do not exceed where model torques do not exceed ``torque``, as above."""
+        """Bounds of the magnitudes of actuator efforts, from bounds ``torque`` of model torques; see :meth:`reach`."""
 
 
 @final
@@ -71,7 +71,7 @@ class Direct(Transmission):
 @final
 @dataclass(frozen=True)
 class CoupledScrews(Transmission):
-    """Two parallel screws that share a slide and a swivel (Guo 2016, eqs. (1), (43), (90), (110)).
+    """Two parallel screws that together drive a slide and a swivel (Guo 2016, eqs. (1), (43), (90), (110)).
 
     slide = (x₁ + x₂)/2, swivel = atan((x₂ - x₁)/span).
 
@@ -105,7 +105,7 @@ class CoupledScrews(Transmission):
         return self._replaced(torque, half - share, half + share)
 
     def reach(self, imaginary: Array, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array, Array]:
-        """Every ratio is one over L² + u², which is least, L² - y², at the imaginary number iy nearest to its root."""
+        """All ratios have the denominator L² + u²; its least magnitude, L² - y², is at the imaginary number u = iy."""
         y, u, du, ddu = (x[..., self.swivel] + x[..., self.slide] for x in (imaginary, q, v, a))
         share = self._greatest_share(y)
         swivel = y * share, 0.5 * np.pi + y * share, du * share, ddu * share + 2.0 / self.span * u * (du * share) ** 2
@@ -117,13 +117,13 @@ class CoupledScrews(Transmission):
         return most_imaginary, position, velocity, acceleration
 
     def effort_reach(self, imaginary: Array, torque: Array) -> Array:
-        """Half of the slide's force plus the share of the swivel's torque, on both screws."""
+        """Half of the slide's force plus the share of the swivel's torque, for both screws."""
         y = imaginary[..., self.swivel] + imaginary[..., self.slide]
         both = 0.5 * torque[..., self.slide] + torque[..., self.swivel] * self._greatest_share(y)
         return self._replaced(torque, both, both)
 
     def _greatest_share(self, y: Array) -> Array:
-        """Bound of |L/(L² + u²)| where the imaginary part of u does not exceed y; inf where a root may lie inside."""
+        """Bound of |L/(L² + u²)| where the imaginary part of u does not exceed y; inf where L² + u² may be 0."""
         inside = y < self.span
         return np.where(inside, self.span / (self.span**2 - np.where(inside, y, 0.0) ** 2), np.inf)
 

@@ -1,4 +1,7 @@
-"""Checks of a URDF before Pinocchio reads it: Pinocchio drops an inertia that it cannot read and says nothing."""
+"""URDF files: checks before Pinocchio reads them, and their links, rigid bodies and tips.
+
+The checks are needed because Pinocchio silently drops an inertia that it cannot read.
+"""
 
 from __future__ import annotations
 
@@ -17,34 +20,34 @@ from trajevo.errors import InvalidInputError
 #: The numbers that Pinocchio's URDF parser reads; Python's float() takes more: nan, inf, 1_0, trailing spaces.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
-#: Share by which tensors of thin plates may break the triangle inequality: files print rounded numbers.
+#: Share by which a tensor may break the triangle inequality: files hold rounded numbers, which matters for thin plates.
 _ROUNDING = 1e-6
 
-#: Joint types of the URDF format, and what those that no trajectory of numbers can move are called.
+#: Joint types of the URDF format, and the names of those with several coordinates, which cannot be planned for.
 _TYPES = ("revolute", "prismatic", "continuous", "fixed", "floating", "planar")
 _UNPLANNABLE = {"floating": "free-flyer", "planar": "planar joint"}
 
-#: Type of a check that tells problems and, at its end, what it read: None if that cannot be used.
+#: Type of a check: it yields problems and returns the value that it read, or None if that cannot be used.
 _Reading = Generator[str, None, "float | None"]
 _TENSOR = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
 
 
 def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
-    """Read a URDF and refuse what no machine can be: masses and inertias that no body has, joints without an axis.
+    """Read a URDF and refuse impossible robots: masses and inertias that no body can have, joints without an axis.
 
-    A link with no ``<inertial>``, or with mass and inertia zero, is a massless carrier, one with mass and no inertia a
-    point mass; both are allowed.
+    A link without ``<inertial>``, or with zero mass and inertia, is massless. A link with mass but zero inertia is a
+    point mass. Both are allowed.
 
     Args:
         file: the URDF.
-        locked: joints that will be held still; they may mimic others.
+        locked: joints that will be locked; these may mimic others.
 
     Returns:
         The file as XML text: exactly what was checked, for Pinocchio.
 
     Raises:
-        InvalidInputError: no XML, or the first of :func:`urdf_problems`; the message names file, link or joint, and
-            value.
+        InvalidInputError: the file is missing or not XML, or the first of :func:`urdf_problems`; the message names
+            file, link or joint, and value.
     """
     robot = read_urdf(file)
     for problem in urdf_problems(robot, file, locked):
@@ -67,17 +70,17 @@ def read_urdf(file: Path) -> ElementTree.Element:
 
 
 def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str] = ()) -> Iterator[str]:
-    """Everything for which a URDF is refused before Pinocchio reads it, one sentence each.
+    """All reasons to refuse a URDF before Pinocchio reads it, one sentence each.
 
-    A number that cannot be read, a mass that is negative, an inertia that is not positive definite or breaks the
-    triangle inequality, an axis that is zero, a ``<mimic>``, limits that are missing, negative or cannot be read,
-    a joint of a type that is unknown or cannot be planned for, no movable joint, names that are missing or not unique,
-    and links that do not form one tree.
+    These are numbers that cannot be read, a negative mass, an inertia that is not positive definite or breaks the
+    triangle inequality, a zero axis, a ``<mimic>``, limits that are missing, negative or cannot be read, a joint whose
+    type is unknown or cannot be planned for, no movable joint, names that are missing or not unique, and links that do
+    not form one tree.
 
     Args:
         robot: top element of the URDF.
         file: the URDF, for the sentences.
-        locked: joints that will be held still; they may mimic others.
+        locked: joints that will be locked; these may mimic others.
     """
     if robot.tag != "robot":
         yield f"{file}: expected <robot> as the top element, got <{robot.tag}>"
@@ -122,7 +125,7 @@ def _inertial_problems(inertial: ElementTree.Element, where: str) -> Iterator[st
 
 
 def _tensor_problems(tensor: Array, where: str) -> Iterator[str]:
-    """A tensor about the centre of mass; the moments do not depend on the frame it is given in."""
+    """Problems of a tensor about the centre of mass; its principal moments do not depend on the axes of its frame."""
     moments = np.linalg.eigvalsh(tensor)
     if not moments[0] > 0.0:
         yield f"{where}: expected a positive definite tensor, got principal moments {moments.tolist()} [kg·m²]"
@@ -141,12 +144,12 @@ def _joint_problems(joint: ElementTree.Element, where: str, locked: bool) -> Ite
         yield f"{where} is a {_UNPLANNABLE[kind]}, which cannot be planned for; expected revolute or prismatic"
     yield from _origin_problems(joint, where)
     mimic = joint.find("mimic")
-    # A fixed joint moves with no other, whatever it mimics: grippers that were frozen for a model keep their tags.
+    # A fixed joint follows no other, whatever it mimics: grippers made rigid for a model often keep their <mimic>.
     if mimic is not None and not locked and kind != "fixed":
         yield f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}; lock it"
     yield from _limit_problems(joint, where)
     axis = joint.find("axis")
-    # Without <axis> the URDF format means the x axis.
+    # In the URDF format a missing <axis> means the x axis.
     if axis is None or kind in ("fixed", "floating"):
         return
     direction = yield from _vector(axis, "xyz", f"{where}: axis")
@@ -154,13 +157,13 @@ def _joint_problems(joint: ElementTree.Element, where: str, locked: bool) -> Ite
         return
     with np.errstate(over="ignore"):
         length = np.linalg.norm(direction)
-    if not 0.0 < length < np.inf:  # Pinocchio scales to length 1, which neither of the two allows
-        got = "the zero vector" if length == 0.0 else "a vector too long for its length to be a number"
+    if not 0.0 < length < np.inf:  # Pinocchio scales it to length 1, which fails for both
+        got = "the zero vector" if length == 0.0 else "a vector too long to be scaled to length 1"
         yield f"{where}: axis: expected a direction, got {got} {axis.get('xyz')!r}"
 
 
 def _limit_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
-    """What Pinocchio's parser needs of limits even where those of ``robot.toml`` count; values are judged later."""
+    """Limits that Pinocchio's parser refuses, even if those of ``robot.toml`` are used; the rest is checked later."""
     limit = joint.find("limit")
     if limit is None:
         if joint.get("type") in ("revolute", "prismatic"):
@@ -180,11 +183,11 @@ def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
             if not name:
                 yield f"{file}: expected a name for every {tag}, got {count} without one"
             elif count > 1:
-                yield f"{file}: {tag} {name!r}: expected a name of its own, got {count} {tag}s of that name"
+                yield f"{file}: {tag} {name!r}: expected a unique name, got {count} {tag}s with that name"
 
 
 def _tree_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
-    """Links that the joints do not connect to one tree."""
+    """Links that the joints do not connect into one tree."""
     links = list(dict.fromkeys(link.get("name", "") for link in robot.iterfind("link")))
     parents: dict[str, list[str]] = {link: [] for link in links}
     torn = False
@@ -201,11 +204,11 @@ def _tree_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
             parents[child].append(parent)
     for link, above in parents.items():
         if len(above) > 1:
-            yield f"{file}: link {link!r}: expected one joint that carries it, got {len(above)}, from {above}"
-    # A joint that hangs in the air leaves a second root behind: that is its fault, told above.
+            yield f"{file}: link {link!r}: expected one joint to carry it, got {len(above)}, from {above}"
+    # A joint without a parent or child leaves a second root behind; the joint is already reported above.
     roots = [link for link, above in parents.items() if not above]
     if len(roots) > 1 and not torn:
-        yield f"{file}: expected one root link, that no joint carries, got {len(roots)}: {roots}"
+        yield f"{file}: expected one root link, which no joint carries, got {len(roots)}: {roots}"
     loop = _loop(parents)
     if loop:
         yield f"{file}: expected links that form a tree, got a loop: {' -> '.join(loop)}"
@@ -258,8 +261,8 @@ class LinkRow:
 
     Attributes:
         name: name of the link.
-        mass: 0 without ``<inertial>`` [kg].
-        moments: principal moments of inertia about the centre of mass, rising [kg·m²].
+        mass: mass, 0 without ``<inertial>`` [kg].
+        moments: principal moments of inertia about the centre of mass, ascending [kg·m²].
     """
 
     name: str
@@ -269,7 +272,7 @@ class LinkRow:
 
 @dataclass(frozen=True)
 class Body:
-    """Links that hang together rigidly, and the joint that moves them; None for the base."""
+    """Links that are rigidly connected, and the joint that moves them, None for the base."""
 
     joint: str | None
     links: tuple[LinkRow, ...]
@@ -281,7 +284,7 @@ def link_rows(robot: ElementTree.Element) -> tuple[LinkRow, ...]:
 
 
 def bodies(robot: ElementTree.Element, lock: Collection[str]) -> tuple[Body, ...]:
-    """Links that fixed and locked joints hold together; each moved by the joint that carries it."""
+    """Groups of links that fixed and locked joints connect, each with the joint that moves the group."""
     carriers: dict[str, ElementTree.Element] = {}
     for joint in robot.iterfind("joint"):
         carriers.setdefault(_end(joint, "child"), joint)
@@ -290,7 +293,7 @@ def bodies(robot: ElementTree.Element, lock: Collection[str]) -> tuple[Body, ...
         at, seen = link.name, {link.name}
         while at in carriers and (carriers[at].get("type") == "fixed" or carriers[at].get("name") in lock):
             at = _end(carriers[at], "parent")
-            if at in seen:  # a loop, which is told as one
+            if at in seen:  # a loop, which is reported as such
                 break
             seen.add(at)
         mover = carriers[at].get("name", "") if at in carriers else None
@@ -301,12 +304,12 @@ def bodies(robot: ElementTree.Element, lock: Collection[str]) -> tuple[Body, ...
 def massless_bodies(found: tuple[Body, ...]) -> Iterator[tuple[str, list[str]]]:
     """Joints that move a body without mass, and the links of that body."""
     for body in found:
-        if body.joint is not None and not any(link.mass for link in body.links):  # NaN is true: told elsewhere
+        if body.joint is not None and not any(link.mass for link in body.links):  # NaN is true: reported elsewhere
             yield body.joint, [link.name for link in body.links]
 
 
 def tips(robot: ElementTree.Element) -> list[str]:
-    """Links that carry no other."""
+    """Links that carry no other link."""
     parents = {_end(joint, "parent") for joint in robot.iterfind("joint")}
     return [link.get("name", "") for link in robot.iterfind("link") if link.get("name", "") not in parents]
 

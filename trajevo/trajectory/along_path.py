@@ -16,12 +16,12 @@ from trajevo.trajectory.parameterisation import ORDERS, Course
 @final
 @dataclass(frozen=True, eq=False)
 class ComposedBatch(TrajectoryBatch):
-    """B runs along one path, each a way to run in unit time stretched to a duration.
+    """B motions along one path, each a time course in unit time that is stretched to a duration.
 
-    Peaks are guaranteed: never less than the true ones, and more by at most the course's tolerance.
+    Peaks are guaranteed: never below the true ones, and above them by at most the course's tolerance.
 
     Attributes:
-        course: the ways in unit time.
+        course: the B time courses in unit time.
         durations: shape (B,) [s]; complex steps are kept.
         breaks: instants where u(t) changes its polynomial or crosses a knot of the path, shape (B, S + 1) [s].
 
@@ -50,12 +50,12 @@ class ComposedBatch(TrajectoryBatch):
         return ComposedBatch(self.course.rows(rows), self.durations[rows])
 
     def real_rows(self, rows: Array) -> ComposedBatch:
-        """The chosen runs without complex steps."""
+        """The chosen motions without complex steps."""
         course = replace(self.course, control_points=self.course.control_points[rows].real)
         return ComposedBatch(course, self.durations[rows].real)
 
     def slowed(self, factor: float) -> ComposedBatch:
-        """The same ways in ``factor`` times the durations."""
+        """The same time courses in ``factor`` times the durations."""
         return ComposedBatch(self.course, self.durations * checked_factor(factor))
 
     @property
@@ -95,11 +95,11 @@ class ComposedBatch(TrajectoryBatch):
         return frozen(self.course.peak(order) * self._scale(order)[:, None])
 
     def hull_peak(self, derivative: int) -> Array:
-        """The paper's bound (20)-(25) of the velocity, acceleration or jerk, shape (B, n_axes) [SI/s^derivative]."""
+        """Bound (20)-(25) of Paing 2021 for velocity, acceleration or jerk, shape (B, n_axes) [rad/s^d or m/s^d]."""
         return frozen(self.course.hull_peak(derivative) * self._scale(derivative)[:, None])
 
     def integral_of_square(self, derivative: int) -> Array:
-        """By Gauss-Legendre quadrature with as many nodes as make it exact for every segment."""
+        """By Gauss-Legendre quadrature with enough nodes to be exact for every segment."""
         order = _up_to_jerk(derivative)
         return frozen(self.course.integral_of_square(order) * (self.durations ** (1 - 2 * order))[:, None])
 
@@ -109,7 +109,7 @@ class ComposedBatch(TrajectoryBatch):
         return frozen(ends[:, 1:, 0] - ends[:, :-1, 1])
 
     def definition(self, index: int) -> dict[str, Any]:
-        """Both B-splines: the path s(u) and the run u(t / duration)."""
+        """Both B-splines: the path s(u) and the time course u(t / duration)."""
         path, course = self.course.path, self.course
         return {
             "kind": "s(u(t / duration)), both clamped B-splines",

@@ -1,4 +1,4 @@
-"""Trajectories of a whole population: what every kind of them answers."""
+"""Trajectories of a whole population: the interface that all kinds of trajectories share."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 
-#: Position, velocity, acceleration, jerk: the derivatives that limits speak of.
+#: Position, velocity, acceleration, jerk: the derivatives that can have limits.
 DERIVATIVES = ("position", "velocity", "acceleration", "jerk")
 
 
@@ -68,7 +68,7 @@ class TrajectoryBatch(ABC):
     @property
     @abstractmethod
     def degree(self) -> int:
-        """Greatest degree of the polynomials that the segments are."""
+        """Greatest degree of the segments' polynomials."""
 
     @abstractmethod
     def evaluate(self, t: Array, derivative: int = 0) -> Array:
@@ -87,7 +87,7 @@ class TrajectoryBatch(ABC):
 
     @abstractmethod
     def at_shares(self, u: Array, derivative: int) -> Array:
-        """A derivative at the same shares of every segment, ends of segments counted in both.
+        """A derivative at the same shares of every segment; where two segments meet, each gives its own value.
 
         Args:
             u: shares from 0 to 1, shape (U,).
@@ -99,7 +99,7 @@ class TrajectoryBatch(ABC):
 
     @abstractmethod
     def extremes(self, derivative: int) -> tuple[Array, Array]:
-        """Least and greatest value over the whole motion, not at samples.
+        """Least and greatest value over the whole motion, not only at samples.
 
         Args:
             derivative: 0 position, 1 velocity, 2 acceleration, 3 jerk.
@@ -110,12 +110,13 @@ class TrajectoryBatch(ABC):
 
     @abstractmethod
     def peak(self, derivative: int) -> Array:
-        """Greatest absolute value over the whole motion, not at samples, shape (B, n_joints) [rad/s^d or m/s^d]."""
+        """Greatest absolute value over the whole motion, not only at samples, (B, n_joints) [rad/s^d or m/s^d]."""
 
     def segment_extremes(self, derivative: int) -> tuple[Array, Array]:
-        """Least and greatest value in every part of the motion that is told apart, two arrays (B, parts, n_joints).
+        """Least and greatest value in every part of the motion, two arrays (B, parts, n_joints) [rad/s^d or m/s^d].
 
-        Those of all parts together are :meth:`extremes`.
+        Parts are segments if their extremes are known separately, otherwise the whole motion is one part. Over all
+        parts together the values are those of :meth:`extremes`.
 
         Args:
             derivative: 0 position, 1 velocity, 2 acceleration, 3 jerk.
@@ -124,7 +125,7 @@ class TrajectoryBatch(ABC):
         return lower[:, None], upper[:, None]
 
     def segment_peaks(self, derivative: int) -> Array:
-        """Greatest absolute value in every part of the motion that is told apart, shape (B, parts, n_joints)."""
+        """Greatest absolute value in every part, as in :meth:`segment_extremes`, shape (B, parts, n_joints)."""
         return self.peak(derivative)[:, None]
 
     @abstractmethod
@@ -137,11 +138,11 @@ class TrajectoryBatch(ABC):
 
     @abstractmethod
     def definition(self, index: int) -> dict[str, Any]:
-        """What makes one trajectory, as plain data that another program can evaluate."""
+        """Definition of one trajectory, as plain data that another program can evaluate."""
 
     @abstractmethod
     def slowed(self, factor: float) -> TrajectoryBatch:
-        """The same paths in ``factor`` times the time, below 1 for faster ones: q(t / factor).
+        """The same paths in ``factor`` times the duration, q(t / factor); a factor below 1 makes them faster.
 
         Raises:
             InvalidInputError: a factor that is not positive and finite.
@@ -180,7 +181,7 @@ class TrajectoryBatch(ABC):
 
 
 def chosen_rows(count: int, index: SupportsIndex | slice) -> slice:
-    """The rows of a batch that an index means, as a slice.
+    """The rows of a batch that an index selects, as a slice.
 
     Raises:
         IndexError: there is no such trajectory.
@@ -194,7 +195,7 @@ def chosen_rows(count: int, index: SupportsIndex | slice) -> slice:
 
 
 def checked_factor(factor: float) -> float:
-    """A factor of time as a positive finite number."""
+    """A factor of time, checked to be a positive finite number."""
     checked = float(numbers(factor, name="factor", shape=()))
     if not checked > 0.0:
         raise InvalidInputError(f"factor: expected a positive number, got {factor!r}")
@@ -202,7 +203,7 @@ def checked_factor(factor: float) -> float:
 
 
 def checked_order(derivative: int) -> int:
-    """A derivative's order as a whole number from 0 on."""
+    """A derivative's order, checked to be a whole number and not negative."""
     if not isinstance(derivative, int | np.integer) or isinstance(derivative, bool) or derivative < 0:
         raise InvalidInputError(f"derivative: expected a whole number from 0 on, got {derivative!r}")
     return int(derivative)

@@ -1,10 +1,10 @@
-"""Guaranteed bounds of polynomials that are known by their values: the Bernstein form, cut where it matters.
+"""Guaranteed bounds of polynomials that are given by their values: the Bernstein form with adaptive subdivision.
 
-A polynomial lies between the least and the greatest of its Bernstein coefficients, and these close in on it with the
-square of the width as its interval is cut. Only pieces whose coefficients reach beyond what is found are cut further.
+A polynomial lies between the least and the greatest of its Bernstein coefficients. When its interval is cut, this gap
+shrinks with the square of the width. Only pieces whose coefficients exceed the greatest value found are cut further.
 
-Complex values are real ones with a step in a parameter: decisions are made on real parts, and a result's imaginary part
-is the one at the place of the extreme, so that it is the exact derivative.
+Complex values are real ones with a complex step in a parameter: decisions use the real parts alone, and a result's
+imaginary part is taken at the extreme, so that it is the exact derivative.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from trajevo.errors import InvalidInputError
 
 #: Pieces that a piece is cut into; a whole polynomial is first cut into halves.
 _PIECES = 4
-#: A cut brings the coefficients 16 times nearer: no tolerance above :func:`least_tolerance` needs as many.
+#: Most cuts in a row. A cut brings the coefficients 16 times nearer to the polynomial, so that no tolerance above
+#: :func:`least_tolerance` needs this many.
 _MOST_CUTS = 24
-#: How far a tolerance must lie above what rounding may add, so that cutting ends.
+#: Least ratio of a tolerance to the rounding error, so that cutting ends.
 _ABOVE_ROUNDING = 4.0
 #: Longest step of Newton's method, as a share of the interval.
 _LONGEST_STEP = 0.05
@@ -37,23 +38,22 @@ def gauss(count: int) -> tuple[Array, Array]:
 
 
 def least_tolerance(size: int) -> float:
-    """Least tolerance that a bound of polynomials of degree below ``size`` can be proven to in floating point."""
+    """Least tolerance to which bounds of polynomials of degree below ``size`` can be proven in floating point."""
     return max(1e-8, _ABOVE_ROUNDING * _first_cut(size)[1])
 
 
 def greatest_magnitude(values: Array, tolerance: float) -> Array:
-    """What no magnitude of a group of polynomials exceeds on [0, 1], rounding allowed for.
+    """Upper bound of the magnitudes of each group of polynomials on [0, 1], rounding errors included.
 
     Args:
         values: of polynomials of degree below N at the nodes of ``gauss(N)``, shape (groups, M, N).
-        tolerance: share by which the bound exceeds the greatest magnitude that is found, ``least_tolerance(N)`` or
-            more.
+        tolerance: share by which the bound exceeds the greatest magnitude found, at least ``least_tolerance(N)``.
 
     Returns:
         Shape (groups,).
 
     Raises:
-        InvalidInputError: the tolerance cannot be proven.
+        InvalidInputError: the tolerance is too small to be proven.
     """
     size = values.shape[2]
     if tolerance < least_tolerance(size):
@@ -70,7 +70,7 @@ def greatest_magnitude(values: Array, tolerance: float) -> Array:
 
 
 def hull(values: Array) -> tuple[Array, Array]:
-    """What polynomials do not leave on [0, 1], rounding allowed for: the hull of the Bernstein form of both halves.
+    """Bounds of polynomials on [0, 1] from the Bernstein coefficients of both halves, rounding errors included.
 
     Args:
         values: of polynomials of degree below N at the nodes of ``gauss(N)``, shape (..., N).
@@ -103,23 +103,23 @@ def to_chebyshev(size: int) -> Array:
 
 
 def interpolation_error(size: int, ellipse: Array) -> Array:
-    """What the polynomial through the values at ``gauss(size)`` may be off by, per unit of the function's magnitude.
+    """Bound of the error of the polynomial through a function's values at ``gauss(size)``, per unit of its magnitude.
 
-    The function is analytic inside the Bernstein ellipse with the sum of semi-axes ``ellipse`` > 1 about the interval
-    and its magnitude does not exceed one there. The best polynomial is 2 ellipse^-degree / (ellipse - 1) away at most
-    (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2), and interpolation loses the factor of one
-    plus the nodes' Lebesgue constant.
+    The function must be analytic inside the Bernstein ellipse about the interval whose semi-axes have the sum
+    ``ellipse`` > 1, and its magnitude must not exceed one there. The error of the best polynomial is at most
+    2 ellipse^-degree / (ellipse - 1) (Trefethen, Approximation Theory and Approximation Practice, theorem 8.2), and
+    interpolation multiplies it at most by one plus the nodes' Lebesgue constant.
     """
     error: Array = (1.0 + _first_cut(size)[2]) * 2.0 * ellipse ** (1.0 - size) / (ellipse - 1.0)
     return error
 
 
 def local_greatest(values: Array, groups: Array) -> Array:
-    """Greatest value of groups of polynomials, near the greatest at the nodes: smooth in parameters, not guaranteed.
+    """Greatest value of each group of polynomials, sought near the greatest node: smooth in parameters, not guaranteed.
 
     Args:
         values: of M polynomials of degree below N at the nodes of ``gauss(N)``, shape (M, N).
-        groups: group of every polynomial, from 0 on and none left out, shape (M,).
+        groups: number of the group of every polynomial, counted from 0 without gaps, shape (M,).
 
     Returns:
         Shape (groups,).
@@ -131,7 +131,7 @@ def local_greatest(values: Array, groups: Array) -> Array:
 
 
 def _searched(real: Array, count: int, tolerance: float) -> tuple[Array, Array, Array]:
-    """Per group a magnitude that is the greatest but for the tolerance, the polynomial that takes it, and the place."""
+    """For each group its greatest magnitude within the tolerance, the polynomial that attains it, and the place."""
     size, magnitude = real.shape[1], np.abs(real)
     cut, rounding, lebesgue = _first_cut(size)
     highest = magnitude.max(axis=1)
@@ -171,9 +171,9 @@ def _greatest_items(groups: Array, magnitude: Array) -> tuple[Array, Array]:
 
 
 def _summits(rows: Array, place: Array, steps: int) -> Array:
-    """Value at the summit that Newton's method climbs to from a place, or at the place if it does not climb.
+    """Value at the maximum to which Newton's method climbs from a place, or at the place if it does not climb.
 
-    Of complex rows those that differ in their imaginary parts alone, as for the slopes of one motion, climb together.
+    Complex rows with equal real parts, such as the derivatives of one motion, share one climb.
     """
     first, which = _alike(rows.real, place) if np.iscomplexobj(rows) else (slice(None), slice(None))
     size, at = rows.shape[1], _climbed(rows.real[first], place[first], steps)
@@ -183,7 +183,7 @@ def _summits(rows: Array, place: Array, steps: int) -> Array:
 
 
 def _climbed(rows: Array, place: Array, steps: int) -> Array:
-    """Where Newton's method gets from places (G,) of real polynomials (G, size) towards summits."""
+    """Where Newton's method gets from places (G,) on its way to maxima of real polynomials (G, size)."""
     slopes = row_products(rows, _slope(rows.shape[1]))
     bends = row_products(slopes, _slope(rows.shape[1]))
     at = place
@@ -197,21 +197,21 @@ def _climbed(rows: Array, place: Array, steps: int) -> Array:
 
 
 def _alike(rows: Array, place: Array) -> tuple[Array, Array]:
-    """The first of the rows (G, size) that are equal and have one place, and for every row which of those it equals."""
+    """The first of all rows (G, size) with equal values and equal places, and for every row which first it equals."""
     weights = np.sqrt(np.arange(2.0, rows.shape[1] + 2.0))
     _, first, which = np.unique(row_products(rows, weights[:, None])[:, 0], return_index=True, return_inverse=True)
     if not ((rows[first][which] == rows).all() and (place[first][which] == place).all()):
-        first = which = np.arange(len(rows))  # others with the same sum
+        first = which = np.arange(len(rows))  # different rows have the same sum
     return first, which
 
 
 def _at(rows: Array, place: Array) -> Array:
-    """Values of polynomials, one place each, shape (G,)."""
+    """Values of polynomials, each at its own place, shape (G,)."""
     return _summed(rows, _basis(place, rows.shape[1]))
 
 
 def _basis(place: Array, size: int) -> Array:
-    """What the values at the nodes are multiplied by to give those at places, (G, size)."""
+    """Weights with which the values at the nodes give those at places, (G, size)."""
     legendre = np.polynomial.legendre.legvander(2.0 * place - 1.0, size - 1)
     return row_products(legendre, _to_legendre(size).T)
 
@@ -231,7 +231,7 @@ def _to_legendre(size: int) -> Array:
 
 @cache
 def _and_ends(size: int) -> Array:
-    """Matrix from values at the Gauss nodes to the same and the values at 0 and 1, (size, size + 2)."""
+    """Matrix from values at the Gauss nodes to these values and those at 0 and 1, (size, size + 2)."""
     ends = _to_legendre(size) @ np.polynomial.legendre.legvander(np.array([-1.0, 1.0]), size - 1).T
     return frozen(np.concatenate([np.eye(size), ends], axis=1))
 
@@ -247,10 +247,12 @@ def _slope(size: int) -> Array:
 
 @cache
 def _first_cut(size: int) -> tuple[Array, float, float]:
-    """Matrix from values at the nodes to Bernstein coefficients of both halves, (size, 2 size); what rounding may add
-    to a coefficient, as a share of the greatest value; and by how much a polynomial may exceed its values at the nodes.
+    """Matrix from values at the nodes to Bernstein coefficients of both halves, (size, 2 size), and two factors.
 
-    The way leads over Legendre coefficients, with the second step in exact arithmetic: the straight way to the
+    The first factor bounds the rounding error of a coefficient, as a share of the greatest value. The second, the
+    Lebesgue constant with a margin, bounds how many times a polynomial exceeds its greatest value at the nodes.
+
+    The matrix goes by way of Legendre coefficients, with the second step in exact arithmetic: the direct way to the
     coefficients of the whole interval loses 7 digits at 25 nodes.
     """
     left = _legendre_to_left_bernstein(size)

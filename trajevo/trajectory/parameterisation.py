@@ -1,9 +1,10 @@
-"""Ways to run along a fixed path in one unit of time: s(u(t)), 0 <= t <= 1, with B-splines s(u) and u(t).
+"""Time courses along a fixed path in unit time: s(u(t)), 0 <= t <= 1, with B-splines s(u) and u(t).
 
-Numbers in brackets are equations of Paing 2021. Between the instants where a piece of u(t) ends or where u(t) crosses a
-knot of the path, s(u(t)) is a polynomial of degree (order of path - 1) x (order of u - 1); everything is computed
-segment by segment between those instants, for all ways at once. A run that takes T seconds has the d-th derivatives of
-the unit run divided by T^d.
+Numbers in brackets are equations of Paing 2021. :func:`peaks` and :func:`signed_terms` are the paper's bounds of the
+derivatives; :class:`Course` has values, integrals, and bounds that are guaranteed and tight. Between the instants where
+a piece of u(t) ends or where u(t) crosses a knot of the path, s(u(t)) is a polynomial of degree (order of path - 1) x
+(order of u - 1); everything is computed segment by segment between those instants, for all courses at once. A motion
+that takes T seconds has the d-th derivatives of its course divided by T^d.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from trajevo.trajectory.bernstein import gauss, greatest_magnitude, least_tolera
 #: Velocity, acceleration, jerk.
 ORDERS = (1, 2, 3)
 
-#: Which coefficients of velocity and acceleration, counted from that of the jerk, meet in the terms of (25).
+#: Offsets of the velocity and acceleration coefficients that occur in the terms of (25), from the jerk coefficient.
 _MEETING = ((0, 0), (1, 0), (1, 1), (2, 1))
 
 
@@ -41,14 +42,14 @@ def derived_coefficients(control_points: Array, knots: Array, order: int) -> lis
 
 
 def peaks(path: GeometricPath, derived: list[Array]) -> list[Array]:
-    """The three bounds, each (B, n_axes)."""
+    """Bounds (21), (23), (25) of velocity, acceleration and jerk in unit time, each (B, n_axes)."""
     v, a, j = derived
     a, j = a * np.sign(a.real), j * np.sign(j.real)
     return [reduce(np.maximum, _terms(path, order, v, a, j)).max(axis=2).T for order in ORDERS]
 
 
 def signed_terms(path: GeometricPath, derived: list[Array], derivative: int) -> Array:
-    """Terms with a bound as their greatest, with A and J of both signs, so that each is smooth; (B, n_axes, K)."""
+    """Smooth terms whose greatest is a bound of :func:`peaks`: A and J occur with both signs; (B, n_axes, K)."""
     v, a, j = derived
     signs = [((1, 1),), ((1, 1), (-1, 1)), ((1, 1), (1, -1), (-1, 1), (-1, -1))][derivative - 1]
     terms = [term for turn, sign in signs for term in _terms(path, derivative, v, turn * a, sign * j)]
@@ -69,25 +70,25 @@ def _terms(path: GeometricPath, derivative: int, v: Array, a: Array, j: Array) -
     return [s3 * speed[k] ** 3 + s2 * (3.0 * a[:, i : i + size] * speed[k]) + rest for k, i in _MEETING]
 
 
-#: Parts of every piece of u(t) in which extremes are sought for gradient solvers: in one that holds two equal ones
-#: the greatest is not smooth. Time-optimal runs along symmetric paths have such pieces.
+#: Number of parts of every piece of u(t); gradient solvers get the greatest value in each. That of a part with two
+#: equal extremes is not smooth, and time-optimal motions along symmetric paths have pieces with two.
 _PARTS = 2
 
 #: Ends, parts and pieces of segments.
 _Segments = tuple[Array, Array, Array]
 
-#: Greatest tolerance of a bound that is of any use.
+#: Greatest tolerance at which a bound is still useful.
 MOST_TOLERANCE = 0.1
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Course:
-    """B ways to run along one path in unit time.
+    """B time courses along one path in unit time.
 
     Attributes:
         path: s(u).
-        control_points: c of (6), which must not decrease from 0 to 1, shape (B, n_control_points); complex steps stay.
+        control_points: c of (6), not decreasing, from 0 to 1, shape (B, n_control_points); complex steps are kept.
         order: order of u(t); its inner knots are uniform.
         tolerance: share by which a guaranteed peak may exceed the true one.
 
@@ -122,7 +123,7 @@ class Course:
         return len(self.control_points)
 
     def rows(self, index: slice) -> Course:
-        """The ways of a slice of rows."""
+        """The courses of a slice of rows."""
         return replace(self, control_points=self.control_points[index])
 
     @property
@@ -141,7 +142,7 @@ class Course:
         return frozen(self._segments[0])
 
     def instants_of(self, u: Array) -> Array:
-        """Unit times at which the run reaches parameters of the path, shape (U,) -> (B, U)."""
+        """Unit times at which the courses reach parameters of the path, shape (U,) -> (B, U)."""
         at_ends = self._coefficients[0].real
         span = (at_ends[:, 1:, None] <= u).sum(axis=1)
         local = np.take_along_axis(self._coefficients, span[None], axis=2)
@@ -184,20 +185,20 @@ class Course:
         return self._hull_peaks[_place(derivative)]
 
     def hull_terms(self, derivative: int) -> Array:
-        """Smooth terms with that bound as their greatest, (B, n_axes, K)."""
+        """Smooth terms whose greatest is :meth:`hull_peak`, (B, n_axes, K)."""
         return hull.signed_terms(self.path, self._derived, ORDERS[_place(derivative)])
 
     def local_terms(self, derivative: int) -> Array:
-        """Greatest value and greatest negative value in every part of u(t), smooth in the control points.
+        """Greatest values of a derivative and of its negative in every part of u(t), smooth in the control points.
 
-        Their greatest is the true peak as far as it is found near the best of many nodes; shape (B, n_axes, K).
+        The greatest of them is the true peak if that lies near the best of many nodes; shape (B, n_axes, K).
         """
         found: Array = self._local[_place(derivative)]
         return found
 
     def integral_of_square(self, derivative: int) -> Array:
         """∫ (d-th derivative)² dt by Gauss-Legendre quadrature of every segment, exact, shape (B, n_axes)."""
-        sampled = derivative > 0 and "_at_gauss" in self.__dict__  # as good for this, where peaks were asked for
+        sampled = derivative > 0 and "_at_gauss" in self.__dict__  # the samples of peaks, if there are any, serve too
         nodes, weights = gauss(self._nodes if sampled else self._nodes + 1 - derivative)
         values = self._at_gauss[derivative - 1] if sampled else self.at_shares(nodes, derivative)
         widths = np.diff(self.breaks, axis=1)
@@ -205,12 +206,12 @@ class Course:
 
     @property
     def _nodes(self) -> int:
-        """Gauss nodes that interpolate the velocity of a segment, and integrate its square, without error."""
+        """Number of Gauss nodes that exactly interpolate the velocity of a segment and integrate its square."""
         return (self.path.order - 1) * (self.order - 1)
 
     @cached_property
     def _coefficients(self) -> Array:
-        """Powers of the share of the span, ascending, shape (order, B, n_spans)."""
+        """Coefficients of u(t) in powers of the share of the span, ascending, shape (order, B, n_spans)."""
         flat = row_products(self.control_points, _pieces(self.order, self.control_points.shape[1]))
         return np.ascontiguousarray(np.moveaxis(flat.reshape(len(self), self.order, self.n_spans), 1, 0))
 
@@ -219,9 +220,9 @@ class Course:
         return self._cut(1)
 
     def _cut(self, parts: int) -> _Segments:
-        """Ends of the segments (B, S + 1), and per segment the part and the piece of the path that it lies in (B, S).
+        """Ends of the segments (B, S + 1), and for each segment the part and the piece of the path it is in (B, S).
 
-        Parts are equal parts of the pieces of u(t), as many of each.
+        Every piece of u(t) is divided into ``parts`` equal parts.
         """
         count = self.n_spans * parts
         ends = np.tile(np.linspace(0.0, 1.0, count + 1), (len(self), 1))
@@ -268,7 +269,7 @@ class Course:
         return np.swapaxes(np.concatenate([both[0], both[1]], axis=-1), 1, 2)
 
     def _bounded(self, values: Array) -> Array:
-        """Bound of every run's magnitude, (..., S, N) -> (...)."""
+        """Bound of every course's magnitude, (..., S, N) -> (...)."""
         flat = values.reshape(int(np.prod(values.shape[:-2])), *values.shape[-2:])
         return greatest_magnitude(flat, self.tolerance).reshape(values.shape[:-2])
 
@@ -282,14 +283,14 @@ class Course:
 
 
 def _place(derivative: int) -> int:
-    """Where velocity, acceleration and jerk stand among the derivatives that are limited."""
+    """Index of velocity, acceleration or jerk in :data:`ORDERS`."""
     if derivative not in ORDERS:
         raise InvalidInputError(f"derivative: expected 1 to {max(ORDERS)}, got {derivative!r}")
     return derivative - 1
 
 
 def _chain(path: GeometricPath, piece: Array, offset: Array, u: list[Array], wanted: tuple[int, ...]) -> list[Array]:
-    """Derivatives of s(u) in time from u - break and the derivatives of u: (15)-(17)."""
+    """Time derivatives of s(u(t)) from u - break and the time derivatives of u: (15)-(17)."""
 
     def s(order: int) -> Array:
         return polynomials.values(path.pieces(order)[..., piece], offset)
@@ -317,7 +318,7 @@ def _knots(order: int, count: int) -> Array:
 
 @cache
 def _pieces(order: int, count: int) -> Array:
-    """Matrix from control points to powers of the share of every span, (count, order x n_spans)."""
+    """Matrix from control points to coefficients in powers of the share of every span, (count, order x n_spans)."""
     knots, spans = _knots(order, count), count - order + 1
     basis, starts = BSpline(knots, np.eye(count), order - 1), knots[order - 1 : count]
     powers = [basis(starts, nu=k).T / (factorial(k) * float(spans) ** k) for k in range(order)]

@@ -14,7 +14,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.trajectory import polynomial_loops
 from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch, checked_factor, checked_order, chosen_rows
 
-#: Derivatives that dynamics need together: position, velocity and acceleration.
+#: Number of derivatives that dynamics need together: position, velocity and acceleration.
 _TOGETHER = 3
 
 
@@ -78,7 +78,7 @@ class PolynomialBatch(TrajectoryBatch):
         return PolynomialBatch(self.breaks[rows].real, self.coefficients[rows].real)
 
     def slowed(self, factor: float) -> PolynomialBatch:
-        """The same paths in ``factor`` times the time: coefficient k is divided by its k-th power."""
+        """The same paths in ``factor`` times the time: coefficient k is divided by ``factor`` to the k."""
         stretch = checked_factor(factor)
         powers = stretch ** np.arange(self.coefficients.shape[-1])
         return PolynomialBatch(self.breaks * stretch, self.coefficients / powers)
@@ -138,7 +138,7 @@ class PolynomialBatch(TrajectoryBatch):
         return frozen(np.maximum(-lower, upper))
 
     def integral_of_square(self, derivative: int) -> Array:
-        """By Gauss-Legendre quadrature with as many nodes as make it exact for the squared polynomial."""
+        """By Gauss-Legendre quadrature with enough nodes to be exact for the squared polynomial."""
         order = checked_order(derivative)
         nodes, weights = _legendre(max(self.degree - order, 0) + 1)
         powers = _powers(nodes, order, self.degree)
@@ -146,7 +146,7 @@ class PolynomialBatch(TrajectoryBatch):
             integral = np.empty((len(self), self.n_joints), dtype=self._kind)
             polynomial_loops.square_integrals(*self._for_loops, order, powers, weights, integral)
             return frozen(integral)
-        # Trajectory by trajectory, so that the digits of one do not depend on how many there are.
+        # Trajectory by trajectory, so that one trajectory's digits do not depend on how many there are.
         flat = np.swapaxes(self._unit_coefficients, 2, 3).reshape(len(self), -1, self.degree + 1)
         per_segment = (np.square(flat @ powers.T) @ weights).reshape(*self.coefficients.shape[:3])
         factor = self.segment_durations ** (1 - 2 * order)
@@ -170,19 +170,19 @@ class PolynomialBatch(TrajectoryBatch):
 
     @property
     def _kind(self) -> Any:
-        """What kind of number coefficients and durations are together."""
+        """Common type of the numbers in coefficients and durations."""
         return np.result_type(self.coefficients, self.breaks)
 
     @property
     def _for_loops(self) -> tuple[Array, Array]:
-        """Coefficients and durations of one kind, as loops take them."""
+        """Coefficients and durations of one type, as loops require."""
         kind = self._kind
         return np.ascontiguousarray(self.coefficients, dtype=kind), np.asarray(self.segment_durations, dtype=kind)
 
     def _sampled(self, shares: tuple[float, ...], order: int) -> Array:
         """Values of a derivative at shares of every segment.
 
-        Who asks for several instants asks for position, velocity and acceleration there, which are worked out together.
+        Callers that need several instants need position, velocity and acceleration there: these are computed together.
         """
         if self._last_sampled is None or self._last_sampled[0] != shares:
             object.__setattr__(self, "_last_sampled", (shares, {}))
@@ -212,7 +212,7 @@ class PolynomialBatch(TrajectoryBatch):
 
     @cached_property
     def _all_extremes(self) -> tuple[Array, Array, Array, Array]:
-        """Least and greatest values of the named derivatives in every segment, and in all."""
+        """Least and greatest values of all :data:`DERIVATIVES`, in every segment and over all segments."""
         shape = (len(DERIVATIVES), len(self), self.segment_durations.shape[1], self.n_joints)
         if jit.can_compile():
             bounds = [np.empty(shape[:k] + shape[k + 1 :], dtype=self._kind) for k in (4, 4, 2, 2)]
@@ -231,7 +231,7 @@ class PolynomialBatch(TrajectoryBatch):
 
 
 def _within(derivative: int, extremes: Array) -> int:
-    """A derivative's order, one of those that there are extremes of."""
+    """A derivative's order, checked to be one for which there are extremes."""
     order = checked_order(derivative)
     if order >= len(extremes):
         raise InvalidInputError(f"derivative: expected 0 to {len(extremes) - 1}, got {derivative}")
@@ -240,7 +240,7 @@ def _within(derivative: int, extremes: Array) -> int:
 
 @lru_cache(maxsize=64)
 def _powers(shares: tuple[float, ...], order: int, degree: int) -> Array:
-    """Matrix that takes unit coefficients to a derivative's values at shares of a segment, (U, degree + 1)."""
+    """Matrix from coefficients on the unit interval to a derivative's values at shares of it, (U, degree + 1)."""
     basis = np.eye(degree + 1)
     rows = [polynomials.values(polynomials.derivative(column, order), np.array(shares)) for column in basis]
     return frozen(np.stack(rows, axis=1))

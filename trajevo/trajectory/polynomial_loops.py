@@ -1,7 +1,8 @@
-"""Loops over polynomial segments, one number at a time: what numba, the optional extra ``fast``, compiles.
+"""Loops over polynomial segments, one number at a time, which numba (the optional extra ``fast``) compiles.
 
-With numba installed they take the place of :mod:`trajevo.base.polynomials`. They do the same arithmetic, and results
-are the same to rounding. Loops of complex numbers carry the derivative in the imaginary part.
+With numba installed they replace :mod:`trajevo.base.polynomials`. The arithmetic is the same, so that results agree up
+to rounding. :func:`samples` and :func:`extremes` take real numbers; :func:`complex_samples` and
+:func:`complex_extremes` take complex ones, whose imaginary parts carry derivatives.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.base.jit import fast
 
-#: As in :mod:`trajevo.base.polynomials`: how near to the last guess a root is found, and in how many steps at most.
+#: As in :mod:`trajevo.base.polynomials`: length of the last step towards a root, and greatest number of steps.
 _STEP_TOLERANCE, _MAX_STEPS = 1e-10, 60
 
 
@@ -24,9 +25,9 @@ def samples(coefficients: Array, steps: Array, shares: Array, first: int, out: A
     Args:
         coefficients: shape (B, S, n, degree + 1), ascending powers of the time since the segment began.
         steps: lengths of the segments, shape (B, S).
-        shares: shape (U,).
-        first: the first derivative that is wanted.
-        out: what is written, from that on, shape (derivatives, B, S, U n).
+        shares: from 0 to 1, shape (U,).
+        first: order of the first derivative to write.
+        out: output, derivatives from ``first`` on, shape (derivatives, B, S, U n).
     """
     orders, batch, segments, _ = out.shape
     joints, count = coefficients.shape[2:]
@@ -52,15 +53,16 @@ def samples(coefficients: Array, steps: Array, shares: Array, first: int, out: A
 
 @fast
 def square_integrals(coefficients: Array, steps: Array, order: int, powers: Array, weights: Array, out: Array) -> None:
-    """Integrals of a derivative's square over all segments, by quadrature in each; of complex numbers too.
+    """Integrals of a derivative's square over all segments, by quadrature in each; also for complex numbers.
 
     Args:
         coefficients: shape (B, S, n, degree + 1), ascending powers of the time since the segment began.
         steps: lengths of the segments, shape (B, S).
         order: which derivative.
-        powers: what takes coefficients of the unit interval to its values at the nodes, shape (nodes, degree + 1).
-        weights: of the nodes, shape (nodes,).
-        out: what is written, shape (B, n).
+        powers: matrix from coefficients on the unit interval to the derivative's values at the nodes, shape
+            (nodes, degree + 1).
+        weights: weights of the nodes, shape (nodes,).
+        out: output, shape (B, n).
     """
     batch, segments, joints, count = coefficients.shape
     unit = np.empty(count, out.dtype)
@@ -91,10 +93,10 @@ def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, l
     Args:
         coefficients: shape (B, S, n, degree + 1), ascending powers of the time since the segment began.
         steps: lengths of the segments, shape (B, S).
-        least: what is written, of every segment, shape (derivatives, B, S, n).
-        greatest: the same.
-        lowest: what is written, of all segments, shape (derivatives, B, n).
-        highest: the same.
+        least: output, least values of every segment, shape (derivatives, B, S, n).
+        greatest: output, greatest values of every segment, the same shape.
+        lowest: output, least values over all segments, shape (derivatives, B, n).
+        highest: output, greatest values over all segments, the same shape.
     """
     orders, batch, segments, joints = least.shape
     degree = coefficients.shape[3] - 1
@@ -122,7 +124,7 @@ def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, l
 
 @fast
 def _of_cubic(c: Array, low: Array, high: Array) -> None:
-    """Closed forms without branches; any point of [0, 1] may stand in for a stationary one that does not exist."""
+    """Closed forms without branches; any point of [0, 1] may replace a stationary point that does not exist."""
     half = -(c[2] + math.copysign(math.sqrt(max(c[2] * c[2] - 3.0 * c[3] * c[1], 0.0)), c[2]))
     first, second, turn = inside(half / (3.0 * c[3])), inside(c[1] / half), inside(-c[2] / (3.0 * c[3]))
     end = c[0] + c[1] + c[2] + c[3]
@@ -139,15 +141,15 @@ def _of_cubic(c: Array, low: Array, high: Array) -> None:
 
 @fast
 def inside(u: float) -> float:
-    """The nearest place in [0, 1]; 0 of what is no number."""
+    """The nearest point of [0, 1]; 0 for NaN."""
     return min(u, 1.0) if u > 0.0 else 0.0
 
 
 @fast
 def climb(unit: Array, low: Array, high: Array, places: Array, counts: Array, room: Array) -> None:
-    """From the derivative that is constant to the polynomial itself: stationary points of one are roots of the next.
+    """Extremes of all derivatives, from the constant one on: the roots of each are the stationary points of the next.
 
-    The ends and stationary points of every derivative go into ``places``, as many as ``counts`` says.
+    The ends and stationary points of every derivative are written into ``places``, their number into ``counts``.
     """
     degree, (current, nodes, values, roots) = len(unit) - 1, room
     nodes[0], nodes[1], count = 0.0, 1.0, 2
@@ -226,7 +228,7 @@ __all__ = ["complex_extremes", "complex_samples", "square_integrals"]
 
 @fast
 def complex_samples(coefficients: Array, steps: Array, shares: Array, first: int, out: Array) -> None:
-    """As :func:`samples`; coefficients, steps and what is written are complex."""
+    """As :func:`samples`; coefficients, steps and output are complex."""
     orders, batch, segments, _ = out.shape
     joints, count = coefficients.shape[2:]
     factors = np.ones((orders, count))
@@ -253,7 +255,7 @@ def complex_samples(coefficients: Array, steps: Array, shares: Array, first: int
 
 @fast
 def _of_cubic_at(coefficients: Array, shares: Array, length: complex, out: Array, apart: int) -> None:
-    """A cubic and its first two derivatives at shares of a segment; entries of ``out`` lie so many apart."""
+    """A cubic and its first two derivatives at shares of a segment, written to every ``apart``-th entry of ``out``."""
     c0, c1, c2, c3 = coefficients
     a, b, c, d, e, f, g, h = c0.real, c1.real, c2.real, c3.real, c0.imag, c1.imag, c2.imag, c3.imag
     for u in range(len(shares)):
@@ -270,8 +272,9 @@ def complex_extremes(
 ) -> None:
     """As :func:`extremes`; all arrays are complex.
 
-    A stationary point that moves does not change the value to first order, so that the imaginary part is that at the
-    place of the real one. Of equal values the least and greatest imaginary part count, as with numpy.
+    The shift of a stationary point does not change the value to first order, so the imaginary part is taken at the
+    stationary point of the real parts. Of equal real values the one with the least or greatest imaginary part counts,
+    as in numpy.
     """
     orders, batch, segments, joints = least.shape
     degree = coefficients.shape[3] - 1
@@ -308,7 +311,7 @@ def complex_extremes(
 
 @fast
 def _complex_of_cubic(unit: Array, bounds: Array) -> None:
-    """Bounds of a cubic and its derivatives; 0 stands in for a stationary point that does not exist."""
+    """Bounds of a cubic and its derivatives; any point of [0, 1] may replace a stationary point that does not exist."""
     a, b, c, d = unit[0]
     e, f, g, h = unit[1]
     half = -(c + math.copysign(math.sqrt(max(c * c - 3.0 * d * b, 0.0)), c))
@@ -328,7 +331,7 @@ def _complex_of_cubic(unit: Array, bounds: Array) -> None:
 
 @fast
 def _at_places(unit: Array, order: int, places: Array, room: Array, bounds: Array) -> None:
-    """Bounds of a derivative at some places."""
+    """Least and greatest value of a derivative at given places."""
     size = unit.shape[1] - 1 - order
     differentiate(unit[0], order, room[0])
     differentiate(unit[1], order, room[1])
@@ -340,7 +343,7 @@ def _at_places(unit: Array, order: int, places: Array, room: Array, bounds: Arra
 
 @fast
 def _wider(bounds: tuple[float, float, float, float], value: float, step: float) -> tuple[float, float, float, float]:
-    """Real and imaginary part of the least and of the greatest value, after another one."""
+    """Real and imaginary part of the least and of the greatest value, updated with another value."""
     below, under, above, over = bounds
     if value < below or (value == below and step < under):
         below, under = value, step

@@ -23,7 +23,7 @@ THROUGH_POINTS: dict[str, Callable[..., Interpolant]] = {
     "septic_spline": SepticSpline,
 }
 
-#: The same, with those of other packages.
+#: The same, and the interpolants of other packages.
 NAMED_INTERPOLANTS: Registry[Callable[..., Interpolant]] = Registry(
     kind="interpolant",
     group="trajevo.interpolants",

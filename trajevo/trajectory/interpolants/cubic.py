@@ -36,7 +36,7 @@ def _coefficients(h: Array, points: Array, ends: Array, out: Array) -> None:
         h: interval lengths, shape (B, m - 1) [s].
         points: via points, shape (m - 2, n).
         ends: velocity and acceleration at the start, velocity and acceleration at the end, shape (4, n).
-        out: what is written, shape (B, m - 1, n, 4).
+        out: output, shape (B, m - 1, n, 4).
     """
     batch, intervals = h.shape
     count, joints = intervals + 1, points.shape[1]
@@ -62,7 +62,7 @@ def _coefficients(h: Array, points: Array, ends: Array, out: Array) -> None:
 
 @fast
 def _accelerations(step: Array, known: Array, share: Array, a: Array) -> None:
-    """Those at the inner knots, by elimination, where the position of knot k is known[k] + share[k] a[k]."""
+    """Accelerations at the inner knots, by elimination; the position of knot k is known[k] + share[k] a[k]."""
     count, joints = known.shape
     pivot = np.empty(count, a.dtype)
     for k in range(1, count - 1):
@@ -91,12 +91,12 @@ def _accelerations(step: Array, known: Array, share: Array, a: Array) -> None:
 @final
 @dataclass(frozen=True, eq=False)
 class CubicSpline(Interpolant):
-    """C2 cubic spline through the points with two virtual knots; velocity and acceleration given at both ends.
+    """C2 cubic spline through the points with two virtual knots; velocity and acceleration are given at both ends.
 
     Attributes:
         points: at least 2 via points.
         duration_bounds: least and greatest time of an interval [s].
-        start_velocity: shape (n_joints,) [rad/s or m/s]; zero where not given, as the others.
+        start_velocity: shape (n_joints,) [rad/s or m/s]; zero if not given, as the next three.
         start_acceleration: [rad/s² or m/s²].
         end_velocity: [rad/s or m/s].
         end_acceleration: [rad/s² or m/s²].
@@ -150,7 +150,7 @@ class CubicSpline(Interpolant):
     def _knots(self, h: Array) -> tuple[Array, Array]:
         """Positions and accelerations at all knots, each (m, B, n_joints).
 
-        The position of knot k is ``known[k] + share[k] a[k]``: a virtual one follows from the acceleration there.
+        The position of knot k is ``known[k] + share[k] a[k]``: that of a virtual knot depends on its acceleration.
         Continuity of velocity at the inner knots gives one tridiagonal matrix for all joints.
         """
         p = self.points.positions

@@ -1,6 +1,6 @@
-"""Polynomial segments from the states at their ends, and splines that leave those states free.
+"""Polynomial segments from the states at their ends, and splines that determine these states by continuity.
 
-A state is held as Taylor coefficients q⁽ᵏ⁾/k!, which keeps the matrices integer and the systems well scaled.
+A state is stored as Taylor coefficients q⁽ᵏ⁾/k!, which keeps the matrices integer and the systems well scaled.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:
     shift = np.array([[comb(power, k) for power in range(2 * r)] for k in range(r, 2 * r - 1)], dtype=np.float64)
     at_end = shift @ hermite_matrix(r)
     orders, known = np.arange(r, 2 * r - 1), np.arange(1, r)
-    # Everything is measured in the mean of the two times next to a point, so that no power of a time spoils the scale.
+    # The unit of time at a point is the mean of its two segment times, so that powers of times stay near 1.
     scale = 0.5 * (durations[:, :-1] + durations[:, 1:])
     # Continuity at point i: at_end of the segment before, minus at_start of the one after, is zero.
     before, after = (durations[:, :-1] / scale)[..., None, None], (durations[:, 1:] / scale)[..., None, None]
@@ -87,7 +87,7 @@ def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:
         rows_after * at_start[:, r : r + 1] * chord[1:][:, None, :]
         + rows_before * at_end[:, :1] * chord[:-1][:, None, :]
     )
-    # Neighbours are measured in their own scale.
+    # A neighbouring point has its own unit of time.
     ratio = (scale[:, :-1] / scale[:, 1:])[..., None, None]
     left, right = left * ratio**-known, right * ratio**known
     unit = _solve_block_tridiagonal(left, diagonal, right, drive)

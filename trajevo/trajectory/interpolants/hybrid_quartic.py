@@ -143,7 +143,7 @@ class HybridQuartic(Interpolant):
         return state
 
     def _rest(self, like: Array, point: int) -> Array:
-        """The state at rest in a point, shaped like another state."""
+        """The state at rest at a point, in the shape of another state."""
         state = np.zeros_like(like)
         state[..., 0] = self.points.positions[point]
         return state

@@ -1,4 +1,4 @@
-"""What every interpolant is, and what those with free segment times share."""
+"""The interface of all interpolants, and functions shared by those with free segment times."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def checked_bounds(bounds: Any) -> tuple[float, float]:
 
 
 def checked_points(points: Any, least: int, what: str) -> None:
-    """Refuse anything but via points, and fewer than an interpolant needs."""
+    """Refuse anything but via points, and fewer points than an interpolant needs."""
     if not isinstance(points, ViaPoints):
         raise InvalidInputError(f"points: {what} needs ViaPoints, got {type(points).__name__}")
     if len(points) < least:

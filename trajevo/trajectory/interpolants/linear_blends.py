@@ -1,4 +1,4 @@
-"""Straight lines between the points, with quintic blends that cut the corners: points inside are passed nearby."""
+"""Straight lines between the points, with quintic blends that cut the corners: inner points are passed nearby."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from trajevo.trajectory.interpolants.interpolant import (
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
 
-#: Least and greatest share of the shorter neighbouring line that both its blends take together.
+#: Least and greatest time of a blend, as a share of the time of the shorter line next to it.
 BLEND_BOUNDS = (0.01, 0.99)
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class LinearBlends(Interpolant):
-    """Lines of constant velocity, joined by quintic polynomials; the ends are met at rest, inner points are missed.
+    """Lines of constant velocity, joined by quintic polynomials; rest at both end points, inner points are missed.
 
-    Around every point the velocity changes over a time that is centred on it, a share of the shorter line next to it.
-    The motion takes half a blend longer at each end than the lines do.
+    The blend at every point is centred on it and takes a share of the time of the shorter line next to it. At each end
+    the motion takes half a blend longer than the lines.
 
     Attributes:
         points: at least 2 via points.
@@ -48,7 +48,7 @@ class LinearBlends(Interpolant):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """The times of the lines, and the share that blends take of them."""
+        """The times of the lines, and the share of them that blends take."""
         times = duration_variables(len(self.points) - 1, self.duration_bounds)
         return (*times, Variable("blend", "1", *BLEND_BOUNDS))
 
@@ -70,7 +70,7 @@ class LinearBlends(Interpolant):
         return PolynomialBatch(breaks_of(durations), hermite_segments(corners[:, :-1], corners[:, 1:], durations))
 
     def via_times(self, x: Array) -> Array:
-        """When the points are met or passed nearby, (B, K) -> (B, K) [s]."""
+        """Instants at which the points are met or passed nearby, (B, K) -> (B, K) [s]."""
         lines, half = self._timing(x)
         times = half[:, :1] + breaks_of(lines)
         times[:, 0], times[:, -1] = 0.0, times[:, -1] + half[:, -1]

@@ -1,7 +1,7 @@
-"""Time along a fixed path as the only freedom: u(t) as a B-spline (Paing 2021), each shape as fast as limits allow.
+"""Motions along a fixed path, where only u(t) is free: a B-spline (Paing 2021), as fast as limits allow.
 
-For a fixed shape of u(t) velocity, acceleration and jerk scale with 1/T, 1/T² and 1/T³, so the least feasible duration
-is known in closed form: T = max over axes of peak₁/v, √(peak₂/a), ∛(peak₃/j), the peaks those of the run in unit time.
+For a fixed shape of u(t), velocity, acceleration and jerk scale with 1/T, 1/T² and 1/T³, so that the least feasible
+duration has a closed form: T = max over axes of peak₁/v, √(peak₂/a), ∛(peak₃/j), with the peaks in unit time.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from trajevo.trajectory.polynomial import PolynomialBatch
 #: How the peaks that set the least duration are bounded: the true ones, or the paper's (20)-(25).
 BOUNDS = ("tight", "hull")
 
-#: What the time variable is: the share of the way from the least to the longest time, seconds, or none (the least).
+#: What the time variable is: the share of the way from the least to the longest time, seconds, or none (least time).
 TIMINGS = ("share", "seconds", "least")
 
-#: Control points that conditions (18) take at both ends together: c₀ = c₁ = c₂ = 0, and mirrored.
+#: How many fewer rises than control points there are: (18) fixes three at each end, c₀ = c₁ = c₂ = 0 and mirrored.
 _TAKEN = 5
 
 #: Added to every rise, so that u(t) increases strictly, as the paper asks, even where all of them are 0.
@@ -37,23 +37,23 @@ _LEAST_RISE = 1e-12
 #: Slope at an end, as a share of the greatest, below which a path is at rest there.
 _AT_REST = 1e-9
 
-#: Stretch that keeps rounding in the quotients from exceeding a limit.
+#: Share by which durations are stretched, so that rounding does not exceed a limit.
 _ROUNDING = 1e-14
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Reparameterisation(Interpolant):
-    """u(t) of (6) at rest at both ends by construction (18), its rises as variables, under limits of every axis.
+    """u(t) of (6), at rest at both ends by construction (18), with its rises as variables, under limits of every axis.
 
     Attributes:
         path: the path, of order 4 at least, so that it has a jerk.
-        limits: those of velocity, acceleration and jerk count; one of them must be finite.
+        limits: only those of velocity, acceleration and jerk are used; one of them must be finite.
         longest_time: t_max [s].
         bound: one of ``BOUNDS``.
         timing: one of ``TIMINGS``.
-        control_points: of u(t), at least 7.
-        order: of u(t), at least 4.
+        control_points: number of control points of u(t), at least 7.
+        order: order of u(t), at least 4.
         tolerance: share by which a tight peak may exceed the true one.
 
     Raises:
@@ -85,7 +85,7 @@ class Reparameterisation(Interpolant):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Rises of u between control points, of which only the ratios count, and the time variable if there is one."""
+        """Rises of u between control points, where only their ratios matter, and the time variable if there is one."""
         rises = tuple(Variable(f"rise_{i + 1}", "1", 0.0, 1.0) for i in range(self.n_rises))
         if self.timing == "least":
             return rises
@@ -95,7 +95,7 @@ class Reparameterisation(Interpolant):
 
     @property
     def even_course(self) -> Course:
-        """The run whose control points rise evenly, a course of one."""
+        """The course whose control points rise evenly, a batch of one."""
         return self._made(np.ones((1, self.n_rises)))
 
     @property
@@ -104,7 +104,7 @@ class Reparameterisation(Interpolant):
         return ViaPoints(self.path(self.path.parameters))
 
     def __call__(self, x: Array) -> ComposedBatch:
-        """Runs along the path for decision vectors, shape (B, n_variables)."""
+        """Motions along the path for decision vectors, shape (B, n_variables)."""
         course, last = self._course(x)
         return ComposedBatch(course, self._durations(course, last))
 
@@ -115,12 +115,12 @@ class Reparameterisation(Interpolant):
         return frozen(instants)
 
     def least_durations(self, course: Course) -> Array:
-        """Least duration under the limits of every way to run, in closed form, shape (B,) [s]."""
+        """Least duration of every course under the limits, in closed form, shape (B,) [s]."""
         peak = course.peak if self.bound == "tight" else course.hull_peak
         return _least_durations([peak(order) for order in ORDERS], self.limits)
 
     def with_seconds(self, x: Array) -> Array:
-        """Decision vectors of the same interpolant with ``timing="seconds"``, for (B, n_variables) of this."""
+        """Decision vectors (B, n_variables) of this interpolant -> those of the same one with ``timing="seconds"``."""
         course, last = self._course(x)
         return np.column_stack([np.atleast_2d(x)[:, : self.n_rises], self._durations(course, last)])
 
@@ -137,7 +137,7 @@ class Reparameterisation(Interpolant):
         return least if self.timing == "least" else _slowed(least, last, self.longest_time)
 
     def _course(self, x: Array) -> tuple[Course, Array]:
-        """The ways to run, and the time variables, of decision vectors."""
+        """The courses and the time variables of decision vectors."""
         given = decision_vectors(x, len(self.variables))
         return self._made(given[:, : self.n_rises]), given[:, -1]
 
@@ -157,7 +157,7 @@ class Reparameterisation(Interpolant):
         return c
 
     def _no_faster(self) -> float:
-        """A time that no run can beat: every axis must cross its extent from rest to rest [s]."""
+        """A time that no motion can beat: every axis must cross its extent from rest to rest [s]."""
         lower, upper = self.path.extremes(0)
         extent = upper - lower
         v, a, j = (_limit(self.limits, order) for order in ORDERS)
@@ -172,7 +172,7 @@ class LinearReparameterisation(Interpolant):
 
     Attributes:
         path: a path with s' = s'' = 0 at both ends, see ``at_rest`` of :class:`~trajevo.path.curve.GeometricPath`.
-        limits: as of :class:`Reparameterisation`; its two bounds are the same here.
+        limits: as for :class:`Reparameterisation`, whose two bounds are equal here.
         longest_time: t_max [s].
 
     Raises:
@@ -200,7 +200,7 @@ class LinearReparameterisation(Interpolant):
         return ViaPoints(self.path(self.path.parameters))
 
     def __call__(self, x: Array) -> PolynomialBatch:
-        """The path in as many durations, shape (B, 1)."""
+        """Motions along the path for decision vectors, shape (B, 1)."""
         durations = self._durations(x)
         scaled = self.path.pieces(0).T[None] * durations[:, None, None, None] ** -np.arange(float(self.path.order))
         return PolynomialBatch(self.path.breaks * durations[:, None], scaled)
@@ -216,14 +216,14 @@ class LinearReparameterisation(Interpolant):
 
 
 def _slowed(least: Array, share: Array, longest: float) -> Array:
-    """The least durations, a share of the way stretched towards the longest one; no less, whatever rounding does."""
+    """Durations at shares of the way from the least to the longest; rounding makes none less than the least."""
     stretched = longest - (1.0 - share) * (longest - least)
     durations: Array = np.where(stretched.real > least.real, stretched, least)
     return durations
 
 
 def slowness(least: Array, seconds: Array, longest: float) -> Array:
-    """Shares of the way from the least durations to the longest one that durations are at, from 0 to 1, shape (B,)."""
+    """Shares of the way from the least to the longest duration at which ``seconds`` lie, from 0 to 1, shape (B,)."""
     room = longest - least
     share = 1.0 - np.divide(longest - seconds, room, out=np.ones_like(room), where=room > 0.0)
     return np.clip(share, 0.0, 1.0)
@@ -246,7 +246,7 @@ def _limit(limits: JointLimits, order: int) -> Array:
 
 
 def _check(path: GeometricPath, limits: JointLimits, longest_time: Any) -> None:
-    """Refuse what no run along a path can be planned with."""
+    """Refuse arguments with which no motion along a path can be planned."""
     if not isinstance(path, GeometricPath):
         raise InvalidInputError(f"path: expected a GeometricPath, got {type(path).__name__}")
     if path.order < 4:

@@ -1,4 +1,4 @@
-"""Septic polynomials: one between two states, and the spline with six continuous derivatives."""
+"""The septic polynomial between two states."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class State:
 
     Attributes:
         position: shape (n_joints,) [rad or m].
-        velocity: shape (n_joints,) [rad/s or m/s]; zero where not given, as the others.
+        velocity: shape (n_joints,) [rad/s or m/s]; zero if not given, as the next two.
         acceleration: [rad/s² or m/s²].
         jerk: [rad/s³ or m/s³].
     """
@@ -58,7 +58,7 @@ class State:
 @final
 @dataclass(frozen=True, eq=False)
 class SepticPolynomial(Interpolant):
-    """The polynomial of degree 7 between two states, its duration free (Sun 2020, eqs. (9)-(14)).
+    """The polynomial of degree 7 between two states, with a free duration (Sun 2020, eqs. (9)-(14)).
 
     Attributes:
         start: state at time 0.
@@ -90,5 +90,5 @@ class SepticPolynomial(Interpolant):
         return PolynomialBatch(breaks_of(durations), hermite_segments(start, end, durations))
 
     def via_times(self, x: Array) -> Array:
-        """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
+        """Start and end, (B, 1) -> (B, 2) [s]."""
         return breaks_of(check_durations(x, 1))

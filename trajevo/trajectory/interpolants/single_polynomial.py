@@ -22,7 +22,7 @@ from trajevo.trajectory.interpolants.interpolant import (
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
 
-#: Degree that rounding and overshoot still leave of use.
+#: Greatest number of points for which rounding and overshoot leave the polynomial useful.
 MOST_POINTS = 8
 
 
@@ -31,7 +31,7 @@ MOST_POINTS = 8
 class SinglePolynomial(Interpolant):
     """The polynomial of degree K + 3 through K points, at rest without acceleration at both ends.
 
-    It is smooth everywhere inside, but its jerk steps at both ends, and it swings far beyond the points between them.
+    It is smooth everywhere inside, but its jerk jumps at both ends, and it overshoots far between the points.
 
     Attributes:
         points: 2 to 8 via points; 4 give the septic polynomial.
@@ -71,8 +71,8 @@ class SinglePolynomial(Interpolant):
     def _unit_coefficients(self, unit: Array) -> Array:
         """Coefficients in powers of t / T, shape (B, n_joints, K + 4).
 
-        The start takes the powers below 3. What is left is solved in t / T, row by row divided by (t / T)³: the printed
-        system, in seconds, has a condition number of 9e6.
+        The state at the start gives the coefficients of the powers below 3. The others are solved for in t / T, with
+        every row divided by (t / T)³: the system as printed, in seconds, has a condition number of 9e6.
         """
         positions = self.points.positions
         count = len(positions) + 1

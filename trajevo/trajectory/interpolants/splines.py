@@ -1,4 +1,4 @@
-"""The quintic spline with four continuous derivatives."""
+"""The quintic spline with four continuous derivatives, and the septic spline with six."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from trajevo.trajectory.interpolants.interpolant import (
 @final
 @dataclass(frozen=True, eq=False)
 class QuinticSpline(Interpolant):
-    """C4 quintic spline through the points, velocity and acceleration zero at both ends (the end jerk is not).
+    """C4 quintic spline through the points; velocity and acceleration zero at both ends, but not jerk.
 
     Attributes:
         points: at least 3 via points.

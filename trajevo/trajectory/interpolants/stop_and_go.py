@@ -1,8 +1,8 @@
-"""Baselines: stop at every point, as fast as the joint limits allow.
+"""Baselines: motions that stop at every point and are as fast as the joint limits allow.
 
-All joints start and stop together. Along a straight chord one parameter s runs from 0 to 1 under the tightest of the
-joints' limits divided by their share of the chord; otherwise every joint has a profile of its own, as fast as its own
-limits allow, and those that would arrive early are slowed down as a whole.
+All joints start and stop together. On a straight line between two points one parameter s runs from 0 to 1; its limits
+are the tightest of the joints' limits divided by the distances that the joints move. Otherwise every joint has its own
+profile, as fast as its own limits allow, and joints that would arrive early are slowed down as a whole.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str, straigh
         profile: ``"trapezoid"`` (velocity and acceleration limits; its jerk is infinite at the corners and is not
             checked), ``"double_s"`` (velocity, acceleration and jerk limits, by Ruckig) or ``"septic"`` (polynomial
             of degree 7, under all three).
-        straight: move along straight lines in joint space; otherwise each joint on its own, which is faster where
+        straight: move along straight lines in joint space; otherwise each joint moves on its own, which is faster where
             different limits bind.
 
     Returns:
