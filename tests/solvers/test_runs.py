@@ -174,7 +174,7 @@ def test_an_algorithm_without_an_adapter_says_so_and_its_individuals_are_kept(tm
     (tmp_path / "run" / "front.json").unlink()
     assert same(read_run(tmp_path / "run"), front)
     own = NSGA2(20, survival=RankAndCrowding(crowding_func="ce"))
-    with pytest.warns(UserWarning, match="NSGA2.survival.* is set to something that a run folder does not hold"):
+    with pytest.warns(UserWarning, match="NSGA2.survival.* is set to something that a run folder cannot store"):
         optimise(
             PointingMechanism(),
             seed=1,
