@@ -241,9 +241,9 @@ def test_a_front_from_a_file_does_too(unloaded, tmp_path):
 
 
 def test_fronts_of_other_problems_are_refused(unloaded):
-    refused(lambda: warm_start(PointingMechanism(), unloaded, 20), "initial: .*same problem, got one with other variables")
+    refused(lambda: warm_start(PointingMechanism(), unloaded, 20), "initial: .*got one with other variables")
     backwards = HybridManipulator(positions=HybridManipulator().positions[::-1])
-    refused(lambda: warm_start(backwards, unloaded, 20), "initial: .*same problem, got one whose decision vectors are other")
+    refused(lambda: warm_start(backwards, unloaded, 20), "initial: .*got one whose decision vectors are other")
     robot = small_problem().robot
     empty = optimise(small_problem(constraints=(impossible(robot, 0.5),)), seed=1, **SMALL)
     refused(lambda: warm_start(small_problem(), empty, 20), "initial: expected a front with members")
