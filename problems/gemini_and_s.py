@@ -1,6 +1,6 @@
-"""The two paths of Paing 2021, with the limits and the longest time they come with.
+"""The two example paths of Paing 2021, with the limits and the longest time under which the paper runs them.
 
-Files and coordinates are in mm, everything handed out is SI.
+The airfoil's file is in chord lengths; all coordinates and limits here are in SI units.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ GEMINI_FILE = Path(__file__).with_name("geminism.dat")
 #: Chord of the airfoil, section VI.C [m].
 CHORD = 0.1
 
-#: Radius of the two arcs of the S [m]. The paper prints no coordinates: it is chosen so that the best trade-off takes
-#: as long as the paper's, 3.63 s.
+#: Radius of the two arcs of the S [m]. The paper prints no coordinates; with this radius the best trade-off takes as
+#: long as in the paper, 3.63 s.
 S_RADIUS = 0.0214
 
-#: Directions of the points of the S from the centres of its arcs [deg].
+#: Directions from the centres of the arcs to the points of the S [deg].
 _UPPER_DEG, _LOWER_DEG = (30.0, 90.0, 150.0, 210.0, 270.0), (30.0, -30.0, -90.0, -150.0)
 
 
 @dataclass(frozen=True)
 class ExamplePath:
-    """A path with what it is run under.
+    """A path with the limits under which it is run.
 
     Attributes:
         title: one line.
-        make: makes the path.
-        velocity: of each axis [m/s].
-        acceleration: [m/s²].
-        jerk: [m/s³].
+        make: function that makes the path.
+        velocity: velocity limit of each axis [m/s].
+        acceleration: acceleration limit of each axis [m/s²].
+        jerk: jerk limit of each axis [m/s³].
         longest_time: t_max [s].
     """
 
@@ -55,7 +55,7 @@ def gemini_points() -> Array:
 
 
 def s_points() -> Array:
-    """Nine points on two arcs that meet in the origin, shape (9, 2) [m]."""
+    """Nine points on two arcs that meet at the origin, shape (9, 2) [m]."""
     arcs = [(S_RADIUS, _UPPER_DEG), (-S_RADIUS, _LOWER_DEG)]
     return np.concatenate(
         [
@@ -66,16 +66,16 @@ def s_points() -> Array:
 
 
 def gemini() -> GeometricPath:
-    """Order 6, 12 control points near the points, section VI.C.
+    """The airfoil's path, section VI.C: order 6, with 12 control points fitted near the points.
 
-    Knots ``"shifted"`` are the rule of Piegl and Tiller with its indices counted from 1: of all rules tried it alone
-    gives the printed errors, 123.34 and 8.17 mm².
+    The knots ``"shifted"`` follow the rule of Piegl and Tiller with indices counted from 1. Of all rules tried, only
+    this one gives the printed errors, 123.34 and 8.17 mm².
     """
     return GeometricPath.near(gemini_points(), control_points=12, parameters="chord", knots="shifted")
 
 
 def s_shape() -> GeometricPath:
-    """Order 6 through nine points, section VI.B."""
+    """The path of the S, section VI.B: order 6, through nine points."""
     return GeometricPath.through(s_points())
 
 

@@ -1,7 +1,7 @@
-"""Kinematics and task of the 5-DOF hybrid manipulator (Guo et al. 2016, 10.1155/2016/1302537), closed forms.
+"""Kinematics and task of the 5-DOF hybrid manipulator in closed form (Guo et al. 2016, 10.1155/2016/1302537).
 
 Symbols are the paper's: q = (X_S1, X_S2, X_S3, φ₄, φ₅) [m, rad], p the tool's origin [m], a its z axis. z₀ points down.
-With e = 0 as in Table 1 and O₅ as the point that follows the path.
+The offset e is 0 as in Table 1, and O₅ is the point that follows the path.
 """
 
 from __future__ import annotations
@@ -92,10 +92,10 @@ def via_positions() -> Array:
 
 
 def path_normals(positions: Any) -> Array:
-    """Tool axes along a path: its normal inside the vertical plane that holds its tangent, pointing down, (K, 3).
+    """Tool axes along a path, shape (K, 3): the path's normal in the vertical plane of its tangent, pointing down.
 
-    The text asks for the o axis along the tangent, which five joints cannot do; this rule gives Table 6. The tangent
-    is the central difference of the via points, one-sided at the ends.
+    The paper's text asks for an o axis along the tangent, which five joints cannot achieve; this rule gives Table 6.
+    The tangent is the central difference of the via points, one-sided at the ends.
     """
     points = numbers(positions, name="positions", shape=("K", 3))
     if len(points) < 2:
@@ -113,9 +113,7 @@ def tracking_error(positions: Array) -> Array:
     eta = np.linspace(-0.5, VIA_COUNT - 0.5, 2001)
     coarse = np.linalg.norm(positions[:, None] - saddle_line(eta)[None], axis=-1).argmin(axis=1)
     parameter = eta[coarse]
-    for _ in range(
-        20
-    ):  # Newton on the squared distance; the path is a parabola, so this is at rounding after few steps
+    for _ in range(20):  # Newton on the squared distance; the path is a parabola, so a few steps reach rounding
         step = 1e-4
         ahead, here, behind = (saddle_line(parameter + d) for d in (step, 0.0, -step))
         slope, bend = (ahead - behind) / (2.0 * step), (ahead - 2.0 * here + behind) / step**2

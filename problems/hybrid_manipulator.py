@@ -47,8 +47,8 @@ TABLE_7_INTERVALS = (0.330, 0.837, 0.803, 0.569, 0.477, 0.382, 0.348, 0.348, 0.3
 #: Payload bounds m_pl and m_pu of Table 1, eq. (123) [kg].
 PAYLOAD_BOUNDS = (0.0, 10.0)
 
-#: Least and greatest interval [s]. The paper prints only the lower bound (152); without an upper one z₂ to z₄ fall
-#: towards 0 for ever.
+#: Least and greatest interval [s]. The paper prints only the lower bound (152); without an upper bound z₂ to z₄ would
+#: fall towards 0 without end.
 DURATION_BOUNDS = (0.005, 1.5)
 
 #: Far corner of the hypervolume box for z₁ to z₄.
@@ -60,7 +60,7 @@ CONVENTIONS = {"continuous": "rigid", "printed": "weight_only", "as_run": "tool_
 
 @final
 class HybridManipulator(TrajectoryProblem):
-    """z₁ to z₄, eqs. (113)-(116), of the cubic spline through the via points, under (118)-(123) and (152).
+    """Minimise z₁ to z₄, eqs. (113)-(116), of a cubic spline through the via points, under (118)-(123) and (152).
 
     The variables are the 12 interval lengths h [s]. Limits of displacement, velocity, acceleration and jerk hold at the
     exact peaks, those of force at the samples of every interval, or at every instant with ``limits="certified"``.
@@ -69,18 +69,19 @@ class HybridManipulator(TrajectoryProblem):
         payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings.
         convention: ``"continuous"`` (the integrals themselves), ``"printed"`` (eq. (154) to the letter) or
             ``"as_run"`` (a conjecture of what the authors computed; never a reproduction).
-        payload_model: how the payload acts; if None as it says itself, or by its mass alone as in the convention
-            (rigid, weight_only, tool_axis).
+        payload_model: how the payload acts (rigid, weight_only, tool_axis); if None, as ``payload`` says, or as in the
+            convention if ``payload`` is only a mass.
         payload_bounds: least and greatest payload [kg], eq. (123).
-        objectives: ``"all"`` four, ``"cost"``: F_c of eq. (112) alone, or names: time, energy, jerk, acceleration, and
-            unused_payload, which makes the payload's mass a variable between its bounds, as far as the manipulator can
-            hold it at rest at both ends.
+        objectives: ``"all"`` four, ``"cost"`` (F_c of eq. (112) alone), or names: time, energy, jerk, acceleration, and
+            unused_payload. The last one makes the payload's mass a variable, between its bounds and at most what the
+            manipulator can hold at rest at both ends.
         positions: via points of the tool, shape (K, 3) [m]; the eleven of Table 6 if None. The tool axis is the path's
             normal in its vertical plane.
         duration_bounds: least and greatest interval [s].
-        limits: of force, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.formulation.constraints.certified`.
+        limits: how force limits are checked, ``"sampled"`` or ``"certified"``, see
+            :mod:`trajevo.formulation.constraints.certified`.
         samples: instants per interval at which forces are computed, both ends included.
-        threads: threads that populations are evaluated on; results are the same for any number.
+        threads: number of threads that evaluate populations; it does not affect the results.
 
     Raises:
         UnknownNameError: no such convention, payload model, set of objectives or limits.
@@ -144,14 +145,14 @@ class HybridManipulator(TrajectoryProblem):
         )
 
     def _payload_variable(self, dynamics: Dynamics, spline: CubicSpline) -> PayloadVariable | None:
-        """The payload's mass where it is an objective, between its bounds and no more than what is held at rest."""
+        """The payload's mass as a variable if it is an objective: between its bounds, at most what is held at rest."""
         if isinstance(self.objective_set, str) or UNUSED_PAYLOAD not in self.objective_set:
             return None
         low, high = self.payload_bounds
         return PayloadVariable.of(dynamics, spline, (low, min(high, greatest_at_rest(dynamics, spline))))
 
     def _chosen(self, mass: PayloadVariable | None) -> tuple[Objective, ...]:
-        """The objectives that are asked for."""
+        """The requested objectives."""
         at_hand = _objectives(self.convention)
         if isinstance(self.objective_set, str):
             checked_name("set of objectives", self.objective_set, ("all", "cost"))
@@ -210,7 +211,7 @@ def _cost(objectives: tuple[Objective, ...]) -> Objective:
 
 
 def _reference_point(objectives: tuple[Objective, ...], mass: PayloadVariable | None) -> tuple[float, ...] | None:
-    """The far corner of the objectives that have one; F_c has none."""
+    """Reference point of the hypervolume for the chosen objectives; None for F_c."""
     corner = dict(zip(("time", "energy", "jerk", "acceleration"), REFERENCE_POINT, strict=True))
     if mass is not None:
         corner[UNUSED_PAYLOAD] = mass.range[1] - mass.range[0]
@@ -235,7 +236,7 @@ def _at_knots(rollout: Rollout, values: Array) -> tuple[Array, Array]:
 
 
 def _magnitude(values: Array) -> Array:
-    """|values|, in a form that keeps the complex steps of derivatives."""
+    """|values|, in a form that works with complex-step derivatives."""
     magnitude: Array = values * np.sign(values.real)
     return magnitude
 
@@ -264,7 +265,7 @@ def _as_run_energy(rollout: Rollout) -> Array:
 
 
 def _printed_jerk(rollout: Rollout) -> Array:
-    """z₃ of eq. (154), which pairs the jerks of neighbouring intervals and stops one short, shape (B,) [SI²/s⁵]."""
+    """z₃ of eq. (154), shape (B,) [SI²/s⁵]; it averages neighbouring intervals and leaves out the last one."""
     square = _square(_at_knots(rollout, rollout.j)[0])
     total: Array = (0.5 * rollout.trajectory.segment_durations[:, :-1] * (square[:, :-1] + square[:, 1:])).sum(axis=1)
     return total

@@ -1,4 +1,4 @@
-"""Other forms of the problem of running along a path: for gradient solvers, and the front that shapes stand for."""
+"""Other forms of the fixed-path problem: a smooth form for gradient solvers, and the front of a set of shapes."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from trajevo.formulation.problem import SmoothForm, TrajectoryProblem
 from trajevo.solvers.gradient.sqp import WeightedSum
 from trajevo.trajectory.interpolants import Reparameterisation, slowness
 
-#: F₂ falls with this power of t_f while u(t / t_f) stays.
+#: F₂ is inversely proportional to this power of t_f if u(t / t_f) stays the same.
 POWER = 5
 
-#: Points of the front that a set of shapes stands for, besides the least time of each.
+#: Number of points on the front of a set of shapes, besides the least time of each shape.
 ENVELOPE_POINTS = 200
 
 
 def smooth_form(
     runs: Reparameterisation, dynamics: Dynamics, objectives: tuple[Objective, ...], effort: str | None
 ) -> SmoothForm:
-    """The problem with t_f itself as variable and every term of the limits as a constraint of its own, eq. (28).
+    """The problem with t_f itself as a variable and every term of the limits as a separate constraint, eq. (28).
 
     Args:
         runs: decoder of the problem.
-        dynamics: the robot and what it carries.
-        objectives: of the problem.
-        effort: how effort is held to its limits, see :data:`trajevo.formulation.constraints.certified.HOLDS`, or None
-            where it is not limited.
+        dynamics: the robot and its payload.
+        objectives: objectives of the problem.
+        effort: how effort limits are checked, see :data:`trajevo.formulation.constraints.certified.HOLDS`, or None if
+            effort is not limited.
     """
     plain, seconds, axes = replace(runs, timing="share"), replace(runs, timing="seconds"), dynamics.robot
     forces = () if effort is None else held((effort_limits(axes),), effort)
@@ -52,7 +52,7 @@ def smooth_form(
 
 
 def least_time(runs: Reparameterisation, smooth: TrajectoryProblem) -> float:
-    """A time in which the path can be run [s]: the least one, where evenly rising control points are too slow."""
+    """A time in which the path can be run [s]: that of evenly rising control points or, if too long, the least time."""
     even = float(runs.least_durations(runs.even_course)[0])
     if even <= runs.longest_time:
         return even
@@ -72,12 +72,12 @@ def envelope(X: Array, F: Array, *, longest_time: float) -> tuple[Array, Array]:
     """Lower envelope of the curves t_f⁵ F₂ = constant, t_f ≥ least time, of shapes that do not dominate each other.
 
     Args:
-        X: rises (N, n_rises) of non-dominated shapes.
-        F: their least times [s] and t_f⁵ F₂.
-        longest_time: where the curves end [s].
+        X: rises of non-dominated shapes, shape (N, n_rises).
+        F: their least times [s] and t_f⁵ F₂, shape (N, 2).
+        longest_time: time at which the curves end [s].
 
     Returns:
-        Decision vectors and objectives of the plain problem.
+        Decision vectors (P, n_rises + 1) and objectives (P, 2) of the plain encoding.
     """
     order = np.argsort(F[:, 0])
     least, constant = F[order].T
@@ -89,5 +89,5 @@ def envelope(X: Array, F: Array, *, longest_time: float) -> tuple[Array, Array]:
 
 
 def rises(X: Array) -> Array:
-    """Decision vectors of the plain encoding -> of the shapes."""
+    """Decision vectors of the plain encoding -> decision vectors of the shape encoding."""
     return X[:, :-1]

@@ -1,4 +1,4 @@
-"""What a user may write for a path, the limits of its axes and the longest time, turned into SI and checked."""
+"""Check a path, limits of its axes and the longest time as a user gives them, and convert them to SI units."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from trajevo.robot.robot import Robot, length_unit, load_robot
 
 from .gemini_and_s import EXAMPLE_PATHS, ExamplePath
 
-#: Derivative that each limit is of.
+#: Order of the derivative that each limit applies to.
 _DERIVATIVES = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
 
 def prepared(
     path: Any, control_points: int | None, robot: str | Path | None, asked: Mapping[str, Any], longest: Any
 ) -> tuple[GeometricPath, Robot, float]:
-    """The path, the robot with the limits that count, and the longest time [s].
+    """The path, the robot with the limits that apply, and the longest time [s].
 
     Args:
-        path: a name, points, a file of them, a path, or the settings of one.
-        control_points: of a path near points, or None for one through them.
+        path: name of an example path, points, a file of points, a path, or the settings of a path.
+        control_points: number of control points of a path near the points; None for a path through them.
         robot: name or folder; the biaxial feed drive if None.
-        asked: velocity, acceleration and jerk limits, None where they are not given.
+        asked: limits of velocity, acceleration and jerk, None where they are not given.
         longest: longest time, or None.
 
     Raises:
         UnknownNameError: no such path or robot.
-        InvalidInputError: anything that cannot be used; the message names it.
+        InvalidInputError: an invalid argument; the message names it.
     """
     example = EXAMPLE_PATHS.get(path) if isinstance(path, str) else None
     axes = load_robot("feed_drive" if robot is None else robot)
@@ -45,7 +45,7 @@ def prepared(
 
 
 def at_rest(path: GeometricPath) -> GeometricPath:
-    """The path laid anew through or near its own positions, its first two derivatives zero at both ends."""
+    """A new path through or near the positions of a path, with first and second derivatives of 0 at both ends."""
     u = np.asarray(path.parameters)
     options: dict[str, Any] = {"order": path.order, "parameters": u, "knots": "quantiles", "at_rest": True}
     if len(u) > len(path.control_points):
@@ -54,7 +54,7 @@ def at_rest(path: GeometricPath) -> GeometricPath:
 
 
 def _path(path: Any, control_points: int | None, robot: Robot) -> GeometricPath:
-    """The path that an argument means, its axes those of a robot and inside their ranges."""
+    """The path that an argument describes; checks that its axes match those of a robot and stay in their ranges."""
     if isinstance(path, str) and path in EXAMPLE_PATHS:
         found, source = EXAMPLE_PATHS[path].make(), f"path {path!r}"
     elif isinstance(path, GeometricPath):
@@ -82,7 +82,7 @@ def _path(path: Any, control_points: int | None, robot: Robot) -> GeometricPath:
 
 
 def _limited(robot: Robot, example: ExamplePath | None, given: Mapping[str, Any], *, own: bool) -> Robot:
-    """A robot with the limits that count: given ones, else its own where it was named, else those of an example."""
+    """A robot with the limits that apply: given ones, else its own if it was named, else those of the example path."""
     found = {}
     for name, value in given.items():
         if value is not None:
@@ -96,7 +96,7 @@ def _limited(robot: Robot, example: ExamplePath | None, given: Mapping[str, Any]
             unit, _ = display(si, angle="deg", length=length_unit(robot))
             raise InvalidInputError(
                 f"{name}: a path of your own needs a limit for every axis: {name}='100 {unit}', "
-                f"or name a robot whose limits count"
+                f"or name a robot whose limits apply"
             )
     return replace(robot, limits=replace(robot.limits, **found))
 

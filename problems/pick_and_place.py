@@ -31,13 +31,13 @@ PAPER_TIMES = (2.0, 4.0, 3.0)
 #: Least and greatest time between two points [s]; the paper prints none.
 DURATION_BOUNDS = (0.5, 6.0)
 
-#: Where the load's centre of mass is in the flange's frame [m].
+#: Centre of mass of the load in the flange's frame [m].
 PAYLOAD_COM = (0.0, 0.0, 0.1)
 
 #: Far corner of the hypervolume's box: time [s], Σ RMS jerk [rad/s³], energy [J].
 REFERENCE_POINT = (20.0, 20.0, 800.0)
 
-#: Limits that hold; positions by argument.
+#: Limits that always apply; position limits depend on an argument.
 _LIMITS = ("velocity", "acceleration", "jerk", "effort")
 
 
@@ -45,8 +45,9 @@ _LIMITS = ("velocity", "acceleration", "jerk", "effort")
 class PickAndPlace(TrajectoryProblem):
     """Time, jerk and energy of the PUMA 560 from take to place, through lift and unload.
 
-    The paper fixes the times and compares velocities by eye; here they are the variables. Energy is ∫ Σ |τ q̇| dt with
-    friction and payload. Limits hold at exact peaks, torque at samples, or, ``"certified"``, at every instant.
+    The paper fixes the times and compares velocities by eye; here the times are the variables. Energy is ∫ Σ |τ q̇| dt
+    with friction and payload. Limits hold at exact peaks, those of torque at samples, or at every instant with
+    ``limits="certified"``.
 
     Args:
         interpolant: ``"septic"``, the single polynomial, or one of
@@ -58,9 +59,10 @@ class PickAndPlace(TrajectoryProblem):
         position_limits: keep the joints' ranges, widened so that they contain Table 1; the septic swings far beyond its
             points.
         overshoot: how far a joint may leave the range of the points [rad]; not limited if None.
-        limits: of torque, ``"sampled"`` or ``"certified"``, see :mod:`trajevo.formulation.constraints.certified`.
+        limits: how torque limits are checked, ``"sampled"`` or ``"certified"``, see
+            :mod:`trajevo.formulation.constraints.certified`.
         samples: instants per segment at which torque is computed, both ends included.
-        threads: threads that populations are evaluated on; results are the same for any number.
+        threads: number of threads that evaluate populations; it does not affect the results.
 
     Raises:
         UnknownNameError: no such interpolant or limits.

@@ -25,7 +25,7 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import load_robot
 from trajevo.trajectory.interpolants import HybridQuartic, Interpolant, QuinticSpline, SepticSpline
 
-#: Link lengths l₁, l₂ [m]; Table 1 names them without a value, these are robots/pointing_mechanism/SOURCE.md's.
+#: Link lengths l₁, l₂ [m]; Table 1 gives no values, so these are from robots/pointing_mechanism/SOURCE.md.
 L1, L2 = 0.3, 0.2
 
 #: Azimuth γ and pitch β of the five path points [deg], Table 4.
@@ -34,7 +34,7 @@ TABLE_4_POINTS_DEG = ((30.0, 30.0), (75.0, 15.0), (120.0, 0.0), (165.0, 15.0), (
 #: Instants of the solution the paper chose from its front [s], Table 4.
 TABLE_4_TIMES = (0.0, 5.4682, 11.2757, 15.5999, 19.677)
 
-#: Least and greatest time of a segment [s]. The paper prints none; the slow end of the front is this bound.
+#: Least and greatest time of a segment [s]. The paper prints none; the slow end of the front lies at the greatest time.
 DURATION_BOUNDS = (1.0, 10.0)
 
 #: Far corner of the hypervolume box for S₂ [deg/s²] and S₃ [deg/s³]; for S₁ it is the longest possible time.
@@ -52,9 +52,9 @@ INTERPOLANTS: dict[str, Callable[[ViaPoints, tuple[float, float]], Interpolant]]
 class PointingMechanism(TrajectoryProblem):
     """Time, acceleration and jerk of the pointing mechanism, eq. (25), under the limits of Table 2.
 
-    Four segment times Δt [s] are the variables of the paper's own path. Objectives: S₁ = T [s], S₂ = Σ RMS
-    acceleration [rad/s²], S₃ = Σ RMS jerk [rad/s³]. Position, velocity, acceleration and jerk are limited at their
-    exact peaks.
+    The variables are the segment times Δt [s], four of them for the paper's own path. The objectives are S₁ = T [s],
+    S₂ = Σ RMS acceleration [rad/s²] and S₃ = Σ RMS jerk [rad/s³]. Position, velocity, acceleration and jerk are limited
+    at their exact peaks.
 
     Args:
         interpolant: ``"smooth"`` (the paper's hybrid made C3 for all durations), ``"printed"`` (its control points as
@@ -62,11 +62,11 @@ class PointingMechanism(TrajectoryProblem):
         points: azimuth γ and pitch β per point, shape (K, 2) [rad], or a CSV file with the columns
             ``azimuth [deg], pitch [deg]`` (or [rad]); the five points of Table 4 if None.
         duration_bounds: least and greatest time of a segment [s].
-        limits: ``"sampled"`` or ``"certified"``: the same here, since nothing is limited at samples.
+        limits: ``"sampled"`` or ``"certified"``; both mean the same here, since no limit is checked at samples.
 
     Raises:
         UnknownNameError: no such interpolant or limits.
-        UnreachableError: a direction that no joint angles give.
+        UnreachableError: a direction that cannot be reached by any joint angles.
         InvalidInputError: too few, repeated, non-finite or out-of-range points, or bad bounds.
     """
 

@@ -1,7 +1,7 @@
-"""Kinematics of the PUMA 560 and the points of Raji et al. 2022, closed forms.
+"""Kinematics of the PUMA 560 in closed form, and the points of Raji et al. 2022.
 
 Standard Denavit-Hartenberg frames with the shoulder as the origin (d₁ = 0): q = (q₁, ..., q₆) [rad], p the tool's
-origin [m], which is where the axes of the wrist meet, R its rotation. Joint limits are not looked at here.
+origin [m], which is where the axes of the wrist meet, R its rotation. Joint limits are not checked here.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ BRANCHES = tuple(itertools.product(*WORDS.values()))
 #: The branch of Table 1 in the words of this module; the paper calls it left arm, elbow down, wrist flip.
 TABLE_1_BRANCH = ("right", "down", "noflip")
 
-#: Points to take, lift, drop and place [m]; the text prints z = -0.3 for the third, its joint angles give +0.3.
+#: Points to take, lift, drop and place [m]; the text prints z = -0.3 for the third, but its joint angles give +0.3.
 TABLE_1_POSITIONS = ((-0.5, 0.5, -0.5), (-0.5, 0.5, 0.3), (0.5, -0.5, 0.3), (0.5, -0.5, -0.5))
 
-#: Joint angles of Table 1 as printed [rad]; the tool has the axes of the base in all four.
+#: Joint angles of Table 1 as printed [rad]; at all four points the axes of the tool are those of the base.
 TABLE_1_JOINTS = (
     (2.57, -0.7873, -1.2022, -3.1416, -1.9895, 0.5716),
     (2.57, -0.1026, -0.5, -3.1416, -0.6026, 0.5716),
@@ -44,11 +44,11 @@ TABLE_1_JOINTS = (
     (-0.5716, -0.7873, -1.2022, -3.1416, -1.9895, -2.57),
 )
 
-#: Middle of the whole turn that each angle is given in [rad]. These turns hold the ranges of joints 1 to 5, so a
-#: solution is outside its range only if no whole turn brings it in.
+#: Middle of the interval of 2π in which each angle is returned [rad]. These intervals contain the ranges of joints 1 to
+#: 5, so if a solution is outside its range, no multiple of 2π brings it in.
 TURN_MIDDLE = np.radians((0.0, 90.0, -90.0, -5.0, -7.0, 0.0))
 
-#: Share by which rounding may carry a point on the edge of the workspace over it.
+#: Tolerance for rounding at the edge of the workspace.
 _EDGE = 1e-12
 
 #: sin(q₅) below which the axes of joints 4 and 6 count as one line.
@@ -69,20 +69,21 @@ def inverse_kinematics(position: Any, rotation: Any, branch: Any = TABLE_1_BRANC
 
     Args:
         position: tool positions, shape (K, 3) [m].
-        rotation: tool rotations, shape (K, 3, 3) or (3, 3) for one that all share.
+        rotation: tool rotations, shape (K, 3, 3), or (3, 3) for one rotation at all positions.
         branch: three words. Shoulder: ``"right"`` or ``"left"``, the side on which the upper arm passes the axis of
             joint 1, looking from that axis to the wrist. Elbow: ``"up"`` or ``"down"``, above or below the line from
             shoulder to wrist. Wrist: ``"flip"`` for 0 < q₅ < π, ``"noflip"`` for -π < q₅ < 0. The Python Robotics
-            Toolbox means the same by these words, the paper with the MATLAB one does not.
+            Toolbox uses these words in the same sense; the paper and the MATLAB toolbox do not.
 
     Returns:
-        Joint angles, shape (K, 6) [rad], each in the whole turn about :data:`TURN_MIDDLE`. Where sin q₅ = 0 only
+        Joint angles, shape (K, 6) [rad], each in the interval of 2π around :data:`TURN_MIDDLE`. Where sin q₅ = 0 only
         q₄ ± q₆ is determined; q₄ is then 0.
 
     Raises:
         UnreachableError: a position is outside the workspace; the message names the point and the reason.
         UnknownNameError: a word that is none of these.
-        InvalidInputError: wrong shapes, not finite, no rotation, or a branch that is not three words.
+        InvalidInputError: wrong shapes, numbers that are not finite, a matrix that is not a rotation, or a branch that
+            is not three words.
     """
     index = _branch_index(branch)
     p, R = _poses(position, rotation)
@@ -98,15 +99,15 @@ def all_inverse_kinematics(position: Any, rotation: Any) -> Array:
 
     Args:
         position: tool positions, shape (K, 3) [m].
-        rotation: tool rotations, shape (K, 3, 3) or (3, 3) for one that all share.
+        rotation: tool rotations, shape (K, 3, 3), or (3, 3) for one rotation at all positions.
 
     Returns:
-        Joint angles, shape (K, 8, 6) [rad], in the order of :data:`BRANCHES` and the turns of
+        Joint angles, shape (K, 8, 6) [rad], in the order of :data:`BRANCHES` and the intervals of
         :func:`inverse_kinematics`; NaN where the point is outside the workspace. The two wrists coincide where
         sin q₅ = 0, the two elbows where the arm is stretched.
 
     Raises:
-        InvalidInputError: wrong shapes, not finite, or no rotation.
+        InvalidInputError: wrong shapes, numbers that are not finite, or a matrix that is not a rotation.
     """
     return _solutions(*_poses(position, rotation))
 
@@ -132,7 +133,7 @@ def _poses(position: Any, rotation: Any) -> tuple[Array, Array]:
 
 
 def _for_each(rotation: Any, count: int) -> Any:
-    """One rotation repeated for every point; anything else as it came, for the check that names what is wrong."""
+    """One rotation repeated for every point; any other value unchanged, for the check that follows."""
     try:
         shared = np.shape(rotation) == (3, 3)
     except ValueError:  # rows of unequal lengths
@@ -172,7 +173,7 @@ def _solutions(p: Array, R: Array) -> Array:
         wrist_angles = _wrist_angles(_arm_rotation(arm), R, 1.0 if wrist == "flip" else -1.0)
         found[:, index] = np.stack([*arm, *wrist_angles], axis=-1)
     found[outside] = np.nan
-    # The least angle at or above the lower end of each turn: both ends of a turn are the same angle.
+    # The least angle at or above the lower end of each interval, whose two ends are the same angle.
     start = TURN_MIDDLE - np.pi
     return start + np.mod(found - start, 2.0 * np.pi)
 
@@ -199,7 +200,8 @@ def _arm_rotation(arm: tuple[Array, Array, Array]) -> Array:
 def _wrist_angles(arm: Array, R: Array, sign: float) -> tuple[Array, Array, Array]:
     """q₄, q₅, q₆, (K,) each, from Rz(q₄) Ry(-q₅) Rz(q₆) = R₀₃ᵀ R.
 
-    q₅ and q₆ are read off after q₄ was turned back: near sin q₅ = 0, where q₄ is mostly rounding, they make up for it.
+    q₅ and q₆ are computed after the rotation by q₄ has been removed. So they compensate for the error of q₄ near
+    sin q₅ = 0, where q₄ is mostly rounding.
     """
     M = np.swapaxes(arm, 1, 2) @ R
     aligned = np.hypot(M[:, 0, 2], M[:, 1, 2]) < _ALIGNED

@@ -61,12 +61,13 @@ REFERENCE_JERK = 10.0
 
 @final
 class TimeJerkReparameterisation(TrajectoryProblem):
-    """F₁ = t_f and F₂ = ∫ ‖jerk‖² dt of (27) along a path whose shape does not move, under (28).
+    """Minimise F₁ = t_f and F₂ = ∫ ‖jerk‖² dt of eq. (27) along a fixed path, under eq. (28).
 
-    Variables are the rises of u(t) between its control points, of which only the ratios count, and the slowness: 0 for
-    the least time that the limits allow this u(t), 1 for the longest time. So every individual keeps its kinematic
-    limits by construction. With ``encoding="shape"`` there is no slowness: as F₂ falls with t_f⁻⁵, every u(t) is a
-    whole curve of the front; the objectives are then the least time and t_f⁵ F₂, and the front is the lower envelope.
+    The variables are the rises of u(t) between its control points, of which only the ratios matter, and the slowness: 0
+    for the least time in which this u(t) keeps the limits, 1 for the longest time. So every individual keeps its
+    kinematic limits by construction. With ``encoding="shape"`` there is no slowness: since F₂ is proportional to t_f⁻⁵,
+    every u(t) stands for a whole curve of trade-offs. The objectives are then the least time and t_f⁵ F₂, and the front
+    is the lower envelope of the curves.
 
     Attributes:
         path: the path, a :class:`~trajevo.path.curve.GeometricPath`.
@@ -76,31 +77,32 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         path: ``"gemini"`` or ``"s"``, which come with the paper's limits; points (K, n_axes) [m or rad] to run through,
             or a CSV file of them with units in its header; a :class:`~trajevo.path.curve.GeometricPath`; or its
             settings.
-        path_control_points: run near the points of an array or a file, with as many control points, not through them.
+        path_control_points: number of control points of a path near the points of an array or a file; if None, the path
+            runs through them.
         robot: name or folder of the robot whose joints are the axes; the biaxial feed drive for two axes if None.
         limits: ``"tight"`` (guaranteed bounds of the true peaks), ``"hull"`` (the paper's (20)-(25)), or
-            ``"certified"``: the tight bounds, proven as they stand, and effort, where it is limited, at every instant.
-        velocity: limit of every axis, or of each [m/s or rad/s], or text such as ``"150 mm/s"``; if None that of the
-            named path or of the robot that is named.
+            ``"certified"`` (the tight bounds, which are already proofs, and effort limits at every instant).
+        velocity: limit of all axes, or one for each axis [m/s or rad/s], or text such as ``"150 mm/s"``; if None, that
+            of the named path or robot.
         acceleration: the same [m/s² or rad/s²].
         jerk: the same [m/s³ or rad/s³].
-        longest_time: t_max [s]; if None that of the named path.
+        longest_time: t_max [s]; if None, that of the named path.
         encoding: ``"plain"`` or ``"shape"``.
-        interpolant: ``"bspline"``, or ``"linear"``: the paper's baseline u = t / t_f on a path laid anew through the
-            same positions, at rest at both ends.
-        quadrature: of F₂: ``"gauss"`` (exact) or ``"trapezoid"`` (the paper's (29)).
-        control_points: of u(t).
-        order: of u(t).
+        interpolant: ``"bspline"``, or ``"linear"``: the paper's baseline u = t / t_f on a new path through the same
+            positions that is at rest at both ends.
+        quadrature: quadrature of F₂, ``"gauss"`` (exact) or ``"trapezoid"`` (the paper's (29)).
+        control_points: number of control points of u(t).
+        order: order of u(t).
         tolerance: share by which a tight bound may exceed the true peak.
-        effort: limit the joints' torques or forces too, at the samples or certified; not with ``encoding="shape"``.
-        payload: carried at the tool, mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings.
+        effort: also limit the joints' torques or forces, at the samples or certified; not with ``encoding="shape"``.
+        payload: payload at the tool: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings.
         samples: instants per segment at which effort is computed.
-        threads: threads that populations are evaluated on; results are the same for any number.
+        threads: number of threads that evaluate populations; it does not affect the results.
 
     Raises:
         UnknownNameError: no such path, robot, limits, encoding, interpolant or quadrature.
-        InvalidInputError: points, limits or times that cannot be used; the message names them, and for a longest time
-            that is too short the time that is needed.
+        InvalidInputError: invalid points, limits or times; the message names them and, if the longest time is too
+            short, the time that is needed.
     """
 
     registered_name: ClassVar[str] = "reparam"
@@ -186,7 +188,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             self._add_forms(runs, quadrature, ("certified" if certified else "sampled") if effort else None)
 
     def _add_forms(self, runs: Reparameterisation, quadrature: str, effort: str | None) -> None:
-        """The smooth form of the plain encoding, the expansion of the other."""
+        """Set the smooth form of the plain encoding, or the expansion of the shape encoding."""
         form = smooth_form(runs, self.dynamics, _objectives(quadrature, self.robot, "plain"), effort)
         _refuse_too_short(self.longest_time, least_time(runs, form.problem))
         if runs.timing == "share":

@@ -241,7 +241,10 @@ def test_solve_refuses_what_the_task_decides(write, tmp_path):
 
 
 def test_the_seed_of_a_task_stands_at_its_top(write):
-    refused(lambda: load_task(write(SMALL.replace("[algorithm]", "[algorithm]\nseed = 3"))), "the seed .* at its top")
+    refused(
+        lambda: load_task(write(SMALL.replace("[algorithm]", "[algorithm]\nseed = 3"))),
+        "expected the seed at the top level",
+    )
 
 
 @pytest.mark.parametrize(

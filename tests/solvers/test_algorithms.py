@@ -99,4 +99,4 @@ def test_the_command_line_names_its_algorithm(tmp_path):
     assert all(name in help_text for name in ALGORITHMS)
     alone = trajevo("solve", "hybrid", "--set", "objectives=cost", *options[:2], "--out", tmp_path / "cost")
     assert alone.returncode == 2
-    assert "algorithm: 'rvea' follows directions between objectives, the problem has one" in alone.stderr
+    assert "algorithm: 'rvea' uses reference directions between at least two objectives, got one" in alone.stderr

@@ -231,7 +231,7 @@ def test_a_front_of_one_payload_seeds_one_whose_payload_is_a_variable(unloaded):
     assert len(X) == 20
     np.testing.assert_array_equal(X[:, -1], 0.0)
     narrow = HybridManipulator(payload=2.0, objectives=["time", "unused_payload"], payload_bounds=(1.0, 5.0))
-    refused(lambda: warm_start(narrow, unloaded, 20), "initial: expected a front of a payload from 1 to 5 kg, got 0 kg")
+    refused(lambda: warm_start(narrow, unloaded, 20), "initial: expected a front with a payload of 1 to 5 kg, got 0 kg")
 
 
 def test_a_front_from_a_file_does_too(unloaded, tmp_path):
@@ -242,9 +242,9 @@ def test_a_front_from_a_file_does_too(unloaded, tmp_path):
 
 
 def test_fronts_of_other_problems_are_refused(unloaded):
-    refused(lambda: warm_start(PointingMechanism(), unloaded, 20), "initial: .*same problem, its variables are others")
+    refused(lambda: warm_start(PointingMechanism(), unloaded, 20), "initial: .*got one with other variables")
     backwards = HybridManipulator(positions=HybridManipulator().positions[::-1])
-    refused(lambda: warm_start(backwards, unloaded, 20), "initial: .*same problem, its decision vectors are other")
+    refused(lambda: warm_start(backwards, unloaded, 20), "initial: .*got one whose decision vectors are other")
     robot = small_problem().robot
     empty = optimise(small_problem(constraints=(impossible(robot, 0.5),)), seed=1, **SMALL)
     refused(lambda: warm_start(small_problem(), empty, 20), "initial: expected a front with members")

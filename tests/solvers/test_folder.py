@@ -61,9 +61,9 @@ def _damage(folder, what):
         ("checkpoint cut off", "checkpoint.npz: is damaged or no file of a run"),
         ("pickled checkpoint", "checkpoint.npz: is damaged or no file of a run"),
         ("objects in a block", "npz: is damaged or no file of a run: Object arrays cannot be loaded"),
-        ("no block", "the blocks hold .* individuals, the checkpoint counts"),
+        ("no block", "the blocks hold .* individuals, but the checkpoint counts"),
         ("another algorithm", "algorithm: expected one of AGEMOEA2, .* got 'os.system'"),
-        ("wrong state", "the checkpoint cannot be gone on from: expected X of shape"),
+        ("wrong state", "the run cannot be resumed from its checkpoint: expected X of shape"),
         ("no story", "the checkpoint is damaged: KeyError"),
     ],
 )
@@ -98,6 +98,6 @@ def test_two_processes_are_never_at_one_run(tmp_path):
     script = "import sys; from trajevo import resume; resume(sys.argv[1], progress=False)"
     with RunFolder(tmp_path / "run").alone():
         other = subprocess.run([sys.executable, "-c", script, tmp_path / "run"], capture_output=True, text=True)
-        assert "run: another process is at this run" in other.stderr
+        assert "run: another process is working on this run" in other.stderr
     assert subprocess.run([sys.executable, "-c", script, tmp_path / "run"], check=True).returncode == 0
     assert (tmp_path / "run" / "front.json").exists()

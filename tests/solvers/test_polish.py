@@ -232,7 +232,7 @@ def test_what_cannot_be_polished_is_left_as_it_is_unless_it_was_asked_for():
     for given in ({"polish": True}, {"polish_every": 2}):
         refused(
             lambda given=given: optimise(small_problem(), seed=1, time_limit=60.0, progress=False, **given),
-            "polish: gradients are not evaluated in a process of their own",
+            "polish: gradients cannot be evaluated in a separate process",
         )
         refused(
             lambda given=given: optimise(HybridManipulator(objectives="cost"), seed=1, progress=False, **given),

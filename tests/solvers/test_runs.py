@@ -108,7 +108,7 @@ def test_a_finished_run_can_be_made_longer(tmp_path):
     assert longer.run.settings["generations"] == 20
     refused(lambda: resume(tmp_path / "run", generations=19), "generations: expected at least the 20 that were planned")
     begin("pointing", "RVEA", 6, 1, tmp_path / "rvea")
-    refused(lambda: resume(tmp_path / "rvea", generations=7), "RVEA plans with 6 from its first one on")
+    refused(lambda: resume(tmp_path / "rvea", generations=7), "RVEA adapts to the planned number, 6, from the first")
 
 
 def test_a_finished_run_is_resumed_without_a_generation_more(tmp_path):
@@ -174,7 +174,7 @@ def test_an_algorithm_without_an_adapter_says_so_and_its_individuals_are_kept(tm
     (tmp_path / "run" / "front.json").unlink()
     assert same(read_run(tmp_path / "run"), front)
     own = NSGA2(20, survival=RankAndCrowding(crowding_func="ce"))
-    with pytest.warns(UserWarning, match="NSGA2.survival.* is set to something that a run folder does not hold"):
+    with pytest.warns(UserWarning, match="NSGA2.survival.* is set to something that a run folder cannot store"):
         optimise(
             PointingMechanism(),
             seed=1,

@@ -238,7 +238,7 @@ BAD = {
     "no label": (GOOD.replace('label = "offset", value', "value"), "line 11: factors.payload: a table needs a label"),
     "label of two lines": (
         GOOD.replace('"offset"', '"off\\nset"'),
-        "line 11: factors.payload: expected levels whose labels are one line",
+        "line 11: factors.payload: expected labels of one line",
     ),
     "infinite level": (GOOD.replace("[5,", "[5, inf,"), "line 11: factors.payload: expected finite numbers, got inf"),
     "date": (
@@ -248,7 +248,7 @@ BAD = {
     "fixed and varied": (GOOD + "samples = [3]", "line 13: factors.samples: the argument is fixed and cannot vary"),
     "fixed twice": (
         GOOD.replace("samples = 4", "population = 4"),
-        "line 8: fixed.population: given twice, here and beside the table",
+        "line 8: fixed.population: given twice, in this table and outside it",
     ),
     "reserved": (GOOD + "repeat = [3]", "line 13: factors.repeat: this name has a meaning of its own in studies"),
     "no name": (GOOD + '"a b" = [3]', "line 13: factors.a b: expected the name of an argument, got 'a b'"),
@@ -286,7 +286,7 @@ BAD_TASKS = {
         "factors.constraints.speed: unknown key; known: ",
     ),
     "no table": ({"points.x": [1]}, "factors.points.x: points is no table in this task"),
-    "algorithm": ({"algorithm.population": [8]}, "factors.algorithm.population: a study does not vary this key"),
+    "algorithm": ({"algorithm.population": [8]}, "factors.algorithm.population: this key of a task cannot vary"),
     "seed": ({"samples": [3], "seed": [1]}, "factors.seed: this name has a meaning of its own in studies"),
     "value": ({"interpolant": ["cubits"]}, "factors.interpolant: unknown interpolant 'cubits'; known: cubic, "),
     "unit": ({"limits.jerk": ["9 deg/s"]}, r"factors.limits.jerk: .*converts to rad/s\^3, got '9 deg/s'"),

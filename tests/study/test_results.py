@@ -356,7 +356,7 @@ def test_bands_of_different_populations_count_individuals(tmp_path):
 
 
 def test_pictures_that_cannot_be_drawn_are_refused(results):
-    says = "attainment surfaces are drawn of 2 objectives; name two of time, acceleration, jerk"
+    says = "attainment surfaces are drawn for 2 objectives; name two of time, acceleration, jerk"
     refused(lambda: attainment(results), says)
     refused(lambda: attainment(results, objectives=("time", "time")), says)
     refused(lambda: attainment(results, objectives=("time", "cost")), "unknown objective 'cost'; known: acceleration")

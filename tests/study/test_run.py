@@ -187,7 +187,7 @@ def test_the_cell_that_kills_its_process_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr("trajevo.study.cell.optimise", dies)
     stands = run(study, folder, Processes(2, start_method="fork"))
     assert str(stands) == "4 cells: 3 finished, 1 failed"
-    assert stands.cells[0].failure.sentence == "its process died 3 times, as when memory runs out"
+    assert stands.cells[0].failure.sentence == "its process died 3 times, for example because memory ran out"
 
 
 def test_a_killed_worker_of_a_cluster_loses_no_cell(tmp_path, cluster, expected_long):
@@ -286,7 +286,7 @@ def test_bad_engines_are_refused(tmp_path, monkeypatch):
     refused(lambda: run(small(), tmp_path, 2), "engine: expected InProcess, Processes or DaskCluster, got 2")
     monkeypatch.setattr("trajevo.study.cluster._PATIENCE", 0.2)
     nowhere = DaskCluster(scheduler="tcp://127.0.0.1:1")
-    refused(lambda: run(small(), tmp_path / "study", nowhere), "scheduler: none answers at 'tcp://127.0.0.1:1'")
+    refused(lambda: run(small(), tmp_path / "study", nowhere), "scheduler: no answer from 'tcp://127.0.0.1:1'")
     monkeypatch.setitem(sys.modules, "distributed", None)
     refused(lambda: DaskCluster(2), r"needs the package distributed: pip install 'trajevo\[cluster\]'")
     assert InProcess().workers == 1

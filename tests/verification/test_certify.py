@@ -367,7 +367,7 @@ def test_the_error_of_interpolation_is_bounded_on_an_ellipse():
 def test_bad_input_is_refused_in_a_sentence(robots, front):
     rollout = moving(robots["ur5"], 1, count=2)
     one = Rollout(rollout.dynamics, rollout.trajectory[0])
-    refused(lambda: certify(rollout), "motion: expected one motion, got 2; certify_all takes them")
+    refused(lambda: certify(rollout), "motion: expected one motion, got 2; use certify_all for more")
     refused(lambda: certify("knee"), "motion: expected a solution, an optimum or a rollout, got str")
     refused(lambda: certify_all(3), "motion: expected a solution, an optimum or a rollout, got int")
     for tolerance in (0.0, 1.0, -1.0, True, "fine", np.nan):

@@ -62,7 +62,8 @@ def _opened(text: str) -> int:
     return sum(bare.count(opening) - bare.count(closing) for opening, closing in ("[]", "{}"))
 
 
-#: Types of errors that say only that a value has the wrong type: all members of a union that do not match say so.
+#: Types of pydantic errors that only say that a value has the wrong type. Every member of a union that does not match
+#: reports such an error, so these errors tell least about the mistake.
 _OTHER_KIND = ("float_type", "list_type", "dict_type", "string_type", "model_type", "tuple_type")
 
 

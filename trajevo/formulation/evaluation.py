@@ -1,4 +1,4 @@
-"""Evaluating a population, whatever single individuals do: raise, give NaN, hang, or bring the process down."""
+"""Evaluate a population even if single individuals raise an error, give NaN, hang, or crash the process."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy as np
 from trajevo.base.arrays import Array, one_blas_thread
 from trajevo.errors import InvalidInputError, TrajevoError
 
-#: Time limits after which a process that nobody waits for any more ends itself.
+#: Number of time limits after which a worker process whose parent is gone ends itself.
 _ORPHAN = 2.0
 
 #: Decision vectors (B, n_var) -> objectives (B, n_obj), constraints (B, n_constr).
@@ -23,20 +23,21 @@ Rows = Callable[[Array], tuple[Array, Array]]
 
 
 class EvaluationError(TrajevoError):
-    """An evaluation in a process of its own gave nothing; the message says what happened there."""
+    """An evaluation in a separate process failed; the message says what happened there."""
 
 
 def evaluate_each(rows: Rows, x: Array, n_obj: int, n_constr: int) -> tuple[Array, Array, list[str]]:
-    """Evaluate a population; an individual that raises, hangs or gives NaN does not touch the others.
+    """Evaluate a population; an individual that raises an error, hangs or gives NaN does not affect the others.
 
     Args:
         rows: evaluates decision vectors as one batch.
         x: decision vectors, shape (B, n_var).
-        n_obj: columns of the objectives.
-        n_constr: columns of the constraints.
+        n_obj: number of objectives.
+        n_constr: number of constraints.
 
     Returns:
-        F (B, n_obj) and G (B, n_constr), infinite for individuals that failed, and what each of those said, else "".
+        F (B, n_obj) and G (B, n_constr), infinite for individuals that failed, and the error message of every
+        individual, empty for those that did not fail.
     """
     failures = [""] * len(x)
     try:
@@ -55,16 +56,16 @@ def evaluate_each(rows: Rows, x: Array, n_obj: int, n_constr: int) -> tuple[Arra
 
 
 def checked_time_limit(seconds: Any) -> float:
-    """A time limit for the evaluation of one individual [s].
+    """Check a time limit for the evaluation of one individual [s].
 
     Raises:
-        InvalidInputError: it is not positive, or this process may not start the other one that keeps it.
+        InvalidInputError: it is not positive, or this process may not start child processes.
     """
     if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0.0 < seconds < float("inf"):
         raise InvalidInputError(f"time_limit: expected a positive time [s], got {seconds!r}")
     if multiprocessing.current_process().daemon:
         raise InvalidInputError(
-            "time_limit: this worker may not start a process of its own; start its kind with "
+            "time_limit: this worker may not start child processes; start the workers with "
             "distributed.worker.daemon set to false"
         )
     return float(seconds)
@@ -72,17 +73,18 @@ def checked_time_limit(seconds: Any) -> float:
 
 @final
 class TimeLimited:
-    """Evaluates in a process of its own, which is ended when it takes too long and made anew for the next call.
+    """Evaluates in a separate process, which is killed when it takes too long and started again for the next call.
 
-    The process is a copy of this one (``fork``) where the system has that, so that it knows every objective; elsewhere
-    the evaluation must be something that can be pickled. It holds no more than one batch and its result.
+    Where the system can fork, the process is a copy of this one, so that it knows every objective; elsewhere ``rows``
+    must be picklable. The process holds only one batch and its result.
 
     Args:
         rows: evaluates decision vectors as one batch.
-        seconds: time that one call may take [s]; a call of many that takes longer is to be made again one by one.
+        seconds: greatest time for one call [s]; the individuals of a batch that takes longer should be evaluated again
+            one by one.
 
     Raises:
-        InvalidInputError: a time that is not positive, or a process that may not have any of its own.
+        InvalidInputError: a time that is not positive, or this process may not start child processes.
     """
 
     def __init__(self, rows: Rows, seconds: float) -> None:
@@ -96,7 +98,7 @@ class TimeLimited:
         """Evaluate decision vectors, shape (B, n_var).
 
         Raises:
-            EvaluationError: it raised, took too long, or the process died.
+            EvaluationError: the evaluation raised an error or took too long, or the process died.
         """
         pipe = self._started()
         try:
@@ -117,7 +119,7 @@ class TimeLimited:
         return F, G
 
     def close(self) -> int | None:
-        """End the process, if there is one; its exit code, where it had ended by itself."""
+        """End the process, if there is one; returns its exit code if it had ended by itself, else None."""
         process, self._process = self._process, None
         pipe, self._pipe = self._pipe, None
         if pipe is not None:
@@ -142,9 +144,9 @@ class TimeLimited:
 
 
 def _serve(pipe: Connection, other: Connection, rows: Rows, seconds: float) -> None:
-    """Answer until the other side is gone; interrupts are for the process that decides.
+    """Evaluate what comes through the pipe until its other end is closed; the parent process handles interrupts.
 
-    Where the other side was killed and the evaluation hangs, the system's alarm ends this process too.
+    If the parent was killed and an evaluation hangs, an alarm signal ends this process.
     """
     other.close()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

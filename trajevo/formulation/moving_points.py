@@ -1,8 +1,9 @@
-"""Via points that may move: their offsets are decision variables beside the times.
+"""Via points that may move: their offsets are decision variables, like the times.
 
-A motion whose coefficients are linear in its points, the times held, is the motion through the nominal points plus the
-offsets times motions through indicator points, 1 at one point and 0 at the others. One call of the interpolant gives
-them all: each indicator is one more column of the points.
+For fixed times the coefficients of a motion are linear in its via points. So the motion through moved points is the
+motion through the nominal points plus, for every moving point, its offset times the motion through indicators that are
+1 at this point and 0 at the others. One call of the interpolant gives all of these motions, since each indicator is one
+more column of the points.
 """
 
 from __future__ import annotations
@@ -25,30 +26,31 @@ from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, Lin
 from trajevo.trajectory.interpolants.interpolant import decision_vectors
 from trajevo.trajectory.polynomial import PolynomialBatch
 
-#: Greatest error of a moved pose [m or rad].
+#: Greatest error allowed for the pose of a moved point [m or rad].
 REACHED = 1e-6
 
-#: Error that is rounding [m or rad]; a distance so near 0 has no derivative worth the name.
+#: Errors below this are rounding [m or rad]; the derivative of so small a distance is meaningless.
 _ROUNDING = 1e-9
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class MovingPoints(Interpolant):
-    """An interpolant some of whose via points may move inside boxes, in joint space or at the tool.
+    """An interpolant with via points that may move inside boxes, in joint space or in the Cartesian space of the tool.
 
     Attributes:
         kind: interpolant, a name of :data:`~trajevo.trajectory.interpolants.NAMED_INTERPOLANTS`.
-        points: where the points are when nothing moves.
-        boxes: at most one per point.
-        robot: whose joint limits clip the boxes in joint space and whose tool moves in the others.
+        points: nominal via points.
+        boxes: boxes in which points may move, at most one per point.
+        robot: the robot, whose joint limits clip boxes in joint space and whose tool moves in Cartesian boxes.
         duration_bounds: least and greatest time of a segment [s].
         ends: whether the first and the last point may move too.
 
     Raises:
         UnknownNameError: no such interpolant.
-        InvalidInputError: points that the robot cannot reach or the interpolant not use, an interpolant whose motions
-            are not linear in the points, no boxes, two for one point, or one for a point that is not there or an end.
+        InvalidInputError: points that the robot cannot reach or the interpolant cannot use; an interpolant whose
+            motions are not linear in the points; no boxes, two boxes for one point, or a box for an end point or a
+            point that does not exist.
     """
 
     kind: str
@@ -95,17 +97,18 @@ class MovingPoints(Interpolant):
 
     @property
     def reach_constraint(self) -> Constraint:
-        """At every point with a Cartesian box, how far the tool is outside it or turned, over 1e-6 m or rad, minus 1.
+        """One column per Cartesian box: the tool's error at that point divided by 1e-6 m or rad, minus 1.
 
-        It has no column where there is no such box. What it looks at are the points of the motion itself.
+        The error is how far the tool is outside the box or turned away from its orientation. It is computed at the
+        points of the motion itself. Without Cartesian boxes there is no column.
         """
         names = tuple(f"reach of point {box.point}" for box in self._cartesian())
         return Constraint(names, "boxes of the tool", self._reach_excess, quantity="reach", proof="extremes")
 
     def points_of(self, trajectory: TrajectoryBatch) -> Array:
-        """Where the points of a motion of this interpolant are, shape (B, K, n_joints) [rad or m].
+        """The via points of motions of this interpolant, shape (B, K, n_joints) [rad or m].
 
-        Lines with blends cut the corners; there the points are those at which the lines would meet.
+        Lines with blends cut the corners; their points are where the lines would meet.
         """
         motion = _polynomials(trajectory, self.kind)
         corners = isinstance(self._inner, LinearBlends)
@@ -197,7 +200,7 @@ class MovingPoints(Interpolant):
         return np.array([[v.lower + share * (v.upper - v.lower) for v, share in zip(own, shares, strict=True)]])
 
     def _segments(self) -> tuple[int, ...]:
-        """Break at which each point is passed; for lines with blends the segment that is its blend."""
+        """Index of the break at which each point is passed; for lines with blends, of the segment that is its blend."""
         if isinstance(self._inner, LinearBlends):
             return tuple(range(0, 2 * len(self.points), 2))
         x = self._example()
@@ -205,7 +208,7 @@ class MovingPoints(Interpolant):
         return tuple(int(k) for k in np.abs(times[:, None] - breaks).argmin(axis=1))
 
     def _check_linear(self) -> None:
-        """Refuse an interpolant whose motion through moved points is not the sum it is taken for."""
+        """Refuse an interpolant whose motions are not linear in its points."""
         moves = np.random.default_rng(0).uniform(0.01, 0.1, (1, len(self.boxes), self.points.n_joints))
         positions = self.points.positions.copy()
         positions[[box.point for box in self.boxes]] += moves[0]

@@ -1,4 +1,4 @@
-"""Robot, interpolant, objectives and constraints as a pymoo problem."""
+"""A pymoo problem made of a robot, an interpolant, objectives and constraints."""
 
 from __future__ import annotations
 
@@ -24,22 +24,24 @@ from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import Interpolant, Variable
 
-#: Far below rounding of any real part: the imaginary part over it is the derivative.
+#: Step of complex-step differentiation: the derivative is the imaginary part of a result divided by it. The real part
+#: is not affected, since the step is far below its rounding.
 _COMPLEX_STEP = 1e-20
 
-#: Numbers of one quantity that are worked on at a time, a megabyte, and individuals at the least.
+#: Numbers of one quantity that are evaluated at a time (1 MB, which fits into the cache), least number of individuals
+#: in such a chunk, and their number in the first chunk.
 _CACHED, _FEWEST, _FIRST = 2**17, 16, 128
 
 
 @dataclass(frozen=True, eq=False)
 class SmoothForm:
-    """A problem again, with objectives and constraints that a gradient solver can differentiate.
+    """The same problem with differentiable objectives and constraints, for gradient solvers.
 
     Attributes:
-        problem: the smooth problem, its objectives the same.
-        into: decision vectors of the problem -> of the smooth one, rows to rows.
-        back: decision vectors of the smooth one -> of the problem, where limits hold that the smooth one only nearly
-            keeps.
+        problem: the smooth problem; it has the same objectives.
+        into: decision vectors (B, n_var) of the original problem -> decision vectors of the smooth problem.
+        back: decision vectors of the smooth problem -> decision vectors (B, n_var) of the original problem. They keep
+            the limits exactly, while those of the smooth problem may exceed them slightly.
     """
 
     problem: TrajectoryProblem
@@ -49,13 +51,13 @@ class SmoothForm:
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """What the solutions of a problem stand for when each is a whole curve of solutions of another.
+    """The relation of a problem to another one, when each of its solutions stands for a curve of the other's solutions.
 
     Attributes:
         problem: the other problem.
-        points: X (N, n_var) and F (N, n_obj) of the problem -> decision vectors and objectives of the other, along the
-            curves' lower envelope.
-        fold: decision vectors of the other -> of the problem.
+        points: X (N, n_var) and F (N, n_obj) of this problem -> decision vectors and objectives of the other problem,
+            on the lower envelope of the curves.
+        fold: decision vectors of the other problem -> decision vectors of this problem.
     """
 
     problem: TrajectoryProblem
@@ -64,34 +66,34 @@ class Expansion:
 
 
 class TrajectoryProblem(Problem):
-    """A multi-objective trajectory problem that stock pymoo can minimise.
+    """A multi-objective trajectory optimisation problem, which any algorithm of pymoo can solve.
 
-    Variables, objectives and constraints are SI. To the bit, what an individual gets does not depend on what else is
-    evaluated with it, in which order or on how many threads. An individual whose evaluation raises or gives NaN has
-    infinite objectives and constraints and says why in its ``"failure"``: it loses every comparison and never enters a
-    front, and the others are not touched.
+    Variables, objectives and constraints are in SI units. The results of an individual are the same to the bit,
+    whichever individuals are evaluated with it, in whatever order and on however many threads. If the evaluation of an
+    individual raises an error or gives NaN, its objectives and constraints are infinite and ``"failure"`` holds the
+    reason. It loses every comparison, never enters a front, and does not affect other individuals.
 
     Attributes:
         registered_name: name under which the problem is registered in the entry-point group ``trajevo.problems``;
             empty for a problem that is put together by hand.
         title: one line that says what is solved.
-        dynamics: the robot, what it carries, and how finely its effort is sampled.
+        dynamics: the robot, its payload, and how finely effort is sampled.
         interpolant: decision vectors -> trajectories.
         objectives: what is minimised.
         constraints: what must not exceed 0.
-        payload_range: where the payload's mass is a decision variable, the last one, its bounds [kg]; else None.
-        evolution: what a search is unless told otherwise, as the problem's paper has it.
-        paper_weights: weights and scales of the paper's weighted sum, where it has one.
-        compares_rivals: whether reports set other interpolants through the same points beside it.
-        reference_point: objective values that bound the hypervolume, shape (n_obj,), or None.
-        angle: unit in which people read this problem's angles, ``"rad"`` or ``"deg"``.
-        length: unit in which people read its lengths, ``"m"`` or ``"mm"``.
-        smooth: the form that gradient solvers are given, or None for the problem itself.
-        expansion: the problem that its solutions are curves of, or None.
-        time_limited: what evaluates populations under a time limit, or None for no limit.
+        payload_range: bounds of the payload's mass [kg] if it is a decision variable, the last one; else None.
+        evolution: settings of a search in the problem's paper, used unless others are given.
+        paper_weights: weights and scales of the paper's weighted sum, or None.
+        compares_rivals: whether reports compare the motion with other interpolants through the same points.
+        reference_point: reference point of the hypervolume, SI, shape (n_obj,), or None.
+        angle: unit in which angles are shown, ``"rad"`` or ``"deg"``.
+        length: unit in which lengths are shown, ``"m"`` or ``"mm"``.
+        smooth: smooth form for gradient solvers; None if they solve the problem itself.
+        expansion: relation to another problem whose curves of solutions this problem's solutions stand for, or None.
+        time_limited: evaluates populations under a time limit; None for no limit.
 
     Raises:
-        InvalidInputError: no objectives, names that repeat, or a reference point of another length.
+        InvalidInputError: no objectives, repeated names, or a reference point of the wrong length or not positive.
     """
 
     registered_name: ClassVar[str] = ""
@@ -150,7 +152,7 @@ class TrajectoryProblem(Problem):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """The decision variables: the interpolant's, then the payload's mass where it is one."""
+        """The decision variables: those of the interpolant, then the payload's mass if it is a variable."""
         own = () if self.payload_range is None else (Variable("payload", "kg", *self.payload_range),)
         return self.interpolant.variables + own
 
@@ -166,7 +168,7 @@ class TrajectoryProblem(Problem):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Keyword arguments that make an equal problem, as plain data; a registered problem says which."""
+        """Keyword arguments that make an equal problem, as plain data; registered problems override this."""
         return {}
 
     def decode(self, x: Array) -> TrajectoryBatch:
@@ -192,7 +194,7 @@ class TrajectoryProblem(Problem):
             F (B, n_obj), dF (B, n_obj, n_var), G (B, n_constr), dG (B, n_constr, n_var).
 
         Raises:
-            InvalidInputError: another shape, or decision variables that are not finite.
+            InvalidInputError: a wrong shape, or decision variables that are not finite.
         """
         given = numbers(x, name="x", shape=("B", self.n_var))
         steps = (given[:, None, :] + 1j * _COMPLEX_STEP * np.eye(self.n_var)).reshape(-1, self.n_var)
@@ -201,7 +203,7 @@ class TrajectoryProblem(Problem):
         return F, dF, G, dG
 
     def with_payload(self, payload: Payload) -> TrajectoryProblem:
-        """The same problem with another payload; a registered one is made again and may refuse it."""
+        """The same problem with another payload; a registered problem is made again and may refuse the payload."""
         if self.registered_name:
             return type(self)(**(self.settings | {"payload": payload.settings}))
         other = copy.copy(self)
@@ -209,7 +211,7 @@ class TrajectoryProblem(Problem):
         return other
 
     def in_terms(self) -> TrajectoryProblem:
-        """The same problem for gradient solvers: every limit in the terms that it is the greatest of."""
+        """The same problem for gradient solvers: a limit on a maximum becomes a limit on every term of the maximum."""
         middle = self.rollout(0.5 * (self.xl + self.xu))
         other = copy.copy(self)
         other.constraints = tuple(in_terms(constraint, middle) for constraint in self.constraints)
@@ -217,13 +219,13 @@ class TrajectoryProblem(Problem):
         return other
 
     def under_time_limit(self, seconds: float) -> TrajectoryProblem:
-        """The same problem, its populations evaluated in a process that is ended when one individual takes too long.
+        """The same problem, evaluated in a separate process that is killed when one individual takes too long.
 
         Args:
-            seconds: time that evaluating one individual may take [s].
+            seconds: greatest time for the evaluation of one individual [s].
 
         Raises:
-            InvalidInputError: a time that is not positive, or a process that may not start another.
+            InvalidInputError: a time that is not positive, or this process may not start child processes.
         """
         other = copy.copy(self)
         other.time_limited = TimeLimited(self._evaluate_rows, seconds)
@@ -240,7 +242,7 @@ class TrajectoryProblem(Problem):
             out["failure"] = np.array(failures, dtype=object)
 
     def _evaluate_in_chunks(self, x: Array) -> tuple[Array, Array]:
-        """About as many at a time as stay in the cache; what an individual gets does not depend on its neighbours."""
+        """Evaluate in chunks that fit into the cache; the results of an individual do not depend on the chunks."""
         chunks = np.array_split(x, max(1, round(len(x) / self._chunk)))
         parts = in_threads(self._evaluate_rows, [(chunk,) for chunk in chunks], self.dynamics.threads)
         F, G = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
@@ -249,7 +251,7 @@ class TrajectoryProblem(Problem):
     def _evaluate_rows(self, x: Array) -> tuple[Array, Array]:
         rollout = self.rollout(x)
         if len(x):
-            # Individuals whose samples of one quantity fill the cache.
+            # Number of individuals whose samples of one quantity fill the cache.
             self._chunk = max(_FEWEST, _CACHED // (rollout.t[0].size * self.robot.dof))
         F = np.stack([objective.function(rollout) for objective in self.objectives], axis=1)
         columns = [constraint.function(rollout) for constraint in self.constraints]
@@ -258,7 +260,7 @@ class TrajectoryProblem(Problem):
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of a weighted sum; with scales, objectives are divided by them and not normalised by the front.
+    """Weights of a weighted sum. Objectives are divided by the scales if there are any, instead of being normalised.
 
     Attributes:
         weights: one non-negative number per objective.

@@ -1,4 +1,4 @@
-"""What a search is, as one record: the same in Python, in task.toml, in study.toml and on the command line."""
+"""The settings of a search, declared once for Python, task.toml, study.toml and the command line."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from pymoo.core.algorithm import Algorithm
 
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 
-#: Name -> what the individuals of a first population are.
+#: Kinds of first population: name -> what its individuals are.
 STARTS = {
     "random": "uniform between the bounds",
-    "sobol": "a Sobol sequence, times in their logarithms",
-    "latin_hypercube": "a Latin hypercube, times in their logarithms",
-    "stretched": "those beyond a limit in the least time in which they keep it",
+    "sobol": "a Sobol sequence, uniform in the logarithms of times",
+    "latin_hypercube": "a Latin hypercube, uniform in the logarithms of times",
+    "stretched": "those that break a limit are slowed down just enough to keep it",
     "fastest": "all in the least time that the limits allow",
     "spread": "all in the least time that the limits allow, then slowed down by all factors that the bounds allow",
 }
 
-#: What a run begins with unless told otherwise: docs/algorithms.md.
+#: Kind of first population unless another is given; the choice is explained in docs/algorithms.md.
 DEFAULT_STARTS = "spread"
 
 
 def _whole(least: int) -> pydantic.PlainValidator:
-    """A whole number of at least so many, or None."""
+    """Accept whole numbers of at least ``least``, and None."""
 
     def check(value: Any) -> int | None:
         if value is None:
@@ -40,7 +40,7 @@ def _whole(least: int) -> pydantic.PlainValidator:
 
 
 def _between(least: float, most: float) -> pydantic.PlainValidator:
-    """A number of a range, or None."""
+    """Accept numbers from ``least`` to ``most``, and None."""
 
     def check(value: Any) -> float | None:
         if value is None:
@@ -83,44 +83,51 @@ def _algorithm(value: Any) -> str | Algorithm:
 
 
 def _setting(says: str, *, of_algorithm: bool = False, **more: Any) -> Any:
-    """A setting that is the problem's where it is None: what it is, and whether it belongs to the algorithm."""
+    """Declare a setting whose default, None, stands for the problem's own value.
+
+    Args:
+        says: description, also the help text of the command line.
+        of_algorithm: whether the setting belongs to the algorithm, as sizes and operators do.
+        **more: further arguments of :func:`pydantic.Field`.
+    """
     return pydantic.Field(default=None, description=says, json_schema_extra={"of_algorithm": of_algorithm}, **more)
 
 
 @final
 class Search(pydantic.BaseModel):
-    """How a front is searched for. What is None is as the problem's paper has it, or as usual.
+    """Settings of a search for a front. A setting that is None has the value of the problem's paper, or the usual one.
 
-    A new setting is declared here alone: :func:`trajevo.optimise` and :class:`trajevo.Task` take it by name, tasks as
-    a key of ``[algorithm]``, studies as a key or a factor, the command line as an option.
+    A new setting is declared only here: :func:`trajevo.optimise` and :class:`trajevo.Task` accept it by name, tasks as
+    a key of ``[algorithm]``, studies as a key or a factor, and the command line as an option.
 
     Attributes:
-        seed: of all randomness; the same seed gives the same front.
+        seed: seed of all randomness; the same seed gives the same front.
         algorithm: name of an algorithm (:data:`trajevo.solvers.evolutionary.algorithms.ALGORITHMS`), or a pymoo
-            algorithm that has not run yet, which is copied. In a task its key is ``name``.
-        generations: generations, the first population counted as the first.
-        population: individuals.
+            algorithm that has not run yet, of which a copy is used. In a task the key is ``name``.
+        generations: number of generations, including the first population.
+        population: number of individuals.
         offsprings: new individuals per generation; as many as the population if None.
-        crossover_probability: of simulated binary crossover, per pair of parents.
+        crossover_probability: probability of simulated binary crossover, per pair of parents.
         crossover_index: distribution index of the crossover.
-        mutation_probability: of polynomial mutation, per variable, as Deb defined it.
+        mutation_probability: probability of polynomial mutation, per variable, as Deb defined it.
         mutation_index: distribution index of the mutation.
-        starts: what the first population is, a key of :data:`STARTS`; ``"spread"`` if None, and of a pymoo algorithm
-            that is passed its own.
-        evaluations: individuals that the run may evaluate, a gradient counted as one for each variable. The evolution
-            ends after the generation that reaches their number, or half of it where the front is polished.
-        cpu_time: CPU time of this process that the run may take [s]. The evolution ends after the generation that
-            passes it, or half of it where the front is polished, and not before the first; how far it gets depends on
-            the machine.
-        time_limit: time that evaluating one individual may take [s]; one that takes longer counts as failed. The
-            evaluation then goes on in a process of its own.
-        polish: refine the front by gradients at the end, see :func:`trajevo.polish`; where that is possible if None. A
-            run that was interrupted or found nothing is left as it is.
-        polish_every: generations after which a few members are refined each time, and put among the individuals of the
-            next generation.
+        starts: kind of first population, a key of :data:`STARTS`; if None, ``"spread"``, or the sampling of a pymoo
+            algorithm that is passed.
+        evaluations: greatest number of evaluations; a gradient counts as one per variable. The evolution ends after
+            the generation that reaches this number, or half of it if the front is polished afterwards.
+        cpu_time: greatest CPU time of this process [s]. The evolution ends after the generation that exceeds it, or
+            half of it if the front is polished afterwards; the first generation is always finished. How far a run gets
+            depends on the machine.
+        time_limit: greatest time for the evaluation of one individual [s]; one that takes longer counts as failed.
+            Populations are then evaluated in a separate process.
+        polish: refine the front by gradients at the end, see :func:`trajevo.polish`; if None, wherever that is
+            possible. A run that was interrupted or found nothing feasible is not polished.
+        polish_every: number of generations after which a few members are refined and inserted into the next
+            generation, again and again; None for never.
 
     Raises:
-        ValidationError: a value that cannot be used; :meth:`of` and :meth:`updated` say so in one sentence.
+        ValidationError: an invalid value; :meth:`of` and :meth:`updated` raise :class:`InvalidInputError` instead, with
+            a message of one sentence.
     """
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
@@ -128,19 +135,21 @@ class Search(pydantic.BaseModel):
     seed: Annotated[int | None, _whole(0)] = _setting("Seed of all randomness.")
     algorithm: Annotated[str | Algorithm, pydantic.PlainValidator(_algorithm)] = pydantic.Field(
         default="nsga2",
-        description="Algorithm by name, nsga2 if not given.",
+        description="Name of the algorithm; nsga2 if not given.",
         validation_alias=pydantic.AliasChoices("algorithm", "name"),
         json_schema_extra={"of_algorithm": False},
     )
-    generations: Annotated[int | None, _whole(1)] = _setting("Generations; the paper's if not given.")
-    population: Annotated[int | None, _whole(4)] = _setting("Individuals; the paper's if not given.", of_algorithm=True)
+    generations: Annotated[int | None, _whole(1)] = _setting("Number of generations; the paper's if not given.")
+    population: Annotated[int | None, _whole(4)] = _setting(
+        "Number of individuals; the paper's if not given.", of_algorithm=True
+    )
     offsprings: Annotated[int | None, _whole(1)] = _setting(
-        "New individuals per generation; as many as the population.", of_algorithm=True
+        "New individuals per generation; as many as the population if not given.", of_algorithm=True
     )
     crossover_probability: Annotated[float | None, _between(0.0, 1.0)] = _setting(
         "Probability of crossover, per pair of parents.", of_algorithm=True
     )
-    # Wider indices are refused by pymoo.
+    # pymoo refuses indices outside this range.
     crossover_index: Annotated[float | None, _between(1.0, 100.0)] = _setting(
         "Distribution index of crossover.", of_algorithm=True
     )
@@ -151,27 +160,27 @@ class Search(pydantic.BaseModel):
         "Distribution index of mutation.", of_algorithm=True
     )
     starts: Annotated[str | None, pydantic.PlainValidator(_starts)] = _setting(
-        f"The first population: {', '.join(STARTS)}; {DEFAULT_STARTS} if not given."
+        f"Kind of first population: {', '.join(STARTS)}; {DEFAULT_STARTS} if not given."
     )
     evaluations: Annotated[int | None, _whole(1)] = _setting(
-        "Individuals that the run may evaluate, half of them for polishing."
+        "Greatest number of evaluations, half of them for polishing."
     )
     cpu_time: Annotated[float | None, pydantic.PlainValidator(_seconds)] = _setting(
-        "CPU time that the run may take, half of it for polishing [s]."
+        "Greatest CPU time of the run [s], half of it for polishing."
     )
     time_limit: Annotated[float | None, pydantic.PlainValidator(_seconds)] = _setting(
-        "Time that evaluating one individual may take [s]; longer counts as failed."
+        "Greatest time to evaluate one individual [s]; one that takes longer counts as failed."
     )
     polish: Annotated[bool | None, pydantic.PlainValidator(_yes_or_no)] = _setting(
-        "Refine the front by gradients at the end; where possible if not said."
+        "Refine the front by gradients at the end; if not given, wherever that is possible."
     )
     polish_every: Annotated[int | None, _whole(1)] = _setting(
-        "Refine some members after every so many generations too."
+        "Also refine a few members each time this many generations have passed."
     )
 
     @classmethod
     def of(cls, **settings: Any) -> Search:
-        """A search of settings by name.
+        """Make a search from settings given by name.
 
         Raises:
             UnknownNameError: no such setting.
@@ -187,7 +196,7 @@ class Search(pydantic.BaseModel):
             raise InvalidInputError(f"{first['loc'][0]}: {first['msg'].removeprefix('Value error, ')}") from error
 
     def updated(self, **settings: Any) -> Search:
-        """This search with other settings where they are given; None leaves a setting as it is.
+        """A copy of this search in which the given settings are replaced; None leaves a setting unchanged.
 
         Raises:
             UnknownNameError: as for :meth:`of`.
@@ -197,12 +206,12 @@ class Search(pydantic.BaseModel):
 
     @property
     def given(self) -> dict[str, Any]:
-        """Settings that are not left to the problem, by name."""
+        """Settings that are not None, by name."""
         return {name: getattr(self, name) for name in Search.model_fields if getattr(self, name) is not None}
 
     @property
     def of_algorithm(self) -> dict[str, Any]:
-        """What is given of sizes and operators, by name."""
+        """Settings of the algorithm (sizes and operators) that are not None, by name."""
         return {name: value for name, value in self.given.items() if name in OF_ALGORITHM}
 
 
@@ -213,7 +222,7 @@ def _names(keep: Callable[[Any], bool]) -> tuple[str, ...]:
 #: Settings that belong to the algorithm: sizes and operators.
 OF_ALGORITHM = _names(lambda extra: bool(extra["of_algorithm"]))
 
-#: Settings of NSGA-II where nothing else is known: Table 3 of Sun 2020 and, where it is silent, pymoo's.
+#: Usual settings of NSGA-II: those of Table 3 of Sun 2020, and pymoo's where the table gives none.
 USUAL = Search(
     population=150,
     generations=200,

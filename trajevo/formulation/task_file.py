@@ -1,4 +1,4 @@
-"""The file ``task.toml``: its keys, and where in it a mistake stands."""
+"""The keys of a ``task.toml`` file, and the line of every key, so that error messages can name it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ class _Robot(_Strict):
 
 
 class _Limits(_Strict):
-    """One number for all joints, one for each, or by joint; SI or text with a unit; positions in pairs."""
+    """Joint limits: one for all joints, a list with one per joint, or a table by joint name.
+
+    A limit is a number in SI units or a text with a unit; a position limit is a pair of the lower and the upper end.
+    """
 
     position: list[_Number | str | list[_Number | str]] | dict[str, list[_Number | str]] | None = None
     velocity: _Values | None = None
@@ -47,7 +50,10 @@ class _Payload(_Strict):
 
 
 class _Point(_Strict):
-    """Joint positions, or a pose of the tool [m], orientation by roll, pitch, yaw or by quaternion x, y, z, w."""
+    """A via point: joint positions, or a tool position [m] and, if it matters, the tool's orientation.
+
+    The orientation is ``rpy`` (roll, pitch, yaw) or ``quaternion`` (x, y, z, w).
+    """
 
     joints: list[_Number] | None = None
     position: tuple[_Number, _Number, _Number] | None = None
@@ -57,7 +63,7 @@ class _Point(_Strict):
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> _Point:
         if (self.joints is None) == (self.position is None):
-            raise ValueError("expected either joints, or position with rpy or quaternion where it counts")
+            raise ValueError("expected either joints, or position and, if the orientation matters, rpy or quaternion")
         if self.joints is not None and (self.rpy is not None or self.quaternion is not None):
             raise ValueError("joints have no rpy or quaternion")
         if self.rpy is not None and self.quaternion is not None:
@@ -66,7 +72,7 @@ class _Point(_Strict):
 
 
 class MovingSettings(_Strict):
-    """A box in which a point may move: around its joint positions, or around its tool position [m]."""
+    """Half widths of the box in which a via point may move: around its joint positions, or its tool position [m]."""
 
     point: Annotated[int, pydantic.Field(strict=True, ge=0)]
     joints: _Number | list[_Number] | None = None
@@ -89,8 +95,9 @@ class _Constraints(pydantic.BaseModel):
 
 
 class TaskSettings(_Strict):
-    """The keys of ``task.toml``; SI, save for ``angle``, the unit of the points' joint positions and ``rpy`` and of
-    the boxes in joint space. :func:`task_model` adds the parameters of limits.
+    """The keys of ``task.toml``, in SI units; :func:`task_model` adds the parameters of limits.
+
+    Only angles of points (joint positions and ``rpy``) and of boxes in joint space are in the unit ``angle``.
     """
 
     format: Literal[1] = 1
@@ -114,12 +121,12 @@ class TaskSettings(_Strict):
     @classmethod
     def _seed_at_the_top(cls, algorithm: Search) -> Search:
         if algorithm.seed is not None:
-            raise ValueError("the seed of a task stands at its top, as seed = 1")
+            raise ValueError("expected the seed at the top level of the task, as seed = 1")
         return algorithm
 
     @property
     def search(self) -> Search:
-        """How the task is solved."""
+        """Settings of the task's search, including the seed."""
         return self.algorithm.updated(seed=self.seed)
 
     @property
@@ -159,11 +166,11 @@ def _key(parameter: LimitParameter) -> Any:
 
 
 def read_task(file: Path) -> tuple[TaskSettings, Places]:
-    """The keys of a task, and their lines.
+    """Read the keys of a task, and their lines.
 
     Raises:
-        InvalidInputError: it cannot be read, or a key is missing, unknown or of another kind; the message names file,
-            line and key.
+        InvalidInputError: the file cannot be read, or a key is missing, unknown or of the wrong type; the message names
+            file, line and key.
     """
     content, places = read_toml(file)
     return validated(task_model(), content, places), places

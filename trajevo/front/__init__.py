@@ -1,1 +1,1 @@
-"""What comes out of a search: fronts, solutions, and how one is chosen."""
+"""Results of a search: fronts, their solutions, and rules that choose one of them."""

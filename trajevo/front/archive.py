@@ -1,4 +1,7 @@
-"""All feasible points of a run that nothing dominates, and the nearest miss while there is none."""
+"""The archive of a run: non-dominated feasible points, failed individuals, and the least infeasible individual.
+
+New points are compared with the archive by a compiled function if numba is installed, else by moocore or NumPy.
+"""
 
 from __future__ import annotations
 
@@ -11,21 +14,21 @@ from trajevo.base import jit
 from trajevo.base.arrays import Array
 from trajevo.base.jit import fast
 
-#: Points that a new one is compared with at a time, the latest first: most that are dominated are so by one of those.
+#: Old points that a new one is compared with at a time, the latest first: they dominate most of what is dominated.
 _BLOCK = 256
 
 
 @fast
 def _join(old: Array, new: Array, kept: Array, taken: Array) -> None:
-    """Which of points that do not dominate each other stay when others come, and which of those join them.
+    """Find which old points stay when new points arrive, and which new points join them.
 
-    Of equal points the first counts.
+    The old points do not dominate each other. Of equal points only the first is kept.
 
     Args:
-        old: shape (n_obj, N), so that neighbours in memory are compared side by side.
-        new: shape (M, n_obj).
-        kept: what is written, shape (N,).
-        taken: the same, shape (M,).
+        old: objectives of the old points, shape (n_obj, N), so that inner loops run over neighbours in memory.
+        new: objectives of the new points, shape (M, n_obj).
+        kept: output: which old points stay, shape (N,).
+        taken: output: which new points join them, shape (M,).
     """
     n_obj, size = old.shape
     holds = np.empty(size, dtype=np.bool_)
@@ -33,7 +36,7 @@ def _join(old: Array, new: Array, kept: Array, taken: Array) -> None:
         taken[i] = True
         end = size
         while end > 0 and taken[i]:
-            # Not in a function of its own: that this is not negative is what lets the loops below be vectorised.
+            # Not moved into a function: the loops below are vectorised only if the compiler sees that begin >= 0.
             begin = max(0, end - _BLOCK)
             holds[: end - begin] = True
             for k in range(n_obj):
@@ -64,35 +67,36 @@ def _join(old: Array, new: Array, kept: Array, taken: Array) -> None:
 
 @fast
 def _covers(one: Array, other: Array) -> bool:
-    """Whether a point is nowhere worse."""
+    """Whether one point is no worse than another in every objective."""
     for k in range(len(one)):  # noqa: SIM110 - a generator is not as fast
         if one[k] > other[k]:
             return False
     return True
 
 
-#: Failed individuals of a run that are listed; all are counted.
+#: Greatest number of failed individuals that are listed; all of them are counted.
 MOST_LISTED = 100
 
-#: Objectives and points from which on moocore takes longer than comparing new points with the others.
+#: Numbers of objectives and old points from which moocore is slower than comparing the new points with the old ones.
 _SLOW_FROM = (4, 500)
 
-#: Points taken in latest that new ones are compared with first: most of what is dominated is dominated by one of them.
+#: Latest old points, with which new points are compared first: they dominate most of what is dominated.
 _LATEST = 200
 
-#: Pairs of points that are compared at a time, so that what comes of them stays in the processor's cache.
+#: Pairs of points that are compared at a time, so that the results stay in the processor's cache.
 _PAIRS = 2**16
 
 
 class Archive:
-    """Grows with every evaluated population; only non-dominated feasible points stay.
+    """The non-dominated feasible points among all individuals evaluated so far.
 
     Attributes:
         F: objective values, shape (N, n_obj).
-        least_violation: least Σ max(G, 0) of any individual so far; 0 once one is feasible, inf before any number.
-        nearest: decision vector and constraint values of that individual, or None.
-        failures: individuals whose evaluation gave no numbers.
-        failed: decision vector and message of the first of them, at most :data:`MOST_LISTED`.
+        least_violation: least Σ max(G, 0) of any individual so far: 0 once one is feasible, inf before the first
+            successful evaluation.
+        nearest: decision vector and constraint values of the individual with the least violation, or None.
+        failures: number of individuals whose evaluation failed.
+        failed: decision vector and error message of the first failures, at most :data:`MOST_LISTED`.
     """
 
     def __init__(self, n_var: int, n_obj: int, n_constr: int) -> None:
@@ -114,10 +118,16 @@ class Archive:
         return self._rest.rows(1)
 
     def add(self, X: Array, F: Array, G: Array, said: Sequence[str] | None = None) -> tuple[Array, Array] | None:
-        """Take in an evaluated population, shapes (B, n_var), (B, n_obj), (B, n_constr), and what failed ones said.
+        """Add an evaluated population.
+
+        Args:
+            X: decision vectors, shape (B, n_var).
+            F: objective values, shape (B, n_obj), not finite where the evaluation failed.
+            G: constraint values, shape (B, n_constr).
+            said: error message of every individual, or None.
 
         Returns:
-            A mask of the points that stay, and the objectives of those that join them; None where nothing changes.
+            A mask of the old points that stay, and the objectives of the new points; None if nothing changes.
         """
         violation = np.maximum(G, 0.0).sum(axis=1)
         if not np.isfinite(F).all():
@@ -144,9 +154,9 @@ class Archive:
 
 
 class _Shelf:
-    """Rows of arrays, of which some go and others come: the rest stays where it is, until half of the room is used up.
+    """Arrays whose rows are removed and added without moving the others; they are compacted when their memory is full.
 
-    An archive of a thousand points changes with every population by a few of them.
+    An archive of a thousand points changes by only a few points with every population.
     """
 
     def __init__(self, *widths: int) -> None:
@@ -158,7 +168,7 @@ class _Shelf:
         return self._arrays[which].take(self._where, axis=0)
 
     def change(self, kept: Array, *new: Array) -> None:
-        """Drop rows but those of a mask, put new ones behind them."""
+        """Keep the rows of a mask and append new rows."""
         self._where = self._where[kept]
         count = len(new[0])
         if self._end + count > len(self._arrays[0]):
@@ -177,10 +187,11 @@ class _Shelf:
 
 
 def _non_dominated(old: Array, new: Array) -> tuple[Array, Array]:
-    """What stays of points that do not dominate each other, as a mask, and indices of the new ones that join them.
+    """Mask of the old points that stay, and indices of the new points that join them.
 
-    The same as :func:`moocore.is_nondominated` of all together, of equal points the first. Where that takes long, new
-    ones are compared with the others instead: a third of the time, for few are left to be compared with all.
+    The old points do not dominate each other. The result is that of :func:`moocore.is_nondominated` for all points
+    together, with the first of equal points kept. Where moocore is slow, new points are compared with the old ones
+    instead, first with the latest: that takes a third of the time, since few points remain for the other comparisons.
     """
     if jit.can_compile():
         keep, take = np.empty(len(old), dtype=np.bool_), np.empty(len(new), dtype=np.bool_)
@@ -202,12 +213,15 @@ def _non_dominated(old: Array, new: Array) -> tuple[Array, Array]:
 
 
 def _compared(compare: np.ufunc, points: Array, rivals: Array) -> Iterator[Array]:
-    """Whether a comparison holds in every objective, for a few points with all rivals at a time: (few, rivals).
+    """Whether a comparison holds in every objective, for a few points and all rivals at a time.
 
     Args:
-        compare: of an objective of a point with that of a rival.
+        compare: compares an objective of a point with that of a rival.
         points: shape (n_obj, N).
         rivals: shape (n_obj, R).
+
+    Yields:
+        The next few points compared with all rivals, shape (few, R).
     """
     few = max(1, _PAIRS // max(1, rivals.shape[1]))
     for first in range(0, points.shape[1], few):

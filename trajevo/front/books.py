@@ -1,4 +1,4 @@
-"""The books of a run: every feasible point that nothing dominates, the history, and the front they make."""
+"""What a run records while it goes on: the archive and the history by generation, and the front made from them."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from trajevo.front.records import Blocking, FailedIndividual, History, ProblemRe
 
 
 class Books:
-    """Collects what an algorithm evaluates and keeps the books, generation by generation.
+    """Records what an algorithm evaluates, generation by generation.
 
-    Fronts and hypervolumes are those of the problem that the solutions are curves of, where there is one.
+    If every solution of the problem stands for a curve of another problem's solutions (``problem.expansion``), fronts
+    and hypervolumes are those of the other problem, here called the target.
     """
 
     def __init__(self, problem: TrajectoryProblem) -> None:
@@ -38,7 +39,12 @@ class Books:
         self._volume: float | Volume = 0.0
 
     def collect(self, X: Array, out: dict[str, Any]) -> None:
-        """Callback of pymoo's problem: the arrays of every evaluation."""
+        """Add evaluated individuals to the archive; pymoo's problem calls this after every evaluation.
+
+        Args:
+            X: decision vectors, shape (B, n_var).
+            out: results of the problem: ``"F"``, ``"G"`` and, if individuals failed, ``"failure"``.
+        """
         said = out.get("failure")
         x, F, G = (np.atleast_2d(values) for values in (X, out["F"], out["G"]))
         change = self.archive.add(x, F, G, None if said is None else np.atleast_1d(said).tolist())
@@ -46,12 +52,12 @@ class Books:
             self._chronicle.change(*change)
 
     def close(self, number: int, evaluations: int, *, polishing: int = 0, cpu_seconds: float = 0.0) -> Generation:
-        """Book a finished generation.
+        """Record a finished generation.
 
         Args:
-            number: which.
+            number: number of the generation.
             evaluations: individuals evaluated so far.
-            polishing: evaluations spent beside those: on refining members, or on finding the first population.
+            polishing: further evaluations, spent on refining members or on finding the first population.
             cpu_seconds: CPU time of the run so far [s].
         """
         if self._volume_at != self._chronicle.time:
@@ -66,7 +72,7 @@ class Books:
         return Generation(number, volume, violation, len(self.archive.F))
 
     def history(self) -> History:
-        """The books."""
+        """The history by generation."""
         corner = self.reference_point
         return History(
             reference_point=None if corner is None else tuple(corner.tolist()),
@@ -77,7 +83,7 @@ class Books:
         )
 
     def arrays(self) -> dict[str, Array]:
-        """The books as arrays, what waited measured; evaluations are those of the individuals that were collected."""
+        """The history as arrays, for a checkpoint; ``evaluations`` does not include those of ``polishing``."""
         corner = self.reference_point
         return {
             "reference_point": np.array([] if corner is None else corner, dtype=np.float64),
@@ -90,11 +96,11 @@ class Books:
         }
 
     def measured(self) -> list[float]:
-        """Hypervolume of every generation."""
+        """Compute the hypervolume of every generation."""
         return [float(volume) for volume in self.hypervolume]
 
     def reopen(self, books: Mapping[str, Array]) -> None:
-        """Go on with books that :meth:`arrays` gave; the individuals are to be collected again."""
+        """Restore the history from :meth:`arrays`; the caller then collects the individuals again."""
         corner = books["reference_point"]
         self.reference_point = np.array(corner, dtype=np.float64) if len(corner) else None
         self.evaluations = [int(value) for value in books["evaluations"]]
@@ -116,7 +122,7 @@ class Books:
         stopped_by: str = "",
         resumed: Sequence[int] = (),
     ) -> Front:
-        """The front, of the problem that the solutions are curves of where there is one."""
+        """The front of the target problem."""
         archive = self.archive if self.problem.expansion is None else self._expanded()
         failed = tuple(FailedIndividual(x=tuple(x.tolist()), said=said) for x, said in self.archive.failed)
         return Front(
@@ -146,12 +152,12 @@ class Books:
         )
 
     def _solved_as(self) -> dict[str, Any]:
-        """Settings in which the problem that was solved differs from the one whose front this is."""
+        """Settings in which the solved problem differs from the target."""
         own, shown = self.problem.settings, self.target.settings
         return {key: value for key, value in own.items() if shown.get(key) != value}
 
     def _expanded(self) -> Archive:
-        """Archive of the points that the solutions stand for, evaluated as those of the other problem."""
+        """Archive of the points that the solutions stand for, evaluated by the target problem."""
         expanded = Archive(self.target.n_var, self.target.n_obj, self.target.n_ieq_constr)
         X, _ = self._points()
         if len(X):
@@ -164,7 +170,7 @@ class Books:
         return (X, F) if self.problem.expansion is None or not len(X) else self.problem.expansion.points(X, F)
 
     def _changed(self) -> None:
-        """Hypervolume of an archive that has changed: measured when somebody looks at it, that of curves at once."""
+        """Update the hypervolume after a change of the archive: computed when it is read, or at once for curves."""
         curves = self.problem.expansion is not None
         F = self._points()[1] if curves else self.archive.F
         if self.reference_point is None and len(F):
@@ -187,9 +193,9 @@ def _blocking(archive: Archive, names: tuple[str, ...]) -> Blocking:
 
 
 def _box_corner(F: Array) -> Array | None:
-    """A reference point for a problem that names none: a tenth beyond the worst of the first feasible points.
+    """Reference point for a problem without one: a tenth beyond the worst values of the first feasible points.
 
-    The box begins at 0, so there is none for an objective that is not positive.
+    None if an objective is not positive, since the box begins at 0.
     """
     worst: Array = F.max(axis=0)
     return 1.1 * worst if (worst > 0.0).all() else None
@@ -197,7 +203,7 @@ def _box_corner(F: Array) -> Array | None:
 
 @dataclass(frozen=True)
 class Generation:
-    """Where a run stands: generation number, hypervolume, least violation, number of points on the front."""
+    """Progress of a run: generation number, hypervolume, least violation, number of points on the front."""
 
     number: int
     hypervolume: float | Volume

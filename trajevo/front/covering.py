@@ -1,4 +1,4 @@
-"""Which few members of a front cover most of what it dominates, and which are neighbours."""
+"""Find the few members of a front that dominate most of what it dominates, and pairs of neighbours."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from trajevo.base.arrays import Array
 from trajevo.base.sampling import sobol
 from trajevo.front.hypervolume import hypervolume
 
-#: Points of the box by which shares of it are counted, a power of two (Sobol).
+#: Sample points with which shares of a box are estimated, a power of two (Sobol).
 _PROBES = 1024
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class ReferenceBox:
-    """The part of the objectives' space in which a front is measured.
+    """The box in objective space in which the hypervolume of a front is measured.
 
     Attributes:
-        low: near corner, shape (n_obj,).
-        corner: far corner, beyond it in every objective.
+        low: corner with the best values, shape (n_obj,).
+        corner: reference point, worse than ``low`` in every objective, shape (n_obj,).
     """
 
     low: Array
@@ -31,7 +31,10 @@ class ReferenceBox:
 
     @classmethod
     def of(cls, F: Array, reference_point: Array | None) -> ReferenceBox:
-        """From 0 to the reference point; without one from the least of the objectives to a tenth beyond the greatest.
+        """The box from 0 to the reference point.
+
+        Without one, the box extends from the least values of the objectives to a tenth of their range beyond the
+        greatest values.
 
         Args:
             F: objectives of a front, shape (N, n_obj).
@@ -47,9 +50,13 @@ class ReferenceBox:
         return hypervolume(F - self.low, self.corner - self.low)
 
     def probes(self, F: Array, seed: int) -> Array:
-        """Points of the part of the box that objectives (N, n_obj) reach into, evenly spread, (1024, n_obj).
+        """Evenly spread points of the part of the box that the front can dominate, shape (1024, n_obj).
 
-        Where no member lies within the box, they are spread over the front's own.
+        If no member lies within the box, the points are spread over the box of the front itself.
+
+        Args:
+            F: objectives of a front, shape (N, n_obj).
+            seed: seed of the Sobol sequence.
         """
         inside = (self.corner > F).all(axis=1)
         own = ReferenceBox.of(F, None) if not inside.any() else self
@@ -60,15 +67,17 @@ class ReferenceBox:
 
 
 def covering(F: Array, probes: Array, most: int) -> Array:
-    """Members, one after the other the one that dominates most of the probes that none before it does.
+    """Choose members that together dominate most of the probes, greedily.
+
+    Each member dominates the most probes that the members chosen before it do not dominate.
 
     Args:
         F: objectives, shape (N, n_obj).
-        probes: shape (P, n_obj).
-        most: how many at most; fewer where those chosen dominate all that any does.
+        probes: points in objective space, shape (P, n_obj).
+        most: greatest number of members; fewer suffice if they dominate all probes that any member does.
 
     Returns:
-        Rows of F, at most as many.
+        Rows of F, shape (members,).
     """
     covered = np.ones((len(probes), len(F)), dtype=bool)
     for column in range(F.shape[1]):
@@ -86,11 +95,14 @@ def covering(F: Array, probes: Array, most: int) -> Array:
 
 
 def gaps(f: Array, most: int) -> Array:
-    """The pairs of neighbours that are furthest apart, the widest first, shape (pairs, 2).
+    """The pairs of neighbours that are furthest apart, the widest pair first.
 
     Args:
         f: scaled objectives, shape (N, C).
-        most: how many at most.
+        most: greatest number of pairs.
+
+    Returns:
+        Rows of f, shape (pairs, 2).
     """
     pairs = neighbours(f, f.shape[1])
     width = np.abs(f[pairs[:, 0]] - f[pairs[:, 1]]).max(axis=1)
@@ -99,18 +111,20 @@ def gaps(f: Array, most: int) -> Array:
 
 
 def neighbours(f: Array, count: int) -> Array:
-    """Pairs of members of which one is among the nearest of the other, in the greatest difference of any column.
+    """Pairs of members where one is among the nearest of the other.
+
+    The distance is the greatest difference in any column.
 
     Args:
         f: scaled objectives, shape (N, C).
-        count: nearest of each.
+        count: how many of the nearest members of each to pair with it.
 
     Returns:
         Rows (i, j) with i < j, each pair once, shape (pairs, 2).
     """
     found = cKDTree(f).query(f, k=list(range(1, min(count, len(f) - 1) + 2)), p=np.inf)[1]
     own = found == np.arange(len(f))[:, None]
-    # Where several members are the same, a member need not be the nearest of itself.
+    # Of several equal members, one may not be listed as its own nearest.
     own[~own.any(axis=1), -1] = True
     nearest = found[~own].reshape(len(f), -1)
     rows = np.repeat(np.arange(len(f)), nearest.shape[1])

@@ -1,7 +1,7 @@
-"""Hypervolumes of a growing archive, measured when somebody looks at them.
+"""Hypervolumes of a growing archive, computed only when they are read.
 
-Four objectives and a thousand points take longer to measure than a population to evaluate, and most generations'
-hypervolumes are never looked at.
+With four objectives and a thousand points, computing a hypervolume takes longer than evaluating a population, and the
+hypervolumes of most generations are never read.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def hypervolume(F: Array, reference_point: Array) -> float:
 
 @final
 class Chronicle:
-    """Points of an archive that grows, and when each came and went."""
+    """All points that an archive has ever held, and the change at which each was added or removed."""
 
     def __init__(self, n_obj: int) -> None:
         self.time = 0
@@ -36,7 +36,7 @@ class Chronicle:
         self._held, self._count = np.empty(0, dtype=np.intp), 0
 
     def change(self, kept: Array, new: Array) -> None:
-        """Of the points that are held, those of a mask stay; new ones, shape (N, n_obj), come behind them."""
+        """Keep the current points of a mask and append new points, shape (N, n_obj)."""
         self.time += 1
         self._went[self._held[~kept]] = self.time
         begin, self._count = self._count, self._count + len(new)
@@ -47,7 +47,7 @@ class Chronicle:
         self._held = np.concatenate([self._held[kept], np.arange(begin, self._count)])
 
     def at(self, time: int) -> Array:
-        """The points that were held after so many changes, shape (N, n_obj)."""
+        """The points of the archive after the given number of changes, shape (N, n_obj)."""
         before = slice(self._count)
         held: Array = self._F[before][(self._came[before] <= time) & (self._went[before] > time)]
         return held
@@ -62,10 +62,10 @@ class Chronicle:
 
 @final
 class Volume:
-    """A hypervolume that is measured when it is first asked for as a number.
+    """A hypervolume that is computed when it is first converted to a float.
 
     Args:
-        points: what gives the objective values, shape (N, n_obj), when it is called.
+        points: function that returns the objective values, shape (N, n_obj).
         reference_point: far corner of the box, shape (n_obj,).
     """
 
@@ -83,10 +83,10 @@ class Volume:
 
 @final
 class Volumes(Sequence[float]):
-    """Hypervolumes one after another; equal to a tuple of the same numbers.
+    """A sequence of hypervolumes, computed when they are read; equal to a tuple of the same numbers.
 
     Args:
-        volumes: numbers, or what becomes a number when it is looked at.
+        volumes: numbers or :class:`Volume` objects.
     """
 
     def __init__(self, volumes: Iterable[float | Volume] = ()) -> None:
@@ -116,12 +116,12 @@ class Volumes(Sequence[float]):
         return Volumes, (self[:],)
 
     def followed_by(self, volume: float) -> Volumes:
-        """The same and one more."""
+        """The same sequence with one more hypervolume."""
         return Volumes((*self._volumes, volume))
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """In files a list of numbers."""
+        """Let pydantic read and write the sequence as a list of numbers."""
 
         def made(value: Any, validate: core_schema.ValidatorFunctionWrapHandler) -> Volumes:
             return value if isinstance(value, cls) else cls(validate(value))

@@ -1,4 +1,4 @@
-"""What is known of a run, as plain frozen data that goes into files and comes back equal."""
+"""Records of a problem, a run and a front: frozen data that is equal after it is written to a file and read again."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ import pydantic
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.hypervolume import Volumes
 
-#: Packages whose versions decide what a run computes.
+#: Packages whose versions affect the results of a run.
 _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "ruckig")
 
-#: Fields of a history with one entry per generation, and per polishing.
+#: Fields of a history with one entry per generation, and one more for each polishing.
 _BY_GENERATION = ("evaluations", "hypervolume", "least_violation", "front_size")
 
 
 class Record(pydantic.BaseModel):
-    """Frozen data that goes into JSON and comes back equal; no unknown keys, no NaN."""
+    """Frozen data that is equal after a round trip through JSON; unknown keys, NaN and infinity are refused."""
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -38,7 +38,7 @@ class VariableRecord(Record):
 
 
 class ObjectiveRecord(Record):
-    """An objective: name, SI unit and where its formula stands."""
+    """An objective: name, SI unit and the source of its formula."""
 
     name: str
     unit: str
@@ -46,9 +46,9 @@ class ObjectiveRecord(Record):
 
 
 class ProblemRecord(Record):
-    """What was solved; a registered problem can be made again from ``name`` and ``settings``.
+    """What was solved. A registered problem can be made again from ``name`` and ``settings``.
 
-    Joint limits are SI, None where there is none; the payload's ``model`` says how it acts.
+    Joint limits are in SI units, None where a joint has no limit. ``payload["model"]`` says how the payload acts.
     """
 
     name: str
@@ -88,7 +88,7 @@ class ProblemRecord(Record):
 
 
 class FailedIndividual(Record):
-    """An individual whose evaluation gave no numbers: its decision vector and what happened."""
+    """An individual whose evaluation failed: its decision vector and the error message."""
 
     x: tuple[float, ...]
     said: str
@@ -99,19 +99,19 @@ class Run(Record):
 
     Attributes:
         algorithm: class name of the pymoo algorithm.
-        settings: its settings, every one that can be named.
+        settings: settings of the algorithm.
         seed: seed of all randomness.
-        generations: generations done.
-        evaluations: individuals evaluated; a gradient, where the front was polished, counts as one for each variable.
-        failures: individuals whose evaluation raised or gave a number that is not finite.
-        first_failure: what the first of them said.
-        failed: the first hundred of them.
+        generations: number of finished generations.
+        evaluations: individuals evaluated; a gradient of polishing counts as one evaluation per variable.
+        failures: number of individuals whose evaluation raised an error or gave a number that is not finite.
+        first_failure: error message of the first failure, or empty.
+        failed: the first failures, at most a hundred.
         interrupted: whether the run was stopped before its end.
         stopped_by: name of the signal that stopped it, ``"SIGINT"`` or ``"SIGTERM"``, else empty.
-        resumed: generations after which it went on from its checkpoint.
+        resumed: generations after which the run was resumed from a checkpoint.
         seconds: wall time [s].
-        cpu_seconds: CPU time of the process by the end of every generation, and of polishing where the front was [s].
-        versions: versions of the packages that computed it, and of Python.
+        cpu_seconds: CPU time of the process at the end of every generation, and of polishing if there was any [s].
+        versions: versions of Python and of the packages that computed the front.
     """
 
     algorithm: str
@@ -131,17 +131,18 @@ class Run(Record):
 
 
 class History(Record):
-    """One entry per generation, and one for what polishing found where the front was polished at the end.
+    """The course of a run: one entry per generation, and one more for each polishing.
 
-    The hypervolume is the share of the box from 0 to ``reference_point``.
+    The hypervolume is the dominated share of the box from 0 to ``reference_point``.
 
     Attributes:
-        reference_point: far corner of the box, objectives in SI; the problem's, else taken from the first feasible
-            points, else None.
-        evaluations: individuals evaluated so far; a gradient counts as one for each variable.
-        hypervolume: of all feasible points so far; of a run in this process measured when it is looked at.
-        least_violation: least Σ max(G, 0) so far, 0 once feasible, None before any number.
-        front_size: non-dominated feasible points so far.
+        reference_point: far corner of the box, in SI units: that of the problem, or one derived from the first feasible
+            points, or None.
+        evaluations: individuals evaluated so far; a gradient counts as one evaluation per variable.
+        hypervolume: hypervolume of all feasible points so far, computed when it is read.
+        least_violation: least Σ max(G, 0) so far: 0 once an individual is feasible, None before the first successful
+            evaluation.
+        front_size: number of non-dominated feasible points so far.
     """
 
     reference_point: tuple[float, ...] | None
@@ -156,7 +157,7 @@ class Blocking(Record):
 
     Attributes:
         x: its decision vector.
-        violations: constraint -> excess as a share of the limit, the worst first; empty if no individual gave numbers.
+        violations: constraint -> excess as a share of the limit, the greatest first; empty if all evaluations failed.
     """
 
     x: tuple[float, ...]
@@ -200,7 +201,7 @@ class FrontFile(Record):
 
 
 def installed_versions() -> dict[str, str]:
-    """Versions of the packages that decide what a run computes, and of Python."""
+    """Versions of Python and of the packages that affect the results of a run."""
     return dict(_versions())
 
 

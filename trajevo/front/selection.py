@@ -1,6 +1,7 @@
-"""Which point of a front to use: objective values in, a row and the reason out.
+"""Rules that choose one point of a front: each takes objective values and returns a row and the reason.
 
-Every rule but the single minimum looks at normalised objectives: 0 at the best value on the front, 1 at the worst.
+The rules use normalised objectives: 0 at the best value on the front, 1 at the worst. Exceptions are the least value of
+one objective, and a weighted sum with given scales.
 """
 
 from __future__ import annotations
@@ -72,11 +73,12 @@ def weighted(F: Array, weights: Sequence[float] | Weights) -> Choice:
 
     Args:
         F: objective values, shape (N, n_obj).
-        weights: one non-negative number per objective, not all zero, of which only the ratios count; or
-            :class:`Weights` with a paper's own scales.
+        weights: one non-negative number per objective, not all zero; only their ratios matter. Or :class:`Weights`
+            with the scales of a paper.
 
     Raises:
-        InvalidInputError: another number of weights or scales, or one that is not as it should be.
+        InvalidInputError: a wrong number of weights or scales, a negative weight, weights that are all zero, or a scale
+            that is not positive.
     """
     if isinstance(weights, Weights) and weights.scales is not None:
         scales = numbers(weights.scales, name="scales", shape=(F.shape[1],))
@@ -94,7 +96,9 @@ def weighted(F: Array, weights: Sequence[float] | Weights) -> Choice:
 
 
 def pseudo_weights(F: Array, weights: Sequence[float]) -> Choice:
-    """The point whose pseudo-weights (relative distance to the worst value of each objective) come nearest to weights.
+    """The point whose pseudo-weights are nearest to the given weights.
+
+    A pseudo-weight is the relative distance to the worst value of an objective.
 
     Args:
         F: objective values, shape (N, n_obj).
@@ -104,7 +108,7 @@ def pseudo_weights(F: Array, weights: Sequence[float]) -> Choice:
         InvalidInputError: as for :func:`weighted`.
     """
     w = _weights(weights, F.shape[1])
-    # pymoo divides by the spread; a front of one point, or an objective without spread, has none.
+    # pymoo divides by the spread of every objective, which is 0 for a front of one point or a constant objective.
     index = int(PseudoWeights(w).do(F)) if (np.ptp(F, axis=0) > 0.0).all() else weighted(F, weights).index
     return Choice(index, "pseudo_weights", f"pseudo-weights nearest to {_shown(w)}")
 

@@ -1,4 +1,4 @@
-"""Solve a trajectory problem or a task: search, first population, evolution, polish, front."""
+"""Solve a trajectory problem or a task: first population, evolution, polishing, front."""
 
 from __future__ import annotations
 
@@ -41,36 +41,36 @@ def optimise(
     progress: bool = True,
     **settings: Any,
 ) -> Front:
-    """Run a multi-objective evolutionary algorithm and keep every feasible point that nothing dominates.
+    """Run a multi-objective evolutionary algorithm and keep all non-dominated feasible points.
 
-    The default is pymoo's NSGA-II with simulated binary crossover and polynomial mutation, its settings those of the
-    problem's paper (``problem.evolution``), its front refined by gradients where there are any. The "pool size" of Sun
-    2020 has no counterpart in pymoo's NSGA-II but the number of offspring per generation: ``offsprings=75``.
+    The default is pymoo's NSGA-II with simulated binary crossover and polynomial mutation, with the settings of the
+    problem's paper (``problem.evolution``). The front is refined by gradients at the end if the problem has them. The
+    "pool size" of Sun 2020 corresponds to the number of offspring per generation: ``offsprings=75``.
 
-    An interrupt from the keyboard or SIGTERM ends the run after the generation it is at and returns what was found so
-    far, marked as interrupted; a second one aborts. With ``out`` the run can be killed at any instant:
-    :func:`trajevo.resume` goes on from its latest checkpoint. Checkpoints take about 1 % of the time.
+    An interrupt from the keyboard or SIGTERM ends the run after the current generation and returns what was found so
+    far, marked as interrupted; a second one aborts. With ``out`` the run can be killed at any time:
+    :func:`trajevo.resume` continues from its latest checkpoint. Checkpoints take about 1 % of the time.
 
     Args:
         problem: what to solve.
-        search: how; a seed at least, here or among the settings.
-        initial: individuals to begin with, shape (N, n_var), or a front of the same problem, its payload excepted,
-            whose points are taken, see :func:`trajevo.solvers.evolutionary.first_population.warm_start`.
-        out: folder to keep every evaluated individual, checkpoints and the front in; where the front is polished, it is
-            kept as the evolution left it too, in ``evolved.json``.
-        overwrite: replace the run that the folder holds; refused otherwise.
+        search: settings of the search; a seed is required, here or in ``settings``.
+        initial: individuals to begin with, shape (N, n_var), or a front of the same problem, which may have another
+            payload, see :func:`trajevo.solvers.evolutionary.first_population.warm_start`.
+        out: folder for every evaluated individual, checkpoints and the front. If the front is polished, the front
+            before polishing is kept too, in ``evolved.json``.
+        overwrite: replace a run that the folder holds; otherwise such a folder is refused.
         progress: show generation, hypervolume, least violation and time left on standard error.
-        **settings: settings of the search by name, before what ``search`` says: those of
-            :class:`~trajevo.formulation.search.Search`.
+        **settings: settings of the search by name, see :class:`~trajevo.formulation.search.Search`; they take
+            precedence over ``search``.
 
     Returns:
-        The front; of a problem whose solutions are curves (``problem.expansion``) that of the points on their lower
-        envelope. If nothing feasible was found it is empty and ``front.blocking`` says which constraint is in the way.
+        The front. If solutions stand for curves of another problem's solutions (``problem.expansion``), it is the front
+        of that problem, on the lower envelope of the curves. If nothing feasible was found, it is empty and
+        ``front.blocking`` says which constraints are violated.
 
     Raises:
-        UnknownNameError: no such setting, algorithm or starts.
-        InvalidInputError: a setting that cannot be used, or a folder that holds a run or cannot be written; the
-            message names it.
+        UnknownNameError: no such setting, algorithm or kind of first population.
+        InvalidInputError: an invalid setting, or a folder that holds a run or cannot be written; the message names it.
     """
     if not isinstance(problem, TrajectoryProblem):
         raise InvalidInputError(f"problem: expected a TrajectoryProblem, got {type(problem).__name__}")
@@ -89,10 +89,11 @@ def optimise(
 
 
 def decided(search: Search, problem: TrajectoryProblem) -> Search:
-    """A search with what it leaves to a problem decided: generations, and whether the front is polished.
+    """Fill in what a search leaves open: the number of generations, and whether the front is polished.
 
     Raises:
-        InvalidInputError: no seed, a time limit that cannot be kept here, or a polish that the problem cannot have.
+        InvalidInputError: no seed, a time limit that this process cannot enforce, or polishing of a problem that does
+            not allow it.
     """
     if search.seed is None:
         raise InvalidInputError("seed: expected a whole number of at least 0, got None")
@@ -109,16 +110,16 @@ def _given(search: Search | None) -> Search:
 
 
 def _polishes(search: Search, problem: TrajectoryProblem) -> bool:
-    """Whether the front is polished at the end; where that was left open, whether it can be.
+    """Whether the front is polished at the end; if the search leaves this open, whether it can be.
 
     Raises:
-        InvalidInputError: gradients are asked for, and there are none.
+        InvalidInputError: the search asks for gradients, but the problem has none.
     """
     if search.polish is False and search.polish_every is None:
         return False
     try:
         if search.time_limit is not None:
-            raise InvalidInputError("polish: gradients are not evaluated in a process of their own, as time_limit asks")
+            raise InvalidInputError("polish: gradients cannot be evaluated in a separate process, as time_limit needs")
         check_polishable(problem if problem.expansion is None else problem.expansion.problem)
     except InvalidInputError:
         if search.polish or search.polish_every is not None:
@@ -128,7 +129,7 @@ def _polishes(search: Search, problem: TrajectoryProblem) -> bool:
 
 
 def _generations(search: Search, solver: Algorithm) -> int:
-    """Generations, at most those for which the evaluations suffice: some algorithms plan with their number."""
+    """Number of generations, at most as many as the evaluations allow, since some algorithms adapt to this number."""
     planned, size = int(search.generations or 1), getattr(solver, "n_offsprings", None)
     if search.evaluations is None or not size:
         return planned
@@ -137,10 +138,10 @@ def _generations(search: Search, solver: Algorithm) -> int:
 
 
 def _manifest(problem: TrajectoryProblem, algorithm: Chosen, search: Search, first: dict[str, Any]) -> Manifest:
-    """How the run is begun; the algorithm as data where it can be resumed, else why it cannot.
+    """The manifest of a new run, with the algorithm as data, or else the reason why the run cannot be resumed.
 
     Raises:
-        InvalidInputError: the algorithm draws past its seed.
+        InvalidInputError: a part of the algorithm does not use the seed.
     """
     solver, described, why = algorithm.solver, None, ""
     try:
@@ -166,13 +167,13 @@ def _manifest(problem: TrajectoryProblem, algorithm: Chosen, search: Search, fir
 @final
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A task that was read: the problem it sets and how it is to be solved.
+    """A task that was read from a file: its problem, and the settings of the search.
 
     Attributes:
-        file: where it was read from.
-        settings: its keys.
-        problem: the problem, the same that its class makes of the same things.
-        search: how it is solved unless told otherwise.
+        file: file of the task.
+        settings: keys of the file.
+        problem: the problem, the same as if its class were called with the same values.
+        search: settings of the search, unless others are given to :meth:`solve`.
     """
 
     file: Path
@@ -181,10 +182,10 @@ class Task:
     search: Search
 
     def solve(self, **options: Any) -> Front:
-        """Solve it; what is given here goes before what the file says.
+        """Solve the task; arguments take precedence over the file.
 
         Args:
-            **options: those of :func:`trajevo.optimise`, settings of the search among them.
+            **options: arguments of :func:`trajevo.optimise`, including settings of the search.
         """
         return optimise(self.problem, self.search, **options)
 
@@ -193,13 +194,13 @@ def load_task(file: str | Path) -> Task:
     """Read a task.
 
     Args:
-        file: TOML, see :class:`~trajevo.formulation.task_file.TaskSettings`; relative paths count from its folder. Or
-            the name of a worked task, see ``trajevo examples``.
+        file: TOML file, see :class:`~trajevo.formulation.task_file.TaskSettings`; paths in it are relative to its
+            folder. Or the name of an example, see ``trajevo examples``.
 
     Raises:
-        UnknownNameError: neither a file nor the name of a worked task.
-        InvalidInputError: it cannot be read, or a key is missing, unknown or has a value that cannot be used; the
-            message names file, line and key.
+        UnknownNameError: neither a file nor the name of an example.
+        InvalidInputError: the file cannot be read, or a key is missing or unknown or has an invalid value; the message
+            names file, line and key.
     """
     path = example_file("task", file)
     settings, where = read_task(path)

@@ -1,4 +1,7 @@
-"""Interpolants side by side under equal limits: the least time of each through the same points, and what it costs."""
+"""Compare interpolants through the same points and under the same limits: least time, jerk, effort, energy; as a table.
+
+The interpolants that are compared are called rivals.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import THROUGH_POINTS, stop_and_go
 
-#: Interpolants whose times are free, of ``THROUGH_POINTS``: their least time is found by SLSQP.
+#: Interpolants of ``THROUGH_POINTS`` with free times, whose least time is found by SLSQP: name -> title.
 FREE = {
     "polynomial": "one polynomial",
     "cubic": "cubic, C2",
@@ -35,7 +38,7 @@ FREE = {
     "linear_blends": "lines, blends",
 }
 
-#: Profiles that stop at every point: their least time is known in closed form.
+#: Profiles that stop at every point, whose least time is known in closed form: name -> title, name of the profile.
 STOPPING = {
     "rest_to_rest": ("septic, stops", "septic"),
     "trapezoid": ("trapezoid, stops", "trapezoid"),
@@ -48,19 +51,19 @@ RIVALS = (*FREE, *STOPPING)
 #: Least and greatest time between two points that the search may choose [s].
 DURATION_BOUNDS = (0.02, 60.0)
 
-#: Between these the random starts of a search lie [s].
+#: Least and greatest time between two points in random starts [s].
 _STARTS = (0.1, 5.0)
 
-#: What the columns of a table of rivals are.
+#: Explanation of the columns in a table of rivals.
 RIVALS_NOTE = (
-    "Peak jerk and effort: the greatest over its limit; RMS jerk: sum over joints; end jerk: the step at start or end; "
-    "overshoot: beyond the range of the points; SI. An infinite jerk is a step of the acceleration."
+    "Peak jerk and effort: greatest value over its limit; RMS jerk: sum over joints; end jerk: step at start or end; "
+    "overshoot: beyond the range of the points; SI units. An infinite jerk is a step of the acceleration."
 )
 
-#: Jerk below this is rounding [SI].
+#: Jerk below this counts as rounding [SI].
 _NOTHING = 1e-9
 
-#: Step of an acceleration, as a share of its limit, from which on the jerk counts as infinite.
+#: Step of the acceleration, as a share of its limit, above which the jerk counts as infinite.
 _STEP = 1e-6
 
 
@@ -70,17 +73,18 @@ class Rival:
 
     Attributes:
         name: a name of ``RIVALS``.
-        title: what it is.
-        rollout: the robot on it, one trajectory.
+        title: short description.
+        rollout: the robot on its trajectory.
         time: least time [s].
-        peak_jerk: greatest |jerk| over its limit of any joint; inf where the acceleration steps.
-        rms_jerk: Σ over joints of the RMS jerk [rad/s³ or m/s³]; inf where the acceleration steps.
-        end_jerk: greatest step of the jerk at the start or the end [rad/s³ or m/s³]; inf likewise.
+        peak_jerk: greatest ratio of |jerk| to its limit over all joints; inf if the acceleration has a step.
+        rms_jerk: sum over joints of the RMS jerk [rad/s³ or m/s³]; inf if the acceleration has a step.
+        end_jerk: greatest step of the jerk at the start or the end [rad/s³ or m/s³]; inf if the acceleration has a
+            step.
         overshoot: how far the worst joint leaves the range of the points [rad or m].
-        via_error: greatest distance of a joint from a point when it is passed [rad or m].
-        effort: greatest effort over its limit of any joint.
+        via_error: greatest distance of a joint from a point when the point is passed [rad or m].
+        effort: greatest ratio of effort to its limit over all joints.
         energy: ∫ Σ |effort x velocity| dt [J].
-        within: whether velocity, acceleration, jerk (where it has one) and effort keep their limits.
+        within: whether velocity, acceleration, jerk (if it is finite) and effort keep their limits.
     """
 
     name: str
@@ -106,23 +110,23 @@ def compare_rivals(
     starts: int = 3,
     seed: int = 0,
 ) -> tuple[Rival, ...]:
-    """The least time of every interpolant through the points, under the same limits, and what it costs.
+    """The least time of every interpolant through the points under the same limits, with its jerk, effort and energy.
 
-    Velocity, acceleration, jerk and effort are limited for interpolants whose times are free, found by SLSQP from
-    random starts. Profiles that stop at every point are as fast as the joint limits that they know allow: a trapezoid
-    has no finite jerk, and no profile looks at effort, so ``effort`` tells what it needs.
+    Interpolants with free times keep the limits of velocity, acceleration, jerk and effort; SLSQP finds their least
+    time from random starts. Profiles that stop at every point are as fast as the joint limits allow that they consider:
+    a trapezoid has infinite jerk, and no profile considers effort, which may exceed its limit.
 
     Args:
-        dynamics: robot, payload and samples.
-        points: where to pass.
+        dynamics: robot, payload and number of samples.
+        points: via points.
         names: names of ``RIVALS``.
-        keep_range: limit positions to the joints' ranges too.
-        starts: random starts of every search.
-        seed: of the starts.
+        keep_range: also keep the joints' position limits, for interpolants with free times.
+        starts: number of random starts for each interpolant.
+        seed: seed of the starts.
 
     Raises:
-        UnknownNameError: no such rival.
-        NoSolutionError: no motion within the limits was found for one; the message names it.
+        UnknownNameError: no such interpolant.
+        NoSolutionError: no motion within the limits was found for an interpolant; the message names it.
     """
     found = []
     for name in names:
@@ -137,10 +141,12 @@ def compare_rivals(
 
 
 def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
-    """All rivals through the points of a problem with its robot and payload, ranges of positions not kept.
+    """Compare all interpolants through the via points of a problem, with its robot and payload.
+
+    Position limits are not kept.
 
     Raises:
-        InvalidInputError: its interpolant has no points.
+        InvalidInputError: the problem's interpolant has no via points.
     """
     points = getattr(problem.interpolant, "points", None)
     if not isinstance(points, ViaPoints):
@@ -149,7 +155,7 @@ def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
 
 
 def rivals_table(rivals: Iterable[Rival]) -> tuple[list[str], list[list[str]]]:
-    """Headers and rows for people, fastest first."""
+    """Headers and rows of a table of rivals, fastest first."""
     headers = [
         "interpolant",
         "time [s]",
@@ -179,7 +185,7 @@ def rivals_table(rivals: Iterable[Rival]) -> tuple[list[str], list[list[str]]]:
 
 
 def _fastest(name: str, dynamics: Dynamics, points: ViaPoints, keep_range: bool, starts: int, seed: int) -> Rival:
-    """The least time without effort limits where it keeps them, which is far cheaper to find; else with them."""
+    """Find the least time without effort limits, which is far cheaper; if the motion breaks them, find it with them."""
     title, robot = FREE[name], dynamics.robot
     limits = [velocity_limits(robot), acceleration_limits(robot), jerk_limits(robot)]
     limits += [position_limits(robot)] if keep_range else []
@@ -229,7 +235,7 @@ def _measured(name: str, title: str, rollout: Rollout, points: ViaPoints, instan
 
 
 def _via_error(trajectory: TrajectoryBatch, points: ViaPoints, instants: Array) -> float:
-    """Greatest distance of any joint from a point, each at the best of the given instants."""
+    """Greatest distance of any joint from a via point, each measured at the nearest of the given instants."""
     reached = trajectory.evaluate(np.clip(instants, 0.0, float(trajectory.duration[0])))[0]
     distance = np.abs(reached[:, None] - points.positions).max(axis=2)
     return float(distance.min(axis=0).max())

@@ -1,4 +1,4 @@
-"""Studies: the product of factors, each cell a run of its own, on one machine or a cluster, and what comes out.
+"""Studies: a run for every combination of factor levels, on one machine or a cluster, and the results.
 
 Tables and pictures are made by :mod:`trajevo.study.report`, single plots by :mod:`trajevo.study.plots`.
 """

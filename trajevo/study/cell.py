@@ -1,4 +1,4 @@
-"""One cell of a study, run from plain data: the same code in this process, in a pool's and on a cluster."""
+"""Run one cell of a study from plain data, with the same code in this process, in a process pool and on a cluster."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from trajevo.study.record import canonical
 
 
 class Outcome(TypedDict):
-    """What became of a cell that was handed out.
+    """The outcome of a cell that an engine was given.
 
     Attributes:
-        cell: its name.
-        state: ``held`` while another process runs it, ``interrupted`` if a signal stopped it.
-        said: why it failed, or which signal; else empty.
+        cell: name of the cell.
+        state: ``held`` if another process runs it, ``interrupted`` if a signal stopped it.
+        said: why it failed, or name of the signal; else empty.
     """
 
     cell: str
@@ -37,21 +37,21 @@ class Outcome(TypedDict):
 
 
 def run_cell(job: Job, folder: str) -> Outcome:
-    """Run a cell, go on with it where it was begun, or do nothing where it is finished or runs elsewhere.
+    """Run a cell; resume it if it was begun, and do nothing if it is finished or another process runs it.
 
-    Whatever the run raises is recorded in the cell's folder and returned, not raised.
+    Errors of the run are not raised, but recorded in the cell's folder and returned.
 
     Args:
         job: the cell as plain data.
         folder: the study's folder.
 
     Raises:
-        InvalidInputError: the folder does not hold the study here, as on a machine that does not see it.
+        InvalidInputError: the study is not in this folder, for example on a machine that does not see the folder.
     """
     study, name = StudyFolder(folder), job["cell"]
     if not study.study_file.exists():
         raise InvalidInputError(
-            f"{folder}: the machine {platform.node()} does not see the study there; put it where all workers can"
+            f"{folder}: the machine {platform.node()} does not see the study there; put it where all workers see it"
         )
     try:
         with study.claimed(name) as mine:
@@ -72,9 +72,9 @@ def run_cell(job: Job, folder: str) -> Outcome:
 
 
 def run_cell_in_worker(job: Job, folder: str) -> Outcome:
-    """Run a cell in a process that does nothing else: matrix products have one thread from now on.
+    """Run a cell in a worker process, which uses a single BLAS thread from now on.
 
-    Two cells in threads of one process would otherwise undo each other's limit.
+    A limit for each cell would not work: two cells in threads of one process would undo each other's limit.
 
     Args:
         job: as for :func:`run_cell`.
@@ -88,7 +88,7 @@ def run_cell_in_worker(job: Job, folder: str) -> Outcome:
 
 
 def lost_cell(job: Job, folder: str, said: str) -> Outcome:
-    """Record that a cell failed which could not tell so itself.
+    """Record the failure of a cell whose process could not record it.
 
     Args:
         job: the cell.

@@ -1,4 +1,4 @@
-"""Cells of a study on a Dask cluster: one of this machine's own, or any whose scheduler has an address."""
+"""Run the cells of a study on a Dask cluster: a local one, or a running one given by its scheduler's address."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from trajevo.study.engines import DYING, POLL, Engine, checked_workers
 from trajevo.study.folder import STUDY_FILE
 from trajevo.study.jobs import Job
 
-#: How long a scheduler and its first worker are waited for [s].
+#: Greatest time to wait for a scheduler and its first worker [s].
 _PATIENCE = 30.0
 
 
 @final
 class DaskCluster(Engine):
-    """Cells on a cluster of ``dask.distributed``; a worker that dies is replaced and its cell goes on elsewhere.
+    """Runs cells on a cluster of ``dask.distributed``; if a worker dies, its cell continues on another one.
 
     Args:
-        workers: of a cluster on this machine, made for the study and closed after it; as many as there are cores if
-            None. A script that uses it needs ``if __name__ == "__main__":``.
-        scheduler: address of a cluster that is there, such as ``"tcp://host:8786"``, in place of workers. All its
-            workers need trajevo of the same version and must see the study's folder.
+        workers: number of workers of a local cluster, which is started for the study and closed after it; as many as
+            there are cores if None. A script that uses it needs ``if __name__ == "__main__":``.
+        scheduler: address of a running cluster, such as ``"tcp://host:8786"``, instead of workers. All its workers need
+            the same version of trajevo and must see the study's folder.
 
     Raises:
-        InvalidInputError: ``distributed`` is not installed, no worker, or workers and a scheduler.
+        InvalidInputError: ``distributed`` is not installed, fewer than one worker, or both workers and a scheduler.
     """
 
     def __init__(self, workers: int | None = None, *, scheduler: str | None = None) -> None:
@@ -48,11 +48,11 @@ class DaskCluster(Engine):
 
     @property
     def workers(self) -> int | None:
-        """Workers of its own; those of a cluster that is there come and go."""
+        """Number of workers of a local cluster; None for a running cluster, whose workers come and go."""
         return self._workers
 
     def run(self, jobs: Sequence[Job], folder: str, stopping: Stopping) -> Iterator[Outcome]:
-        """See :meth:`Engine.run`. Cells that run behind a scheduler are not stopped: they end there."""
+        """See :meth:`Engine.run`. Cells on a running cluster are not stopped: they run to their end there."""
         with ExitStack() as stack:
             client = self._client(stack, any("time_limit" in job["search"] for job in jobs))
             _check(client, folder)
@@ -72,7 +72,7 @@ class DaskCluster(Engine):
         try:
             client = stack.enter_context(distributed.Client(self._scheduler, timeout=_PATIENCE))
         except (OSError, ValueError, TypeError) as error:
-            raise InvalidInputError(f"scheduler: none answers at {self._scheduler!r}: {error}") from error
+            raise InvalidInputError(f"scheduler: no answer from {self._scheduler!r}: {error}") from error
         try:
             client.wait_for_workers(1, timeout=_PATIENCE)
         except TimeoutError as error:
@@ -84,9 +84,9 @@ def _own_cluster(stack: ExitStack, workers: int, processes: bool) -> Any:
     import dask
 
     settings: dict[str, Any] = {
-        # The allocator gives every freed block back to the system with it, which costs 8 to 16 % of the time.
+        # Dask's setting makes the allocator return every freed block to the system, which costs 8 to 16 % of the time.
         "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
-        # Imports what cells need, and leaves the keyboard to the process that hands them out.
+        # Imports what cells need, and ignores interrupts from the keyboard, which the main process handles.
         "distributed.worker.preload": [__name__],
     }
     if processes:
@@ -99,7 +99,7 @@ def _own_cluster(stack: ExitStack, workers: int, processes: bool) -> Any:
             processes=True,
             # Any free port, as several clusters may run on a machine.
             dashboard_address=":0",
-            # What happens to workers is told by the outcomes of their cells.
+            # The outcomes of cells tell what happens to the workers.
             silence_logs=logging.CRITICAL,
         )
     except RuntimeError as error:
@@ -107,7 +107,7 @@ def _own_cluster(stack: ExitStack, workers: int, processes: bool) -> Any:
 
 
 def dask_setup(worker: Any) -> None:
-    """What Dask calls in each worker of an own cluster as it begins.
+    """Make a worker of a local cluster ignore interrupts from the keyboard; Dask calls this when the worker starts.
 
     Args:
         worker: the worker.
@@ -116,7 +116,7 @@ def dask_setup(worker: Any) -> None:
 
 
 def _check(client: Any, folder: str) -> None:
-    """Make sure that every worker sees the study and has the same trajevo."""
+    """Make sure that every worker sees the study and has the same version of trajevo."""
     content = (Path(folder) / STUDY_FILE).read_bytes()
     for worker, seen in client.run(_seen, folder, on_error="return").items():
         if isinstance(seen, Exception):
@@ -125,7 +125,7 @@ def _check(client: Any, folder: str) -> None:
             raise InvalidInputError(f"worker {worker}: has trajevo {seen[0]}, this is {version('trajevo')}")
         if seen[1] != content:
             raise InvalidInputError(
-                f"worker {worker}: does not see the study's folder {folder}; put it where all workers can"
+                f"worker {worker}: does not see the study's folder {folder}; put it where all workers see it"
             )
 
 
@@ -142,7 +142,7 @@ def _outcome(future: Any, job: Job, folder: str) -> Outcome:
     if isinstance(error, InvalidInputError):
         raise error
     if isinstance(error, _distributed().scheduler.KilledWorker):
-        return lost_cell(job, folder, "the workers that ran it died, as when memory runs out")
+        return lost_cell(job, folder, "the workers that ran it died, for example because memory ran out")
     return lost_cell(job, folder, f"{type(error).__name__}: {error}")
 
 

@@ -21,15 +21,16 @@ from trajevo.study.results import CellResult, StudyBox, StudyResults
 def collect(folder: str | Path) -> StudyResults:
     """Collect what the finished cells of a study have found.
 
-    Hypervolumes can be compared: all are of one box. It is the problem's where all runs have the same, else one that
-    holds the fronts of all cells, and the histories are computed again from the runs' individuals.
+    All hypervolumes refer to the same box, so that they can be compared. If all runs have the same box, it is that one.
+    Otherwise it is a box that contains the fronts of all cells, and the histories are computed again from the runs'
+    individuals.
 
     Args:
         folder: the study's folder.
 
     Raises:
-        InvalidInputError: no study, no finished cell, a cell with another run than the study's, or cells whose
-            objectives differ.
+        InvalidInputError: no study, no finished cell, a cell that holds a run of another study, or cells with different
+            objectives.
     """
     place = StudyFolder(folder)
     standings = place.standings()
@@ -55,7 +56,7 @@ def collect(folder: str | Path) -> StudyResults:
 
 
 def common_box(fronts: Sequence[Front]) -> StudyBox | None:
-    """One box for the hypervolumes of several fronts, None if all are empty.
+    """One box for the hypervolumes of several fronts; None if all are empty.
 
     Args:
         fronts: fronts with the same objectives.
@@ -117,7 +118,7 @@ def _result(cell: Cell, front: Front, run: RunFolder, box: StudyBox | None) -> C
 
 
 def _history(front: Front, run: RunFolder, box: StudyBox) -> Array:
-    """Hypervolume by generation in another box than the run's own, from all its individuals."""
+    """Hypervolume by generation in a box other than that of the run, computed from all individuals of the run."""
     volumes = np.full(len(front.history.evaluations), np.nan)
     if run.begun:
         record = run.manifest().problem

@@ -1,4 +1,8 @@
-"""Studies: the product of factors, each cell an independent run with a seed and a folder of its own."""
+"""Define a study in Python or in ``study.toml``: factors, fixed settings and repeats.
+
+Every combination of factor levels and repeat is a cell: an independent run with its own seed and folder. All problems
+of a study are made when it is defined, so that mistakes are found before anything runs.
+"""
 
 from __future__ import annotations
 
@@ -21,29 +25,29 @@ from trajevo.study.record import Cell, StudyRecord, TaskContent, cells_of, diges
 @final
 @dataclass(frozen=True, eq=False, init=False)
 class Study:
-    """A study whose problems have all been made, and so can be.
+    """A study, whose problems have all been made once to check them.
 
     Args:
         problem: name of a registered problem, see ``trajevo list``.
-        task: file of a task, or name of a worked one, in place of a problem.
-        seed: seed from which those of all cells are derived.
-        factors: name of an argument of the problem, of a key of the task (``"payload.mass"`` inside a table), or of a
-            setting of the search (``algorithm``, ``population``, ``generations``, ``offsprings``, ...) -> its levels:
-            values, or mappings of ``label`` and ``value`` where the value is no short text.
+        task: file of a task, or name of an example task, instead of a problem.
+        seed: seed from which the seeds of all cells are derived.
+        factors: factor -> its levels. A factor is an argument of the problem, a key of the task (``"payload.mass"`` for
+            a key in a table), or a setting of the search (``algorithm``, ``population``, ``generations``, ...). A level
+            is a value, or a mapping of ``label`` and ``value`` if the value is not a short text.
         fixed: arguments, keys and settings that do not vary.
-        repeats: runs for each combination of levels, with different seeds.
-        folder: from where relative paths count: that of the task, and of files among the arguments.
-        **search: settings of every run's search, as :class:`~trajevo.Search` has them but for the seed.
+        repeats: number of runs for each combination of levels, with different seeds.
+        folder: folder to which relative paths refer: that of the task, and those of files among the arguments.
+        **search: settings of the search for every run, as in :class:`~trajevo.Search`, except the seed.
 
     Attributes:
         record: the study as data.
-        cells: its cells.
-        jobs: what each of them solves.
+        cells: cells of the study.
+        jobs: what each cell solves.
 
     Raises:
-        InvalidInputError: no problem or task, or both; a name that is given twice; levels that repeat; a value that the
-            problem, task or algorithm refuses. The message begins with the place, as ``factors.payload``.
-        UnknownNameError: no such problem.
+        InvalidInputError: neither a problem nor a task, or both; a name that is given twice; repeated levels; a value
+            that the problem, task or algorithm refuses. The message begins with the place, such as ``factors.payload``.
+        UnknownNameError: no such problem or setting.
     """
 
     record: StudyRecord
@@ -91,7 +95,7 @@ class Study:
 
     @classmethod
     def of(cls, record: StudyRecord) -> Study:
-        """The study of a record, its problems made again."""
+        """Make a study from its record; its problems are made again."""
         study = cls.__new__(cls)
         study._settle(record)
         return study
@@ -111,19 +115,19 @@ class Study:
 def _fixed(table: Mapping[str, Any], beside: dict[str, Any]) -> dict[str, Any]:
     for name in table:
         if name in beside:
-            raise InvalidInputError(f"fixed.{name}: given twice, here and beside the table")
+            raise InvalidInputError(f"fixed.{name}: given twice, in this table and outside it")
     return {str(name): plain_data(f"fixed.{name}", value) for name, value in table.items()} | beside
 
 
 def _content(file: Path) -> TaskContent:
-    # Faults of the task itself are told with their lines, before a factor changes anything.
+    # Reports mistakes in the task itself with their lines, before a factor changes anything.
     load_task(file)
     content, _ = read_toml(file)
     return TaskContent(content=_finite(content), folder=str(file.resolve().parent))
 
 
 def _finite(value: Any) -> Any:
-    """Data of a TOML file as JSON has it: ``inf`` is a text, which limits know."""
+    """Data of a TOML file in a form that JSON can hold: infinity becomes the text ``"inf"``, which limits accept."""
     if isinstance(value, dict):
         return {key: _finite(entry) for key, entry in value.items()}
     if isinstance(value, list):
@@ -135,9 +139,9 @@ _Whole = Annotated[int, pydantic.Field(strict=True)]
 
 
 class StudySettings(pydantic.BaseModel):
-    """The keys of ``study.toml``; they mean what the arguments of :class:`~trajevo.Study` do.
+    """The keys of ``study.toml``, which have the meaning of the arguments of :class:`~trajevo.Study`.
 
-    Beside these there are the settings of a search.
+    The settings of a search are keys of the file, too.
     """
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True)
@@ -152,16 +156,16 @@ class StudySettings(pydantic.BaseModel):
 
 
 def load_study(file: str | Path) -> Study:
-    """Read a study, and make all its problems.
+    """Read a study and make all its problems.
 
     Args:
-        file: TOML, see :class:`StudySettings`; relative paths in it count from its folder. Or the name of a worked
-            study, see ``trajevo examples``.
+        file: TOML file, see :class:`StudySettings`; paths in it are relative to its folder. Or the name of an example,
+            see ``trajevo examples``.
 
     Raises:
-        UnknownNameError: neither a file nor the name of a worked study.
-        InvalidInputError: it cannot be read, or a key is missing, unknown or has a value that cannot be used; the
-            message names file, line and key.
+        UnknownNameError: neither a file nor the name of an example.
+        InvalidInputError: the file cannot be read, or a key is missing or unknown or has an invalid value; the message
+            names file, line and key.
     """
     path = example_file("study", file)
     content, places = read_toml(path)
@@ -178,7 +182,7 @@ def load_study(file: str | Path) -> Study:
 
 
 def _flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Factors by name: the key ``payload.mass`` is a table in a table to TOML."""
+    """Factors by their dotted names; TOML reads the key ``payload.mass`` as a table in a table."""
     found: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, dict) and value:
@@ -189,7 +193,7 @@ def _flat(table: dict[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def _located(said: str, places: Places) -> str:
-    """What was said of a place, ``factors.payload``, with file and line in front."""
+    """A message that begins with a place, such as ``factors.payload``, with file and line in front."""
     place, _, rest = said.partition(": ")
     table, _, name = place.partition(".")
     known = [(table, name), (table, *name.split(".")), (name,)] if name else [(table,)]

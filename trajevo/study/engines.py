@@ -1,4 +1,4 @@
-"""Where the cells of a study run: in this process, in processes of this machine."""
+"""Engines, which run the cells of a study: in this process, or in several processes of this machine."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from trajevo.study.jobs import Job
 
 START_METHODS = ("spawn", "forkserver", "fork")
 
-#: How often a signal is looked for while cells run [s].
+#: Interval at which signals are checked while cells run [s].
 POLL = 0.1
 
-#: What is said of workers that never come up.
+#: Message for workers that die as they start.
 DYING = "workers: the processes die as they start; a script that starts a study needs if __name__ == '__main__':"
 
-#: Times that the process of a cell may die without another cell beside it before the cell counts as failed.
+#: How often the process of a cell may die while the cell runs alone, before the cell counts as failed.
 _DEATHS = 2
 
 
@@ -39,11 +39,11 @@ class Engine(ABC):
     @property
     @abstractmethod
     def workers(self) -> int | None:
-        """Cells that run at a time; None where others decide."""
+        """Number of cells that run at a time; None if it is not known."""
 
     @abstractmethod
     def run(self, jobs: Sequence[Job], folder: str, stopping: Stopping) -> Iterator[Outcome]:
-        """Run cells and tell of each as it ends; when a signal asks to stop, end those that run and hand out no more.
+        """Run cells and yield the outcome of each when it ends; after a signal, end running cells and start no more.
 
         Args:
             jobs: the cells.
@@ -74,20 +74,20 @@ class InProcess(Engine):
 
 @final
 class Processes(Engine):
-    """Cells side by side in processes of this machine, a pool of ``concurrent.futures``.
+    """Runs cells in parallel processes of this machine, a pool of ``concurrent.futures``.
 
-    A worker that dies takes its pool with it: the cells that were running go on from their checkpoints one at a time,
-    so that the one that kills its process is found, and the others in a new pool.
+    If a worker dies, its pool breaks. The cells that were running are then resumed from their checkpoints one at a
+    time, to find the one that kills its process; the waiting cells run in a new pool.
 
     Args:
-        workers: processes.
-        start_method: how they are started. ``"spawn"`` starts afresh, ``"forkserver"`` copies a process that did;
-            ``"fork"`` copies this one, with everything that was registered by hand; Pinocchio has one thread there.
-            With the first two a script that starts a study needs ``if __name__ == "__main__":``.
+        workers: number of processes.
+        start_method: how processes are started. ``"spawn"`` starts fresh ones, ``"forkserver"`` copies a fresh one.
+            ``"fork"`` copies this process, including everything that was registered by hand, but Pinocchio then has a
+            single thread. With the first two, a script that starts a study needs ``if __name__ == "__main__":``.
 
     Raises:
-        InvalidInputError: no worker.
-        UnknownNameError: no such way to start.
+        InvalidInputError: fewer than one worker.
+        UnknownNameError: no such start method.
     """
 
     def __init__(self, workers: int, *, start_method: str = "spawn") -> None:
@@ -96,7 +96,7 @@ class Processes(Engine):
 
     @property
     def workers(self) -> int:
-        """Processes."""
+        """Number of processes."""
         return self._workers
 
     def run(self, jobs: Sequence[Job], folder: str, stopping: Stopping) -> Iterator[Outcome]:
@@ -107,18 +107,18 @@ class Processes(Engine):
                 yield from self._alone(job, folder, stopping)
 
     def _alone(self, job: Job, folder: str, stopping: Stopping) -> Iterator[Outcome]:
-        """Run a cell in whose pool a process died in a pool of its own."""
+        """Run a cell alone in a pool, after a process of its former pool has died."""
         for _ in range(_DEATHS):
             lost = yield from self._pool(deque([job]), 1, folder, stopping)
             if not lost or stopping:
                 return
-        said = f"its process died {1 + _DEATHS} times, as when memory runs out"
+        said = f"its process died {1 + _DEATHS} times, for example because memory ran out"
         yield lost_cell(job, folder, said)
 
     def _pool(
         self, waiting: deque[Job], workers: int, folder: str, stopping: Stopping
     ) -> Generator[Outcome, None, list[Job]]:
-        """Run what waits in one pool; the cells that ran when it broke, if it did."""
+        """Run waiting cells in one pool; returns the cells that were running if it broke."""
         begun, running = self._context.SimpleQueue(), dict[Future[Outcome], Job]()
         pool = ProcessPoolExecutor(workers, mp_context=self._context, initializer=_begin_worker, initargs=(begun,))
         pids: list[int] = []
@@ -126,12 +126,12 @@ class Processes(Engine):
         try:
             _check(pool)
             while running or (waiting and not stopping):
-                # No more than can run: those that wait in a pool are lost with it.
+                # Submit no more than can run, since cells that wait inside a pool are lost if it breaks.
                 while waiting and len(running) < workers and not stopping:
                     future = pool.submit(run_cell_in_worker, waiting[0], folder)
                     running[future] = waiting.popleft()
                 if stopping:
-                    # Again and again, as one that comes before a run has begun is not heard.
+                    # Sent repeatedly, since a signal that arrives before a run has begun is ignored.
                     _signal(begun, pids, signal.SIGTERM)
                 for future in wait(running, timeout=POLL, return_when=FIRST_COMPLETED).done:
                     yield future.result()
@@ -141,17 +141,17 @@ class Processes(Engine):
             pass
         finally:
             if not ended:
-                # A run takes the signal by which a broken pool ends its workers for one to finish its generation.
+                # A run treats SIGTERM, by which a broken pool ends its workers, as a request to finish its generation.
                 _signal(begun, pids, signal.SIGKILL)
             pool.shutdown(cancel_futures=True)
         return [] if stopping else list(running.values())
 
 
 def checked_workers(workers: object) -> int:
-    """A number of workers.
+    """Check a number of workers.
 
     Raises:
-        InvalidInputError: no whole number of at least one.
+        InvalidInputError: not a whole number of at least one.
     """
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         raise InvalidInputError(f"workers: expected a whole number of at least 1, got {workers!r}")
@@ -166,7 +166,7 @@ def _check(pool: ProcessPoolExecutor) -> None:
 
 
 def _begin_worker(begun: Any) -> None:
-    """Take signals from the process that hands out the cells alone, only while a cell runs, and end with it."""
+    """Set up a worker: it obeys signals from the main process only, while a cell runs, and ends with that process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _unheard)
     begun.put(os.getpid())
@@ -176,7 +176,7 @@ def _begin_worker(begun: Any) -> None:
 
 
 def _unheard(number: int, frame: FrameType | None) -> None:
-    """Between cells there is nothing to finish; not ``SIG_IGN``, which a run would respect."""
+    """Ignore a signal between cells; not ``SIG_IGN``, since a run would then ignore the signal, too."""
 
 
 def _end_with(sentinel: int) -> None:

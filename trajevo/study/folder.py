@@ -1,4 +1,4 @@
-"""The folder of a study: ``study.json``, and in ``cells`` a run's folder for every cell, with its failure and lock."""
+"""The folder of a study: ``study.json``, and in ``cells`` the run folder, failure and lock file of every cell."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from trajevo.study.record import Cell, StudyRecord, canonical, cells_of
 
 STUDY_FILE, CELLS_FOLDER, FAILURE_FILE, CLAIM_FILE = "study.json", "cells", "failure.json", ".claim"
 
-#: What a cell can be: ``stopped`` is begun and not running, it goes on when the study is run again.
+#: States of a cell. A ``stopped`` cell was begun but is not running; it is resumed when the study is run again.
 State = Literal["finished", "running", "failed", "stopped", "waiting"]
 STATES: tuple[State, ...] = ("finished", "running", "failed", "stopped", "waiting")
 
@@ -34,11 +34,11 @@ class Failure(Record):
 
 @dataclass(frozen=True)
 class CellStanding:
-    """Where a cell stands.
+    """The state of a cell.
 
     Attributes:
         cell: the cell.
-        state: what it is, one of :data:`STATES`.
+        state: one of :data:`STATES`.
         failure: why it failed, or None.
     """
 
@@ -60,18 +60,18 @@ class StudyFolder:
 
     @property
     def study_file(self) -> Path:
-        """Where the study is kept as data."""
+        """File of the study as data."""
         return self.folder / STUDY_FILE
 
     def cell(self, name: str) -> Path:
-        """Folder of a cell by its name: that of its run."""
+        """Folder of a cell's run, by the name of the cell."""
         return self.folder / CELLS_FOLDER / name
 
     def record(self) -> StudyRecord:
-        """The study.
+        """The study as data.
 
         Raises:
-            InvalidInputError: the folder holds none, or one of another version of trajevo.
+            InvalidInputError: the folder holds no study, or one of another version of trajevo.
         """
         try:
             return StudyRecord.model_validate_json(self.study_file.read_text(encoding="utf-8"))
@@ -87,7 +87,7 @@ class StudyFolder:
             ) from error
 
     def keep(self, record: StudyRecord) -> None:
-        """Write a study into the folder; one that is there already may have fewer levels and repeats, nothing else.
+        """Write a study into the folder; a study already there may differ only in having fewer levels or repeats.
 
         Raises:
             InvalidInputError: the folder holds another study, or cannot be written; the message says what differs.
@@ -103,7 +103,7 @@ class StudyFolder:
             raise InvalidInputError(f"{self.folder}: the study cannot be written there: {error.strerror}") from error
 
     def finished(self, name: str) -> bool:
-        """Whether the run of a cell has come to its end."""
+        """Whether the run of a cell is finished."""
         file = RunFolder(self.cell(name)).front_file
         try:
             return not json.loads(file.read_text(encoding="utf-8"))["run"]["interrupted"]
@@ -111,7 +111,7 @@ class StudyFolder:
             return False
 
     def failure(self, name: str) -> Failure | None:
-        """Why a cell failed when it was run last, or None."""
+        """Why a cell failed when it was last run, or None."""
         try:
             return Failure.model_validate_json((self.cell(name) / FAILURE_FILE).read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -127,14 +127,14 @@ class StudyFolder:
         write_whole(self.cell(name) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
 
     def forgive(self, name: str) -> None:
-        """Forget a cell's failure."""
+        """Remove the record of a cell's failure."""
         (self.cell(name) / FAILURE_FILE).unlink(missing_ok=True)
 
     @contextmanager
     def claimed(self, name: str) -> Iterator[bool]:
-        """Whether a cell is this process's while the context lasts; it is not while another process runs it.
+        """Lock a cell while the context lasts; yields False if another process runs the cell.
 
-        The system lets go of the claim when the process dies, whatever kills it.
+        The system releases the lock when this process ends, even if it is killed.
 
         Raises:
             OSError: the cell's folder cannot be written.
@@ -152,7 +152,7 @@ class StudyFolder:
             return False
 
     def standings(self) -> tuple[CellStanding, ...]:
-        """Where every cell stands.
+        """The state of every cell.
 
         Raises:
             InvalidInputError: the folder holds no study.
@@ -171,7 +171,7 @@ class StudyFolder:
 
 
 def _difference(old: StudyRecord, new: StudyRecord) -> str:
-    """What makes a study another one than that in a folder, or nothing."""
+    """How a new study differs from the old one in a folder, one clause; empty if the folder can be used for it."""
     tasks = [None if record.task is None else canonical(record.task.content) for record in (old, new)]
     for what, before, now in (
         ("problem", old.problem, new.problem),
@@ -193,6 +193,7 @@ def _difference(old: StudyRecord, new: StudyRecord) -> str:
     changed = [one for one, digest in old.problems.items() if new.problems.get(one) != digest]
     if changed:
         return (
-            f"what {changed[0] or 'a cell'} solves is no longer the same (a file that it reads, or trajevo's version)"
+            f"what {changed[0] or 'a cell'} solves is no longer the same "
+            "(a file that it reads, or trajevo's version, has changed)"
         )
     return ""

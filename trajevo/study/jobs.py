@@ -18,20 +18,20 @@ from trajevo.solvers.evolutionary.algorithms import algorithm_for
 from trajevo.solvers.optimise import decided
 from trajevo.study.record import Cell, StudyRecord, canonical
 
-#: Settings of the search, which a factor may vary as it does an argument of the problem.
+#: Settings of the search; they can be factors, like arguments of the problem.
 SEARCH = tuple(name for name in Search.model_fields if name != "seed")
 
-#: Keys of a task that no factor may be: every cell has a seed of its own, and the search has names of its own.
+#: Keys of a task that cannot be factors: every cell has its own seed, and settings of the search are factors by name.
 _NOT_IN_TASKS = ("seed", "format", "algorithm")
 
 
 class Job(TypedDict):
-    """A cell as plain data, all that a worker needs.
+    """A cell as plain data, everything that a worker needs.
 
     Attributes:
         cell: name of the cell.
         problem: name of the registered problem.
-        arguments: its arguments, files read and units converted.
+        arguments: arguments of the problem, with files read and units converted.
         search: settings of the search by name.
         seed: seed of the run.
     """
@@ -48,7 +48,7 @@ def jobs_of(record: StudyRecord, cells: Sequence[Cell]) -> tuple[Job, ...]:
 
     Raises:
         InvalidInputError: an argument that the problem does not take or a value that it refuses, or a setting of the
-            search that the algorithm does not have; the message begins with its place, as ``factors.payload``.
+            search that the algorithm does not have; the message begins with its place, such as ``factors.payload``.
     """
     problems: dict[str, TrajectoryProblem] = {}
     searches: dict[str, dict[str, Any]] = {}
@@ -86,7 +86,7 @@ def _problem(record: StudyRecord, arguments: dict[str, Any]) -> TrajectoryProble
     content = copy.deepcopy(record.task.content)
     for name, value in arguments.items():
         _put(content, name, value)
-    # The lines of the task's file are not those of what a factor puts into it.
+    # No lines, since values from factors are not in the task's file.
     places = Places(Path(record.task.folder) / "task.toml", {})
     try:
         return task_problem(validated(task_model(), content, places), places)
@@ -105,7 +105,7 @@ def _search(record: StudyRecord, given: dict[str, Any], problem: TrajectoryProbl
 
 
 def _beside(folder: Path, value: Any) -> Any:
-    """A text that names a file or a robot's folder beside the study's file as its path; anything else as it is."""
+    """The path of a file or robot folder that a text names, relative to the study's file; other values unchanged."""
     if not isinstance(value, str) or not value or "\0" in value:
         return value
     place = folder / value
@@ -113,10 +113,12 @@ def _beside(folder: Path, value: Any) -> Any:
 
 
 def _put(content: dict[str, Any], name: str, value: Any) -> None:
-    """Set a key of a task, ``payload.mass`` in its table."""
+    """Set a key of a task; a dotted key such as ``payload.mass`` is set in its table."""
     keys = name.split(".")
     if keys[0] in _NOT_IN_TASKS:
-        raise InvalidInputError(f"{name}: a study does not vary this key of a task; the search has {', '.join(SEARCH)}")
+        raise InvalidInputError(
+            f"{name}: this key of a task cannot vary in a study; settings of the search are {', '.join(SEARCH)}"
+        )
     checked_name("key of a task", keys[0], [key for key in task_model().model_fields if key not in _NOT_IN_TASKS])
     table = content
     for depth, key in enumerate(keys[:-1], start=1):
@@ -127,7 +129,7 @@ def _put(content: dict[str, Any], name: str, value: Any) -> None:
 
 
 def _blamed(said: str, record: StudyRecord, cell: Cell) -> str:
-    """What was said, with the place of the factor or fixed argument it is about in front, where that can be told."""
+    """A message with the place of the factor or fixed argument that caused it in front, if that can be found."""
     begins = said.split(":")[0]
     places = {f"factors.{name}": (name, cell.values[name]) for name in cell.values}
     places |= {f"fixed.{name}": (name, value) for name, value in record.fixed.items()}

@@ -1,4 +1,4 @@
-"""Pictures of a study: each function draws into the axes it is given, or makes its own, and returns them."""
+"""Plots of a study: each function draws into the given axes, or into new ones, and returns them."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from trajevo.study.results import CellResult, StudyResults
 _COLOURS = plt.get_cmap("tab10").colors  # type: ignore[attr-defined]
 _VOLUME = "hypervolume (share of the reference box)"
 
-#: From this ratio of worst to best on, an objective is drawn on a logarithmic axis.
+#: Ratio of the worst to the best value above which an objective has a logarithmic axis.
 _LOGARITHMIC_FROM = 50.0
 
-#: Shares of the runs whose attainment is drawn: a line for half of them, a band between the quarters.
+#: Percentages of the runs whose attainment is drawn: a line for half of them, within a band from one to three quarters.
 _QUARTERS = (25.0, 50.0, 75.0)
 
 
 def hypervolume_boxes(results: StudyResults, factor: str | None = None, *, ax: Axes | None = None) -> Axes:
-    """Hypervolume of all runs of each level of a factor: quartiles, median and whiskers, every run as a point.
+    """Box plot of the final hypervolume for each level of a factor, with every run as a point.
 
     Args:
-        results: what :func:`trajevo.study.collection.collect` gave.
+        results: results of :func:`trajevo.study.collection.collect`.
         factor: the factor; all runs in one box if None.
-        ax: where to draw.
+        ax: axes to draw into; new ones if None.
 
     Raises:
         UnknownNameError: no such factor.
@@ -56,16 +56,16 @@ def hypervolume_boxes(results: StudyResults, factor: str | None = None, *, ax: A
 
 
 def hypervolume_bands(results: StudyResults, factor: str | None = None, *, ax: Axes | None = None) -> Axes:
-    """Hypervolume as runs go on: median and quartiles over the runs of each level of a factor.
+    """Course of the hypervolume: median and quartiles over the runs of each level of a factor.
 
-    By generation where all runs evaluate as many individuals in each, else by individuals evaluated: a generation of
-    another population is another effort. A band ends where the first run of its level does; runs whose history is not
-    known are left out.
+    The horizontal axis shows generations if all runs evaluate the same number of individuals in each generation.
+    Otherwise it shows the number of individuals evaluated, since generations are then not equally expensive. A band
+    ends with the shortest run of its level. Runs without a known history are left out.
 
     Args:
-        results: what :func:`trajevo.study.collection.collect` gave.
+        results: results of :func:`trajevo.study.collection.collect`.
         factor: the factor; all runs in one band if None.
-        ax: where to draw.
+        ax: axes to draw into; new ones if None.
 
     Raises:
         UnknownNameError: no such factor.
@@ -99,21 +99,21 @@ def attainment(
     objectives: Sequence[str] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Attainment surfaces of two objectives: what half of the runs of a level reach, between what three quarters and
-    one quarter reach.
+    """Attainment surfaces of two objectives for each level of a factor.
 
-    Of more than two objectives two are named; a run then reaches what any of its solutions reaches in these two. A run
-    that found nothing feasible reaches nothing, and counts.
+    A line shows what half of the runs attain, within a band between what one quarter and three quarters attain. With
+    more than two objectives, two must be named; a run then attains what any of its solutions attains in these two. A
+    run that found nothing feasible counts as a run that attains nothing.
 
     Args:
-        results: what :func:`trajevo.study.collection.collect` gave.
+        results: results of :func:`trajevo.study.collection.collect`.
         factor: the factor; all runs together if None.
-        objectives: two names; both if there are no more.
-        ax: where to draw.
+        objectives: names of two objectives; both objectives of the study if None.
+        ax: axes to draw into; new ones if None.
 
     Raises:
         UnknownNameError: no such factor or objective.
-        InvalidInputError: not two objectives, or no run that found anything feasible.
+        InvalidInputError: not two objectives, or too few runs that found anything feasible.
     """
     columns = _two(results, objectives)
     shown = [results.display(column) for column in columns]
@@ -142,12 +142,12 @@ def attainment(
 
 
 def attainments(results: StudyResults, factor: str | None = None, *, axes: Any = None) -> Any:
-    """:func:`attainment` of every pair of objectives.
+    """:func:`attainment` for every pair of objectives.
 
     Args:
-        results: what :func:`trajevo.study.collection.collect` gave.
+        results: results of :func:`trajevo.study.collection.collect`.
         factor: the factor; all runs together if None.
-        axes: one Axes per pair, in the order (0, 1), (0, 2), (1, 2), ...
+        axes: one Axes per pair, in the order (0, 1), (0, 2), (1, 2), ...; new ones if None.
 
     Returns:
         Array of Axes.
@@ -173,11 +173,11 @@ def attainments(results: StudyResults, factor: str | None = None, *, axes: Any =
 
 
 def attained(group: Sequence[CellResult], columns: Sequence[int]) -> list[Array]:
-    """What a quarter, half and three quarters of the runs reach in two objectives, each shape (N, 2), SI.
+    """What a quarter, half and three quarters of the runs attain in two objectives, each shape (N, 2), SI.
 
     Args:
         group: the runs.
-        columns: the two objectives.
+        columns: columns of the two objectives in F.
     """
     sets = [result.F[:, list(columns)] if len(result.F) else np.full((1, 2), np.inf) for result in group]
     numbers = np.concatenate([np.full(len(points), i) for i, points in enumerate(sets)])
@@ -205,7 +205,7 @@ def _stairs(points: Array, corner: Array) -> Array:
 
 
 def _groups(results: StudyResults, factor: str | None) -> Mapping[str, list[CellResult]]:
-    """Label of each level -> its runs, levels without one left out."""
+    """Label of each level -> its runs; levels without runs are left out."""
     if factor is None:
         return {"all runs": list(results.cells)}
     checked_name("factor", factor, results.record.factors)
@@ -221,13 +221,13 @@ def _two(results: StudyResults, objectives: Sequence[str] | None) -> list[int]:
     chosen = names if objectives is None else list(objectives)
     if len(chosen) != 2 or len(set(chosen)) != 2:
         raise InvalidInputError(
-            f"objectives: attainment surfaces are drawn of 2 objectives; name two of {', '.join(names)}"
+            f"objectives: attainment surfaces are drawn for 2 objectives; name two of {', '.join(names)}"
         )
     return [names.index(checked_name("objective", name, names)) for name in chosen]
 
 
 def _grid(group: Sequence[CellResult], common: Array | None) -> Array:
-    """Numbers of individuals at which all runs of a group are still going on, or all that they have in common."""
+    """Numbers of evaluated individuals that every run of a group has reached, from ``common`` or from its runs."""
     shortest = min(float(result.evaluations[-1]) for result in group)
     own = np.unique(np.concatenate([result.evaluations for result in group])) if common is None else common
     grid: Array = own[own <= shortest]
@@ -235,7 +235,7 @@ def _grid(group: Sequence[CellResult], common: Array | None) -> Array:
 
 
 def _at(result: CellResult, grid: Array) -> Array:
-    """Hypervolume of a run after numbers of individuals; 0 before its first generation."""
+    """Hypervolume of a run after given numbers of evaluated individuals; 0 before its first generation."""
     after = np.searchsorted(result.evaluations, grid, side="right")
     volumes: Array = np.concatenate([[0.0], result.hypervolume])[after]
     return volumes

@@ -1,4 +1,4 @@
-"""What a study is, as plain data: levels of factors, the cells they make, and the seed and name of every cell."""
+"""Studies as plain data: levels of factors, the cells that they give, and the seed and name of every cell."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from trajevo.front.records import Record
 _LONGEST_NAME = 120
 _LONGEST_LABEL = 60
 
-#: What tables and datasets have a column or dimension for already.
+#: Names of columns and dimensions that tables and datasets already have.
 _RESERVED = ("cell", "repeat", "seed", "generation", "point", "objective")
 
 _FACTOR_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
@@ -35,7 +35,7 @@ class Level(Record):
 
 
 class TaskContent(Record):
-    """A task's file: what stands in it, and the folder from which relative paths in it count."""
+    """A task's file: its content, and the folder to which relative paths in it refer."""
 
     content: dict[str, Any]
     folder: str
@@ -47,12 +47,12 @@ class StudyRecord(Record):
     Attributes:
         problem: name of the registered problem, None with a task.
         task: the task, None with a problem.
-        seed: seed from which those of all cells are derived.
-        repeats: runs for each combination of levels.
+        seed: seed from which the seeds of all cells are derived.
+        repeats: number of runs for each combination of levels.
         fixed: arguments of the problem and settings of the search that do not vary.
-        factors: name -> its levels.
-        folder: from where relative paths among the arguments count.
-        problems: combination of levels -> digest of the settings of the problem that it makes.
+        factors: factor -> its levels.
+        folder: folder to which relative paths among the arguments refer.
+        problems: combination of levels -> digest of the problem, its arguments and the search.
     """
 
     format: Literal["trajevo study"] = "trajevo study"
@@ -73,7 +73,7 @@ class Cell:
 
     Attributes:
         name: name of its folder.
-        combination: its levels, as the name has them; empty for a study without factors.
+        combination: its levels, as written in the name; empty for a study without factors.
         labels: factor -> label of its level.
         values: factor -> value of its level.
         repeat: number of the repeat, from 1.
@@ -89,7 +89,7 @@ class Cell:
 
 
 def cells_of(record: StudyRecord) -> tuple[Cell, ...]:
-    """All cells of a study: the product of the levels of its factors, each as often as it is repeated."""
+    """All cells of a study: every combination of the levels of its factors, with all repeats."""
     names = list(record.factors)
     made = []
     for levels in product(*record.factors.values()):
@@ -103,12 +103,13 @@ def cells_of(record: StudyRecord) -> tuple[Cell, ...]:
 
 
 def cell_seed(seed: int, values: Mapping[str, Any], repeat: int) -> int:
-    """Seed of a cell, from the study's seed and the cell's own levels and repeat alone.
+    """Seed of a cell, which depends only on the study's seed and on the cell's own levels and repeat.
 
-    What other levels, factors' orders or repeats a study has does not matter, so that adding some changes no cell.
+    Other levels or repeats of the study and the order of its factors do not matter. So existing cells do not change
+    when a study is extended.
 
     Args:
-        seed: of the study.
+        seed: seed of the study.
         values: factor -> value of its level.
         repeat: number of the repeat.
     """
@@ -118,12 +119,12 @@ def cell_seed(seed: int, values: Mapping[str, Any], repeat: int) -> int:
 
 
 def canonical(value: Any) -> str:
-    """One text for equal data: keys sorted, numbers that are equal written alike, ``5`` and ``5.0`` as well."""
+    """A text that is the same for equal data: keys are sorted, and ``5`` and ``5.0`` are written alike."""
     return json.dumps(_plain(value), sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def digest(value: Any) -> str:
-    """Sixteen hexadecimal digits that tell data apart."""
+    """Hash of data, sixteen hexadecimal digits."""
     return hashlib.sha256(canonical(value).encode()).hexdigest()[:16]
 
 
@@ -131,8 +132,8 @@ def levels_of(factor: str, given: Any) -> tuple[Level, ...]:
     """Levels of a factor as users write them: values, or mappings of ``label`` and ``value``.
 
     Raises:
-        InvalidInputError: no list of at least one level, a level that is no plain data, a table without a label, or
-            levels or labels that repeat.
+        InvalidInputError: not a list of at least one level, a level that is not plain data, a table without a label, or
+            repeated levels or labels.
     """
     place = f"factors.{factor}"
     if not _FACTOR_NAME.fullmatch(factor):
@@ -144,7 +145,7 @@ def levels_of(factor: str, given: Any) -> tuple[Level, ...]:
     levels = tuple(_level(place, value) for value in given)
     for what, keys in (
         ("level", [canonical(level.value) for level in levels]),
-        # Folders differ by more than case on every file system.
+        # Case is ignored, since some file systems do not distinguish names by case.
         ("label", [level.label.casefold() for level in levels]),
     ):
         twice = next((level for level, key in zip(levels, keys, strict=True) if keys.count(key) > 1), None)
@@ -154,7 +155,7 @@ def levels_of(factor: str, given: Any) -> tuple[Level, ...]:
 
 
 def plain_data(place: str, value: Any) -> Any:
-    """Numbers, texts, lists and tables, with arrays turned into lists.
+    """Data as numbers, texts, lists and tables; arrays become lists.
 
     Raises:
         InvalidInputError: anything else, or a number that is not finite; the message begins with the place.
@@ -166,7 +167,7 @@ def plain_data(place: str, value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [plain_data(place, entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
-        raise InvalidInputError(f"{place}: expected finite numbers, got {value}; write no limit as the text 'inf'")
+        raise InvalidInputError(f"{place}: expected finite numbers, got {value}; for no limit, write the text 'inf'")
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise InvalidInputError(f"{place}: expected a number, text, list or table, got {type(value).__name__}")
@@ -186,8 +187,8 @@ def _level(place: str, given: Any) -> Level:
         label = _label(value)
     if not label.strip() or len(label) > _LONGEST_LABEL or not label.isprintable():
         raise InvalidInputError(
-            f"{place}: expected levels whose labels are one line of at most {_LONGEST_LABEL} characters, "
-            f"got {_shortened(label)}; give a label of your own: {{ label = ..., value = ... }}"
+            f"{place}: expected labels of one line with at most {_LONGEST_LABEL} characters, "
+            f"got {_shortened(label)}; give the level a label: {{ label = ..., value = ... }}"
         )
     return Level(label=label, value=value)
 

@@ -1,4 +1,4 @@
-"""Everything that `trajevo study collect` writes: tables, a dataset, comparisons of levels, pictures."""
+"""Write what `trajevo study collect` produces: a table, a dataset, comparisons of levels, and plots."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ COMPARISONS_FILE, PLOTS_FOLDER = "comparisons.csv", "plots"
 
 @dataclass(frozen=True)
 class StudyReport:
-    """What was written of a study.
+    """What was written about a study.
 
     Attributes:
-        files: the files.
-        comparisons: every pair of levels of every factor.
-        notes: what could not be compared or drawn, a sentence each.
+        files: files that were written.
+        comparisons: comparisons of every pair of levels of every factor.
+        notes: what could not be compared or drawn, one sentence each.
     """
 
     files: tuple[Path, ...]
@@ -36,11 +36,11 @@ class StudyReport:
 
 
 def write_study(results: StudyResults, folder: str | Path | None = None) -> StudyReport:
-    """Write table, dataset, comparisons and pictures of a study.
+    """Write the table, the dataset, the comparisons and the plots of a study.
 
     Args:
-        results: what :func:`trajevo.study.collection.collect` gave.
-        folder: where to; the study's folder if None.
+        results: results of :func:`trajevo.study.collection.collect`.
+        folder: folder to write to; the study's folder if None.
 
     Raises:
         InvalidInputError: the folder cannot be written.

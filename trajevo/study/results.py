@@ -1,4 +1,4 @@
-"""What a study has found: one table, one dataset along its factors, hypervolumes all of the same box."""
+"""Results of a study: a table, and a dataset along its factors, with hypervolumes that refer to the same box."""
 
 from __future__ import annotations
 
@@ -46,20 +46,19 @@ class StudyBox:
 
 @dataclass(frozen=True, eq=False)
 class CellResult:
-    """What a finished cell has found.
+    """Results of a finished cell.
 
     Attributes:
         cell: the cell.
         F: objective values of its front, shape (N, n_obj), SI.
-        knee: objective values of its knee, shape (n_obj,), or NaN where nothing is feasible.
-        evaluations: individuals evaluated by the end of each generation, and of polishing where the front was, shape
-            (K,).
-        hypervolume: share of the study's box then, shape (K,); NaN but for the last where the run had another box and
-            its individuals are no longer there.
-        generations: generations done.
+        knee: objective values of its knee, shape (n_obj,), SI; NaN if nothing is feasible.
+        evaluations: individuals evaluated by the end of each generation, and of polishing if there was any, shape (K,).
+        hypervolume: dominated share of the study's box at the same times, shape (K,). Only the last value is known, the
+            others are NaN, if the run had another box and its individuals no longer exist.
+        generations: number of finished generations.
         seconds: wall time [s].
         cpu_seconds: CPU time of the process [s].
-        failures: individuals whose evaluation gave no numbers.
+        failures: number of individuals whose evaluation failed.
     """
 
     cell: Cell
@@ -75,15 +74,15 @@ class CellResult:
 
 @dataclass(frozen=True, eq=False)
 class StudyResults:
-    """Everything that the finished cells of a study have found.
+    """Results of all finished cells of a study.
 
     Attributes:
         folder: the study's folder.
-        record: the study.
-        unfinished: cells that are not finished and so not among the results.
+        record: the study as data.
+        unfinished: number of cells that are not finished, and so not among the results.
         objectives: names and SI units of the columns of F.
-        angle: unit in which people read the problem's angles.
-        length: unit in which people read its lengths.
+        angle: unit in which angles are shown.
+        length: unit in which lengths are shown.
         box: box of the hypervolume, None if no cell has found anything feasible.
         cells: the results, in the order of the study's cells.
     """
@@ -99,7 +98,7 @@ class StudyResults:
 
     @property
     def units(self) -> dict[str, str]:
-        """Column of the table -> its unit, of those that have one."""
+        """Column of the table -> its unit, for columns that have one."""
         named = {f"{kind}_{one.name}": one.unit for kind in ("least", "knee") for one in self.objectives}
         return {"seconds": "s", "cpu_seconds": "s"} | named
 
@@ -113,7 +112,7 @@ class StudyResults:
         return tuple(level.value if whole else float(level.value) for level in levels)
 
     def table(self) -> pd.DataFrame:
-        """One row per finished cell: factors, repeat, seed, what it took and what it found, SI; see :attr:`units`."""
+        """One row per finished cell: factors, repeat, seed, effort and results in SI units; see :attr:`units`."""
         import pandas as pd
 
         names = [one.name for one in self.objectives]
@@ -132,10 +131,10 @@ class StudyResults:
         return pd.DataFrame(rows)
 
     def dataset(self) -> xr.Dataset:
-        """The same along the dimensions of the study, its factors and ``repeat``; NaN where a cell is not finished.
+        """The table as a dataset whose dimensions are the factors and ``repeat``; NaN where a cell is not finished.
 
-        ``hypervolume_history`` and ``evaluations_history`` have the dimension ``generation`` too; all points of all
-        fronts stand below each other in ``front``, and ``front_cell`` names the cell of each.
+        ``hypervolume_history`` and ``evaluations_history`` also have the dimension ``generation``. ``front`` contains
+        the points of all fronts one after another, and ``front_cell`` names the cell of each point.
         """
         import pandas as pd
         import xarray as xr
@@ -172,10 +171,10 @@ class StudyResults:
         return "hypervolume: share of the box from ({}) to ({}), {}".format(*corners, self.box.origin)
 
     def save(self, folder: str | Path | None = None) -> tuple[Path, Path]:
-        """Write the table, units in its header, and the dataset.
+        """Write the table, with units in its header, and the dataset.
 
         Args:
-            folder: where to; the study's folder if None.
+            folder: folder to write to; the study's folder if None.
 
         Returns:
             The files: ``results.csv`` and ``results.nc`` (netCDF-4).
@@ -198,7 +197,7 @@ class StudyResults:
         return place / TABLE_FILE, place / DATASET_FILE
 
     def display(self, objective: int) -> tuple[str, str, float]:
-        """Name of an objective, the unit that people read, and the factor from SI to it."""
+        """Name of an objective, the unit in which it is shown, and the factor from SI to this unit."""
         one = self.objectives[objective]
         return one.name, *display(one.unit, angle=self.angle, length=self.length)
 

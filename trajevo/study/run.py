@@ -1,4 +1,4 @@
-"""Run a study: hand its cells to an engine until all are finished or have failed, and tell where it stands."""
+"""Run a study: an engine runs its cells until all are finished or have failed; show progress and the state of cells."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class CellsShown:
             self._bar.stop()
 
     def update(self, outcome: Outcome) -> None:
-        """Count a cell that has ended, and say why where it failed."""
+        """Count a cell that has ended, and show why if it failed."""
         self._finished += outcome["state"] == "finished"
         self._failed += outcome["state"] == "failed"
         if not self._enabled:
@@ -103,17 +103,17 @@ def _time(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
-#: How long a front that a worker has written may take to be seen here, through a network's file system [s].
+#: Greatest time until a front that a worker has written is visible here, through a network file system [s].
 _LAG = 60.0
 
 
 @dataclass(frozen=True)
 class StudyStanding:
-    """Where a study stands.
+    """The state of a study.
 
     Attributes:
-        folder: its folder.
-        cells: where every cell stands.
+        folder: the study's folder.
+        cells: state of every cell.
         stopped_by: name of the signal that ended this run of the study, or empty.
     """
 
@@ -126,7 +126,7 @@ class StudyStanding:
         return f"{len(self.cells)} cells: " + ", ".join(f"{count} {state}" for state, count in counts if count)
 
     def count(self, state: State) -> int:
-        """Cells in a state, see :data:`trajevo.study.folder.STATES`."""
+        """Number of cells in a state, see :data:`trajevo.study.folder.STATES`."""
         return sum(cell.state == state for cell in self.cells)
 
     @property
@@ -138,22 +138,21 @@ class StudyStanding:
 def run_study(
     study: Study, folder: str | Path, *, engine: Engine | None = None, progress: bool = True
 ) -> StudyStanding:
-    """Run the cells of a study that are not finished; those that were begun go on from their checkpoints.
+    """Run the cells of a study that are not finished; those that were begun are resumed from their checkpoints.
 
-    A cell that fails is recorded with its traceback and does not stop the others; it is tried again at the next run.
-    Another run of the same study at the same time shares the work: each cell is run by one of them. SIGINT and SIGTERM
-    let running cells finish their generation and end the run; a second signal aborts it. Either way the next run goes
-    on.
+    If a cell fails, its traceback is recorded and the others continue; the next run tries it again. Several runs of the
+    same study at the same time share the work: each cell is run by one of them. After SIGINT or SIGTERM, running cells
+    finish their generation and the run ends; a second signal aborts it. In both cases the next run continues.
 
     Args:
         study: the study.
-        folder: where it is kept: ``study.json``, and a run's folder for every cell in ``cells``. It may hold the same
-            study with fewer levels or repeats.
-        engine: where cells run; one after the other in this process if None.
+        folder: folder of the study: ``study.json``, and the run folders of all cells in ``cells``. It may already hold
+            the same study with fewer levels or repeats.
+        engine: runs the cells; one after the other in this process if None.
         progress: show finished, failed, running and waiting cells and the time left on standard error.
 
     Returns:
-        Where the study stands.
+        The state of the study.
 
     Raises:
         InvalidInputError: the folder holds another study or cannot be written, or workers cannot run the cells.
@@ -165,7 +164,7 @@ def run_study(
         raise InvalidInputError(f"engine: expected InProcess, Processes or DaskCluster, got {engine!r}")
     place = StudyFolder(folder)
     place.keep(study.record)
-    # First repeats first: what stands early compares all levels, and a machine that slows down favours none.
+    # First repeats first: early results then compare all levels, and a machine that slows down favours no level.
     in_turn = sorted(zip(study.cells, study.jobs, strict=True), key=lambda pair: pair[0].repeat)
     waiting = [job for _, job in in_turn if not place.finished(job["cell"])]
     total, before = len(study.jobs), len(study.jobs) - len(waiting)
@@ -177,7 +176,7 @@ def run_study(
 
 
 def study_standing(folder: str | Path) -> StudyStanding:
-    """Where a study stands, while it runs or after.
+    """The state of a study, while it runs or afterwards.
 
     Args:
         folder: the study's folder.
@@ -190,7 +189,7 @@ def study_standing(folder: str | Path) -> StudyStanding:
 
 
 def _pass(engine: Engine, jobs: Sequence[Job], place: StudyFolder, stopping: Stopping, shown: CellsShown) -> list[Job]:
-    """Run cells once; those that must be handed out again, as another run of the study holds them."""
+    """Run cells once; returns those to run again, since another run of the study held them or they were interrupted."""
     again = []
     by_name = {job["cell"]: job for job in jobs}
     for outcome in engine.run(jobs, str(place.folder), stopping):
@@ -209,12 +208,12 @@ def _pass(engine: Engine, jobs: Sequence[Job], place: StudyFolder, stopping: Sto
 
 
 def _see(place: StudyFolder, outcome: Outcome) -> None:
-    """Wait until the front that a worker has written is seen here."""
+    """Wait until the front that a worker has written is visible here."""
     until = time.monotonic() + _LAG
     while not place.finished(outcome["cell"]):
         if time.monotonic() > until:
             raise InvalidInputError(
-                f"{place.cell(outcome['cell'])}: a worker has finished this cell, and its front is not here; "
+                f"{place.cell(outcome['cell'])}: a worker has finished this cell, but its front is not visible here; "
                 "put the study's folder where all workers and this machine see it"
             )
         time.sleep(POLL)

@@ -22,10 +22,10 @@ class Comparison:
         factor: the factor.
         first: one level.
         second: the other.
-        pairs: matched cells, those that do not differ included.
+        pairs: number of pairs of matched cells, including those without a difference.
         difference: median of first minus second over the pairs.
         effect: matched-pairs rank-biserial correlation, from -1 (first always below second) to 1 (always above).
-        p: probability of so great a difference if neither level were better, two-sided.
+        p: probability of a difference at least this great if neither level were better, two-sided.
         p_holm: the same, corrected for the number of pairs of levels of the factor.
     """
 
@@ -42,15 +42,15 @@ class Comparison:
 def compare_levels(results: StudyResults, factor: str, *, measure: str = "hypervolume") -> tuple[Comparison, ...]:
     """Compare every pair of levels of a factor over cells that are matched in all other factors and the repeat.
 
-    Matched, because other factors move the measure too: a heavy payload makes every front worse, whatever the
-    interpolant, and that spread would hide the difference that is asked about. Within a pair only the factor differs.
-    Signed ranks, because differences of hypervolumes are not normally distributed. With fewer than six pairs no result
-    can fall below 0.05.
+    Cells are matched because other factors affect the measure too: a heavy payload makes every front worse, whatever
+    the interpolant, and this spread would hide the difference of interest. Within a pair only the factor differs. The
+    test uses signed ranks because differences of hypervolumes are not normally distributed. With fewer than six pairs p
+    cannot fall below 0.05.
 
     Args:
-        results: what :func:`trajevo.study.collection.collect` gave.
+        results: results of :func:`trajevo.study.collection.collect`.
         factor: the factor.
-        measure: a column of the table that is a number.
+        measure: a numeric column of the table.
 
     Returns:
         The comparisons, in the order of the levels.
@@ -79,7 +79,7 @@ def compare_levels(results: StudyResults, factor: str, *, measure: str = "hyperv
 def signed_rank(first: Array, second: Array) -> tuple[float, float]:
     """Matched-pairs rank-biserial correlation and p value of Wilcoxon's signed-rank test, two-sided.
 
-    Pairs that do not differ are left out; where none differs the effect is 0 and p is 1.
+    Pairs without a difference are left out; if no pair differs, the effect is 0 and p is 1.
 
     Args:
         first: values, shape (N,).
@@ -88,7 +88,7 @@ def signed_rank(first: Array, second: Array) -> tuple[float, float]:
     Raises:
         InvalidInputError: another shape, or values that are not finite.
     """
-    # A quarter of a second that every command would take longer to start.
+    # Imported here, since it would delay the start of every command by a quarter of a second.
     from scipy.stats import rankdata, wilcoxon
 
     x = numbers(first, name="first", shape=("N",))
@@ -102,7 +102,7 @@ def signed_rank(first: Array, second: Array) -> tuple[float, float]:
 
 
 def holm(p: Sequence[float]) -> Array:
-    """P values of several tests, corrected by Holm's step-down method: the chance of any false one stays bounded.
+    """P values of several tests, corrected by Holm's step-down method, which bounds the chance of any false positive.
 
     Args:
         p: p values, shape (N,).

@@ -1,1 +1,1 @@
-"""What is proven of a motion, or computed again by other means."""
+"""Proofs that a motion keeps its limits, and checks of solutions by independent computations."""

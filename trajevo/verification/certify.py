@@ -1,4 +1,9 @@
-"""What is proven of a motion, as frozen records that say in a sentence what they hold."""
+"""Certificates of motions: proven bounds of every limited quantity, and samples that show how near they are.
+
+:func:`certify` makes a :class:`Certificate` with one :class:`Proof` per quantity and joint; both tell their result in
+one sentence. Positions, velocities, accelerations and jerks are bounded by the trajectory's extremes, effort, power and
+tool speed by :mod:`trajevo.dynamics.enclosure`.
+"""
 
 from __future__ import annotations
 
@@ -18,29 +23,29 @@ from trajevo.front.front import Front, Solution
 from trajevo.robot.joints import JointLimits
 from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch
 
-#: Share of a limit by which a proven bound may exceed it and still count as within: rounding of what is exactly at it.
+#: Share of a limit by which a proven bound may exceed it and still count as within, for rounding exactly at the limit.
 WITHIN = 1e-9
 
 
 @final
 @dataclass(frozen=True)
 class Proof:
-    """What is proven of one quantity of one joint, SI.
+    """What is proven about one quantity of one joint, in SI units.
 
     Attributes:
         quantity: ``"position"``, ``"velocity"``, ``"acceleration"``, ``"jerk"``, ``"effort"``, ``"power"`` or
             ``"tool speed"``.
         joint: the joint, or None for the tool.
         unit: SI unit of the values.
-        limit: inf where there is none; of a position the end of its range that is used most.
-        bound: magnitude that is not exceeded at any instant; the outermost one of positions.
-        exhibited: magnitude of a sample that comes closest to the limit, or exceeds it; the value itself of positions.
-        instant: when that is [s].
-        share: proven upper bound of the share of the limit that is used, 0 where there is none; of the half range from
-            its middle for positions.
-        exhibited_share: the share that the sample uses.
-        gap: how far the bound lies above what is exhibited, as a share of the limit, or where there is none of the
-            exhibited value or a thousandth of the greatest of all joints, whichever is more.
+        limit: the limit, inf if there is none; for a position the end of its range that is used most.
+        bound: magnitude that is not exceeded at any instant; for a position the outermost value.
+        exhibited: magnitude of the sample that comes closest to the limit or exceeds it; for a position its value.
+        instant: time of this sample [s].
+        share: proven upper bound of the share of the limit that is used, 0 if there is no limit; for a position the
+            share of half its range, measured from the middle.
+        exhibited_share: share of the limit that the sample uses.
+        gap: how far the bound lies above the exhibited value, as a share of the limit. If there is no limit, as a share
+            of the exhibited value or of a thousandth of the greatest of all joints, whichever is more.
     """
 
     quantity: str
@@ -83,13 +88,14 @@ class Proof:
 @final
 @dataclass(frozen=True)
 class Certificate:
-    """What is proven of one motion.
+    """What is proven about one motion.
 
     Attributes:
-        motion: which one, in words.
-        tolerance: share of a limit by which bounds of effort, power and tool speed were to come near exhibited values.
-        pieces: into how many pieces the motion was cut.
-        rows: every limited quantity of every joint; effort, power and tool speed whether they are limited or not.
+        motion: name of the motion.
+        tolerance: gap that was asked for between bounds and exhibited values of effort, power and tool speed, as a
+            share of the limit.
+        pieces: number of pieces into which the motion was cut.
+        rows: a proof for every limited quantity of every joint; effort, power and tool speed even without a limit.
     """
 
     motion: str
@@ -109,7 +115,7 @@ class Certificate:
 
     @property
     def gap(self) -> float:
-        """The widest gap between a bound and what is exhibited, as a share of the limit."""
+        """The widest gap between a bound and an exhibited value, as a share of the limit."""
         return max((row.gap for row in self.rows), default=0.0)
 
     @cached_property
@@ -120,7 +126,7 @@ class Certificate:
 
     @cached_property
     def by_quantity(self) -> tuple[Proof, ...]:
-        """The row of every quantity with the greatest share of its limit, or the greatest bound where none has one."""
+        """For every quantity the row with the greatest share of its limit, or the greatest bound without limits."""
         worst: dict[str, Proof] = {}
         for row in self.rows:
             other = worst.get(row.quantity)
@@ -130,7 +136,7 @@ class Certificate:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """What is proven as plain data, of every quantity the row that is nearest to its limit; None for no limit."""
+        """The certificate as plain data, with the row nearest to its limit for every quantity; None for no limit."""
         rows = [
             {
                 "quantity": row.quantity,
@@ -156,7 +162,8 @@ class Certificate:
         open_ = [row for row in self.rows if not row.proven]
         if open_:
             excess = max(row.share for row in open_) - 1.0
-            return f"{self.motion} is not decided: no sample breaks a limit, but {open_[0].name} may by {excess:.2g}."
+            most = f"{open_[0].name} may exceed its limit by a share of {excess:.2g}"
+            return f"{self.motion} is not decided: no sample breaks a limit, but {most}."
         if self.closest is None:
             return f"{self.motion} keeps every limit at every instant: nothing is limited."
         return f"{self.motion} keeps every limit at every instant, proven; closest: {self.closest}."
@@ -166,7 +173,7 @@ class Certificate:
 #: use lose two or three digits of sixteen.
 _ROUNDING = 1e-12
 
-#: Samples per segment in which a peak is exhibited, how often they are then zoomed in, and by how much.
+#: Samples per segment among which a peak is sought, how often the search then zooms in, and by which factor.
 _SAMPLES, _ZOOMS, _ZOOM = 65, 3, 16
 
 
@@ -175,10 +182,10 @@ _Share = Callable[[Array], Array]
 
 
 def kinematic_proofs(rollout: Rollout) -> list[tuple[Proof, ...]]:
-    """Every limited quantity of every joint, for each motion of a rollout.
+    """Proofs for every limited position, velocity, acceleration and jerk, for each motion of a rollout.
 
-    The bounds are the trajectory's extremes, which are exact but for rounding, or guaranteed; they are widened by a
-    share of 1e-12 of the greatest magnitude.
+    The bounds are the trajectory's extremes, which are exact up to rounding, or guaranteed. They are widened by 1e-12
+    of the greatest magnitude.
     """
     limits, trajectory = rollout.robot.limits, rollout.trajectory
     rows: list[list[Proof]] = [[] for _ in range(len(trajectory))]
@@ -253,9 +260,9 @@ def _exhibited(trajectory: TrajectoryBatch, order: int, share: _Share) -> tuple[
 
 
 def _crests(used: Array, samples: int) -> Array:
-    """How high the parabolas through neighbours rise at samples (B, segments x samples, n_joints), seen from each.
+    """Samples (B, segments x samples, n_joints) raised to the peaks of the parabolas through them and their neighbours.
 
-    Two crests may differ by less than their highest samples do.
+    The highest sample need not lie at the highest peak.
     """
     parts = used.reshape(len(used), -1, samples, used.shape[2])
     before, at, after = parts[:, :, :-2], parts[:, :, 1:-1], parts[:, :, 2:]
@@ -268,7 +275,7 @@ def _crests(used: Array, samples: int) -> Array:
 
 
 def _score(used: Array) -> Array:
-    """Shares that NaN does not stop."""
+    """Shares with NaN replaced by -inf, so that NaN is not chosen as the greatest."""
     return np.where(np.isnan(used), -np.inf, used)
 
 
@@ -279,26 +286,26 @@ TOLERANCES = (1e-7, 0.1)
 def certify(
     motion: Solution | Rollout | Any, *, tolerance: float = 0.001, tool_speed: float | None = None, power: Any = None
 ) -> Certificate:
-    """Prove what a motion does not exceed at any instant, or exhibit where it breaks a limit.
+    """Prove bounds that a motion does not exceed at any instant, or show where it breaks a limit.
 
-    The robot's limits count whether or not the problem asked for them.
+    The robot's limits are checked whether or not the problem includes them.
 
     Args:
         motion: a solution, an optimum, or the rollout of one motion.
-        tolerance: share of the limit, or of the greatest value where there is none, by which proven bounds of effort,
-            power and tool speed may lie above what a sample exhibits, 1e-7 to 0.1.
-        tool_speed: greatest speed of the tool's origin [m/s]; that of the problem if None, where it has one.
-        power: greatest mechanical power [W] of every joint, one number or one per joint; none if None.
+        tolerance: share of the limit, or of the greatest value if there is no limit, by which proven bounds of effort,
+            power and tool speed may lie above the exhibited values, 1e-7 to 0.1.
+        tool_speed: limit of the speed of the tool's origin [m/s]; if None, that of the problem, if it has one.
+        power: limit of the mechanical power of every joint [W], one number or one per joint; no limit if None.
 
     Returns:
         The certificate.
 
     Raises:
-        InvalidInputError: not a motion, several of them, or another tolerance or limit.
+        InvalidInputError: not a motion, several motions, or an invalid tolerance or limit.
     """
     rollout = rollout_of(motion)
     if len(rollout.trajectory) != 1:
-        raise InvalidInputError(f"motion: expected one motion, got {len(rollout.trajectory)}; certify_all takes them")
+        raise InvalidInputError(f"motion: expected one motion, got {len(rollout.trajectory)}; use certify_all for more")
     return _certified(rollout, [_named(motion)], _limits(rollout, motion, tolerance, tool_speed, power), tolerance)[0]
 
 
@@ -339,7 +346,7 @@ def _named(motion: Any) -> str:
 
 
 def _dynamic_proofs(rollout: Rollout, enclosure: Enclosure, motion: int, limits: Array) -> Iterator[Proof]:
-    """Effort and power of every joint of a robot with masses, and tool speed."""
+    """Proofs for effort and power of every joint, unless nothing has mass or friction, and for the tool speed."""
     robot = rollout.robot
     joints = list(zip(robot.joint_names, robot.joint_units, strict=True))
     columns: list[tuple[str, str | None, str]] = [
@@ -370,7 +377,7 @@ def _dynamic_proofs(rollout: Rollout, enclosure: Enclosure, motion: int, limits:
 
 
 def _limits(rollout: Rollout, motion: Any, tolerance: float, tool_speed: float | None, power: Any) -> Array:
-    """What efforts, powers and the tool's speed are held to, shape (2 n_joints + 1,)."""
+    """Limits of the efforts, the powers and the tool's speed, shape (2 n_joints + 1,)."""
     robot = rollout.robot
     number = isinstance(tolerance, int | float | np.number) and not isinstance(tolerance, bool)
     if not (number and TOLERANCES[0] <= tolerance <= TOLERANCES[1]):

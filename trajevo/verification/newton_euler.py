@@ -1,7 +1,7 @@
-"""Inverse dynamics once more, by a recursion of our own: what Pinocchio says can be checked against it.
+"""Inverse dynamics by an independent recursion, against which the results of Pinocchio can be checked.
 
-Nothing is taken from Pinocchio but the order of the joints and the vector of gravity: the URDF is read anew, and the
-recursion of Newton and Euler (Luh, Walker and Paul 1980) runs in axes of the base instead of those of the links.
+Only the order of the joints and the gravity vector are taken from Pinocchio. The URDF is read again, and the recursion
+of Newton and Euler (Luh, Walker and Paul 1980) uses the axes of the base instead of those of the links.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _NOTHING = Payload(0.0)
 
 
 class _Pose(NamedTuple):
-    """Where a frame is fixed to what moves: the number of the joint it moves with (-1: the base), and how."""
+    """Pose of a frame on the moving joint that carries it: number of that joint (-1: the base), rotation and offset."""
 
     mover: int
     rotation: Array
@@ -33,7 +33,7 @@ class _Pose(NamedTuple):
 
 
 class _Mover(NamedTuple):
-    """A joint that moves: its place on the joint before it, its unit axis, and its column in the model's arrays."""
+    """A moving joint: its pose on the joint before it, its unit axis, and its column in the model's arrays."""
 
     place: _Pose
     axis: Array
@@ -42,7 +42,7 @@ class _Mover(NamedTuple):
 
 
 class _Body(NamedTuple):
-    """A mass fixed to a joint that moves, in that joint's frame; the inertia is about the centre of mass."""
+    """A mass fixed to a moving joint, in that joint's frame; the inertia is about the centre of mass."""
 
     mover: int
     mass: float
@@ -51,7 +51,10 @@ class _Body(NamedTuple):
 
 
 class _State(NamedTuple):
-    """A frame of N states in axes of the base: rotation (N, 3, 3), the others (N, 3)."""
+    """Motion of a frame in N states, in axes of the base: rotation (N, 3, 3), the others (N, 3).
+
+    ``turning`` is the angular velocity, ``turning_rate`` the angular acceleration.
+    """
 
     rotation: Array
     origin: Array
@@ -67,7 +70,7 @@ class _State(NamedTuple):
 
 
 class _Tree(NamedTuple):
-    """What moves, every joint after the one that carries it, the bodies on it, and the tool."""
+    """The moving joints, each after the one that carries it, their bodies, and the tool."""
 
     movers: tuple[_Mover, ...]
     bodies: tuple[_Body, ...]
@@ -80,7 +83,7 @@ class NewtonEuler:
     """Effort of a robot that carries a payload, in plain numpy and without Pinocchio.
 
     Attributes:
-        robot: the robot; it is not touched.
+        robot: the robot; it is not changed.
         payload: what it carries.
 
     Raises:
@@ -107,7 +110,7 @@ class NewtonEuler:
             Shape (N, n_joints) [N·m or N].
 
         Raises:
-            InvalidInputError: another shape, or numbers that are not finite.
+            InvalidInputError: a wrong shape, or numbers that are not finite.
         """
         q = numbers(q, name="q", shape=("N", self.robot.dof))
         v, a = (numbers(x, name=name, shape=q.shape) for x, name in ((v, "v"), (a, "a")))
@@ -116,7 +119,7 @@ class NewtonEuler:
         return np.asarray(total)
 
     def _states(self, q: Array, v: Array, a: Array) -> tuple[dict[int, _State], list[Array]]:
-        """Outwards: states of every joint's frame, -1 the base at rest, and axes of the joints, each (N, 3)."""
+        """Outward recursion: state of every joint's frame (-1: the base, at rest), and the joint axes, each (N, 3)."""
         nothing = np.zeros((len(q), 3))
         states = {-1: _State(np.broadcast_to(np.eye(3), (len(q), 3, 3)), nothing, nothing, nothing, nothing)}
         axes = []
@@ -141,7 +144,7 @@ class NewtonEuler:
         return states, axes
 
     def _torque(self, states: dict[int, _State], axes: Sequence[Array]) -> Array:
-        """Inwards: every joint holds what hangs on it; force and moment (about its origin) come from outside in."""
+        """Inward recursion: efforts of the joints (N, n_joints), from force and moment about each joint's origin."""
         count = len(self._tree.movers)
         force, moment = np.zeros((2, count, len(states[-1].origin), 3))
         for number, arm, held, turned in self._wrenches(states):
@@ -159,7 +162,7 @@ class NewtonEuler:
         return torque
 
     def _wrenches(self, states: dict[int, _State]) -> list[tuple[int, Array, Array, Array]]:
-        """Joint, arm from its origin, force and moment that every body needs in order to move as it does."""
+        """For every body its joint, the arm from the joint's origin, and the force and moment that its motion needs."""
         gravity = np.array(self.robot.model.gravity.linear, dtype=np.float64)
         payload, tool, found = self.payload, self._tree.tool, []
         bodies, com = list(self._tree.bodies), tool.offset + tool.rotation @ np.array(payload.com)
@@ -184,7 +187,7 @@ class NewtonEuler:
 
 
 def _read_tree(robot: Robot) -> _Tree:
-    """The URDF with everything that is fixed or locked merged into what moves."""
+    """Read the URDF; everything fixed or locked is merged into the moving joints that carry it."""
     try:
         root = ElementTree.parse(robot.urdf).getroot()
     except (OSError, ElementTree.ParseError) as error:
@@ -212,7 +215,7 @@ def _read_tree(robot: Robot) -> _Tree:
 def _beyond(
     joint: ElementTree.Element, before: _Pose, robot: Robot, columns: dict[str, int], movers: list[_Mover]
 ) -> _Pose:
-    """Pose of the link beyond a joint; a joint that moves is added to ``movers``."""
+    """Pose of the link beyond a joint; a moving joint is added to ``movers``."""
     name, kind = str(joint.get("name")), joint.get("type")
     place = before.then(*_origin(joint))
     if kind == "fixed":
@@ -246,7 +249,7 @@ def _bodies(link: ElementTree.Element, pose: _Pose) -> list[_Body]:
 
 
 def _origin(element: ElementTree.Element) -> tuple[Array, Array]:
-    """Rotation and offset of an ``<origin>``: turns about the fixed axes x, y and z, in this order."""
+    """Rotation and offset of an ``<origin>``: rotations about the fixed axes x, y and z, in this order."""
     origin = element.find("origin")
     roll, pitch, yaw = _vector(origin, "rpy", (0.0, 0.0, 0.0))
     x, y, z = (_about(axis, np.array([angle]))[0] for axis, angle in zip(np.eye(3), (roll, pitch, yaw), strict=True))

@@ -1,7 +1,7 @@
-"""Check before you trust: a motion sampled densely, its effort by a second recursion, against every limit.
+"""Verify a solution: sample its motion densely, compute its effort by a second recursion, and check every limit.
 
-What is checked is the motion that comes out, not how it came about: limits of the robot count whether or not the
-problem asked for them, and the objectives on record must be those of the decision variables.
+Only the resulting motion is checked, not how it was found: the robot's limits are checked whether or not the problem
+includes them, and the recorded objectives must be those of the decision variables.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from trajevo.verification.newton_euler import NewtonEuler
 #: Share of a limit by which a motion may exceed it, and share by which numbers that should agree may differ.
 TOLERANCE = 0.001
 
-#: More samples than these take long and show nothing new.
+#: Greatest density of samples: more take long and show nothing new.
 MOST_DENSE = 200
 
 #: Step of the finite differences, as a share of a segment: truncation and rounding are both far below the tolerance.
 _STEP = 1e-3
 
-#: What may be rounding, as a share of the greatest position over the shortest segment's power.
+#: Rounding of a derivative, as a share of the greatest position over a power of the shortest segment's duration.
 _ROUNDING = 1e-7
 
 #: Five-point central difference: shift in steps -> weight.
@@ -40,13 +40,14 @@ _STENCIL = {-2: 1.0 / 12.0, -1: -8.0 / 12.0, 1: 8.0 / 12.0, 2: -1.0 / 12.0}
 @final
 @dataclass(frozen=True)
 class Utilisation:
-    """How much of a limit a motion uses at most.
+    """The greatest share of a limit that a motion uses.
 
     Attributes:
         limit: ``"position"``, ``"velocity"``, ``"acceleration"``, ``"jerk"``, ``"effort"``, or a constraint's name.
-        joint: the joint, or None for a constraint of the problem's own.
-        share: 1 where the limit is reached; of the half range from its middle for positions.
-        instant: when [s], or None for a constraint of the problem's own.
+        joint: the joint, or None for one of the problem's own constraints.
+        share: share of the limit, 1 if it is reached; for a position the share of half its range, measured from the
+            middle.
+        instant: time at which it is used [s], or None for one of the problem's own constraints.
     """
 
     limit: str
@@ -63,18 +64,18 @@ class Utilisation:
 @final
 @dataclass(frozen=True)
 class Verification:
-    """What a dense look at one motion found.
+    """The result of checking one motion at dense samples.
 
     Attributes:
         solution: row of the solution and the rule that chose it.
-        instants: how many were looked at.
+        instants: number of samples.
         rows: greatest utilisation of every finite limit of every joint, then of the problem's other constraints.
         derivative_mismatch: greatest difference of velocity, acceleration and jerk from finite differences of position,
-            velocity and acceleration, and of position and velocity across breaks, as a share of the peak.
+            velocity and acceleration, or jump of position and velocity at a break, as a share of the peak.
         effort_difference: greatest difference between our effort and Pinocchio's [N·m or N].
         effort_mismatch: the same as a share of the joint's greatest effort.
-        record_mismatch: greatest difference of the objectives on record from those of the decision variables, as a
-            share of the greatest value on the front.
+        record_mismatch: greatest difference of the recorded objectives from those of the decision variables, as a share
+            of the greatest value on the front.
     """
 
     solution: str
@@ -87,7 +88,7 @@ class Verification:
 
     @property
     def exceeded(self) -> tuple[Utilisation, ...]:
-        """Limits exceeded by more than 0.1 %, NaN counted."""
+        """Limits that are exceeded by more than 0.1 %, or whose use is NaN."""
         return tuple(row for row in self.rows if not row.share <= 1.0 + TOLERANCE)
 
     @property
@@ -106,7 +107,7 @@ class Verification:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What does not agree though it should, a clause each."""
+        """Values that do not agree although they should, one clause each."""
         checks = (
             (self.derivative_mismatch, "position, velocity, acceleration and jerk are not derivatives of each other"),
             (self.effort_mismatch, "the effort is not what Pinocchio says"),
@@ -116,12 +117,12 @@ class Verification:
 
     @property
     def passed(self) -> bool:
-        """Whether no limit is exceeded by more than 0.1 % and everything agrees that should."""
+        """Whether no limit is exceeded by more than 0.1 % and all values agree that should."""
         return not self.exceeded and not self.doubts
 
     @property
     def verdict(self) -> str:
-        """One sentence."""
+        """The result in one sentence."""
         if self.exceeded:
             more = f" and {len(self.exceeded) - 1} more" if len(self.exceeded) > 1 else ""
             return f"{self.solution} FAILS: {self.worst}{more}."
@@ -132,19 +133,20 @@ class Verification:
 
 
 def verify(solution: Solution, *, density: int = 20) -> Verification:
-    """Look at the motion of a solution more densely than its problem did.
+    """Check the motion of a solution at denser samples than those of its problem.
+
+    The effort is computed by :class:`~trajevo.verification.newton_euler.NewtonEuler`.
 
     Args:
         solution: what to check.
-        density: samples per segment over those of the problem, 2 to 200. They are evenly spaced, ends of segments
-            counted in both, so that jumps are seen from both sides.
+        density: factor of the problem's number of samples per segment, 2 to 200. Samples are evenly spaced and include
+            both ends of every segment, so that jumps are seen from both sides.
 
     Returns:
-        Utilisation of every limit, effort by :class:`~trajevo.verification.newton_euler.NewtonEuler`, and what does not
-        agree.
+        Utilisation of every limit, and values that do not agree.
 
     Raises:
-        InvalidInputError: not a solution, or another density.
+        InvalidInputError: not a solution, or an invalid density.
     """
     if not isinstance(solution, Solution):
         raise InvalidInputError(f"solution: expected a solution of a front, got {type(solution).__name__}")
@@ -181,7 +183,7 @@ def verify_all(front: Front, *, density: int = 20) -> tuple[Verification, ...]:
 
 
 def _motion(trajectory: TrajectoryBatch, shares: Array) -> Motion:
-    """One trajectory at shares of every segment: t (T,), the others (T, n_joints)."""
+    """Samples of one trajectory at the given shares of every segment: t (T,), the others (T, n_joints)."""
     t = trajectory.breaks[0, :-1, None] + trajectory.segment_durations[0, :, None] * shares
     return Motion(t.reshape(-1), *(trajectory.at_shares(shares, order)[0] for order in range(len(DERIVATIVES))))
 
@@ -205,12 +207,12 @@ def _robot_rows(robot: Robot, motion: Motion, effort: Array) -> Iterator[Utilisa
         used[name] = np.where(np.isfinite(limit), np.abs(values) / limit, -np.inf)
     for name, share in used.items():
         for joint in np.flatnonzero(~np.isneginf(share).all(axis=0)):
-            worst = int(np.argmax(share[:, joint]))  # NaN, where there is one
+            worst = int(np.argmax(share[:, joint]))  # the first NaN, if there is one
             yield Utilisation(name, robot.joint_names[joint], float(share[worst, joint]), float(motion.t[worst]))
 
 
 def _problem_rows(solution: Solution, dense: Rollout) -> Iterator[Utilisation]:
-    """The problem's own constraints, by their own functions."""
+    """Utilisation of the problem's own constraints, by their own functions."""
     for constraint in solution.front.problem.constraints:
         if constraint.share is None:
             for name, value in zip(constraint.names, constraint.at_samples.function(dense)[0].tolist(), strict=True):
@@ -218,10 +220,10 @@ def _problem_rows(solution: Solution, dense: Rollout) -> Iterator[Utilisation]:
 
 
 def _derivative_mismatch(trajectory: TrajectoryBatch, motion: Motion, shares: Array) -> float:
-    """As :attr:`Verification.derivative_mismatch`."""
+    """See :attr:`Verification.derivative_mismatch`."""
     inner = np.clip(shares, 2.0 * _STEP, 1.0 - 2.0 * _STEP)
     durations = np.repeat(trajectory.segment_durations[0], len(shares))[:, None]
-    # A joint that stands has derivatives that are nothing but rounding.
+    # The derivatives of a joint at rest are only rounding.
     rounding = (
         _ROUNDING
         * (np.abs(motion.q).max(axis=0) + np.finfo(np.float64).tiny)
@@ -241,7 +243,7 @@ def _derivative_mismatch(trajectory: TrajectoryBatch, motion: Motion, shares: Ar
 
 
 def _record_mismatch(solution: Solution, rollout: Rollout) -> float:
-    """As :attr:`Verification.record_mismatch`."""
+    """See :attr:`Verification.record_mismatch`."""
     front = solution.front
     found = np.array([objective.function(rollout)[0] for objective in front.problem.objectives])
     scale = np.maximum(np.abs(front.F).max(axis=0), np.finfo(np.float64).tiny)

@@ -1,1 +1,1 @@
-"""Populations: algorithms, their operators and their first generation."""
+"""Evolutionary algorithms, their operators and their first populations."""

@@ -1,8 +1,8 @@
 """Algorithms of pymoo as plain data: how they were set up, and their full state between two generations.
 
-A run folder never holds pickled objects. What an algorithm needs to go on is its population with what its operators
-noted on every individual, its random generator, its counters and, for some, what its survival has learnt; a small
-adapter per algorithm names the latter.
+A run folder never holds pickled objects. To continue, an algorithm needs its population, the data that operators have
+attached to the individuals, its random generator and its counters. Some algorithms also need values that their survival
+adapts from generation to generation; a small adapter per algorithm names these values.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.solvers.evolutionary.moead import ConstrainedMOEAD
 from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 
-#: What an algorithm shows while it runs has no part in its result.
+#: Attributes that only show the progress of an algorithm and do not affect its result.
 _SHOWN = frozenset({"output", "display"})
 
 _OPERATORS: dict[str, tuple[type, tuple[str, ...]]] = {
@@ -43,10 +43,11 @@ _NORMALISATION = ("ideal_point", "worst_point", "nadir_point", "extreme_points")
 
 @dataclass(frozen=True)
 class _Adapter:
-    """What one algorithm has besides a population, and where.
+    """What one algorithm has besides a population, and where it is stored.
 
-    ``arguments``: further arguments of its class, attributes of the same name; ``survival``: those that its survival
-    keeps. ``learnt``: attributes of what ``keeper`` gives, arrays or None, that change from generation to generation.
+    ``arguments``: further arguments of its class, stored in attributes of the same name. ``survival``: arguments that
+    are stored in its survival. ``learnt``: attributes (arrays or None) of the object that ``keeper`` returns, which
+    change from generation to generation.
     """
 
     algorithm: type[Algorithm]
@@ -57,7 +58,7 @@ class _Adapter:
 
 
 def _spea2_normalisation(algorithm: Algorithm) -> Any:
-    """SPEA2 makes its normalisation with the first population; an unused one is the same."""
+    """The normalisation of SPEA2, which creates it with the first population; an unused one is equivalent."""
     if algorithm.survival.norm is None:
         algorithm.survival.norm = HyperplaneNormalization(algorithm.problem.n_obj)
     return algorithm.survival.norm
@@ -89,7 +90,7 @@ _AGE = "AGEMOEA2"
 
 
 def age_moea2() -> type[Algorithm]:
-    """Pymoo's AGE-MOEA-II, of which parts are compiled by numba, which not everyone has.
+    """AGE-MOEA-II of pymoo, which needs the optional package numba.
 
     Raises:
         InvalidInputError: numba is not installed.
@@ -123,10 +124,11 @@ def _known() -> str:
 
 
 def specification(algorithm: Algorithm) -> dict[str, Any]:
-    """How an algorithm that has not run yet was set up, as plain data that :func:`algorithm_of` makes it from again.
+    """How an algorithm that has not run yet was set up, as plain data for :func:`algorithm_of`.
 
     Raises:
-        InvalidInputError: it has no adapter, or holds something that its adapter does not know; the sentence says what.
+        InvalidInputError: the algorithm has no adapter, or a setting that its adapter does not know; the message says
+            which.
     """
     name = type(algorithm).__name__
     adapter = _adapter(name)
@@ -148,12 +150,12 @@ def specification(algorithm: Algorithm) -> dict[str, Any]:
         found["sampling"] = sampling.tolist()
     other = _difference(algorithm, algorithm_of(found), type(algorithm).__name__)
     if other:
-        raise InvalidInputError(f"{other} is set to something that a run folder does not hold")
+        raise InvalidInputError(f"{other} is set to something that a run folder cannot store")
     return found
 
 
 def algorithm_of(found: Mapping[str, Any]) -> Algorithm:
-    """An algorithm that has not run yet, of what :func:`specification` said.
+    """Make an algorithm that has not run yet from the data of :func:`specification`.
 
     Raises:
         InvalidInputError: no such algorithm or operator, or arguments that it refuses.
@@ -170,16 +172,16 @@ def algorithm_of(found: Mapping[str, Any]) -> Algorithm:
             settings = dict(arguments[role])
             kind, _ = _OPERATORS[settings.pop("name")]
             arguments[role] = kind(**settings)
-        # A copy, since pymoo's default operators are one object for all algorithms of a class, and SPEA2's learns.
+        # A copy, since all algorithms of a class share pymoo's default objects, and SPEA2's survival changes.
         return copy.deepcopy(adapter.algorithm(**arguments))
     except (KeyError, TypeError, ValueError) as error:
-        raise InvalidInputError(f"algorithm: cannot be made of {sorted(found)}: {error!r}") from error
+        raise InvalidInputError(f"algorithm: cannot be made from {sorted(found)}: {error!r}") from error
 
 
 def state(algorithm: Algorithm) -> dict[str, Array]:
-    """Everything an algorithm needs to go on, between two generations: named arrays, none of objects.
+    """Everything that an algorithm needs to continue after a generation, as named arrays without objects.
 
-    Its termination counts generations, and is set up again with their number.
+    The termination is not included: it counts generations and is set up again with their number.
     """
     adapter = _adapter_of(algorithm)
     keeper = adapter.keeper(algorithm)
@@ -198,10 +200,10 @@ def state(algorithm: Algorithm) -> dict[str, Array]:
 
 
 def restore(algorithm: Algorithm, arrays: Mapping[str, Array]) -> None:
-    """Put an algorithm that was set up but has not run into a state that :func:`state` gave.
+    """Restore the state from :func:`state` in an algorithm that was set up but has not run.
 
     Raises:
-        KeyError, TypeError, ValueError: arrays that are no such state.
+        KeyError, TypeError, ValueError: the arrays are not such a state.
     """
     adapter = _adapter_of(algorithm)
     counters = json.loads(str(arrays["counters"]))
@@ -209,12 +211,12 @@ def restore(algorithm: Algorithm, arrays: Mapping[str, Array]) -> None:
     algorithm.n_iter = int(counters["iteration"])
     algorithm.evaluator.n_eval = int(counters["evaluations"])
     algorithm.termination.force_termination = bool(counters["ended"])
-    # As the last generation left it: by then the iteration has been counted up.
+    # As after the last generation, when the iteration has already been incremented.
     done = (algorithm.n_iter - 1) / algorithm.termination.n_max_gen
     algorithm.termination.perc = 1.0 if counters["ended"] else done
     algorithm.random_state.bit_generator.state = counters["generator"]
     algorithm.is_initialized = True
-    # pymoo's result() takes the time since; nothing else does.
+    # Used only by pymoo's result(), to tell the run time.
     algorithm.start_time = 0.0
     keeper = adapter.keeper(algorithm)
     for name in adapter.learnt:
@@ -223,7 +225,7 @@ def restore(algorithm: Algorithm, arrays: Mapping[str, Array]) -> None:
 
 
 def _population_arrays(population: Population) -> dict[str, Array]:
-    """X, F, G, and per note that operators left on individuals its values with a mask of who has it."""
+    """X, F, G, and for all data that operators have attached: values, and a mask of the individuals that have them."""
     arrays = {name: np.array([getattr(one, name) for one in population], dtype=np.float64) for name in "XFG"}
     for key in sorted({key for one in population for key in one.data}):
         values = [one.data.get(key) for one in population]
@@ -254,17 +256,17 @@ def _operator(operator: Any) -> dict[str, Any]:
     for name, (kind, arguments) in _OPERATORS.items():
         if type(operator) is kind:
             return {"name": name} | {argument: _plain(getattr(operator, argument)) for argument in arguments}
-    raise InvalidInputError(f"{type(operator).__name__} is an operator that a run folder does not hold")
+    raise InvalidInputError(f"{type(operator).__name__} is an operator that a run folder cannot store")
 
 
 def _plain(value: Any) -> Any:
-    """A number, a truth value, a list of numbers or None; pymoo wraps the numbers of its operators."""
+    """A value as a number, bool, list of numbers or None; pymoo wraps the numbers of its operators in objects."""
     value = getattr(value, "value", value)
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _difference(one: Any, other: Any, where: str) -> str:
-    """Where two objects differ in anything but what is shown, or an empty text."""
+    """Name of the first attribute in which two objects differ, apart from display; empty if there is none."""
     numbers = (int, float, np.integer, np.floating)
     if isinstance(one, numbers) and isinstance(other, numbers):
         return "" if one == other else where

@@ -1,4 +1,4 @@
-"""Algorithms by name: what each takes of a search, and how it is made."""
+"""Algorithms by name: which settings of a search each accepts, and how it is constructed."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 @final
 @dataclass(frozen=True)
 class EvolutionaryAlgorithm:
-    """An algorithm that a search can name.
+    """An algorithm that a search can choose by name.
 
     Attributes:
         name: its name in Python, in tasks and studies, and on the command line.
-        make: gives a pymoo algorithm that has not run, from the problem and the sizes and operators by their names in
-            :class:`~trajevo.formulation.search.Search`: population and offsprings always, and what ``takes`` names.
-        help: what it is, in a few words.
-        takes: the settings of a search that it understands.
-        objectives: how many objectives a problem must have at least.
+        make: problem, and settings by their names in :class:`~trajevo.formulation.search.Search` -> a pymoo algorithm
+            that has not run. The settings are population, offsprings and the operators in ``takes``.
+        help: short description.
+        takes: settings of a search that the algorithm accepts.
+        objectives: least number of objectives of a problem.
     """
 
     name: str
@@ -71,7 +71,7 @@ def _along_directions(kind: Callable[..., Algorithm], problem: TrajectoryProblem
 
 
 def _moead(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
-    """The population of MOEA/D is the number of its directions, its offspring at most as many."""
+    """MOEA/D, which has one individual for each reference direction and at most as many offspring."""
     directions = reference_directions(problem.n_obj, own["population"])
     most = min(own["offsprings"], len(directions))
     return ConstrainedMOEAD(pop_size=len(directions), n_offsprings=most, ref_dirs=directions)
@@ -112,9 +112,9 @@ class Chosen:
     """An algorithm that is ready to run.
 
     Attributes:
-        solver: pymoo's, which has not run.
-        settings: its sizes and operators, as a front names them.
-        starts: what its first population is where a search does not say.
+        solver: pymoo algorithm that has not run.
+        settings: its sizes and operators, as they are recorded with a front.
+        starts: kind of first population unless the search names one.
     """
 
     solver: Algorithm
@@ -123,16 +123,16 @@ class Chosen:
 
 
 def algorithm_for(search: Search, problem: TrajectoryProblem) -> Chosen:
-    """The algorithm of a search: by its name, or a copy of the one that is passed.
+    """The algorithm of a search: made by its name, or a copy of the algorithm that was passed.
 
     Args:
-        search: what is left to the problem in it is as ``problem.evolution`` says.
+        search: settings of the search; those that are None are taken from ``problem.evolution``.
         problem: what is to be solved.
 
     Raises:
         UnknownNameError: no such algorithm.
-        InvalidInputError: a setting that the algorithm does not have, or directions for a single objective or for more
-            objectives than individuals.
+        InvalidInputError: a setting that the algorithm does not have, or an algorithm with reference directions for a
+            single objective or for more objectives than individuals.
     """
     own = search.of_algorithm
     if isinstance(search.algorithm, Algorithm):
@@ -147,24 +147,24 @@ def algorithm_for(search: Search, problem: TrajectoryProblem) -> Chosen:
             raise InvalidInputError(f"{name}: the algorithm {search.algorithm!r} has no such setting")
     if problem.n_obj < named.objectives:
         raise InvalidInputError(
-            f"algorithm: {search.algorithm!r} follows directions between objectives, the problem has one"
+            f"algorithm: {search.algorithm!r} uses reference directions between at least two objectives, got one"
         )
     usual = USUAL.updated(**problem.evolution.given).given
     settings = {key: value for key, value in usual.items() if key in named.takes} | own
     settings.setdefault("offsprings", settings["population"])
-    # pymoo's defaults, as the survival of SPEA2, are objects that all algorithms of a class share.
+    # All algorithms of a class share pymoo's default objects, such as the survival of SPEA2.
     solver = copy.deepcopy(named.make(problem, settings))
     return Chosen(solver, settings if search.algorithm == "nsga2" else _described(solver), DEFAULT_STARTS)
 
 
 def reference_directions(objectives: int, most: int) -> Array:
-    """The directions of Das and Dennis with as many partitions of each axis as leave no more of them than allowed.
+    """The reference directions of Das and Dennis: as many as possible, but no more than allowed.
 
-    p partitions give (p + m - 1)! / (p! (m - 1)!) directions between m objectives: with 100 individuals 100 for two
-    objectives, 91 for three, 84 for four. The population may be larger than their number.
+    p partitions of each axis give (p + m - 1)! / (p! (m - 1)!) directions between m objectives. A population of 100
+    allows 100 directions for two objectives, 91 for three and 84 for four, so it may be larger than their number.
 
     Args:
-        objectives: m, 2 or more.
+        objectives: number of objectives m, 2 or more.
         most: greatest number of directions, the population.
 
     Returns:
@@ -181,7 +181,7 @@ def reference_directions(objectives: int, most: int) -> Array:
 
 
 def _described(algorithm: Algorithm) -> dict[str, Any]:
-    """What can be told of an algorithm that was passed: sizes, and class and parameters of its operators."""
+    """Settings that can be read from an algorithm: sizes, and class and parameters of its operators."""
     settings: dict[str, Any] = {
         "population": getattr(algorithm, "pop_size", None),
         "offsprings": getattr(algorithm, "n_offsprings", None),

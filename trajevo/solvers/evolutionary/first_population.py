@@ -1,4 +1,4 @@
-"""First populations: evenly drawn in log time, made feasible by stretching their times, or from an earlier front."""
+"""First populations: drawn evenly in log time, made feasible by stretching their times, or taken from a front."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ from trajevo.solvers.evolutionary.algorithms import Chosen
 from trajevo.solvers.evolutionary.stretching import Limits, Stretching, in_seconds
 from trajevo.solvers.gradient.sqp import random_starts
 
-#: Those whose individuals are stretched.
+#: Kinds of first population whose individuals are stretched.
 _STRETCHED = ("stretched", "fastest", "spread")
 
-#: Greatest ratio between two times of an individual that is to be stretched. Every individual has one of its own, from
-#: 1 up, evenly in its logarithm: even times suit most paths, and some paths need others.
+#: Greatest ratio between two times of an individual before it is stretched. Every individual has its own limit of the
+#: ratio, from 1 to this, drawn evenly in its logarithm: equal times suit most paths, but some need unequal ones.
 _WIDEST = 16.0
 
-#: How often a whole population is drawn until enough individuals keep the limits.
+#: How often a whole population is drawn at most, to find enough individuals that keep the limits.
 _TRIES = 12
 
-#: Difference of two paths that is rounding [rad or m].
+#: Difference of two paths that counts as rounding [rad or m].
 _ROUNDING = 1e-9
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class FirstPopulation:
-    """Individuals to begin with.
+    """The individuals with which an evolution begins.
 
     Attributes:
-        X: decision vectors, shape (size, n_var), no two of them alike.
+        X: decision vectors, shape (size, n_var), all different.
         evaluations: individuals that were evaluated to find them.
     """
 
@@ -52,20 +52,21 @@ class FirstPopulation:
 
 
 def first_population(problem: TrajectoryProblem, size: int, *, starts: str, seed: int) -> FirstPopulation:
-    """Individuals to begin an evolution with.
+    """Individuals with which an evolution can begin.
 
-    Those that are stretched are drawn by a Sobol sequence: the times of each differ by a factor of up to 16, the other
-    variables are uniform. Those that still break a limit, one of position for example, which no speed changes, are
-    drawn again, up to 12 times the size; if that is not enough, those that break the limits least are taken.
+    Individuals that are to be stretched are drawn from a Sobol sequence: the times of each differ by a factor of up to
+    16, the other variables are uniform. After stretching, some may still break a limit that does not depend on speed,
+    such as one of position. So whole populations are drawn until enough individuals are feasible, at most 12 times;
+    then those that break the limits least are taken.
 
     Args:
         problem: the problem.
-        size: how many.
-        starts: a key of :data:`trajevo.formulation.search.STARTS`.
-        seed: of what is drawn.
+        size: number of individuals.
+        starts: kind of first population, a key of :data:`trajevo.formulation.search.STARTS`.
+        seed: seed of the draws.
 
     Raises:
-        UnknownNameError: no such starts.
+        UnknownNameError: no such kind of first population.
         InvalidInputError: a size below 1 or a seed below 0.
     """
     checked_name("starts", starts, STARTS)
@@ -82,13 +83,16 @@ def first_population(problem: TrajectoryProblem, size: int, *, starts: str, seed
 
 
 def begin_with(algorithm: Chosen, problem: TrajectoryProblem, search: Search, *, initial: Any) -> dict[str, Any]:
-    """Give an algorithm that has not run its first population, and say what it is.
+    """Set the first population of an algorithm that has not run.
 
     Args:
-        algorithm: with random starts and nothing given it keeps what it has.
+        algorithm: the algorithm; with random starts and without ``initial`` it keeps its own sampling.
         problem: what it will solve.
-        search: its starts, seed and time limit count.
-        initial: individuals that are given, shape (N, n_var), a front, or None.
+        search: its starts, seed and time limit are used.
+        initial: individuals to begin with, shape (N, n_var), a front, or None.
+
+    Returns:
+        Settings that describe the first population.
 
     Raises:
         InvalidInputError: individuals that cannot be used, or an algorithm that does not draw its first population.
@@ -106,7 +110,7 @@ def begin_with(algorithm: Chosen, problem: TrajectoryProblem, search: Search, *,
         found = FirstPopulation(given[:0], 0)
         if len(given) < size:
             found = first_population(limited, size - len(given), starts=starts, seed=search.seed or 0)
-    # On the algorithm's own initialization: operators may be shared between algorithms, and this one is not.
+    # Set on the initialization, which belongs to this algorithm alone; operators may be shared between algorithms.
     solver.initialization.sampling = np.concatenate([given, found.X])
     said: dict[str, Any] = {"starts": starts} | ({} if initial is None else {"initial": len(given)})
     spent = evaluations + found.evaluations
@@ -114,22 +118,22 @@ def begin_with(algorithm: Chosen, problem: TrajectoryProblem, search: Search, *,
 
 
 def warm_start(problem: TrajectoryProblem, front: Front, most: int) -> FirstPopulation:
-    """Members of a front of the same problem, or of the same with another payload, as individuals of a problem.
+    """Individuals of a problem, taken from a front of the same problem, possibly with another payload.
 
-    Those that the payload takes beyond a limit are stretched where that mends it. Where the payload is a variable of
-    the problem but not of the front, the front's payload becomes its value. A front of more members than asked for
-    gives those that together dominate most of what it does.
+    Members that break a limit with the new payload are stretched if that makes them feasible. If the payload is a
+    variable of the problem but not of the front, its value is the front's payload. If the front has too many members,
+    those are taken that together dominate most of what the front dominates.
 
     Args:
         problem: the problem.
-        front: of one that has the same variables and the same motions.
-        most: how many individuals at most.
+        front: a front of a problem with the same variables and the same motions.
+        most: greatest number of individuals.
 
     Raises:
-        InvalidInputError: a front of another problem, an empty one, or one whose payload the problem does not take.
+        InvalidInputError: an empty front, a front of another problem, or one whose payload the problem does not allow.
     """
     if not len(front):
-        raise InvalidInputError("initial: expected a front with members, it is empty")
+        raise InvalidInputError("initial: expected a front with members, got an empty one")
     expansion = problem.expansion
     folds = expansion is not None and front.record.variables == ProblemRecord.of(expansion.problem).variables
     target = expansion.problem if expansion is not None and folds else problem
@@ -137,9 +141,11 @@ def warm_start(problem: TrajectoryProblem, front: Front, most: int) -> FirstPopu
     if _without_payload(target) == front.record.variables:
         rows = np.column_stack([rows, np.full(len(rows), _mass_taken(target, front))])
     elif ProblemRecord.of(target).variables != front.record.variables:
-        raise InvalidInputError("initial: expected a front of the same problem, its variables are others")
+        raise InvalidInputError("initial: expected a front of the same problem, got one with other variables")
     if not _same_path(target, rows[:1], front):
-        raise InvalidInputError("initial: expected a front of the same problem, its decision vectors are other motions")
+        raise InvalidInputError(
+            "initial: expected a front of the same problem, got one whose decision vectors are other motions"
+        )
     if len(rows) > most:
         rows = rows[covering(front.F, ReferenceBox.of(front.F, None).probes(front.F, 0), most)]
     if expansion is not None and folds:
@@ -151,7 +157,7 @@ def warm_start(problem: TrajectoryProblem, front: Front, most: int) -> FirstPopu
 
 
 def _given(problem: TrajectoryProblem, initial: Any, size: int) -> tuple[Array, int]:
-    """Individuals that are given, shape (N, n_var), and how many were evaluated for them."""
+    """The given individuals, shape (N, n_var), and how many evaluations they needed."""
     evaluations = 0
     if isinstance(initial, Front):
         found = warm_start(problem, initial, size)
@@ -171,7 +177,7 @@ def _stretched_population(
     stretching = Stretching.of(limits)
     X, worst = np.empty((0, problem.n_var)), np.empty(0)
     for _ in range(_TRIES):
-        # Two coordinates more: by how much times differ, and how slow an individual is.
+        # Two more coordinates: how much the times of an individual differ, and how slow it is.
         unit = _drawn(problem.n_var + 2, size, starts, generator)
         slow = unit[:, -1]
         drawn = _of_ratios(problem, unit[:, :-2], unit[:, -2], slow if starts == "stretched" else 0.5 + 0.0 * slow)
@@ -196,7 +202,7 @@ def _drawn(dimensions: int, size: int, starts: str, generator: np.random.Generat
 
 
 def _in_log_time(problem: TrajectoryProblem, unit: Array) -> Array:
-    """Decision vectors of points of the unit cube, times by their logarithms, shape (B, n_var)."""
+    """Decision vectors for points of the unit cube, uniform in the logarithms of times, shape (B, n_var)."""
     times = in_seconds(problem)
     low, high = (np.where(times, bound, 1.0) for bound in (problem.xl, problem.xu))
     inside = np.where(times, low * (high / low) ** unit, problem.xl + unit * (problem.xu - problem.xl))
@@ -204,7 +210,11 @@ def _in_log_time(problem: TrajectoryProblem, unit: Array) -> Array:
 
 
 def _of_ratios(problem: TrajectoryProblem, unit: Array, width: Array, level: Array) -> Array:
-    """The same, the times of an individual around its level, no further apart than its width says, both (B,)."""
+    """Decision vectors for points of the unit cube, with times near the level of each individual, shape (B, n_var).
+
+    Level and width have shape (B,); the ratio between two times of an individual is at most 16 to the power of its
+    width.
+    """
     times = in_seconds(problem)
     middle = _in_log_time(problem, np.where(times, level[:, None], unit))
     apart = np.where(times, _WIDEST ** (width[:, None] * (unit - 0.5)), 1.0)
@@ -212,20 +222,20 @@ def _of_ratios(problem: TrajectoryProblem, unit: Array, width: Array, level: Arr
 
 
 def _mass_taken(problem: TrajectoryProblem, front: Front) -> float:
-    """The payload of a front [kg], where a problem's variable may take it."""
+    """The payload of a front [kg], checked against the payload range of a problem."""
     mass, (low, high) = float(front.record.payload["mass"]), problem.payload_range or (0.0, np.inf)
     if not low <= mass <= high:
-        raise InvalidInputError(f"initial: expected a front of a payload from {low:g} to {high:g} kg, got {mass:g} kg")
+        raise InvalidInputError(f"initial: expected a front with a payload of {low:g} to {high:g} kg, got {mass:g} kg")
     return mass
 
 
 def _without_payload(problem: TrajectoryProblem) -> tuple[VariableRecord, ...]:
-    """The variables of a problem but for the payload; none where the payload is not one."""
+    """The variables of a problem except the payload; empty if the payload is not a variable."""
     return () if problem.payload_range is None else ProblemRecord.of(problem).variables[:-1]
 
 
 def _same_path(problem: TrajectoryProblem, row: Array, front: Front) -> bool:
-    """Whether a decision vector is the same path here as the first of a front there, at whatever speed."""
+    """Whether a decision vector of a problem gives the path of a front's first member, regardless of speed."""
     shares = np.linspace(0.0, 1.0, 5)
     here, there = problem.decode(row).at_shares(shares, 0), front.problem.decode(front.X[:1]).at_shares(shares, 0)
     return here.shape == there.shape and bool(np.allclose(here, there, rtol=0.0, atol=_ROUNDING))
@@ -233,7 +243,7 @@ def _same_path(problem: TrajectoryProblem, row: Array, front: Front) -> bool:
 
 @contextmanager
 def _under(problem: TrajectoryProblem, time_limit: float | None) -> Iterator[TrajectoryProblem]:
-    """The problem, under a time limit where there is one."""
+    """The problem, under a time limit if there is one."""
     if time_limit is None:
         yield problem
         return

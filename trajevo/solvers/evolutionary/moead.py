@@ -1,4 +1,4 @@
-"""MOEA/D for problems with limits, which pymoo's refuses."""
+"""MOEA/D for problems with constraints, which pymoo's MOEA/D refuses."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from trajevo.errors import InvalidInputError
 
 @final
 class ConstrainedMOEAD(ParallelMOEAD):
-    """pymoo's parallel MOEA/D with two additions: Deb's rules for limits, and objectives of equal weight.
+    """pymoo's parallel MOEA/D with two additions: Deb's rules for constraints, and scaled objectives.
 
-    An individual replaces a neighbour if it breaks the limits by less, or both keep them and it is better along the
-    neighbour's direction (Jain and Deb 2014 call it C-MOEA/D). Objectives are divided by the width of the population's,
-    as Zhang and Li 2007 advise for objectives of different sizes.
+    An offspring replaces a neighbour if it violates the constraints less, or if both are feasible and it is better
+    along the neighbour's direction (Jain and Deb 2014 call this C-MOEA/D). Objectives are divided by their range in the
+    feasible population, as Zhang and Li 2007 advise for objectives of different magnitudes.
 
     Args:
-        ref_dirs: directions between the objectives, shape (N, n_obj); the population has one individual for each.
-        pop_size: N, where it is given.
-        n_offsprings: new individuals per generation, N at most and if None.
-        others: as pymoo's.
+        ref_dirs: reference directions, shape (N, n_obj); the population has one individual for each.
+        pop_size: N, or None.
+        n_offsprings: new individuals per generation, at most N; N if None.
+        others: further arguments of pymoo's class.
 
     Raises:
-        InvalidInputError: another population, or more offspring.
+        InvalidInputError: a population other than N, or more than N offspring.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class ConstrainedMOEAD(ParallelMOEAD):
         super().__init__(ref_dirs, n_offsprings=n_offsprings or count, **others)
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
-        # pymoo's looks at the problem for its number of objectives, and to refuse limits.
+        # pymoo's _setup only reads the number of objectives, and refuses problems with constraints.
         unlimited = copy.copy(problem)
         unlimited.n_ieq_constr = 0
         super()._setup(unlimited, **kwargs)
@@ -61,7 +61,7 @@ class ConstrainedMOEAD(ParallelMOEAD):
 
 
 def _widths(F: Array) -> Array:
-    """Width of every objective, 1 where there is none, shape (n_obj,)."""
+    """Range of every objective, 1 where it is 0, shape (n_obj,)."""
     if not len(F):
         return np.ones(F.shape[1])
     width: Array = np.ptp(F, axis=0)

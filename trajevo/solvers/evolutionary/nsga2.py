@@ -1,4 +1,8 @@
-"""NSGA-II of pymoo with its population in arrays: the same individuals to the bit, without a loop over them."""
+"""NSGA-II with its population in arrays: the same individuals as pymoo's NSGA-II to the bit, without loops over them.
+
+:class:`Individuals` holds the arrays and converts them to and from pymoo's populations; :class:`ArrayNSGA2` is the
+algorithm.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +26,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.solvers.evolutionary.nsga2_ranking import copies, crowding_distances, fronts, winners
 from trajevo.solvers.evolutionary.operators import crossed, mutated
 
-#: What pymoo lets an equality constraint be off by.
+#: Tolerance of equality constraints in pymoo.
 _EQUAL = 1e-4
 _UNRANKED = -1
 
@@ -38,10 +42,10 @@ class Individuals:
         G: inequality constraints, shape (N, n_ieq_constr).
         H: equality constraints, shape (N, n_eq_constr).
         violation: Σ max(G, 0) + Σ max(abs(H) - 1e-4, 0), shape (N,).
-        rank: front that each was in when it was last ranked, shape (N,); -1 where it never was.
-        crowding: crowding distance there, shape (N,).
-        born: generation that each was made in, shape (N,).
-        notes: what else the problem said of each, shape (N,) object arrays.
+        rank: number of the non-dominated front at the last ranking, shape (N,); -1 if never ranked.
+        crowding: crowding distance in that front, shape (N,).
+        born: generation in which each was created, shape (N,).
+        notes: name -> further data about each individual, object arrays of shape (N,).
     """
 
     X: Array
@@ -56,13 +60,13 @@ class Individuals:
 
     @property
     def feasible(self) -> Array:
-        """Whether each keeps all constraints, shape (N,)."""
+        """Whether each individual keeps all constraints, shape (N,)."""
         feasible: Array = self.violation <= 0.0
         return feasible
 
     @classmethod
     def of_evaluation(cls, X: Array, evaluated: Mapping[str, Any], generation: int) -> Individuals:
-        """New individuals from what a problem gave for them."""
+        """New individuals from decision vectors, shape (N, n_var), and the results of a pymoo problem."""
         size = len(X)
         F, G, H = (_columns(evaluated.get(name), size) for name in "FGH")
         notes = {name: values for name, values in evaluated.items() if name not in "FGH" and values is not None}
@@ -70,7 +74,7 @@ class Individuals:
 
     @classmethod
     def of_population(cls, population: Population) -> Individuals:
-        """The arrays of individuals."""
+        """Arrays of a population of pymoo."""
         size = len(population)
         X, F, G, H = (_columns(population.get(name), size) for name in ("X", "F", "G", "H"))
         rank, crowding = _unranked(size)
@@ -91,24 +95,24 @@ class Individuals:
 
     @classmethod
     def joined(cls, one: Individuals, other: Individuals) -> Individuals:
-        """All individuals of two."""
+        """All individuals of both, one after the other."""
         keys = {*one.notes, *other.notes}
         notes = {key: np.concatenate([_noted(rows, key) for rows in (one, other)]) for key in keys}
         arrays = {name: np.concatenate([getattr(one, name), getattr(other, name)]) for name in _ARRAYS}
         return cls(**arrays, notes=notes)
 
     def chosen(self, indices: Array) -> Individuals:
-        """Some of them."""
+        """The individuals with the given indices."""
         arrays = {name: getattr(self, name).take(indices, axis=0) for name in _ARRAYS}
         return Individuals(**arrays, notes={key: values[indices] for key, values in self.notes.items()})
 
     def after(self, count: int) -> Individuals:
-        """All but the first ones, as views of the same arrays."""
+        """All individuals except the first ``count``, as views of the same arrays."""
         arrays = {name: getattr(self, name)[count:] for name in _ARRAYS}
         return Individuals(**arrays, notes={key: values[count:] for key, values in self.notes.items()})
 
     def population(self) -> Population:
-        """The same as individuals of pymoo."""
+        """The individuals as a population of pymoo."""
         return Population([self._individual(i) for i in range(len(self.X))])
 
     def _individual(self, i: int) -> Individual:
@@ -126,7 +130,7 @@ _ARRAYS = tuple(field.name for field in fields(Individuals) if field.name != "no
 
 
 def _columns(values: Any, size: int) -> Array:
-    """Values of all individuals as (N, columns), no columns where there are none."""
+    """Values of all individuals, shape (N, columns); no columns if the values are None."""
     if values is None:
         return np.empty((size, 0))
     found: Array = np.asarray(values, dtype=np.float64).reshape(size, -1 if size else 0)
@@ -147,28 +151,28 @@ def _noted(rows: Individuals, key: str) -> Array:
     return np.full(len(rows.X), None) if found is None else np.asarray(found, dtype=object)
 
 
-#: Parts of pymoo's algorithm that are written anew here.
+#: Parts of pymoo's algorithm that :class:`ArrayNSGA2` replaces.
 _OWN = ("selection", "survival", "repair", "eliminate_duplicates", "mating", "advance_after_initial_infill")
 
 
 @final
 class ArrayNSGA2(NSGA2):
-    """NSGA-II with constrained tournaments, of any problem that pymoo evaluates as a whole population.
+    """NSGA-II with constrained tournaments, for any problem that pymoo evaluates a whole population at a time.
 
     It draws the same random numbers in the same order as :class:`pymoo.algorithms.moo.nsga2.NSGA2`, so that the same
-    seed gives the same individuals. ``pop``, ``off`` and ``opt`` are made when somebody asks for them.
+    seed gives the same individuals. ``pop``, ``off`` and ``opt`` are created when they are read.
 
     Args:
-        pop_size: individuals.
-        n_offsprings: new individuals in each generation; as the population if None.
+        pop_size: number of individuals.
+        n_offsprings: new individuals in each generation; as many as the population if None.
         sampling: the first population: a sampling of pymoo, a population, or decision vectors, shape (N, n_var).
-        crossover: of two parents into two; SBX with pymoo's settings if None.
-        mutation: PM with pymoo's settings if None.
-        **settings: of every algorithm of pymoo (``output``, ``callback``, ``archive``, ...).
+        crossover: crossover of two parents into two children; SBX with pymoo's settings if None.
+        mutation: mutation; PM with pymoo's settings if None.
+        **settings: settings of any algorithm of pymoo (``output``, ``callback``, ``archive``, ...).
 
     Raises:
-        InvalidInputError: a crossover of other numbers of parents or children, or a part of pymoo's algorithm that this
-            one has its own of.
+        InvalidInputError: a crossover with another number of parents or children, or a part of pymoo's algorithm that
+            this class replaces.
     """
 
     def __init__(
@@ -223,7 +227,7 @@ class ArrayNSGA2(NSGA2):
 
     @property
     def opt(self) -> Population | None:
-        """The best front, or the individual that breaks least while none is feasible."""
+        """The best front, or the individual with the least violation while none is feasible."""
         if "opt" not in self._given and self._rows is not None:
             NSGA2._set_optimum(self)
         return self._given.get("opt")
@@ -233,7 +237,7 @@ class ArrayNSGA2(NSGA2):
         self._given["opt"] = population
 
     def next(self) -> None:
-        """One generation."""
+        """Run one generation."""
         X = self._new() if type(self.evaluator) is Evaluator and self.evaluator.callback is None else None
         if X is None:
             super().next()
@@ -259,7 +263,7 @@ class ArrayNSGA2(NSGA2):
             self.archive = kept.add(self.off)
 
     def _new(self) -> Array | None:
-        """Decision vectors of the next generation; None where pymoo has to make the first one."""
+        """Decision vectors of the next generation; None if pymoo must create the first population."""
         if self.is_initialized:
             return self._children(self._population())
         sampling: Any = self.initialization.sampling
@@ -299,7 +303,7 @@ class ArrayNSGA2(NSGA2):
         self._remember(both.after(len(rows.X)))
 
     def _remember(self, offspring: Individuals) -> None:
-        """The latest individuals, ranked by now."""
+        """Keep the latest individuals, which have been ranked."""
         self._given.pop("off", None)
         self._offspring = offspring
 
@@ -312,7 +316,7 @@ class ArrayNSGA2(NSGA2):
         return self._given.get(name)
 
     def _population(self) -> Individuals:
-        """The population as arrays; what was handed out as individuals may have been changed there."""
+        """The population as arrays; pymoo's individuals are read again if they exist, as they may have changed."""
         handed_out = self._given.get("pop")
         if handed_out is not None:
             self._rows = Individuals.of_population(handed_out)
@@ -321,7 +325,7 @@ class ArrayNSGA2(NSGA2):
         return self._rows
 
     def _children(self, rows: Individuals) -> Array:
-        """New decision vectors, as many as there are to be, or fewer where a hundred matings give copies alone."""
+        """``n_offsprings`` new decision vectors, or fewer if a hundred rounds of mating give too many duplicates."""
         kept: Array = np.empty((0, self.problem.n_var))
         for _ in range(self.mating.n_max_iterations):
             wanted = self.n_offsprings - len(kept)
@@ -333,7 +337,7 @@ class ArrayNSGA2(NSGA2):
         return kept
 
     def _mated(self, rows: Individuals, wanted: int) -> Array:
-        """Children of parents that win tournaments; at least as many as wanted."""
+        """Children of parents that have won tournaments, at least ``wanted``."""
         random, size, matings = self.random_state, len(rows.X), math.ceil(wanted / 2)
         rounds = math.ceil(4 * matings / size)
         contests = np.concatenate([random.permutation(size) for _ in range(rounds)])[: 4 * matings].reshape(-1, 2)
@@ -342,7 +346,7 @@ class ArrayNSGA2(NSGA2):
         return mutated(self.mating.mutation, self.problem, children.reshape(-1, rows.X.shape[1]), random)
 
     def _survive(self, rows: Individuals, most: int | None = None) -> None:
-        """Keep the best: feasible ones by rank and crowding, then those that break limits least."""
+        """Keep the best individuals: feasible ones by rank and crowding, then those with the least violation."""
         most = min(self.pop_size if most is None else most, len(rows.X))
         constrained = self.problem.has_constraints()
         feasible = np.flatnonzero(rows.feasible) if constrained else np.arange(len(rows.X))
@@ -361,7 +365,7 @@ class ArrayNSGA2(NSGA2):
             members = among[front]
             rows.rank[members], rows.crowding[members] = rank, crowding
             if len(front) > left:
-                # Shuffled before they are sorted, so that chance decides among equal ones.
+                # Shuffled before they are sorted, so that ties are broken at random.
                 shuffled = self.random_state.permutation(len(front))
                 members = members[shuffled[crowding[shuffled].argsort()][::-1][:left]]
             survivors.append(members)
@@ -371,7 +375,7 @@ class ArrayNSGA2(NSGA2):
 
 @final
 class _FirstOfCopies(DuplicateElimination):
-    """pymoo's elimination of duplicates from a first population, without the distances of all pairs."""
+    """pymoo's elimination of duplicates from a first population, without computing the distances of all pairs."""
 
     def _do(self, pop: Population, other: Population | None, is_duplicate: Array) -> Array:
         is_duplicate |= copies(pop.get("X"), *([] if other is None else [other.get("X")]))

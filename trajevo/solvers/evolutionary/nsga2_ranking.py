@@ -1,4 +1,4 @@
-"""What NSGA-II compares individuals by: fronts, crowding, tournaments and copies, to the bit as in pymoo."""
+"""Comparisons of NSGA-II: non-dominated fronts, crowding, tournaments and duplicates, equal to pymoo's to the bit."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from scipy.spatial.distance import cdist
 
 from trajevo.base.arrays import Array
 
-#: Distance up to which pymoo takes two decision vectors for the same one.
+#: Distance up to which pymoo treats two decision vectors as duplicates.
 _SAME = 1e-16
-#: Twice what two such vectors' sums of products may differ by, were all n_var terms as great as any.
+#: Twice the greatest rounding difference between the projections of two equal vectors, over n_var³ times their greatest
+#: entry.
 _ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
 def fronts(F: Array, most: int) -> Iterator[Array]:
-    """Indices of the fronts of objectives (N, n_obj), the best one first, until they have the most that are wanted."""
+    """Yield the indices of the non-dominated fronts of objectives (N, n_obj), best first, until there are ``most``."""
     if not len(F):
         return
     ranks, found = moocore.pareto_rank(F), 0
@@ -36,7 +37,7 @@ def crowding_distances(F: Array) -> Array:
         return np.full(size, np.inf)
     order = n_obj * F.argsort(axis=0, kind="stable") + np.arange(n_obj)
     ascending, gaps = F.take(order), np.full((size + 1, n_obj), np.inf)
-    # What is not finite has no distance: pymoo takes 0 there, as for an objective that is the same for all.
+    # Values that are not finite have no distance: pymoo uses 0 there, and for an objective that is the same for all.
     with np.errstate(invalid="ignore", divide="ignore"):
         np.subtract(ascending[1:], ascending[:-1], out=gaps[1:-1])
         extent = ascending[-1] - ascending[0]
@@ -50,7 +51,7 @@ def crowding_distances(F: Array) -> Array:
 
 
 def copies(X: Array, *others: Array) -> Array:
-    """Which decision vectors (N, n_var) are those of an earlier one or of others, shape (N,)."""
+    """Which decision vectors (N, n_var) are duplicates of an earlier one or of one in ``others``, shape (N,)."""
     size, every = len(X), np.concatenate([X, *others])
     rivals = _not_alone(every)
     suspects = rivals[rivals < size]
@@ -63,9 +64,9 @@ def copies(X: Array, *others: Array) -> Array:
 
 
 def _not_alone(X: Array) -> Array:
-    """Indices of decision vectors (N, n_var) among which all equal ones are.
+    """Indices of the decision vectors (N, n_var) that may be equal to another one.
 
-    Their products with any direction are equal too, up to rounding.
+    The projections of equal vectors on any direction are equal too, up to rounding.
     """
     n_var = X.shape[1]
     along = X @ np.arange(n_var, 2.0 * n_var)
@@ -79,14 +80,14 @@ def _not_alone(X: Array) -> Array:
 
 
 def winners(pairs: Array, violation: Array, F: Array, crowding: Array, random: np.random.Generator) -> Array:
-    """Winners of tournaments between two: by violation, dominance, crowding; ties are drawn.
+    """Winners of binary tournaments, decided by violation, then dominance, then crowding; ties are broken at random.
 
     Args:
-        pairs: indices of who meets whom, shape (N, 2).
-        violation: of every individual, 0 for feasible ones.
+        pairs: indices of the two individuals in each tournament, shape (N, 2).
+        violation: violation of every individual, 0 for feasible ones, shape (individuals,).
         F: objectives of every individual, shape (individuals, n_obj).
-        crowding: crowding distance of every individual.
-        random: generator of the draws.
+        crowding: crowding distance of every individual, shape (individuals,).
+        random: random generator.
 
     Returns:
         Indices, shape (N,).

@@ -1,7 +1,7 @@
-"""Simulated binary crossover and polynomial mutation of pymoo: its draws and its arithmetic, without its detours.
+"""Simulated binary crossover and polynomial mutation, faster than pymoo's and equal to them to the bit.
 
 pymoo repeats bounds and settings for every variable and raises both branches of every formula to a power. Here each
-number is computed once; every power is of arrays of the same kind, so that the results are pymoo's to the bit.
+number is computed once, from the same random draws. Powers are taken of arrays like pymoo's, so that results are equal.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pymoo.operators.mutation.pm import PM
 
 from trajevo.base.arrays import Array
 
-#: Distance up to which pymoo takes two values of parents for the same one.
+#: Distance up to which pymoo treats two values of parents as equal.
 _CLOSE = 1e-14
 
 
@@ -23,9 +23,9 @@ def crossed(operator: Any, problem: Any, parents: Array, random: np.random.Gener
 
     Args:
         operator: a crossover of pymoo, of two parents into two children.
-        problem: a problem of pymoo, which has the bounds.
+        problem: a problem of pymoo, whose bounds are used.
         parents: decision vectors, shape (2, N, n_var).
-        random: generator of every draw.
+        random: random generator.
 
     Returns:
         Shape (2, N, n_var); the parents themselves where the operator's probability leaves a pair as it is.
@@ -46,12 +46,12 @@ def mutated(operator: Any, problem: Any, X: Array, random: np.random.Generator) 
 
     Args:
         operator: a mutation of pymoo.
-        problem: a problem of pymoo, which has the bounds.
+        problem: a problem of pymoo, whose bounds are used.
         X: decision vectors, shape (N, n_var).
-        random: generator of every draw.
+        random: random generator.
 
     Returns:
-        Shape (N, n_var); the same ones where the operator's probability leaves them as they are.
+        Shape (N, n_var); the same vectors where the operator's probability leaves them as they are.
     """
     settings = _numbers(operator, PM, "eta", "at_least_once")
     rate = None if settings is None else operator.get_prob_var(problem)
@@ -89,15 +89,15 @@ def _simulated_binary(
     if exchange_rate < 1.0:
         swapped &= (draws[:matings] <= exchange_rate)[where // n_var]
     children = parents.copy()
-    # The lower child is the first one, unless they are swapped: whichever parent is the lower one.
+    # The lower child is the first one unless they are swapped, whichever parent is the lower one.
     first, second = children.reshape(2, -1)
     first[where], second[where] = np.where(swapped, up, down), np.where(swapped, down, up)
     return _clamped(children, low, high)
 
 
 def _spread(room: Array, apart: Array, drawn: Array, index: float) -> Array:
-    """How far children lie apart, as a share of how far their parents do, towards either bound; shape (2, K)."""
-    # Parents outside their bounds may have no number here; pymoo takes 0 then.
+    """Distance of children over distance of parents, towards the lower and the upper bound, shape (2, K)."""
+    # Parents outside their bounds may give NaN here; pymoo uses 0 then.
     with np.errstate(all="ignore"):
         alpha = 2.0 - np.power(1.0 + 2.0 * room / apart, np.full(room.shape, -(index + 1.0)))
         scaled = drawn * alpha
@@ -118,10 +118,10 @@ def _polynomial(X: Array, low: Array, high: Array, rate: float, index: float, ra
     drawn = random.random(len(where))
     down = drawn <= 0.5
     power = np.full(len(where), index + 1.0)
-    # Variables outside their bounds may have no number here.
+    # Variables outside their bounds may give NaN here.
     with np.errstate(invalid="ignore"):
         kept = np.power(1.0 - np.where(down, x - least, most - x) / width, power)
-        # pymoo has a formula for either side; doubles below 1 are drawn in steps of 2^-53, and 1 less one is exact.
+        # pymoo has one formula for each side. Random numbers are multiples of 2^-53, so that 1 - drawn is exact.
         twice = 2.0 * np.minimum(drawn, 1.0 - drawn)
         root = np.power(twice + (1.0 - twice) * kept, 1.0 / power)
         step = np.where(down, root - 1.0, 1.0 - root)
@@ -131,14 +131,14 @@ def _polynomial(X: Array, low: Array, high: Array, rate: float, index: float, ra
 
 
 def _clamped(X: Array, low: Array, high: Array) -> Array:
-    """The same array with what is outside the bounds set to them; not by minima, in which -0 and 0 are the same."""
+    """Clip an array to the bounds, in place; not by minimum and maximum, which do not distinguish -0 and 0."""
     np.copyto(X, low, where=np.less(X, low))
     np.copyto(X, high, where=np.greater(X, high))
     return X
 
 
 def _numbers(operator: Any, kind: type, *names: str) -> tuple[float, ...] | None:
-    """Settings of an operator that is exactly of one kind, None where it is another or one is no plain number."""
+    """Settings of an operator; None if its class is not exactly ``kind``, or a setting is not a plain number."""
     if type(operator) is not kind:
         return None
     values = [getattr(getattr(operator, name), "value", getattr(operator, name)) for name in names]

@@ -1,7 +1,7 @@
-"""Tournaments whose ties are drawn from the seed, for algorithms of pymoo that lose it.
+"""Tournaments that break ties with the seeded random generator, for algorithms of pymoo that do not.
 
-pymoo 0.6.2 compares the violations of two infeasible individuals without handing its generator on: among equal ones
-NSGA-III, R-NSGA-III and U-NSGA-III draw from a generator that nobody seeded, and two runs of one seed part.
+pymoo 0.6.2 does not pass its generator on when it compares the violations of two infeasible individuals. If these are
+equal, NSGA-III, R-NSGA-III and U-NSGA-III use an unseeded generator, and two runs with the same seed differ.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pymoo.core.population import Population
 
 from trajevo.base.arrays import Array
 
-#: Algorithms and operators of pymoo 0.6.2 that draw past the seed, besides the tournaments -> where they do.
+#: Algorithms and operators of pymoo 0.6.2 that use an unseeded generator, apart from the tournaments -> where they do.
 _UNSEEDED = {
     "pymoo.algorithms.moo.cmopso.CMOPSO": "it thins its elites out",
     "pymoo.algorithms.soo.nonconvex.direct.DIRECT": "it chooses among equal boxes",
@@ -33,13 +33,13 @@ _UNSEEDED = {
 def violation_then_random(
     pop: Population, P: Array, *, random_state: np.random.Generator, **kwargs: Any
 ) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Tournament of NSGA-III: less violation wins; one of two equal or two feasible individuals by chance.
+    """Tournament of NSGA-III: the lower violation wins; ties and pairs of feasible individuals are decided at random.
 
     Args:
         pop: individuals.
         P: pairs of indices, shape (n, 2).
-        random_state: generator of every draw; one call of it, whatever the pairs are.
-        kwargs: what pymoo passes besides; not used.
+        random_state: random generator; called once, whatever the pairs are.
+        kwargs: further arguments from pymoo, not used.
 
     Returns:
         Winners, shape (n, 1).
@@ -51,14 +51,16 @@ def violation_then_random(
 def niche_then_random(
     pop: Population, P: Array, *, random_state: np.random.Generator, **kwargs: Any
 ) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Tournament of U-NSGA-III: less violation wins; of two feasible individuals of one niche the better front, then
-    the nearer to the niche's direction; by chance where none of this decides.
+    """Tournament of U-NSGA-III: the lower violation wins.
+
+    Of two feasible individuals in the same niche, the one in the better front wins, then the one nearer to the niche's
+    direction. All other pairs are decided at random.
 
     Args:
-        pop: individuals; feasible ones with the niche, rank and distance that the survival gave them.
+        pop: individuals; the feasible ones have the niche, rank and distance that the survival has assigned.
         P: pairs of indices, shape (n, 2).
-        random_state: generator of every draw; one call of it, whatever the pairs are.
-        kwargs: what pymoo passes besides; not used.
+        random_state: random generator; called once, whatever the pairs are.
+        kwargs: further arguments from pymoo, not used.
 
     Returns:
         Winners, shape (n, 1).
@@ -72,7 +74,7 @@ def niche_then_random(
     return _winners(P, np.where(rivals, decided, _lesser(violations)), random_state)
 
 
-#: Comparisons of pymoo 0.6.2 that lose the seed, and ours.
+#: Comparisons of pymoo 0.6.2 that do not use the seed, and their replacements.
 _PAIRS = (
     (comp_by_cv_then_random, violation_then_random),
     (comp_by_rank_and_ref_line_dist, niche_then_random),
@@ -80,26 +82,26 @@ _PAIRS = (
 
 
 def seeded(algorithm: Algorithm) -> str | None:
-    """Make an algorithm of pymoo draw from its seed alone, where that can be done from outside.
+    """Make an algorithm of pymoo depend on its seed alone, as far as that is possible from outside.
 
     Args:
-        algorithm: an algorithm that has not run; its tournament is replaced by ours where pymoo's loses the seed.
+        algorithm: an algorithm that has not run; its tournament is replaced if it does not use the seed.
 
     Returns:
-        None, or a sentence that says what in it draws past the seed and cannot be helped.
+        None, or a sentence that says which part does not use the seed and cannot be replaced.
     """
     mating = getattr(algorithm, "mating", None)
     selection = getattr(mating, "selection", None)
     for theirs, ours in _PAIRS:
         if mating is not None and getattr(selection, "func_comp", None) is theirs:
-            mating.selection = copy.copy(selection)  # the default is one object for all algorithms of its class
+            mating.selection = copy.copy(selection)  # all algorithms of a class share the default object
             mating.selection.func_comp = ours
     operators = (getattr(mating, role, None) for role in ("crossover", "mutation"))
     for part in (algorithm, getattr(algorithm, "survival", None), *operators):
         for kind in type(part).__mro__:
             where = _UNSEEDED.get(f"{kind.__module__}.{kind.__qualname__}")
             if where is not None:
-                return f"{type(part).__name__} draws past the seed where {where}, so none of its runs can be repeated"
+                return f"{type(part).__name__} does not use the seed where {where}, so none of its runs can be repeated"
     return None
 
 
@@ -110,7 +112,7 @@ def _violations(pop: Population) -> Array:
 
 
 def _lesser(values: Array) -> Array:
-    """Which of two columns is less, 0 or 1, and -1 where neither is; (n, 2) -> (n,)."""
+    """Index of the lesser of two columns, -1 where they are equal; (n, 2) -> (n,)."""
     return np.select([values[:, 0] < values[:, 1], values[:, 1] < values[:, 0]], [0, 1], -1)
 
 

@@ -1,8 +1,8 @@
-"""Whole populations at other speeds: the least time that every individual's own way of sharing it out allows.
+"""Stretch the times of every individual in a population by one factor, to the least time that the limits allow.
 
-Where all times of an individual are multiplied by s, its path stays and every derivative of it falls with a power of s;
-so a limit whose share of use is known at one speed is known at all. Effort is a quadratic in 1/s, see
-:mod:`trajevo.dynamics.path_effort`. Limits on the path itself, such as those of position, no speed changes.
+If all times of an individual are multiplied by s, its path stays the same and its derivatives fall with powers of s. So
+the use of a limit at one speed gives its use at all speeds. Effort is quadratic in 1/s, see
+:mod:`trajevo.dynamics.path_effort`. Limits on the path itself, such as those of position, do not depend on speed.
 """
 
 from __future__ import annotations
@@ -17,30 +17,30 @@ from trajevo.base.sampling import sobol
 from trajevo.dynamics.path_effort import EffortOfPath, greatest_allowed
 from trajevo.formulation.problem import TrajectoryProblem
 
-#: Individuals that tell how a problem's limits scale, a power of two (Sobol), and the stretch that they are asked at.
+#: Number of individuals that show how a problem's limits scale, a power of two (Sobol), and factor of their times.
 _PROBES, _STRETCH = 8, 1.25
 
-#: Powers of the stretch that shares of limits are known to follow: jerk, acceleration, speeds, the path, the time.
+#: Powers of the factor that shares of limits can follow: jerk, acceleration, speed, path, time.
 _POWERS = np.array([-3, -2, -1, 0, 1])
 
-#: Individuals that are stretched at a time; their efforts at all samples take memory.
+#: Number of individuals that are stretched at a time, since their efforts at all samples take memory.
 _AT_A_TIME = 100
-#: By how much a share may differ from a power; by how much limits are kept more than asked for; what is no change.
+#: Tolerance with which a share follows a power; margin by which limits are tightened; change that counts as none.
 _AGREEMENT, _MARGIN, _SETTLED = 1e-6, 1e-9, 1e-8
 
-#: How often an individual is stretched that the bounds of its variables changed.
+#: How often an individual is stretched at most; the bounds of its variables may make another time necessary.
 _ROUNDS = 8
 
 
 @final
 class Limits:
-    """The constraints of a problem, with a count of the individuals that were asked about.
+    """The constraints of a problem, with a count of the individuals that were evaluated.
 
     Args:
         problem: the problem.
 
     Attributes:
-        evaluations: how many individuals.
+        evaluations: number of individuals.
     """
 
     def __init__(self, problem: TrajectoryProblem) -> None:
@@ -56,15 +56,15 @@ class Limits:
 @final
 @dataclass(frozen=True, eq=False)
 class Stretching:
-    """How the limits of a problem change with one factor of all times.
+    """How the limits of a problem change when all times are multiplied by one factor.
 
     Attributes:
-        limits: of the problem.
-        times: which variables are times that stretch the whole motion, shape (n_var,); none where stretching them all
-            does anything else.
-        powers: of the stretch that the share of each limit follows, shape (n_constr,); NaN where it is none, as of
-            effort.
-        efforts: columns of effort limits, and the share of the robot's limits that they leave.
+        limits: limits of the problem.
+        times: which variables are times that stretch the whole motion, shape (n_var,); none if stretching all of them
+            changes the path.
+        powers: power of the factor that the share of each limit follows, shape (n_constr,); NaN if there is none, as
+            for effort.
+        efforts: columns of the effort limits, and the share of the robot's limits that they allow.
     """
 
     limits: Limits
@@ -74,7 +74,7 @@ class Stretching:
 
     @classmethod
     def of(cls, limits: Limits) -> Stretching:
-        """Ask a problem, at a few individuals and at the same stretched."""
+        """Find the powers of a problem's limits by evaluating a few individuals, as they are and stretched."""
         problem = limits.problem
         times = in_seconds(problem)
         efforts, column = [], 0
@@ -98,14 +98,14 @@ class Stretching:
         return bool(self.times.any())
 
     def mended(self, X: Array, *, quicker: bool = False) -> tuple[Array, Array]:
-        """Individuals in the least time that the limits allow, within the bounds of their variables.
+        """Stretch individuals that break a limit to the least time that the limits allow, within the variables' bounds.
 
-        Where a bound holds one time back the others are stretched on, and the path changes; an individual beyond a
-        limit that does not depend on speed, or that no speed keeps, stays as it is.
+        If a time reaches its bound, the others are stretched further and the path changes. An individual stays as it is
+        if it breaks a limit that does not depend on speed, or that cannot be kept at any speed.
 
         Args:
             X: decision vectors, shape (B, n_var), within their bounds.
-            quicker: stretch those that keep the limits too, by less than 1: all end on a limit or a bound.
+            quicker: also speed up individuals that keep the limits, so that all end on a limit or a bound.
 
         Returns:
             Decision vectors (B, n_var) and their constraints (B, n_constr).
@@ -125,12 +125,12 @@ class Stretching:
         return X, G
 
     def least_factors(self, X: Array, G: Array, *, quicker: bool) -> Array:
-        """The least factors of all times that limits allow, shape (B,); 1 where none mends an individual.
+        """The least factor of all times with which each individual keeps the limits, shape (B,); 1 if there is none.
 
         Args:
             X: decision vectors, shape (B, n_var).
             G: their constraints, shape (B, n_constr).
-            quicker: allow factors below 1, down to where a time is at its lower bound.
+            quicker: allow factors below 1, until a time reaches its lower bound.
         """
         if len(X) > _AT_A_TIME:
             rows = [slice(i, i + _AT_A_TIME) for i in range(0, len(X), _AT_A_TIME)]
@@ -146,7 +146,7 @@ class Stretching:
         if not self.possible or not asked.any():
             return factors
         X, share, powers = X[asked], 1.0 + G[asked][:, known], self.powers[known]
-        # Speeds u = 1/s: a share falls with s^p, so it is 1 where u^p is the share.
+        # Speed u = 1/s: a share is proportional to s^p, so it becomes 1 where u^p equals the share at speed 1.
         with np.errstate(divide="ignore"):
             at = np.maximum(share, 0.0) ** (1.0 / powers)
         fall = powers < 0
@@ -162,12 +162,13 @@ class Stretching:
         return factors
 
     def slowed(self, X: Array, G: Array, shares: Array) -> tuple[Array, Array]:
-        """Individuals slowed down on their paths; those that would break a limit so stay as they are.
+        """Slow individuals down on their paths; those that would then break a limit stay as they are.
 
         Args:
             X: decision vectors, shape (B, n_var).
             G: their constraints, shape (B, n_constr).
-            shares: of the way, in log time, to where a variable or the longest time allowed ends it, shape (B,).
+            shares: how far each is slowed down, in log time, from 0 (not at all) to 1 (until a variable reaches its
+                bound or the motion takes the longest time allowed), shape (B,).
 
         Returns:
             Decision vectors (B, n_var) and their constraints (B, n_constr).
@@ -207,7 +208,7 @@ def in_seconds(problem: TrajectoryProblem) -> Array:
 
 
 def _same_paths(problem: TrajectoryProblem, X: Array, slower: Array) -> bool:
-    """Whether individuals run along the same paths as others, in the same shares of a longer time."""
+    """Whether stretched individuals run along the same paths as before, with the same shares of the longer time."""
     one, other = problem.decode(X), problem.decode(slower)
     shares = np.linspace(0.0, 1.0, 5)
     timed = np.allclose(other.breaks, _STRETCH * one.breaks, rtol=_SETTLED)
@@ -215,7 +216,7 @@ def _same_paths(problem: TrajectoryProblem, X: Array, slower: Array) -> bool:
 
 
 def _powers(G: Array, stretched: Array) -> Array:
-    """Powers of the stretch that the shares of limits follow, shape (n_constr,), NaN where they follow none."""
+    """Power of the factor that the share of each limit follows, shape (n_constr,); NaN if there is none."""
     shares = 1.0 + G
     expected = shares[..., None] * _STRETCH ** _POWERS.astype(np.float64)
     off = np.abs(1.0 + stretched[..., None] - expected) / (1e-3 + np.abs(shares[..., None]))

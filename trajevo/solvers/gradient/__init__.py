@@ -1,1 +1,1 @@
-"""Solvers that follow exact gradients."""
+"""Solvers that use gradients."""

@@ -1,9 +1,9 @@
-"""Many members at once by sequential quadratic programming, each along a direction of its own.
+"""Sequential quadratic programming (SQP) of many members of a front at once, each along its own direction.
 
-Every member minimises the greatest of its scaled objectives, less those of a reference (Pascoletti and Serafini's
-scalarisation with equal rates; on logarithms all objectives fall by the same factor), plus a small share of their sum
-(augmented achievement scalarising), under the problem's limits. All members take their steps together, so that one
-batch of gradients serves them all.
+Every member minimises the greatest difference between its scaled objectives and a reference (Pascoletti and Serafini's
+scalarisation with equal rates; on logarithmic scales all objectives fall by the same factor) plus a small share of
+their sum (augmented achievement scalarising), under the problem's limits. :class:`Model` is the quadratic program of
+one step. :class:`Lockstep` takes the steps of all members together, so that gradients are evaluated in batches.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from scipy.optimize import nnls
 from trajevo.base.arrays import Array
 from trajevo.solvers.gradient.scaling import Scaled
 
-#: Weight of the squares of what the greatest value and the excess change by: without them the program is not strict.
+#: Weight of the squares of t (the maximum) and s (the excess), which make the quadratic program strictly convex.
 _PROXIMAL = 0.1
 
-#: Values of limits above which they are in the first program; those that its solution breaks are added.
+#: Limits with a value above this are in the program from the start; others are added if its solution breaks them.
 _NEAR = -0.3
 
-#: Excess of a linear limit that is rounding.
+#: Excess over a linearised limit that counts as rounding.
 _ROUNDING = 1e-9
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A solution.
+    """The solution of the quadratic program of one step.
 
     Attributes:
         d: change of the variables, shape (n,).
-        terms: multipliers of the terms of the maximum, shape (k,), of sum 1 nearly.
+        terms: multipliers of the terms of the maximum, shape (k,); their sum is nearly 1.
         limits: multipliers of the limits, shape (m,).
     """
 
@@ -47,17 +47,17 @@ class Step:
 @final
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A minimax problem near a point: curvature and slopes of its terms and limits.
+    """The quadratic program of one step: a minimax problem with linearised terms and limits.
 
     Attributes:
-        curvature: of the Lagrangian, positive definite, shape (n, n).
-        slope: of what is added to the maximum, shape (n,).
-        terms: of the maximum, less the maximum, shape (k,), at most 0.
-        term_slopes: shape (k, n).
-        limits: at most 0 where kept, shape (m,).
-        limit_slopes: shape (m, n).
+        curvature: approximate Hessian of the Lagrangian, positive definite, shape (n, n).
+        slope: gradient of the function added to the maximum, shape (n,).
+        terms: terms of the maximum minus the maximum, at most 0, shape (k,).
+        term_slopes: gradients of the terms, shape (k, n).
+        limits: values of the limits, at most 0 where kept, shape (m,).
+        limit_slopes: gradients of the limits, shape (m, n).
         box: least and greatest change of every variable, shape (2, n).
-        penalty: of the greatest excess over a limit.
+        penalty: weight of the greatest excess over a limit.
     """
 
     curvature: Array
@@ -70,16 +70,16 @@ class Model:
     penalty: float
 
     def decrease(self, d: Array) -> float:
-        """By how much a step lowers maximum, addend and penalty, their slopes taken as constant."""
+        """Decrease of maximum, added function and penalty that a step (n,) promises if slopes are constant."""
         rise = (self.terms + self.term_slopes @ d).max() + self.slope @ d
         excess = max((self.limits + self.limit_slopes @ d).max(initial=0.0), 0.0)
         return float(self.penalty * (max(self.limits.max(initial=0.0), 0.0) - excess) - rise)
 
     def solve(self) -> Step | None:
-        """Minimise t + slope·d + ½ d'Bd + penalty s under terms ≤ t, limits ≤ s, 0 ≤ s and box; None where it fails.
+        """Minimise t + slope·d + ½ d'Bd + penalty s under terms ≤ t, limits ≤ s, 0 ≤ s and box; None if that fails.
 
-        The squares of t and s are added with a small weight. In coordinates in which the whole square is that of a
-        length it is the least distance problem of Lawson and Hanson, whose dual is a non-negative least squares.
+        The squares of t and s are added with a small weight. In coordinates in which the quadratic form is a squared
+        length, this is Lawson and Hanson's least distance problem, whose dual is a non-negative least squares problem.
         """
         size = len(self.slope)
         try:
@@ -111,7 +111,7 @@ class Model:
         return square
 
     def _rows(self, chosen: Array) -> tuple[Array, Array]:
-        """Matrix and bounds of rows (d, t, s) ≤ bound: terms, chosen limits, the excess itself, the box."""
+        """Matrix and bounds of the rows · (d, t, s) ≤ bounds: terms, chosen limits, s ≥ 0 and the box."""
         size, count, kept = len(self.slope), len(self.terms), len(chosen)
         rows = np.zeros((count + kept + 1 + 2 * size, size + 2))
         rows[:count, :size], rows[:count, size] = self.term_slopes, -1.0
@@ -122,7 +122,7 @@ class Model:
 
 
 def _least_distance(rows: Array, bounds: Array) -> tuple[Array, Array] | None:
-    """The shortest w with rows w ≥ bounds, and its multipliers; None where there is none."""
+    """The shortest w with rows w ≥ bounds, and its multipliers; None if there is none."""
     system = np.vstack([rows.T, bounds])
     scale = np.linalg.norm(system, axis=0)
     scale[scale == 0.0] = 1.0
@@ -138,14 +138,14 @@ def _least_distance(rows: Array, bounds: Array) -> tuple[Array, Array] | None:
     return -rest[:-1] / rest[-1], -dual / rest[-1]
 
 
-#: Share of the decrease that the slopes promise, of which a step must bring as much.
+#: Share of the promised decrease that a step must achieve.
 _SUFFICIENT = 1e-4
 
-#: Factor by which a step that does not is made shorter, and how often.
+#: Factor by which a step that achieves less is shortened, and how many lengths are tried.
 _SHORTER, _TRIES = 0.4, 6
 
 
-#: Times in a row that no share of a step brings enough, after which a member is done.
+#: Failed steps in a row that a member may have; after one more it is done.
 _FAILURES = 3
 
 #: Growth of the trust region after a full step, and its least and greatest size.
@@ -156,31 +156,31 @@ _GROWTH, _LEAST, _MOST = 2.0, 1e-4, 1.0
 _PENALTY, _HARDER = 10.0, 3.0
 
 
-#: Least share of the curvature along a step that an update may leave (Powell's damping).
+#: Least share of the curvature along a step that remains after an update (Powell's damping).
 _DAMPING = 0.2
 
-#: Excess below which a member that has come to rest is done.
+#: Excess over a limit below which a member that has converged is done.
 _FEASIBLE = 1e-6
 
 
 @final
 class Lockstep:
-    """Members on their way, all with the same number of steps at most.
+    """SQP of M members that take their steps together.
 
     Args:
-        scaled: the problem.
-        y: where they begin, scaled variables (M, n).
-        reference: scaled columns that are compared with, shape (M, C); infinite where a column plays no part.
-        augmentation: share of every column that is added to the greatest, shape (M, C).
-        curvature: first guess of the Lagrangian's second derivatives, shape (M, n, n), or None.
+        scaled: the problem in scaled variables, with C scaled columns of objectives.
+        y: starting points in scaled variables, shape (M, n).
+        reference: reference values of the columns, shape (M, C); infinite if a column is not part of the maximum.
+        augmentation: share of every column that is added to the maximum, shape (M, C).
+        curvature: initial approximation of the Lagrangian's Hessian, shape (M, n, n), or None.
         radius: greatest change of a scaled variable in the first step.
-        restarts: how often each member that has come to rest forgets its curvature and looks again, as a wrong one
-            makes it stop early, shape (M,) or one number for all.
+        restarts: how often a member that has converged discards its curvature and continues, since a wrong curvature
+            makes it stop early; shape (M,) or one number for all.
 
     Attributes:
-        y: where the members are, shape (M, n).
-        safe: where each was last within all limits, or where it began, shape (M, n).
-        curvature: what is known of the second derivatives there.
+        y: current points, shape (M, n).
+        safe: last point of each member within all limits, or its starting point, shape (M, n).
+        curvature: current approximation of the Lagrangian's Hessian, shape (M, n, n).
     """
 
     def __init__(
@@ -207,12 +207,12 @@ class Lockstep:
         self._live = np.logical_and.reduce(good)
 
     def run(self, steps: Array, tolerance: Array, stop: Callable[[], bool]) -> None:
-        """Take steps until every member is done, and stop before the one at which ``stop`` says so.
+        """Take steps until every member is done or ``stop`` returns True.
 
         Args:
-            steps: how many each member takes at most, shape (M,).
-            tolerance: decrease promised by its model below which each is done, shape (M,).
-            stop: asked before every step.
+            steps: greatest number of steps of each member, shape (M,).
+            tolerance: a member is done when its model promises less decrease than this, shape (M,).
+            stop: called before every step.
         """
         for number in range(steps.max(initial=0)):
             self._live &= steps > number
@@ -227,7 +227,7 @@ class Lockstep:
             self._advance(np.array(list(going)), [step for step, _ in found], np.array([gain for _, gain in found]))
 
     def _step(self, i: int, tolerance: float) -> tuple[Step, float] | None:
-        """The next step of a member and the decrease that it promises; None where it is done."""
+        """The next step of a member and the decrease that it promises; None if the member is done."""
         model = self._model(i)
         step = model.solve()
         at_rest = step is None or (model.decrease(step.d) < tolerance and self._g[i].max(initial=0.0) < _FEASIBLE)
@@ -244,7 +244,7 @@ class Lockstep:
         return Step(step.d, rates, step.limits), model.decrease(step.d)
 
     def _model(self, i: int) -> Model:
-        """The problem of a member near where it is."""
+        """The quadratic program of a member at its current point."""
         played = np.isfinite(self._reference[i])
         terms = self._f[i, played] - self._reference[i, played]
         reach = self._scaled.bounds - self.y[i]
@@ -260,7 +260,7 @@ class Lockstep:
         )
 
     def _advance(self, going: Array, steps: list[Step], promised: Array) -> None:
-        """Steps that are short enough to bring what they promise; members without one are done."""
+        """Shorten steps until they achieve enough of what they promise, and take them; count the failed ones."""
         d = np.stack([step.d for step in steps])
         share, todo = np.ones(len(going)), np.arange(len(going))
         before = self._merit(going, self._f[going], self._g[going])
@@ -302,7 +302,7 @@ class Lockstep:
         self._unscaled[i] = True
 
     def _bend(self, i: int, step: Array, bent: Array) -> None:
-        """Broyden, Fletcher, Goldfarb and Shanno's update, damped."""
+        """Damped BFGS update of a member's curvature, from a step (n,) and the change of the gradient (n,)."""
         square = step @ step
         if not square > 0.0:
             return

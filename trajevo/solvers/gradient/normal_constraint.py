@@ -22,40 +22,42 @@ from trajevo.solvers.gradient.sqp import FEASIBLE, Gradients, WeightedSum, diffe
 
 #: SLSQP's tolerance on the logarithm of an objective.
 _TOLERANCE = 1e-11
-#: Random starts of each anchor; single points begin at their neighbours.
+#: Random starts for each anchor; other points start from their neighbours.
 _STARTS = 4
-#: By how much limits are kept more than asked for, so that rounding does not break them.
+#: Margin by which limits are tightened, so that rounding does not break them.
 _MARGIN = 1e-7
-#: Share by which the least of an objective at two ends may differ and still be the same, and by which the other one
-#: must then differ for the least to be taken at more than one point.
+#: Relative difference up to which two minima of an objective count as equal, and relative difference of the other
+#: objective from which the minimum counts as attained at more than one point.
 _TIED, _SPREAD = 1e-7, 1e-3
-#: Points of which neighbours this near in ω are not divided any more.
+#: The interval between neighbours is not divided if they are this close in ω.
 _NEAREST = 2.0**-20
 
 
 def solve_nnc(
     problem: TrajectoryProblem, *, tolerance: float = 0.01, seed: int = 0, points: int | None = None
 ) -> Front:
-    """The front of two objectives by gradients: least of each, then points between where the trade-off is significant.
+    """The front of two objectives by gradients: the minimum of each, then points between with a significant trade-off.
 
     With the objectives normalised between the ends of the front (31), (32), every point minimises the second objective
-    under the normal constraint (34) for a weighting factor ω from 0 to 1. Between two neighbours ω is halved as long as
-    both normalised objectives differ by the tolerance at least.
+    under the normal constraint (34) for a weighting factor ω from 0 to 1. The interval of ω between two neighbours is
+    halved as long as both normalised objectives differ by at least the tolerance.
+
+    An interrupt from the keyboard or SIGTERM ends the run after the current point and returns what was found so far; a
+    second one aborts.
 
     Args:
-        problem: any problem with two objectives. Its smooth form is solved where it has one; where its complex-step
-            gradients turn out wrong, finite differences take their place, with a warning.
-        tolerance: least significant trade-off.
+        problem: any problem with two objectives. Its smooth form is solved if it has one. If its complex-step gradients
+            turn out to be wrong, finite differences replace them, with a warning.
+        tolerance: least trade-off that counts as significant.
         seed: seed of the random starts.
-        points: solve for as many evenly spread ω instead, ends included.
+        points: solve for this many evenly spread ω instead, including the ends.
 
     Returns:
-        The front, for a problem whose solutions are curves that of the problem they are curves of. The run counts
-        sub-problems that had to be tried again, and those that failed for good; an interrupt from the keyboard or
-        SIGTERM ends the run after the point it is at and returns what was found so far, a second one aborts.
+        The front; if solutions stand for curves of another problem's solutions, the front of that problem. The settings
+        of its run count the sub-problems that were tried again and those that failed.
 
     Raises:
-        InvalidInputError: not two objectives, or arguments that cannot be used.
+        InvalidInputError: not two objectives, or invalid arguments.
     """
     needs_two_objectives(problem)
     if not (isinstance(tolerance, int | float) and 0.0 < tolerance < 1.0):
@@ -89,17 +91,17 @@ def solve_nnc(
 
 
 def needs_two_objectives(problem: Any) -> None:
-    """Refuse what the method cannot solve.
+    """Refuse a problem that the method cannot solve.
 
     Raises:
-        InvalidInputError: no problem, or another number of objectives.
+        InvalidInputError: not a :class:`TrajectoryProblem`, or not two objectives.
     """
     if not isinstance(problem, TrajectoryProblem) or problem.n_obj != 2:
         raise InvalidInputError("problem: the normal constraint method needs a TrajectoryProblem of two objectives")
 
 
 def _collect(division: _Division, books: Books, tolerance: float, points: int | None, stopping: Stopping) -> bool:
-    """Book every point as it is found, level by level; whether a signal ended it."""
+    """Record every point as it is found, one generation per level; returns whether a signal ended this."""
     closed, interrupted, began = 0, False, time.process_time()
     for level, point in _found(division, tolerance, points):
         if level > closed + 1:
@@ -115,14 +117,14 @@ def _collect(division: _Division, books: Books, tolerance: float, points: int | 
 
 
 def weighting_factors(front: Front) -> Array:
-    """ω of every point of a front of two objectives, on whose normal constraint (34) it lies, shape (N,)."""
+    """The ω of the normal constraint (34) on which each point of a two-objective front lies, shape (N,)."""
     if front.F.shape[1] != 2 or len(front) < 2:
         raise InvalidInputError("front: expected at least two points of two objectives")
     normalised = (front.F - front.F.min(axis=0)) / np.ptp(front.F, axis=0)
     return frozen(0.5 * (1.0 + normalised[:, 0] - normalised[:, 1]))
 
 
-#: A decision vector where the solver ended, and its objectives.
+#: Decision vector at which the solver ended, and its objectives.
 _End = tuple[Array, Array]
 
 
@@ -155,11 +157,11 @@ class _Division:
         self._gradients, self.kind = differentiated(self.smooth, self.starts[:2])
 
     def back(self, x: Array) -> Array:
-        """Decision vectors of the problem itself."""
+        """Decision vectors of the original problem, from those of the smooth form."""
         return x if self.origin.smooth is None else self.origin.smooth.back(x)
 
     def anchors(self) -> list[_Point]:
-        """The least of each objective (30); at the least of the first, the least of the second."""
+        """The minimum of each objective (30); of several minima, the one with the least other objective."""
         found = []
         for objective, omega in ((0, 0.0), (1, 1.0)):
             ends = [end for start in self.starts if (end := self._end(objective, start, None)) is not None]
@@ -172,7 +174,7 @@ class _Division:
         return found
 
     def _least(self, objective: int, ends: list[_End]) -> _End:
-        """The end with the least of one objective; where several are as low, with the least of the other there."""
+        """The end with the least value of one objective; of several, the one with the least other objective."""
         least = min(float(F[objective]) for _, F in ends)
         tied = [end for end in ends if end[1][objective] <= least + _TIED * abs(least)]
         best = min(tied, key=lambda end: float(end[1][1 - objective]))
@@ -184,7 +186,10 @@ class _Division:
         return again if again is not None and again[1][1 - objective] < best[1][1 - objective] else best
 
     def between(self, left: _Point, right: _Point, omega: float, low: Array, width: Array) -> _Point | None:
-        """The point of a weighting factor (33), (34): from the neighbours' mean, then from each, then from anywhere."""
+        """The point for a weighting factor (33), (34), or None.
+
+        Starts are tried in turn: the neighbours' mean, each neighbour, random points.
+        """
         half_space = np.array([1.0, -1.0]) / width, 2.0 * omega - 1.0 + float((low / width) @ [1.0, -1.0])
         most, least = (left.F[1] - low[1]) / width[1], (right.F[1] - low[1]) / width[1]
         self.solved += 1
@@ -197,7 +202,7 @@ class _Division:
         return None
 
     def _end(self, objective: int, start: Array, half_space: tuple[Array, float] | None) -> _End | None:
-        """Where SLSQP ends from a start, with the objectives there; None where that is not feasible."""
+        """The end of SLSQP from a start, and its objectives; None if it is infeasible."""
         search = WeightedSum(
             self.smooth,
             np.eye(2)[objective],
@@ -213,7 +218,7 @@ class _Division:
 
 
 def _found(division: _Division, tolerance: float, points: int | None) -> Iterator[tuple[int, _Point]]:
-    """Every point as soon as it is found, with its level: ends, their middle, the quarters, and so on."""
+    """Yield every point as it is found, with its level: ends, then their middle, then the quarters, and so on."""
     ends = division.anchors()
     yield from ((1, point) for point in ends)
     if len(ends) < 2:

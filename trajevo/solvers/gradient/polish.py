@@ -1,8 +1,9 @@
-"""Memetic refinement of a front: anchors found exactly, members refined by gradients, gaps filled between them.
+"""Polish a front: find the anchors exactly, refine members by gradients, and fill the gaps between them.
 
-The evolution spreads, gradients converge: a few members that cover most of what the front dominates go to the limit
-along directions of their own (:mod:`trajevo.solvers.gradient.batch_sqp`), and points between and beyond those that are
-there already are all but optimal, since the decision vectors of neighbours lie on a smooth sheet.
+Evolution spreads a front, gradients converge. A few members that dominate most of what the front dominates are refined,
+each along its own direction (:mod:`trajevo.solvers.gradient.batch_sqp`). Points between and beyond refined neighbours
+are then nearly optimal, since the decision vectors of neighbours lie on a smooth surface. :func:`polish` refines a
+finished front, :func:`seeds` gives refined members to an evolution; both are steps of a :class:`Refinement`.
 """
 
 from __future__ import annotations
@@ -25,46 +26,48 @@ from trajevo.solvers.gradient.batch_sqp import Lockstep
 from trajevo.solvers.gradient.scaling import Columns, Scaled
 from trajevo.solvers.gradient.sqp import differentiated, random_starts
 
-#: Steps and promised decrease, in units of a logarithm, at which anchors and other members are done.
+#: Greatest number of steps of an anchor, and promised decrease (of a logarithm) below which it is done.
 _ANCHOR_STEPS, _ANCHOR_TOLERANCE = 150, 1e-9
 
 
+#: The same for other members.
 _STEPS, _TOLERANCE = 30, 1e-3
 
 
-#: Fresh starts of an anchor from its own end.
+#: How often an anchor is started again from its own end.
 _ANCHOR_RESTARTS = 4
 
-#: Share of the scaled objectives' sum beside the greatest: of anchors, which it must not move, and of other members.
+#: Share of the scaled objectives' sum that is added to their maximum: for anchors, which it must not move, and for
+#: other members.
 _ANCHOR_SHARE, _SHARE = 1e-5, 1e-2
 
 
-#: By how much limits are kept more than asked for, so that rounding does not break them.
+#: Margin by which limits are tightened, so that rounding does not break them.
 _MARGIN = 1e-7
 
-#: Ways back to its start that a member which ended beyond a limit is taken, in turn: before and after the place where
-#: it was within them last is tried.
+#: Shares of the way back to its start that are tried in turn for a member that ended infeasible: before its last
+#: feasible point is tried, and after.
 _BACK, _FAR_BACK = (1e-6, 1e-4), (1e-2, 1e-1)
 
 
-#: Points on the line through two neighbours, beyond both and between, and how many neighbours each member has.
+#: Points on the line through two neighbours, beyond both and between them, and number of neighbours of each member.
 _SHARES, _NEIGHBOURS = (-0.5, 0.5, 1.5), 10
 
 
-#: Share of what may be spent by when anchors and the members beside them are done, and by when the others are; the
-#: rest fills gaps, which brings most.
+#: Shares of the budget at which the round with the anchors ends, and at which later rounds end; the rest is for filling
+#: gaps, which gains most.
 _UNTIL_ANCHORED, _UNTIL_REFINED = 0.6, 0.75
 
 
-#: Members between which gaps are filled.
+#: Greatest number of members between which gaps are filled.
 _MEMBERS_OF_GAPS = 60
 
-#: First trust region of members that begin near the front.
+#: Initial trust region of members that begin near the front.
 _NEAR = 0.2
 
 
 class _Part(NamedTuple):
-    """Members that are refined in the same way: where they begin, and what :class:`Lockstep` is told of them."""
+    """Members that are refined in the same way: their starting points, and arguments of :class:`Lockstep`."""
 
     y: Array
     reference: Array
@@ -76,19 +79,19 @@ class _Part(NamedTuple):
 
 @final
 class Refinement:
-    """The front on its way: an archive of true points, and what is known of the curvature at those refined.
+    """The refinement of a front: an archive of evaluated points, and the curvature at refined members.
 
     Args:
-        front: of a problem with gradients, not empty.
-        seed: of the points by which shares of the box are counted.
-        stop: asked before every step, with the cost so far and the share of what may be spent by then; what was found
-            by then counts.
+        front: a front that is not empty, of a problem with gradients.
+        seed: seed of the sample points with which shares of the box are estimated.
+        stop: called before every step with the cost so far and the share of the budget that may be spent by then; if
+            it returns True, the refinement ends and keeps what it has found.
 
     Attributes:
-        archive: every feasible point that nothing dominates, of the front and of those found.
-        box: the part of the objectives' space in which the front is measured.
-        kind: what the gradients are.
-        refined: members that went through the gradient solver.
+        archive: non-dominated feasible points of the front and of the refinement.
+        box: the box in objective space in which the hypervolume is measured.
+        kind: kind of gradients, by complex step or finite differences.
+        refined: number of members refined by the gradient solver.
     """
 
     def __init__(self, front: Front, seed: int, stop: Callable[[int, float], bool]) -> None:
@@ -111,12 +114,12 @@ class Refinement:
         self._known, self._curvature = np.empty((0, len(columns.weights))), np.empty((0, smooth.n_var, smooth.n_var))
 
     def refine(self, members: int, number: int, *, anchors: bool = False) -> None:
-        """Members that cover most of the box, each along its direction; later in the widest gaps too.
+        """Refine the members that cover most of the box; after the first round also points in the widest gaps.
 
         Args:
-            members: how many at most.
-            number: of the round, from 0.
-            anchors: take with them the members that have the least of every objective and weighted sum, towards that.
+            members: greatest number of members.
+            number: number of the round, from 0.
+            anchors: also seek the minimum of every objective and weighted sum, from the member with the least value.
         """
         if self._stop(self.cost, _UNTIL_REFINED):
             return
@@ -153,7 +156,7 @@ class Refinement:
         return _Part(y, reference, _ANCHOR_SHARE, _ANCHOR_STEPS, _ANCHOR_TOLERANCE, _ANCHOR_RESTARTS)
 
     def fill(self) -> None:
-        """Points on the lines through neighbours, between and beyond them."""
+        """Evaluate points on the lines through neighbours, between and beyond them."""
         chosen = covering(self.archive.F, self._probes(0), _MEMBERS_OF_GAPS)
         if len(chosen) < 2 or self._stop(self.cost, 1.0):
             return
@@ -169,33 +172,33 @@ class Refinement:
 
     @property
     def evaluations(self) -> int:
-        """Points that were evaluated without."""
+        """Points that were evaluated without gradients."""
         return self._scaled.evaluations + self._evaluations
 
     @property
     def cost(self) -> int:
-        """Evaluations of everything, a gradient as many as there are variables."""
+        """Number of evaluations, a gradient counted as one per variable."""
         return self.evaluations + self.gradients * int(self._problem.n_var)
 
     def news(self) -> Array:
-        """Rows of the archive that the original does not have."""
+        """Mask of the archive's rows that the original front does not have, shape (N,)."""
         rows = {row.tobytes() for row in np.ascontiguousarray(self._original.X)}
         return np.array([row.tobytes() not in rows for row in np.ascontiguousarray(self.archive.X)], dtype=bool)
 
     def kept(self) -> int:
-        """Members of the original that are in the archive still."""
+        """Number of members of the original front that are still in the archive."""
         return int((~self.news()).sum())
 
     def _probes(self, number: int) -> Array:
         return self.box.probes(self.archive.F, self._seed + number)
 
     def _nearest(self, f: Array) -> Array:
-        """Of those refined, the one with the nearest objectives."""
+        """Index of the refined member with the nearest scaled objectives, for each row of f."""
         nearest: Array = np.abs(f[:, None] - self._known).max(axis=2).argmin(axis=1)
         return nearest
 
     def _finish(self, run: Lockstep, starts: Array) -> None:
-        """Take what is feasible into the archive; the rest after a way back."""
+        """Add feasible ends to the archive; move infeasible ones back towards their starts first."""
         self.refined += len(starts)
         feasible = self._add(run.y)
         nearer, farther = ([run.y + share * (starts - run.y) for share in shares] for shares in (_BACK, _FAR_BACK))
@@ -208,7 +211,7 @@ class Refinement:
         self._curvature = np.concatenate([self._curvature, run.curvature])
 
     def _add(self, y: Array) -> Array:
-        """Evaluate points as those of the problem itself; which are feasible."""
+        """Evaluate points with the original problem and add them to the archive; returns which are feasible."""
         X = self._outside(np.clip(y, *self._scaled.bounds))
         F, G = self._problem.evaluate(X, return_values_of=["F", "G"])
         self._evaluations += len(X)
@@ -227,8 +230,9 @@ class Refinement:
 
 
 def _probes(problem: TrajectoryProblem, member: Array) -> Array:
-    """Where gradients are compared with finite differences: at a member (1, n), and away from it, since peaks that are
-    equally high in two places, as those of symmetric motions, have a kink.
+    """Points at which gradients are compared with finite differences: a member (1, n), and a point near it.
+
+    At the member alone a peak could have a kink, if it is equally high in two places, as in symmetric motions.
     """
     return np.concatenate([member, 0.9 * member + 0.1 * random_starts(problem, 0, 1)])
 
@@ -244,24 +248,24 @@ def _between(y: Array, pairs: Array, most: int) -> Array:
 #: How often gaps are filled in every round.
 _FILLINGS = 2
 
-#: Members that are refined for the seeds of an evolution.
+#: Number of members that are refined each time during an evolution.
 _SEEDING_MEMBERS = 8
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Polished:
-    """A polished front and what that brought.
+    """A polished front and the gain.
 
     Attributes:
-        front: every feasible point that nothing dominates, of the original front and of those found.
-        original: the front as it was.
-        hypervolume_before: share of the front's reference box that the original dominates.
-        hypervolume_after: share that the polished one dominates.
-        kept: members of the original that nothing dominates still.
-        refined: members that went through the gradient solver, anchors included.
+        front: non-dominated feasible points of the original front and of those found.
+        original: the original front.
+        hypervolume_before: share of the front's reference box that the original front dominates.
+        hypervolume_after: share that the polished front dominates.
+        kept: number of members of the original front that are still non-dominated.
+        refined: number of members refined by the gradient solver, anchors included.
         gradients: points at which gradients were evaluated.
-        evaluations: points that were evaluated without.
+        evaluations: points that were evaluated without gradients.
         seconds: CPU time of the process [s].
     """
 
@@ -293,27 +297,28 @@ def polish(
     evaluations: int | None = None,
     cpu_time: float | None = None,
 ) -> Polished:
-    """Refine a front by gradients: none of its members is lost, unless something dominates it.
+    """Refine a front by gradients; a member is lost only if a new point dominates it.
 
-    In every round the members that cover most of the reference box are refined, each so that all objectives fall by the
-    same factor (:mod:`trajevo.solvers.gradient.batch_sqp`); in the first one the least of each objective, and of the
-    paper's weighted sum where there is one, is sought with them, from the member that has the least. Then gaps are
-    filled by points on the lines through neighbours. Members whose refinement fails stay as they are. An interrupt from
-    the keyboard or SIGTERM ends it before the next step: what was found by then counts, and the front is marked as
-    interrupted; a second one aborts.
+    In every round the members that cover most of the reference box are refined, each so that all its objectives fall by
+    the same factor (:mod:`trajevo.solvers.gradient.batch_sqp`). The first round also seeks the minimum of each
+    objective, and of the paper's weighted sum if there is one, from the member with the least value. Then gaps are
+    filled by points on the lines through neighbours. Members whose refinement fails stay as they are.
+
+    An interrupt from the keyboard or SIGTERM ends polishing before the next step: what was found by then is kept, and
+    the front is marked as interrupted. A second one aborts.
 
     Args:
-        front: of a problem with gradients and two objectives or more.
-        members: refined in every round.
-        rounds: how many.
-        seed: of the points by which shares of the box are counted; the front's own if None.
-        evaluations: how many, a gradient counted as one for each variable, after which no further step is begun; no
-            limit if None.
+        front: front of a problem with gradients and at least two objectives.
+        members: number of members refined in every round.
+        rounds: number of rounds.
+        seed: seed of the sample points with which shares of the box are estimated; the seed of the run if None.
+        evaluations: number of evaluations, a gradient counted as one per variable, after which no further step is
+            begun; no limit if None.
         cpu_time: CPU time after which no further step is begun [s]; no limit if None.
 
     Returns:
         The polished front, the original and the gain. The polished front's history has one entry more than the
-        original's; its settings tell of the gain under ``"polish"``.
+        original's; its settings describe the gain under ``"polish"``.
 
     Raises:
         InvalidInputError: a problem without gradients or with a single objective, or numbers that cannot be used.
@@ -357,16 +362,16 @@ def polish(
 
 
 def seeds(front: Front, *, seed: int, most: int) -> tuple[Array, int]:
-    """New members of a front that a few refined ones bring, for an evolution to go on with.
+    """New members of a front, found by refining a few members, with which an evolution can continue.
 
     Args:
-        front: of a problem with gradients and two objectives or more, not empty.
-        seed: of the points by which shares of the box are counted.
-        most: how many at most; those that cover most of the box.
+        front: a front that is not empty, of a problem with gradients and at least two objectives.
+        seed: seed of the sample points with which shares of the box are estimated.
+        most: greatest number of new members; those that cover most of the box are chosen.
 
     Returns:
-        Decision vectors, shape (N, n_var), N at most ``most``, and the evaluations that they cost, a gradient as many
-        as there are variables.
+        Decision vectors, shape (N, n_var) with N at most ``most``, and the number of evaluations, a gradient counted as
+        one per variable.
     """
     work = Refinement(front, seed, lambda cost, share: False)
     work.refine(_SEEDING_MEMBERS, 0)
@@ -377,7 +382,7 @@ def seeds(front: Front, *, seed: int, most: int) -> tuple[Array, int]:
 
 
 def _booked(work: Refinement, original: Front, told: dict[str, Any], seconds: float, stopped_by: str) -> Front:
-    """The archive as a front, what it cost added to the original's books."""
+    """The archive as a front; the cost of polishing is added to the run and the history of the original front."""
     run, history, archive = original.run, original.history, work.archive
     volume = 0.0 if history.reference_point is None else told["hypervolume_after"]
     spent = run.cpu_seconds[-1] if run.cpu_seconds else 0.0
@@ -408,10 +413,10 @@ def _booked(work: Refinement, original: Front, told: dict[str, Any], seconds: fl
 
 
 def checked_cpu_time(seconds: Any) -> float:
-    """A limit of CPU time [s].
+    """Check a limit of CPU time [s].
 
     Raises:
-        InvalidInputError: no positive number.
+        InvalidInputError: not a positive number.
     """
     if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0.0 < seconds < np.inf:
         raise InvalidInputError(f"cpu_time: expected a positive time [s], got {seconds!r}")
@@ -425,7 +430,7 @@ def check_polishable(problem: TrajectoryProblem) -> None:
         InvalidInputError: it has no gradients, or a single objective.
     """
     if problem.n_obj < 2:
-        raise InvalidInputError("polish: a front needs two objectives or more; one is for minimise_weighted")
+        raise InvalidInputError("polish: a front needs two objectives or more; for one, use minimise_weighted")
     middle, form = 0.5 * (problem.xl + problem.xu)[None], problem.smooth
     try:
         if form is None:
@@ -434,7 +439,7 @@ def check_polishable(problem: TrajectoryProblem) -> None:
             form.problem.evaluate_with_gradients(form.into(middle))
     except TrajevoError as error:
         raise InvalidInputError(f"polish: needs gradients, and the problem has none: {error}") from error
-    except Exception:  # noqa: BLE001 - what complex numbers break, finite differences take the place of
+    except Exception:  # noqa: BLE001 - functions that fail with complex numbers get finite differences
         pass
 
 

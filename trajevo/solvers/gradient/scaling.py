@@ -1,4 +1,4 @@
-"""Objectives and decision variables on scales on which steps of a gradient solver are of one size."""
+"""Scales of objectives and decision variables on which the steps of a gradient solver have similar sizes."""
 
 from __future__ import annotations
 
@@ -11,21 +11,22 @@ from trajevo.base.arrays import Array
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.solvers.gradient.sqp import Gradients
 
-#: Share of an objective's greatest value of interest that is added before its logarithm is taken: it may become 0, and
-#: factors between values far below that are of no interest.
+#: Share of an objective's greatest relevant value that is added before its logarithm is taken, since the objective may
+#: become 0 and ratios between much smaller values do not matter.
 _OFFSET = 1e-3
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Objectives, and weighted sums of them, on scales of their own: logarithms where positive, else shares of a width.
+    """Scaled columns: objectives and weighted sums of them, on a logarithmic scale if positive, else on a linear one.
 
     Attributes:
-        weights: of the objectives in every column, shape (C, n_obj).
-        logarithmic: which columns are, shape (C,).
-        low: value of every column that becomes 0, or its logarithm's offset, negative, shape (C,).
-        width: value that becomes 1, of columns that are not logarithmic, shape (C,).
+        weights: weights of the objectives in every column, shape (C, n_obj).
+        logarithmic: which columns have a logarithmic scale, shape (C,).
+        low: value that becomes 0 on a linear scale; on a logarithmic one, the negative of the value that is added
+            before the logarithm is taken, shape (C,).
+        width: distance from ``low`` to the value that becomes 1 on a linear scale; 1 on a logarithmic one, shape (C,).
     """
 
     weights: Array
@@ -54,7 +55,7 @@ class Columns:
         return np.where(exists, scaled, np.inf)
 
     def slopes(self, F: Array, dF: Array) -> Array:
-        """Derivatives (B, C, n) of the columns for those of the objectives (B, n_obj, n)."""
+        """Derivatives of the columns (B, C, n), from objectives (B, n_obj) and their derivatives (B, n_obj, n)."""
         above = (F @ self.weights.T - self.low) / self.width
         rate = np.where(self.logarithmic, 1.0 / np.where(above > 0.0, above, np.inf), 1.0) / self.width
         slopes: Array = (self.weights @ dF) * rate[..., None]
@@ -63,13 +64,13 @@ class Columns:
 
 @final
 class Scaled:
-    """A problem whose variables are logarithms where their bounds are positive, else shares of their range.
+    """A problem in scaled variables: logarithms if their bounds are positive, else divided by their range.
 
     Args:
-        problem: with every limit in its terms.
-        gradients: of the problem.
+        problem: the problem, each of its limits split into smooth terms (:meth:`TrajectoryProblem.in_terms`).
+        gradients: gradients of the problem.
         columns: scales of its objectives.
-        margin: by how much limits are kept more than asked for, as a share.
+        margin: margin by which limits are tightened, as a share.
 
     Attributes:
         evaluations: points that were evaluated.
@@ -93,13 +94,16 @@ class Scaled:
         return np.clip(x, self._problem.xl, self._problem.xu)
 
     def values(self, y: Array) -> tuple[Array, Array]:
-        """Columns (B, C) and limits (B, m)."""
+        """Columns (B, C) and limits (B, m) at scaled variables (B, n)."""
         self.evaluations += len(y)
         F, G = self._problem.evaluate(self.outside(y), return_values_of=["F", "G"])
         return self.columns(F), G + self._margin
 
     def slopes(self, y: Array) -> tuple[Array, Array, Array, Array]:
-        """Columns, their derivatives (B, C, n), limits, their derivatives (B, m, n); NaN where there are none."""
+        """Columns (B, C), their derivatives (B, C, n), limits (B, m), their derivatives (B, m, n) at (B, n).
+
+        Where the gradients of a member fail, its values are NaN.
+        """
         self.gradients += len(y)
         x = self.outside(y)
         try:
@@ -117,6 +121,6 @@ class Scaled:
         for i in range(len(x)):
             try:
                 F[i : i + 1], dF[i : i + 1], G[i : i + 1], dG[i : i + 1] = self._gradients(x[i : i + 1])
-            except Exception:  # noqa: BLE001 - it stays NaN, and the member where it is
+            except Exception:  # noqa: BLE001 - its values stay NaN, and the member does not move
                 continue
         return F, dF, G, dG

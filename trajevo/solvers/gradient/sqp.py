@@ -1,4 +1,4 @@
-"""Sequential quadratic programming on a trajectory problem: SLSQP on a scale of its own, with exact gradients."""
+"""Sequential quadratic programming on a trajectory problem: SLSQP on logarithmic scales, and its gradients."""
 
 from __future__ import annotations
 
@@ -11,35 +11,36 @@ from scipy.optimize import minimize
 from trajevo.base.arrays import Array
 from trajevo.formulation.problem import TrajectoryProblem
 
-#: Decision vectors (B, n_var) -> F, dF, G, dG as of TrajectoryProblem.evaluate_with_gradients.
+#: Decision vectors (B, n_var) -> F, dF, G, dG as in TrajectoryProblem.evaluate_with_gradients.
 Gradients = Callable[[Array], tuple[Array, Array, Array, Array]]
 
 #: Excess, as a share of a limit, up to which a result of the solver counts as feasible.
 FEASIBLE = 1e-6
 
-#: SLSQP stops early where its model of the curvature goes wrong; a fresh start from there mends it.
+#: Greatest number of times that SLSQP is started. It stops early if its approximation of the curvature is wrong; when
+#: it is started again from that point, it continues.
 _RESTARTS = 6
 #: Change of the cost or its logarithm between two starts that counts as none.
 _SETTLED = 1e-7
 
-#: Step of finite differences as a share of a variable's range, and by how much exact gradients may differ from them.
+#: Step of finite differences as a share of a variable's range, and tolerance for exact gradients to agree with them.
 _STEP, _AGREEMENT = 1e-6, 1e-3
 
 
 class WeightedSum:
-    """A weighted sum of objectives under the problem's limits, and under a half-space of objectives where one is given.
+    """Minimises a weighted sum of objectives under the problem's limits, and optionally within a half-space of them.
 
-    Values and gradients of the last point are kept for the solver's next question.
+    Values and gradients of the last point are cached, since the solver asks for them one after another.
 
     Args:
         problem: what to solve.
-        weights: of the objectives, shape (n_obj,).
-        gradients: of the problem; its own if None.
+        weights: weights of the objectives, shape (n_obj,).
+        gradients: gradients of the problem; by complex step if None.
         half_space: normal (n_obj,) and offset: normal · F may not exceed the offset.
-        margin: by how much every limit is kept more than asked for, as a share of it.
+        margin: margin by which every limit is tightened, as a share of it.
 
     Attributes:
-        evaluations: points at which values and gradients were asked for.
+        evaluations: number of points at which values and gradients were evaluated.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class WeightedSum:
         self._values: tuple[float, Array, Array, Array] = (0.0, np.empty(0), np.empty(0), np.empty(0))
 
     def run(self, start: Array, tolerance: float) -> Array:
-        """Where SLSQP ends on the logarithm of the cost; on the cost itself where that end is infeasible."""
+        """The end of SLSQP on the logarithm of the cost, or on the cost itself if that end is infeasible."""
         y = self._inside(np.clip(start, self.problem.xl, self.problem.xu))
         for self.tame in (True, False):
             self._at = None
@@ -70,7 +71,7 @@ class WeightedSum:
         return np.clip(self._outside(end), self.problem.xl, self.problem.xu)
 
     def _settled(self, y: Array, tolerance: float) -> tuple[Array, bool]:
-        """SLSQP, started again from its own end until that changes nothing; whether the end is feasible."""
+        """Start SLSQP again from its own end until that changes nothing; returns the end and whether it is feasible."""
         last, worst, feasible = np.inf, np.inf, False
         for _ in range(_RESTARTS):
             y = np.clip(self._once(y, tolerance), self.bounds[:, 0], self.bounds[:, 1])
@@ -79,7 +80,7 @@ class WeightedSum:
             feasible = excess <= FEASIBLE
             if feasible and abs(last - value) <= _SETTLED:
                 break
-            # What is broken cannot be mended by any small step, or the last start has mended nothing.
+            # Give up if the last start has not reduced the excess, or no small step can.
             if not feasible and (excess >= worst or not dG[G > FEASIBLE].any()):
                 break
             last, worst = (value, np.inf) if feasible else (np.inf, excess)
@@ -111,7 +112,7 @@ class WeightedSum:
                 G, dG = np.append(G, normal @ F - offset), np.vstack([dG, normal @ dF])
             stretch = np.where(self.logarithmic, x, 1.0)
             cost, slope = float(F @ self.weights), (self.weights @ dF) * stretch
-            # Costs of poor starts are many orders above the optimum; their logarithm is a far tamer function.
+            # Costs of poor starts are many orders of magnitude above the optimum; their logarithm varies much less.
             value = (np.log(cost), slope / cost) if self.tame and cost > 0.0 else (cost, slope)
             self._values = float(value[0]), value[1], G, dG * stretch
             self._at = y.copy()
@@ -131,14 +132,14 @@ def random_starts(problem: TrajectoryProblem, seed: int, count: int) -> Array:
 
 
 def differentiated(problem: TrajectoryProblem, probes: Array) -> tuple[Gradients, str]:
-    """Gradients of a problem and what they are: exact where the complex step is right, else finite differences.
+    """Gradients of a problem and their kind: by complex step if that is right, else by finite differences.
 
-    The complex step goes wrong without a word where an objective of the user's own drops imaginary parts; so it is
-    compared with finite differences, and a warning names what does not agree.
+    The complex step is silently wrong if an objective of the user drops imaginary parts. So it is compared with finite
+    differences, and a warning names the objectives and constraints that do not agree.
 
     Args:
         problem: the problem.
-        probes: decision vectors to compare at, shape (B, n_var).
+        probes: decision vectors at which to compare, shape (B, n_var).
     """
     rough, probes = central_differences(problem), np.clip(probes, problem.xl, problem.xu)
     F, dF, G, dG = rough(probes)
@@ -159,7 +160,7 @@ def differentiated(problem: TrajectoryProblem, probes: Array) -> tuple[Gradients
 
 
 def central_differences(problem: TrajectoryProblem) -> Gradients:
-    """Gradients of a problem by central differences in one batch; inside the bounds, one-sided where a bound is near.
+    """Gradients of a problem by central differences in one batch; next to a bound the differences are one-sided.
 
     Args:
         problem: the problem.

@@ -1,4 +1,4 @@
-"""The gradient solver beside the evolutionary one: the least weighted sum of objectives from many starts."""
+"""Minimise a weighted sum of objectives by gradients, from many starts."""
 
 from __future__ import annotations
 
@@ -59,22 +59,23 @@ def minimise_weighted(
 ) -> WeightedOptimum:
     """Minimise Σ w F/ξ under the problem's limits by SLSQP, with exact gradients, from random starts.
 
-    Decision variables with positive bounds, and positive costs, are taken on a logarithmic scale. Starts are uniform
-    between the bounds.
+    Decision variables with positive bounds have a logarithmic scale, and so has a positive cost. Random starts are
+    uniform between the bounds.
 
     Args:
         problem: what to solve.
-        weights: weights and, per objective, the scale it is divided by (1 where None).
+        weights: weights w and scales ξ of the objectives; all scales are 1 if they are None.
         seed: seed of the random starts.
-        starts: how many.
-        initial: starts of the caller's own instead, shape (starts, n_var).
+        starts: number of random starts.
+        initial: starting points to use instead of random ones, shape (starts, n_var).
         tolerance: SLSQP's tolerance on the cost's logarithm.
 
     Returns:
         The best feasible end point, and the cost at the end of every start.
 
     Raises:
-        InvalidInputError: weights of another number, a start outside the bounds, or no start at all.
+        InvalidInputError: a wrong number of weights or scales, a negative weight, weights that are all zero, a scale
+            that is not positive, a start outside the bounds, or no start at all.
     """
     share = numbers(weights.weights, name="weights", shape=(problem.n_obj,))
     scales = numbers(

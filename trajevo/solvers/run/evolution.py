@@ -1,4 +1,4 @@
-"""The generations of a run: evolve, keep the books, and leave a folder from which the run goes on after any end."""
+"""The generations of a run: evolve, record the history, and write checkpoints from which the run can be resumed."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from trajevo.solvers.run.progress import reporter
 
 #: Share of the time that checkpoints may take: after one that took 2 ms the next waits for 0.2 s.
 _SHARE = 0.01
-#: Bytes of evaluated individuals that wait in memory for their block.
+#: Bytes of evaluated individuals in memory at which a checkpoint is written even if none is due.
 _MOST_WAITING = 2**23
-#: Time after which writing is tried again where it failed [s].
+#: Time after which a failed write is tried again [s].
 _TRY_AGAIN = 5.0
 #: Bytes that a run needs besides its evaluated individuals: front, pictures, report.
 _BESIDES = 2**24
@@ -49,16 +49,17 @@ def evolve(
     Args:
         problem: what to solve.
         solver: an algorithm that was set up as the manifest says and has not run.
-        manifest: how the run was begun.
-        folder: where it is kept, the manifest in it already; its latest checkpoint is gone on from. Or None.
+        manifest: settings of the run.
+        folder: folder of the run, which contains the manifest; the run continues from its latest checkpoint, if there
+            is one. None if nothing is to be kept.
         progress: show generation, hypervolume, least violation and time left on standard error.
-        cpu_spent: CPU time that has been spent on a run that begins [s].
+        cpu_spent: CPU time that a new run has already taken [s].
 
     Returns:
         The front.
 
     Raises:
-        InvalidInputError: a checkpoint that cannot be gone on from, or too little space for the run.
+        InvalidInputError: a checkpoint from which the run cannot be resumed, or too little disk space for the run.
     """
     books, evaluator = Books(problem), Evaluator()
     watched = copy.copy(problem) if manifest.time_limit is None else problem.under_time_limit(manifest.time_limit)
@@ -69,13 +70,13 @@ def evolve(
     shown = reporter(manifest.generations, enabled=progress, done=len(books.evaluations))
     try:
         with shown, one_blas_thread(), warnings.catch_warnings(), Stopping() as stopping:
-            # RVEA's angle between a point and its own direction, by rounding; NaN wins there as 0 would.
+            # RVEA's angle between a point and its own direction may be NaN by rounding, with the effect of 0.
             warnings.filterwarnings("ignore", "invalid value encountered in arccos", RuntimeWarning, r"pymoo\.")
             heard = list(warnings.filters)
             while not keeper.used_up() and solver.has_next() and not stopping:
                 polishing = _next(solver, books, manifest)
                 if warnings.filters != heard:
-                    # pymoo's NSGA-III silences all warnings of Python, ours among them.
+                    # pymoo's NSGA-III silences all warnings of Python, including ours.
                     warnings.filters = list(heard)
                 number, cpu_seconds = len(books.evaluations) + 1, keeper.cpu_seconds()
                 shown.update(books.close(number, evaluator.n_eval, polishing=polishing, cpu_seconds=cpu_seconds))
@@ -96,7 +97,7 @@ def evolve(
 
 
 def front_so_far(problem: TrajectoryProblem, manifest: Manifest, folder: RunFolder) -> Front:
-    """Front of the generations that the latest checkpoint counts; the run is not gone on with.
+    """Front of a run at its latest checkpoint, without continuing the run.
 
     Raises:
         InvalidInputError: a file of the folder is damaged, or there is no checkpoint yet.
@@ -117,7 +118,7 @@ def front_so_far(problem: TrajectoryProblem, manifest: Manifest, folder: RunFold
 
 
 def _front(books: Books, manifest: Manifest, **how: Any) -> Front:
-    """The front that the books hold so far, named as the run was begun."""
+    """The front recorded so far, with algorithm, settings and seed from the manifest."""
     named: dict[str, Any] = {
         "algorithm": manifest.algorithm_name,
         "settings": manifest.settings,
@@ -127,10 +128,10 @@ def _front(books: Books, manifest: Manifest, **how: Any) -> Front:
 
 
 def _next(solver: Algorithm, books: Books, manifest: Manifest) -> int:
-    """One generation; some of its individuals are refined members of the front where it is time for that.
+    """Run one generation; every ``polish_every`` generations some of its individuals are refined members of the front.
 
     Returns:
-        Evaluations that refining them took, or finding the first population.
+        Evaluations spent on refining members, or on finding the first population.
     """
     done, every = len(books.evaluations), manifest.polish_every
     found, cost = np.empty((0, 0)), 0 if done else int(manifest.settings.get("starts_evaluations", 0))
@@ -152,7 +153,7 @@ def _next(solver: Algorithm, books: Books, manifest: Manifest) -> int:
 
 @final
 class _Keeper:
-    """Collects what is evaluated, for the books and for the next block, and writes checkpoints when they are due."""
+    """Collects evaluated individuals for history and next block, and writes checkpoints when they are due."""
 
     def __init__(
         self, books: Books, solver: Algorithm, manifest: Manifest, folder: RunFolder | None, cpu_spent: float
@@ -166,29 +167,29 @@ class _Keeper:
         self._complained = False
 
     def seconds(self) -> float:
-        """Time that the run has taken so far, that before it was resumed included [s]."""
+        """Wall time of the run so far, including the time before it was resumed [s]."""
         return time.perf_counter() - self._began
 
     def cpu_seconds(self) -> float:
-        """CPU time of the process for the run so far, that before it was resumed included [s]."""
+        """CPU time of the run so far, including the time before it was resumed [s]."""
         return time.process_time() - self._cpu_began
 
     def used_up(self) -> bool:
-        """Whether the evolution has had its share of evaluations and CPU time, the first generation in any case."""
+        """Whether the evolution has used its share of evaluations or CPU time; never before its first generation."""
         share = 0.5 if self._manifest.polish else 1.0
         evaluations, cpu_time = self._manifest.evaluations, self._manifest.cpu_time
         done = sum(self._books.evaluations[-1:]) + sum(self._books.polishing)
         enough = evaluations is not None and done >= share * evaluations
         if cpu_time is None:
             return enough
-        # What the books say, so that a run that is gone on with later ends after the same generation.
+        # As recorded, so that a resumed run ends after the same generation.
         used = (self._books.cpu_seconds or [self.cpu_seconds()])[-1] / (share * cpu_time)
         if used < 1.0:
             self._plan(used)
         return enough or (used >= 1.0 and bool(self._books.evaluations))
 
     def _plan(self, used: float) -> None:
-        """Tell the algorithm how many generations a share of its CPU time lets expect: some plan with their number."""
+        """Tell the algorithm how many generations to expect from the CPU time used; some adapt to their number."""
         done, termination = len(self._books.evaluations), self._solver.termination
         expected = min(math.ceil(done / used), self._manifest.generations) if used > 0.0 else self._manifest.generations
         termination.n_max_gen = max(expected, done + 1) if done < self._manifest.generations else done
@@ -196,7 +197,7 @@ class _Keeper:
             termination.perc = done / termination.n_max_gen
 
     def collect(self, X: Array, out: dict[str, Any]) -> None:
-        """Callback of pymoo's problem: the arrays of every evaluation."""
+        """Collect evaluated individuals; pymoo's problem calls this after every evaluation."""
         self._books.collect(X, out)
         if self._folder is None:
             return
@@ -206,7 +207,7 @@ class _Keeper:
         self._bytes += x.nbytes + F.nbytes + G.nbytes
 
     def go_on(self) -> None:
-        """Put books and algorithm into the state of the latest checkpoint, if there is one."""
+        """Restore history and algorithm from the latest checkpoint, if there is one."""
         if self._folder is None:
             return
         checkpoint = self._folder.checkpoint()
@@ -216,7 +217,7 @@ class _Keeper:
                 restore(self._solver, _part(checkpoint, "solver."))
             except (KeyError, TypeError, ValueError) as error:
                 raise InvalidInputError(
-                    f"{self._folder.folder}: the checkpoint cannot be gone on from: {error}"
+                    f"{self._folder.folder}: the run cannot be resumed from its checkpoint: {error}"
                 ) from error
             self._saved = len(self._books.evaluations)
             self.resumed = (*resumed, self._saved) if self._solver.has_next() else resumed
@@ -231,10 +232,10 @@ class _Keeper:
             self.save()
 
     def save(self) -> None:
-        """Write what has not been written; where that fails, say so, keep it in memory and try again later."""
+        """Write what has not been written; if that fails, warn, keep it in memory and try again later."""
         if self._folder is None or self._saved == len(self._books.evaluations):
             return
-        self._books.measured()  # before the clock runs by which checkpoints are made rarer
+        self._books.measured()  # computed first, so that it does not count as time for the checkpoint
         began = time.perf_counter()
         try:
             numbers, parts = zip(*self._waiting, strict=True) if self._waiting else ((), ())
@@ -263,7 +264,7 @@ class _Keeper:
         }
 
     def _needs_space(self, folder: RunFolder) -> None:
-        """Refuse a run that the disk has no room for, before hours are spent on it."""
+        """Refuse a run for which the disk has too little space, before hours are spent on it."""
         problem = self._books.problem
         size = getattr(self._solver, "n_offsprings", None) or getattr(self._solver, "pop_size", None) or 0
         columns = problem.n_var + problem.n_obj + problem.n_ieq_constr + 1
@@ -274,12 +275,16 @@ class _Keeper:
             raise InvalidInputError(f"{folder.folder}: the run needs {about}")
 
 
-#: X, F, G of an evaluated population and what those that failed said.
+#: X, F, G and error messages of an evaluated population.
 _Populations = tuple[Array, Array, Array, Array]
 
 
 def _reopen(books: Books, checkpoint: Mapping[str, Array], folder: RunFolder) -> tuple[float, tuple[int, ...]]:
-    """Books as a checkpoint left them, every individual collected again; time so far [s] and earlier resumptions."""
+    """Restore the history from a checkpoint and collect all individuals again.
+
+    Returns:
+        Wall time so far [s], and the generations after which the run was resumed.
+    """
     try:
         story = json.loads(str(checkpoint["story"]))
         books.reopen(_part(checkpoint, "books."))
@@ -293,7 +298,9 @@ def _reopen(books: Books, checkpoint: Mapping[str, Array], folder: RunFolder) ->
             raise
         raise InvalidInputError(f"{folder.folder}: the checkpoint is damaged: {error!r}") from error
     if not books.evaluations or rows != books.evaluations[-1]:
-        raise InvalidInputError(f"{folder.folder}: the blocks hold {rows} individuals, the checkpoint counts others")
+        raise InvalidInputError(
+            f"{folder.folder}: the blocks hold {rows} individuals, but the checkpoint counts another number"
+        )
     return seconds, resumed
 
 

@@ -1,8 +1,8 @@
 """The folder of a run: a manifest, every evaluated individual in blocks of generations, and the latest checkpoint.
 
-Everything in it is data, JSON or arrays of numbers and text; reading a folder, whoever wrote it, runs none of its
-content. Every file is written whole or not at all, a block before the checkpoint that counts it, so whatever kills
-the process leaves a folder that can be read and resumed.
+All files are data: JSON, or arrays of numbers and text. Reading a folder never executes its content, even if the folder
+is from an unknown source. Every file is written completely or not at all, and a block is written before the checkpoint
+that counts it. So a run can be read and resumed even if its process was killed.
 """
 
 from __future__ import annotations
@@ -31,27 +31,28 @@ from trajevo.front.records import ProblemRecord, Record
 FRONT_FILE, MANIFEST_FILE, CHECKPOINT_FILE, BLOCKS_FOLDER = "front.json", "manifest.json", "checkpoint.npz", "blocks"
 LOCK_FILE, EVOLVED_FILE = ".lock", "evolved.json"
 
-#: What a damaged file or one of another content makes NumPy's reader raise.
+#: Errors that NumPy's reader raises for a damaged file or a file with other content.
 _DAMAGED = (KeyError, ValueError, TypeError, EOFError, OSError, zipfile.BadZipFile, json.JSONDecodeError)
 
 
 class Manifest(Record):
-    """How a run was begun, all of it as data.
+    """How a run was begun, as data.
 
     Attributes:
-        problem: what is solved; made again from its name and settings.
-        algorithm: how the algorithm was set up; None where no adapter holds its state, then the run cannot be resumed.
-        not_resumable: why, one sentence, or empty.
+        problem: what is solved; the problem is made again from its name and settings.
+        algorithm: how the algorithm was set up; None if no adapter can store its state, so that the run cannot be
+            resumed.
+        not_resumable: why the run cannot be resumed, one sentence, or empty.
         algorithm_name: class of the algorithm.
-        settings: its settings as the front will name them.
+        settings: settings of the run, as they are recorded with the front.
         seed: seed of all randomness.
-        generations: generations of the whole run.
-        time_limit: time that the evaluation of one individual may take [s], or None.
-        evaluations: individuals that the run may evaluate, or None.
-        cpu_time: CPU time that the run may take [s], or None.
+        generations: number of generations of the whole run.
+        time_limit: greatest time for the evaluation of one individual [s], or None.
+        evaluations: greatest number of evaluations of the run, or None.
+        cpu_time: greatest CPU time of the run [s], or None.
         polish: whether the front is refined by gradients at the end.
-        polish_every: generations after which the evolution is given refined members each time, or None.
-        versions: versions of the packages that began it, and of Python.
+        polish_every: number of generations after which refined members are inserted, again and again, or None.
+        versions: versions of Python and of the packages with which the run was begun.
     """
 
     format: Literal["trajevo run"] = "trajevo run"
@@ -76,11 +77,11 @@ class Block:
     """All individuals evaluated in one or more generations.
 
     Attributes:
-        generation: of every individual, shape (N,), the first is 1.
+        generation: generation of every individual, from 1, shape (N,).
         X: decision vectors, shape (N, n_var).
-        F: objective values, shape (N, n_obj), infinite for those that failed.
-        G: constraint values, shape (N, n_constr).
-        said: what those that failed said, else empty, shape (N,).
+        F: objective values, shape (N, n_obj), infinite for individuals that failed.
+        G: constraint values, shape (N, n_constr), infinite for individuals that failed.
+        said: error message of every individual, empty for those that did not fail, shape (N,).
     """
 
     generation: Array
@@ -103,17 +104,17 @@ class RunFolder:
 
     @property
     def front_file(self) -> Path:
-        """Where the front is, once the run has ended."""
+        """File of the front, which is written when the run ends."""
         return self.folder / FRONT_FILE
 
     @property
     def evolved_file(self) -> Path:
-        """Where the front is as the evolution left it."""
+        """File of the front before polishing."""
         return self.folder / EVOLVED_FILE
 
     @property
     def begun(self) -> bool:
-        """Whether a run was begun here that keeps checkpoints."""
+        """Whether a run with checkpoints was begun here."""
         return (self.folder / MANIFEST_FILE).exists()
 
     @property
@@ -123,10 +124,10 @@ class RunFolder:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """While it lasts no other process runs this run; a process that is killed lets go of it.
+        """Lock the run, so that no other process works on it; the lock ends with the process, even if it is killed.
 
         Raises:
-            InvalidInputError: another process runs it, or the folder cannot be written.
+            InvalidInputError: another process works on the run, or the folder cannot be written.
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -135,18 +136,18 @@ class RunFolder:
             raise self._unwritable(error) from error
         with lock:
             if not locked(lock.fileno()):
-                raise InvalidInputError(f"{self.folder}: another process is at this run")
+                raise InvalidInputError(f"{self.folder}: another process is working on this run")
             yield
 
     def begin(self, manifest: Manifest, *, overwrite: bool = False) -> None:
         """Begin a run.
 
         Args:
-            manifest: how.
+            manifest: settings of the run.
             overwrite: replace a run that the folder holds.
 
         Raises:
-            InvalidInputError: it holds a run that is not to be replaced, or cannot be written.
+            InvalidInputError: the folder holds a run that is not to be replaced, or cannot be written.
         """
         if self.holds_run and not overwrite:
             raise InvalidInputError(f"{self.folder} already holds a run")
@@ -158,7 +159,7 @@ class RunFolder:
         self.replace_manifest(manifest)
 
     def replace_manifest(self, manifest: Manifest) -> None:
-        """Replace the manifest of a run that is to be longer.
+        """Replace the manifest, when a run is made longer.
 
         Raises:
             InvalidInputError: it cannot be written.
@@ -169,7 +170,7 @@ class RunFolder:
             raise self._unwritable(error) from error
 
     def keep(self, front: Front, *, evolved: bool = False) -> None:
-        """Save the front of the run, or as the evolution left it; where that fails, somewhere else, and say where."""
+        """Save the front of the run, or the front before polishing; if that fails, save it elsewhere and warn where."""
         try:
             front.save(self.evolved_file if evolved else self.front_file)
         except InvalidInputError as error:
@@ -179,7 +180,7 @@ class RunFolder:
             warnings.warn(f"{error}; the front is in {other.name}", stacklevel=3)
 
     def clear(self) -> None:
-        """Remove the run that the folder holds; the manifest last, so that what is left half removed is still a run."""
+        """Remove the run from the folder; the manifest goes last, so that a half removed run still counts as a run."""
         self.front_file.unlink(missing_ok=True)
         self.evolved_file.unlink(missing_ok=True)
         self._clear_rest()
@@ -189,7 +190,7 @@ class RunFolder:
         """How the run was begun.
 
         Raises:
-            InvalidInputError: there is none, or it is none of this version of trajevo.
+            InvalidInputError: there is no manifest, or it does not fit this version of trajevo.
         """
         file = self.folder / MANIFEST_FILE
         try:
@@ -210,7 +211,7 @@ class RunFolder:
         """Add the block of the generations since the last checkpoint, if any, then replace the checkpoint.
 
         Raises:
-            OSError: one of them could not be written; the folder still holds the checkpoint before.
+            OSError: one of them could not be written; the folder still holds the previous checkpoint.
         """
         if block is not None:
             name = f"{int(block.generation[0]):06d}.npz"
@@ -230,7 +231,7 @@ class RunFolder:
         """All individuals of the first generations, in the order of their evaluation.
 
         Args:
-            generations: how many, those that the checkpoint counts.
+            generations: number of generations, as the checkpoint counts them.
 
         Raises:
             InvalidInputError: a file is damaged.
@@ -250,7 +251,7 @@ class RunFolder:
             yield block
 
     def forget_after(self, generations: int) -> None:
-        """Remove what was written after a checkpoint: blocks that it does not count, files that were cut off."""
+        """Remove what was written after a checkpoint: blocks that it does not count, and incomplete files."""
         for file in (self.folder / BLOCKS_FOLDER).glob("*.npz"):
             if file.stem.isdecimal() and int(file.stem) > generations:
                 file.unlink()
@@ -259,7 +260,7 @@ class RunFolder:
                 file.unlink()
 
     def free(self) -> int:
-        """Bytes that are free where the folder is."""
+        """Free bytes on the folder's disk."""
         return shutil.disk_usage(self.folder).free
 
     def _unwritable(self, error: OSError) -> InvalidInputError:
@@ -273,7 +274,7 @@ class RunFolder:
 
 @contextmanager
 def begun(out: str | Path | None, manifest: Manifest, *, overwrite: bool) -> Iterator[RunFolder | None]:
-    """A run's folder with its manifest in it, held by this process alone while it lasts; None where nothing is kept.
+    """The folder of a new run, with its manifest and locked for this process; None if ``out`` is None.
 
     Raises:
         InvalidInputError: the folder holds a run that is not to be replaced, or cannot be written.
@@ -290,7 +291,7 @@ def begun(out: str | Path | None, manifest: Manifest, *, overwrite: bool) -> Ite
 
 
 def block_of(generations: Sequence[int], parts: Sequence[tuple[Array, Array, Array, Array]]) -> Block:
-    """Block of evaluated populations (X, F, G, said) and the generation of each."""
+    """Block of evaluated populations (X, F, G and error messages) and the generation of each."""
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     counts = [len(part[0]) for part in parts]
     return Block(np.repeat(np.array(generations, dtype=np.int64), counts), *columns)

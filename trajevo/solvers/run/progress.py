@@ -1,4 +1,4 @@
-"""What a run shows while it works: a bar on a terminal, a line now and then elsewhere."""
+"""Progress of a run on standard error: a bar on a terminal, a few plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trajevo.front.books import Generation
 #: Plain lines per run.
 _LINES = 10
 
-#: How often a bar is drawn again in a second, and what it says changes at most.
+#: Greatest number of times per second that the bar and its text are updated.
 _REFRESHED = 4
 
 
@@ -42,7 +42,7 @@ def reporter(total: int, *, enabled: bool, done: int = 0) -> Reporter:
     Args:
         total: generations of the whole run.
         enabled: whether anything is shown.
-        done: generations that were done before.
+        done: generations that were finished before.
     """
     console = Console(stderr=True)
     if not enabled:

@@ -1,4 +1,4 @@
-"""Runs in folders: begun, resumed to the bit after any end, and read while they go on."""
+"""Runs in folders: resume them with the same results to the bit, read them while they go on, polish their fronts."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from trajevo.solvers.gradient.polish import polish
 from trajevo.solvers.run.evolution import evolve, front_so_far
 from trajevo.solvers.run.folder import Manifest, RunFolder
 
-#: Algorithms whose generations depend on how many are planned, so that a finished run is no beginning of a longer one.
+#: Algorithms that adapt to the planned number of generations, so that a finished run cannot be made longer.
 _PLANNED = ("RVEA",)
 
-#: CPU time that is left for polishing where the evolution has used up more than its share [s].
+#: Least CPU time for polishing, if the evolution has used up all of it [s].
 _LEAST_CPU_TIME = 1e-3
 
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a run stands.
+    """Progress of a run in a folder.
 
     Attributes:
-        generation: generations that its latest checkpoint counts.
-        generations: generations of the whole run.
-        finished: whether its front is there and final.
-        not_resumable: why it cannot be resumed, or empty.
+        generation: number of generations at the latest checkpoint.
+        generations: number of generations of the whole run.
+        finished: whether the final front has been written.
+        not_resumable: why the run cannot be resumed, or empty.
     """
 
     generation: int
@@ -43,7 +43,7 @@ class Standing:
 
 
 def polished(front: Front, manifest: Manifest, folder: RunFolder | None) -> Front:
-    """The front of an evolution that has ended, polished where the run is to be; the folder keeps it as it was."""
+    """Polish the front of an evolution if the manifest says so; the folder also keeps the front before polishing."""
     if not manifest.polish or front.run.interrupted or not len(front):
         if folder is not None:
             folder.evolved_file.unlink(missing_ok=True)
@@ -62,20 +62,20 @@ def resume(
     generations: int | None = None,
     progress: bool = True,
 ) -> Front:
-    """Go on with a run from its latest checkpoint; X and F are those of a run that was never interrupted, to the bit.
+    """Continue a run from its latest checkpoint; X and F equal, to the bit, those of a run that was never interrupted.
 
     Args:
-        folder: what :func:`trajevo.solvers.optimise.optimise` was given as ``out``.
-        problem: the problem, where it is not a registered one.
-        generations: make the run longer, to so many generations.
+        folder: folder that was passed to :func:`trajevo.solvers.optimise.optimise` as ``out``.
+        problem: the problem, if it is not a registered one.
+        generations: new total number of generations, to make the run longer.
         progress: show generation, hypervolume, least violation and time left on standard error.
 
     Returns:
-        The front; that of a finished run is made again from its individuals.
+        The front; if the run is finished, it is made again from the evaluated individuals.
 
     Raises:
-        InvalidInputError: the folder holds no run that can be resumed, the problem at hand is another one, or fewer
-            generations than planned were asked for.
+        InvalidInputError: the folder holds no run that can be resumed, the problem is not that of the run, or
+            ``generations`` is less than planned.
     """
     run = RunFolder(folder)
     manifest = run.manifest()
@@ -98,7 +98,7 @@ def read_run(folder: str | Path, *, problem: TrajectoryProblem | None = None) ->
 
     Args:
         folder: the run's folder.
-        problem: the problem, where it is not a registered one.
+        problem: the problem, if it is not a registered one.
 
     Raises:
         InvalidInputError: the folder holds no run, or one that has not finished its first generation.
@@ -113,7 +113,7 @@ def read_run(folder: str | Path, *, problem: TrajectoryProblem | None = None) ->
 
 
 def standing(folder: str | Path) -> Standing:
-    """Where a run stands, without reading its individuals.
+    """Progress of a run, without reading its individuals.
 
     Raises:
         InvalidInputError: the folder holds no run, or a damaged one.
@@ -126,7 +126,7 @@ def standing(folder: str | Path) -> Standing:
 
 
 def _counted(run: RunFolder) -> int:
-    """Generations that the latest checkpoint counts."""
+    """Number of generations at the latest checkpoint."""
     checkpoint = run.checkpoint()
     return 0 if checkpoint is None else len(checkpoint.get("books.evaluations", ()))
 
@@ -148,8 +148,8 @@ def _longer(manifest: Manifest, generations: Any, run: RunFolder) -> Manifest:
         )
     if generations > manifest.generations and manifest.algorithm_name in _PLANNED:
         raise InvalidInputError(
-            f"generations: {manifest.algorithm_name} plans with {manifest.generations} from its first one on; "
-            "begin a new run for more"
+            f"generations: {manifest.algorithm_name} adapts to the planned number, {manifest.generations}, from the "
+            "first generation on; begin a new run for more"
         )
     longer = manifest.model_copy(
         update={"generations": generations, "settings": manifest.settings | {"generations": generations}}
