@@ -9,7 +9,7 @@ from trajevo.base.arrays import Array
 
 def sobol(dimensions: int, count: int, random: np.random.Generator) -> Array:
     """First points of the scrambled Sobol sequence, balanced if their number is a power of two, (count, dimensions)."""
-    # Imported only here: it takes a quarter as long as all other imports together.
+    # Imported only when needed: it takes a quarter as long as all other imports together.
     from scipy.stats import qmc
 
     drawn: Array = qmc.Sobol(dimensions, rng=random).random_base2(max(count - 1, 0).bit_length())[:count]

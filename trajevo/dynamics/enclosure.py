@@ -20,12 +20,12 @@ from trajevo.trajectory.bernstein import gauss
 
 #: Number of nodes of a piece.
 _NODES = 14
-#: Average number of pieces of a motion beyond which no piece is halved any more.
+#: Greatest average number of pieces per motion to halve at a time; with more, no piece is halved any more.
 _MOST_PIECES = 2000
-#: Number of pieces of one motion to be halved at a time beyond which the motion is left undecided.
+#: Greatest number of pieces of one motion to halve at a time; with more, the motion is left undecided.
 _MOST_UNDECIDED = 256
-#: Pieces are halved only if their bound exceeds a sample by more than this many slacks for rounding. These count up to
-#: this share of the tolerance: while the bound of the magnitude is still useless, the slack from it is too.
+#: A piece is halved only if its bound exceeds the samples by more than this many slacks for rounding. They count only
+#: up to this share of the tolerance: while the bound of the magnitude is still useless, so is the slack from it.
 _SLACKS, _SLACK_SHARE = 4.0, 0.01
 #: Share of the greatest value of all joints below which values without a limit are not resolved.
 _NEGLIGIBLE = 1e-3

@@ -77,7 +77,7 @@ class EffortOfPath:
 
     @classmethod
     def of(cls, rollout: Rollout, q: Array, v: Array, a: Array) -> EffortOfPath:
-        """The terms in given states of a rollout's motions, shapes (..., T, n_joints); per kilogram of its payload.
+        """The terms in given states of a rollout's motions, shapes (..., T, n_joints), with its payload per kilogram.
 
         Velocities that are mere rounding should be 0, see
         :meth:`~trajevo.dynamics.rollout.Rollout.without_rounding`.

@@ -207,7 +207,7 @@ class PieceBounds:
             return
         lost = np.maximum(ahead * np.maximum(greatest, 0.0), behind * np.minimum(least, 0.0))
         upper[:, n:] += np.where(forward & backward, lost, 0.0)
-        # A joint that counts as at rest loses no power to dry friction, which the polynomial takes into account.
+        # The polynomial includes the power lost to dry friction, but a joint that counts as at rest loses none.
         at_most = np.where(may_stand & (forward ^ backward), np.maximum(ahead, -behind) * standing, 0.0)
         upper[:, n:] += at_most
         lower[:, n:] -= at_most

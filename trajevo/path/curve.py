@@ -151,7 +151,7 @@ class GeometricPath:
         return frozen(np.unique(self.knots))
 
     def pieces(self, derivative: int) -> Array:
-        """Coefficients of a derivative in powers of u - break, rising, (order - derivative or 1, n_axes, n_pieces)."""
+        """Coefficients of a derivative, ascending powers of u - break, (order - derivative or 1, n_axes, n_pieces)."""
         return self._pieces[_checked(derivative)]
 
     def __call__(self, u: Any, derivative: int = 0) -> Array:
@@ -261,7 +261,7 @@ def _averaging(u: Array, count: int, order: int) -> Array:
 
 
 def _spread(u: Array, count: int, order: int, shift: int) -> Array:
-    """(9.69), every knot between the parameters of two points; a ``shift`` of 1 takes the points one earlier."""
+    """(9.69), every knot between the parameters of two points; a ``shift`` of 1 uses the points one earlier."""
     spacing = len(u) / (count - order + 1)
     places = spacing * np.arange(1, count - order + 1)
     before = np.floor(places).astype(int)

@@ -195,7 +195,7 @@ def _limit_problems(rows: list[JointRow], urdf: Path) -> Iterator[str]:
 
 
 def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock: Collection[str]) -> list[JointRow]:
-    """The actuators with the limits of ``robot.toml``, or with those of the URDF if an entry is wrong."""
+    """The actuators with the limits of ``robot.toml``; an actuator whose entry is wrong has those of the URDF."""
     try:
         names, units = file.transmission(tuple(row.name for row in rows), tuple(row.unit for row in rows))[1:]
         if set(names) != set(file.settings.joints) - set(lock):
