@@ -10,7 +10,7 @@ from trajevo.capacity.payload_time import capacity_front
 from trajevo.front import selection
 from trajevo.problems import HybridManipulator, PointingMechanism
 from trajevo.problems.hybrid_manipulator import paper_solution
-from trajevo.robot.robot import Friction
+from trajevo.robot.joints import Friction
 from trajevo.trajectory.interpolants import THROUGH_POINTS, HybridQuartic, QuinticSpline, SepticSpline, stop_and_go
 
 POINTS = ViaPoints(np.arange(8.0).reshape(4, 2) ** 2)

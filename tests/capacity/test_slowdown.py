@@ -16,8 +16,8 @@ from trajevo.dynamics.path_effort import Effort, EffortOfPath, allowed_speeds
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.problems import HybridManipulator
+from trajevo.robot.joints import Friction
 from trajevo.robot.payload import LOAD_MODELS, Payload
-from trajevo.robot.robot import Friction
 from trajevo.trajectory.interpolants import QuinticSpline
 
 HYBRID = load_robot("hybrid_manipulator")

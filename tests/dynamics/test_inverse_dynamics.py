@@ -18,8 +18,8 @@ from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout, lobatto
 from trajevo.errors import InvalidInputError
 from trajevo.problems import HybridManipulator
+from trajevo.robot.joints import Friction
 from trajevo.robot.payload import Payload
-from trajevo.robot.robot import Friction
 
 ROOT = Path(__file__).parents[2]
 HYBRID = load_robot("hybrid_manipulator")

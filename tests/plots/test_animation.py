@@ -20,7 +20,7 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.plots.animation import animate, stick_figure
 from trajevo.problems import HybridManipulator, PointingMechanism
 from trajevo.problems.hybrid_manipulator import paper_solution
-from trajevo.robot.robot import list_robots
+from trajevo.robot.locate import list_robots
 from trajevo.trajectory.interpolants import QuinticSpline
 
 

@@ -9,7 +9,7 @@ import pytest
 from tests.helpers import refused
 from trajevo import load_robot
 from trajevo.robot.examine import examine
-from trajevo.robot.robot import ROBOTS_FOLDER
+from trajevo.robot.locate import ROBOTS_FOLDER
 
 INERTIAL = (
     '<inertial><origin xyz="0.1 0 0"/><mass value="1"/>'

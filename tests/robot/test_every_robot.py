@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from trajevo import load_robot
-from trajevo.robot.robot import ROBOTS_FOLDER, list_robots
+from trajevo.robot.locate import ROBOTS_FOLDER, list_robots
 from trajevo.robot.transmission import Direct
 
 STEP = 1e-4

@@ -6,7 +6,7 @@ import pytest
 
 from trajevo import JointLimits, TrajevoError, load_robot
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.robot.robot import ROBOTS_FOLDER
+from trajevo.robot.locate import ROBOTS_FOLDER
 
 SOURCE = ROBOTS_FOLDER / "pointing_mechanism"
 

@@ -8,8 +8,8 @@ import pytest
 from tests.helpers import refused
 from trajevo import load_robot
 from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.robot.joints import Friction
 from trajevo.robot.payload import Payload
-from trajevo.robot.robot import Friction
 from trajevo.verification.newton_euler import NewtonEuler
 
 LIMITS = {"acceleration": 10.0, "jerk": 100.0}

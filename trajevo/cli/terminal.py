@@ -21,8 +21,8 @@ from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front
 from trajevo.plots.report import objective_headers, run_facts
 from trajevo.robot.examine import RobotExamination
-from trajevo.robot.locate import list_example_robots
-from trajevo.robot.robot import list_robots, load_robot
+from trajevo.robot.locate import list_example_robots, list_robots
+from trajevo.robot.robot import load_robot
 from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS

@@ -11,8 +11,9 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rnea import Load, inverse_dynamics, stepped_dynamics
 from trajevo.errors import InvalidInputError
+from trajevo.robot.joints import Friction
 from trajevo.robot.payload import Payload, carrying, kilogram, probe, tool_regressor
-from trajevo.robot.robot import Friction, Robot
+from trajevo.robot.robot import Robot
 
 NO_PAYLOAD = Payload(0.0)
 

@@ -313,7 +313,9 @@ class _Rows:
             if not any(term in self._where for term in terms):
                 self.numbers.append(f"    {name} = np.asarray({f' {operation} '.join(texts)})")
                 continue
-            self._free += [self._where[term] for term in {*terms} if term in self._where and last[term] == number]
+            self._free += [
+                self._where[term] for term in dict.fromkeys(terms) if term in self._where and last[term] == number
+            ]
             self.lines.append(f"{_OPERATIONS[operation]}({', '.join([*texts, self._row(name)])})")
 
     def text(self, term: Term) -> str:

@@ -20,7 +20,7 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits
-from trajevo.robot.locate import ROBOTS_FOLDER, list_robots, robot_source, warn_of_other_robot
+from trajevo.robot.locate import list_robots, robot_source, warn_of_other_robot
 from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf import checked_urdf, tips
@@ -70,8 +70,6 @@ def _joint_unit(joint: Any, name: str, file: Path) -> str:
         )
     return "m" if "JointModelP" in kind else "rad"
 
-
-__all__ = ["ROBOTS_FOLDER", "Friction", "JointLimits", "Robot", "list_robots", "load_robot"]
 
 #: Gravity of a robot without ``robot.toml``, z up in its base frame [m/s²].
 STANDARD_GRAVITY = (0.0, 0.0, -9.80665)

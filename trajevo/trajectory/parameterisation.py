@@ -21,7 +21,6 @@ from trajevo.base import polynomials
 from trajevo.base.arrays import Array, frozen, read_only, row_products
 from trajevo.errors import InvalidInputError
 from trajevo.path.curve import GeometricPath
-from trajevo.trajectory import parameterisation as hull
 from trajevo.trajectory.bernstein import gauss, greatest_magnitude, least_tolerance, local_greatest
 
 #: Velocity, acceleration, jerk.
@@ -186,7 +185,7 @@ class Course:
 
     def hull_terms(self, derivative: int) -> Array:
         """Smooth terms whose greatest is :meth:`hull_peak`, (B, n_axes, K)."""
-        return hull.signed_terms(self.path, self._derived, ORDERS[_place(derivative)])
+        return signed_terms(self.path, self._derived, ORDERS[_place(derivative)])
 
     def local_terms(self, derivative: int) -> Array:
         """Greatest values of a derivative and of its negative in every part of u(t), smooth in the control points.
@@ -275,11 +274,11 @@ class Course:
 
     @cached_property
     def _hull_peaks(self) -> list[Array]:
-        return [frozen(peak) for peak in hull.peaks(self.path, self._derived)]
+        return [frozen(peak) for peak in peaks(self.path, self._derived)]
 
     @cached_property
     def _derived(self) -> list[Array]:
-        return hull.derived_coefficients(self.control_points, self.knots, self.order)
+        return derived_coefficients(self.control_points, self.knots, self.order)
 
 
 def _place(derivative: int) -> int:

@@ -223,9 +223,6 @@ def _root(c: Array, degree: int, left: float, right: float, from_value: float, t
     return root
 
 
-__all__ = ["complex_extremes", "complex_samples", "square_integrals"]
-
-
 @fast
 def complex_samples(coefficients: Array, steps: Array, shares: Array, first: int, out: Array) -> None:
     """As :func:`samples`; coefficients, steps and output are complex."""

@@ -15,7 +15,7 @@ from trajevo.base.arrays import Array, frozen
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.path.curve import GeometricPath
 from trajevo.path.via_points import ViaPoints
-from trajevo.robot.robot import JointLimits
+from trajevo.robot.joints import JointLimits
 from trajevo.trajectory.along_path import ComposedBatch
 from trajevo.trajectory.batch import DERIVATIVES
 from trajevo.trajectory.interpolants.interpolant import Interpolant, Variable, decision_vectors

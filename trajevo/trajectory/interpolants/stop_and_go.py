@@ -16,7 +16,7 @@ from trajevo.base import polynomials
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.path.via_points import ViaPoints
-from trajevo.robot.robot import JointLimits
+from trajevo.robot.joints import JointLimits
 from trajevo.trajectory.interpolants.hermite import hermite_segments
 from trajevo.trajectory.polynomial import PolynomialBatch
 
