@@ -139,10 +139,10 @@ class Search(pydantic.BaseModel):
         validation_alias=pydantic.AliasChoices("algorithm", "name"),
         json_schema_extra={"of_algorithm": False},
     )
-    generations: Annotated[int | None, _whole(1)] = _setting("Number of generations; the paper's if not given.")
     population: Annotated[int | None, _whole(4)] = _setting(
         "Number of individuals; the paper's if not given.", of_algorithm=True
     )
+    generations: Annotated[int | None, _whole(1)] = _setting("Number of generations; the paper's if not given.")
     offsprings: Annotated[int | None, _whole(1)] = _setting(
         "New individuals per generation; as many as the population if not given.", of_algorithm=True
     )

@@ -150,7 +150,7 @@ def algorithm_for(search: Search, problem: TrajectoryProblem) -> Chosen:
             f"algorithm: {search.algorithm!r} uses reference directions between at least two objectives, got one"
         )
     usual = USUAL.updated(**problem.evolution.given).given
-    settings = {key: value for key, value in usual.items() if key in named.takes} | own
+    settings = {key: value for key, value in usual.items() if key in ("generations", *named.takes)} | own
     settings.setdefault("offsprings", settings["population"])
     # All algorithms of a class share pymoo's default objects, such as the survival of SPEA2.
     solver = copy.deepcopy(named.make(problem, settings))
