@@ -61,7 +61,7 @@ def test_what_an_algorithm_does_not_have_is_refused(hybrid):
     cost = load_problem("hybrid", objectives="cost")
     for name in DIRECTED:
         own = Search(algorithm=name)
-        refused(lambda own=own: algorithm_for(own, cost), f"algorithm: '{name}' .* the problem has one")
+        refused(lambda own=own: algorithm_for(own, cost), f"algorithm: '{name}' .* at least two objectives, got one")
         wide = own.updated(crossover_index=3.0)
         refused(lambda wide=wide: algorithm_for(wide, hybrid), f"crossover_index: .*'{name}'")
     refused(lambda: reference_directions(4, 3), "population: expected at least 4, one per objective, got 3")
