@@ -85,6 +85,7 @@ def test_the_promised_decrease_is_that_of_the_linear_model():
     assert model.decrease(d) == pytest.approx(before - after)
 
 
-def test_a_curvature_that_is_not_positive_has_no_step():
+@pytest.mark.parametrize("curvature", [-np.eye(5), np.diag([1.0, 1.0, np.inf, 1.0, 1.0])], ids=["negative", "infinite"])
+def test_a_curvature_that_is_not_positive_and_finite_has_no_step(curvature):
     model = random_model(0)
-    assert Model(**(vars(model) | {"curvature": -np.eye(5)})).solve() is None
+    assert Model(**(vars(model) | {"curvature": curvature})).solve() is None

@@ -16,7 +16,7 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.hypervolume import Volumes
 
 #: Packages whose versions affect the results of a run.
-_PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "ruckig")
+_PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "daqp", "ruckig")
 
 #: Fields of a history with one entry per generation, and one more for each polishing.
 _BY_GENERATION = ("evaluations", "hypervolume", "least_violation", "front_size")

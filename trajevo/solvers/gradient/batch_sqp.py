@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
+import daqp
 import numpy as np
-from scipy.optimize import nnls
 
 from trajevo.base.arrays import Array
 from trajevo.solvers.gradient.scaling import Scaled
@@ -21,11 +21,11 @@ from trajevo.solvers.gradient.scaling import Scaled
 #: Weight of the squares of t (the maximum) and s (the excess), which make the quadratic program strictly convex.
 _PROXIMAL = 0.1
 
-#: Limits with a value above this are in the program from the start; others are added if its solution breaks them.
-_NEAR = -0.3
-
 #: Excess over a linearised limit that counts as rounding.
 _ROUNDING = 1e-9
+
+#: DAQP's flag of a solution.
+_SOLVED = 1
 
 
 @final
@@ -78,64 +78,23 @@ class Model:
     def solve(self) -> Step | None:
         """Minimise t + slope·d + ½ d'Bd + penalty s under terms ≤ t, limits ≤ s, 0 ≤ s and box; None if that fails.
 
-        The squares of t and s are added with a small weight. In coordinates in which the quadratic form is a squared
-        length, this is Lawson and Hanson's least distance problem, whose dual is a non-negative least squares problem.
+        The squares of t and s are added with a small weight. The dual active-set solver is DAQP (Arnström, Bemporad and
+        Axehill, IEEE Transactions on Automatic Control 67, 2022).
         """
-        size = len(self.slope)
-        try:
-            root = np.linalg.inv(np.linalg.cholesky(self._square(size)))
-        except np.linalg.LinAlgError:
-            return None
-        shift = root @ np.concatenate([self.slope, [1.0, self.penalty]])
-        chosen = np.flatnonzero(self.limits > _NEAR)
-        while True:
-            rows, bounds = self._rows(chosen)
-            found = _least_distance(-rows @ root.T, -(bounds + rows @ (root.T @ shift)))
-            if found is None:
-                return None
-            w, multipliers = found
-            z = root.T @ (w - shift)
-            beyond = self.limits + self.limit_slopes @ z[:size] - z[-1]
-            beyond[chosen] = 0.0
-            broken = np.flatnonzero(beyond > _ROUNDING)
-            if not len(broken):
-                break
-            chosen = np.concatenate([chosen, broken])
-        limits, count = np.zeros(len(self.limits)), len(self.terms)
-        limits[chosen] = multipliers[count : count + len(chosen)]
-        return Step(np.clip(z[:size], *self.box), multipliers[:count], limits)
-
-    def _square(self, size: int) -> Array:
+        size, count = len(self.slope), len(self.terms)
         square = _PROXIMAL * np.eye(size + 2)
         square[:size, :size] = self.curvature
-        return square
-
-    def _rows(self, chosen: Array) -> tuple[Array, Array]:
-        """Matrix and bounds of the rows · (d, t, s) ≤ bounds: terms, chosen limits, s ≥ 0 and the box."""
-        size, count, kept = len(self.slope), len(self.terms), len(chosen)
-        rows = np.zeros((count + kept + 1 + 2 * size, size + 2))
+        rows = np.zeros((count + len(self.limits), size + 2))
         rows[:count, :size], rows[:count, size] = self.term_slopes, -1.0
-        rows[count : count + kept, :size] = self.limit_slopes[chosen]
-        rows[count : count + kept + 1, size + 1] = -1.0
-        rows[-2 * size : -size, :size], rows[-size:, :size] = np.eye(size), -np.eye(size)
-        return rows, np.concatenate([-self.terms, -self.limits[chosen], [0.0], self.box[1], -self.box[0]])
-
-
-def _least_distance(rows: Array, bounds: Array) -> tuple[Array, Array] | None:
-    """The shortest w with rows w ≥ bounds, and its multipliers; None if there is none."""
-    system = np.vstack([rows.T, bounds])
-    scale = np.linalg.norm(system, axis=0)
-    scale[scale == 0.0] = 1.0
-    target = np.zeros(len(system))
-    target[-1] = 1.0
-    try:
-        dual = nnls(system / scale, target)[0] / scale
-    except RuntimeError:
-        return None
-    rest = system @ dual - target
-    if not rest[-1] < -np.finfo(np.float64).tiny:
-        return None
-    return -rest[:-1] / rest[-1], -dual / rest[-1]
+        rows[count:, :size], rows[count:, size + 1] = self.limit_slopes, -1.0
+        least = np.concatenate([self.box[0], [-np.inf, 0.0], np.full(len(rows), -np.inf)])
+        most = np.concatenate([self.box[1], [np.inf, np.inf], -self.terms, -self.limits])
+        slope = np.concatenate([self.slope, [1.0, self.penalty]])
+        z, _, flag, told = daqp.solve(square, slope, rows, most, least, primal_tol=_ROUNDING)
+        if flag != _SOLVED or not np.isfinite(z).all():
+            return None
+        multipliers = told["lam"][size + 2 :]
+        return Step(np.clip(z[:size], *self.box), multipliers[:count], multipliers[count:])
 
 
 #: Share of the promised decrease that a step must achieve.
