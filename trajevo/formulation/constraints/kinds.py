@@ -113,7 +113,7 @@ def parameters_of(kinds: Mapping[str, LimitKind]) -> dict[str, LimitParameter]:
 def _check_named(name: str, kinds: Mapping[str, LimitKind], by_name: list[str]) -> None:
     if name in kinds and name not in by_name:
         needed = next(p.name for p in kinds[name].parameters if p.default is None)
-        raise InvalidInputError(f"constraints: {name!r} holds where {needed!r} is given, it is not named here")
+        raise InvalidInputError(f"constraints: {name!r} is switched on by giving {needed!r}, not by its name here")
     checked_name("constraint", name, by_name)
 
 
