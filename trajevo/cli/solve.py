@@ -128,7 +128,7 @@ class _Method:
         return {name: value for name, value in vars(self).items() if value is not None}
 
     def check(self, search: dict[str, Any], problem: TrajectoryProblem) -> None:
-        """Refuse settings that the method does not have, and nnc for problems that do not have two objectives."""
+        """Refuse settings that the method does not have, and any use of nnc for problems without two objectives."""
         if self.name == "nnc":
             others = [name for name in search if name != "seed" and (name, search[name]) != ("algorithm", "nsga2")]
             _refuse_given("nnc", others + ([] if self.sqp_seeds is None else ["sqp_seeds"]))
