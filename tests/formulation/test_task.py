@@ -179,7 +179,7 @@ def test_points_may_be_poses_in_a_csv_file(write, tmp_path):
         (
             "[payload]",
             '[constraints]\nlimits = ["tool_speed"]\n[payload]',
-            "line 19: constraints: 'tool_speed' holds where 'tool_speed' is given, it is not named here",
+            "line 19: constraints: 'tool_speed' is switched on by giving 'tool_speed', not by its name here",
         ),
         ('angle = "deg"', 'angle = "grad"', "line 2: angle: .*got 'grad'"),
         ("[45.0, -70.0, 80.0, -100.0, -90.0, 0.0],", "[45.0, -70.0, 80.0],", "line 3: points"),

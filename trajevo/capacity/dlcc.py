@@ -1,7 +1,7 @@
 """Dynamic load-carrying capacity (DLCC): the largest payload of a motion, its binding joint and instant.
 
-Effort is affine in the payload's mass, τ = τ₀ + m τ₁, so the capacity is in closed form; the iteration of Guo 2016,
-section 5, is beside it and agrees within its step.
+Effort is affine in the payload's mass, τ = τ₀ + m τ₁, so the capacity has a closed form. The iteration of Guo 2016,
+section 5, is implemented too; it agrees with the closed form within its step.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front, Solution
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
-#: Instants per segment at which a capacity is computed, unless told otherwise; optimisation uses fewer.
+#: Default number of instants per segment at which a capacity is computed; optimisation uses fewer.
 SAMPLES = 50
 
-#: Steps after which the iteration would be the wrong tool.
+#: Greatest number of steps of the iteration.
 MOST_STEPS = 1_000_000
 
 #: Excess over a limit, as a share of it, that counts as rounding.
@@ -35,21 +35,21 @@ class Capacity:
     """The largest payload of a motion.
 
     Attributes:
-        mass: [kg]; inf if no effort limit is ever reached, 0 if one is reached without any payload or no payload is
-            feasible.
+        mass: the largest payload [kg]; inf if no effort limit is ever reached, 0 if one is reached without any payload
+            or no payload is feasible.
         joint: name of the binding joint, empty if there is none.
         time: instant at which it binds [s], NaN if there is none.
-        margin: share of each joint's effort limit that is left at ``mass``, shape (n_joints,); negative where no
-            payload is feasible.
-        per_joint: largest payload by each joint alone, shape (n_joints,) [kg].
+        margin: unused share of each joint's effort limit at ``mass``, shape (n_joints,); negative for joints over their
+            limit if no payload is feasible.
+        per_joint: largest payload that each joint alone allows, shape (n_joints,) [kg].
         payload_model: how the payload acts, a key of :data:`trajevo.robot.payload.LOAD_MODELS`.
-        least: the least payload [kg]; above 0 where the motion breaks a limit without one and it is a counterweight,
-            NaN where no payload is feasible, none included.
-        times: instants at which effort was looked at, shape (T,) [s].
-        margins: share of each joint's effort limit that is left at ``mass`` over time, shape (T, n_joints); where
-            nothing limits the mass that at ``least``.
-        joint_names: of the robot.
-        history: for the iteration, every (mass [kg], greatest effort over limit, joint) tried, the last one infeasible.
+        least: the least payload [kg]; above 0 if the motion keeps the limits only with a payload as counterweight, NaN
+            if no payload, not even 0, is feasible.
+        times: instants at which effort was computed, shape (T,) [s].
+        margins: unused share of each joint's effort limit over time, shape (T, n_joints), at ``mass`` or, if nothing
+            limits the mass, at ``least``.
+        joint_names: names of the robot's joints.
+        history: for the iteration, every (mass [kg], greatest effort over limit, joint) tried; the last is infeasible.
     """
 
     mass: float
@@ -91,17 +91,17 @@ class Capacity:
 @final
 @dataclass(frozen=True, eq=False)
 class EffortAlong:
-    """Effort along one motion by the payload's mass, and its capacity.
+    """Effort along one motion as an affine function of the payload's mass, and the motion's capacity.
 
     Attributes:
         times: instants, shape (T,) [s].
         unloaded: effort without payload, shape (T, n_joints) [N·m or N].
-        per_kilogram: what every kilogram of the payload adds, shape (T, n_joints) [N·m/kg or N/kg].
-        limit: of effort, shape (n_joints,) [N·m or N]; inf where there is none.
-        mass: of the payload that is carried [kg].
+        per_kilogram: effort that every kilogram of the payload adds, shape (T, n_joints) [N·m/kg or N/kg].
+        limit: effort limits, shape (n_joints,) [N·m or N]; inf for none.
+        mass: mass of the payload that is carried [kg].
         capacity: the largest payload.
-        joint_names: of the robot.
-        robot: its name.
+        joint_names: names of the robot's joints.
+        robot: name of the robot.
     """
 
     times: Array
@@ -119,7 +119,7 @@ def effort_along(motion: Solution | Rollout | WeightedOptimum, *, samples: int =
 
     Args:
         motion: as for :func:`dlcc`.
-        samples: likewise.
+        samples: as for :func:`dlcc`.
     """
     rollout = rollout_of(motion)
     efforts = _efforts(motion, samples)
@@ -136,14 +136,14 @@ def effort_along(motion: Solution | Rollout | WeightedOptimum, *, samples: int =
 
 
 def dlcc(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> Capacity:
-    """The largest payload of a motion in closed form: the least, over joints and instants, of (±limit - τ₀)/τ₁.
+    """The largest payload of a motion in closed form: the least value of (±limit - τ₀)/τ₁ over joints and instants.
 
-    Where the motion breaks a limit without payload, one that is a counterweight may mend it: the feasible masses are an
+    If the motion breaks a limit without payload, a payload may help as a counterweight: the feasible masses are an
     interval, from ``least`` to ``mass``.
 
     Args:
-        motion: a solution of a front, an optimum, or a rollout (of its batch the first trajectory counts). The shape
-            and the model of the payload are the rollout's own; its mass plays no part.
+        motion: a solution of a front, an optimum, or the first trajectory of a rollout. Shape and model of the payload
+            are those of the motion's rollout; its mass is not used.
         samples: instants per segment, both ends included.
     """
     return _closed_form(_efforts(motion, samples))
@@ -152,20 +152,21 @@ def dlcc(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES
 def dlcc_iterative(
     motion: Solution | Rollout | WeightedOptimum, *, start: float = 0.0, step: float = 0.05, samples: int = SAMPLES
 ) -> Capacity:
-    """The largest payload by the paper's iteration (Guo 2016, section 5, steps 7 to 9): add until a limit breaks.
+    """The largest payload by the iteration of Guo 2016, section 5, steps 7 to 9: add mass until a limit is broken.
 
     Args:
         motion: as for :func:`dlcc`.
         start: first payload tried [kg].
-        step: added each time [kg].
+        step: mass added in each step [kg].
         samples: as for :func:`dlcc`.
 
     Returns:
-        The last feasible payload, 0 if the first one is infeasible, as where a counterweight is needed and the start is
-        below it; ``history`` has every payload tried. Where no payload ever reaches a limit, what :func:`dlcc` returns.
+        The last feasible payload, or 0 if the first one is infeasible, for example because a counterweight is needed
+        and ``start`` is lighter. ``history`` has every payload tried. If no payload ever reaches a limit, the result is
+        that of :func:`dlcc`.
 
     Raises:
-        InvalidInputError: a start that is negative, a step that is not positive, or one that would take too many.
+        InvalidInputError: a negative start, a step that is not positive, or one so small that it takes too many steps.
     """
     start, step = float(numbers(start, name="start", shape=())), float(numbers(step, name="step", shape=()))
     if start < 0.0:
@@ -195,11 +196,11 @@ class Capacities:
     """The largest payloads of B motions.
 
     Attributes:
-        mass: shape (B,) [kg]; as :attr:`Capacity.mass`.
-        least: shape (B,) [kg]; as :attr:`Capacity.least`.
-        duration: of the motions, shape (B,) [s].
-        joint: index of the binding joint, -1 where there is none, shape (B,).
-        joint_names: of the robot.
+        mass: as :attr:`Capacity.mass`, shape (B,) [kg].
+        least: as :attr:`Capacity.least`, shape (B,) [kg].
+        duration: durations of the motions, shape (B,) [s].
+        joint: index of the binding joint, -1 if there is none, shape (B,).
+        joint_names: names of the robot's joints.
         payload_model: how the payload acts.
     """
 
@@ -219,7 +220,7 @@ def capacities(motions: Front | Rollout, *, samples: int = 12) -> Capacities:
         samples: instants per segment, both ends included.
 
     Raises:
-        InvalidInputError: something else.
+        InvalidInputError: motions of another type.
     """
     given = motions.rollouts if isinstance(motions, Front) else rollout_of(motions)
     fine = Rollout(given.dynamics.sampled(samples), given.trajectory)
@@ -241,7 +242,7 @@ def capacities(motions: Front | Rollout, *, samples: int = 12) -> Capacities:
 
 @dataclass(frozen=True, eq=False)
 class _Efforts:
-    """Effort without payload and per kilogram, (T, n_joints), instants (T,) [s], and the dynamics they come from."""
+    """Effort without payload and per kilogram, (T, n_joints), instants (T,) [s], and the dynamics behind them."""
 
     unloaded: Array
     per_kilogram: Array
@@ -255,14 +256,14 @@ class _Efforts:
 
 
 def sampled_motion(motion: Solution | Rollout | WeightedOptimum, samples: int) -> Rollout:
-    """The robot on one motion, with the payload's own mass.
+    """The robot on one motion, with its payload unchanged.
 
     Args:
-        motion: a solution of a front, an optimum, or a rollout (of its batch the first trajectory counts).
+        motion: a solution of a front, an optimum, or the first trajectory of a rollout.
         samples: instants per segment, both ends included.
 
     Raises:
-        InvalidInputError: something else, or fewer than 2 samples.
+        InvalidInputError: a motion of another type, or fewer than 2 samples.
     """
     rollout = rollout_of(motion)
     trajectory = rollout.trajectory if len(rollout.trajectory) == 1 else rollout.trajectory[0]
@@ -287,7 +288,7 @@ def _closed_form(efforts: _Efforts) -> Capacity:
 
 
 def _bound(efforts: _Efforts, mass: float, joint: int, instant: int, per_joint: Array, least: float) -> Capacity:
-    """The capacity that a joint sets at an instant; where the mass is infinite, nothing does."""
+    """The capacity with a binding joint and instant; without them if the mass is infinite."""
     finite = bool(np.isfinite(mass))
     margins = frozen(1.0 - efforts.used(mass if finite else least))
     return Capacity(

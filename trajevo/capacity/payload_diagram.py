@@ -1,8 +1,8 @@
-"""The vendors' payload diagram for one's own motion: what it can carry, by how far off the flange the load sits.
+"""Payload diagram of a motion, as in robot data sheets: the payload by the offset of its centre of mass.
 
-At an offset L from the tool's z axis and L_z along it the centre of mass is (L cos φ, L sin φ, L_z). Along φ every
-effort per kilogram is a trigonometric polynomial of degree 2, so the worst direction is found for each by itself, and
-exactly: a bound in closed form first tells the few efforts that can be the worst at all.
+At an offset L from the tool's z axis and L_z along it the centre of mass is (L cos φ, L sin φ, L_z). As a function of φ
+every effort per kilogram is a trigonometric polynomial of degree 2, whose worst direction is found exactly. A bound in
+closed form first selects the few efforts that can be the worst at all.
 """
 
 from __future__ import annotations
@@ -17,25 +17,26 @@ from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.capacity.payload_effort import MassRange, PayloadEffort, limited_efforts, quadratic_forms
 from trajevo.errors import InvalidInputError, checked_name
 
-#: Directions from which Newton's method sets out, and its steps; from 11° off a peak five are enough.
+#: Number of directions from which Newton's method starts, and its steps; from 11° off a peak five are enough.
 _STARTS, _STEPS = 32, 6
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class PayloadDiagram:
-    """Masses that a motion can carry on a grid of offsets from the tool: W away from its z axis, H along it.
+    """Masses that a motion can carry on a grid of offsets of the load: W from the tool's z axis, H along it.
 
     Attributes:
         offset_xy: distances of the centre of mass from the tool's z axis, ascending, shape (W,) [m].
-        offset_z: its places along the tool's z axis, ascending, shape (H,) [m].
+        offset_z: its coordinates along the tool's z axis, ascending, shape (H,) [m].
         mass: greatest mass, inf where nothing limits it, NaN where no mass is feasible, shape (H, W) [kg].
         least: least mass; above 0 where the motion needs a counterweight, shape (H, W) [kg].
         joint: index of the joint that binds at ``mass``, -1 where none does, shape (H, W).
-        time: when it binds, NaN where none does, shape (H, W) [s].
-        direction: about the tool's z axis from its x axis, the given one or the worst of each cell, shape (H, W) [rad].
-        worst: whether it is the worst of each cell.
-        joint_names: of the robot.
+        time: instant at which it binds, NaN where none does, shape (H, W) [s].
+        direction: angle of the offset about the tool's z axis from its x axis, shape (H, W) [rad]: the given direction,
+            or the worst one of each cell.
+        worst: whether ``direction`` is the worst of each cell.
+        joint_names: names of the robot's joints.
         payload_model: how the payload acts.
     """
 
@@ -58,17 +59,17 @@ def payload_diagram(
     *,
     direction: float | None = None,
 ) -> PayloadDiagram:
-    """What a motion can carry, by the offset of the load.
+    """The masses that a motion can carry, by the offset of the load.
 
     Args:
-        effort: along the motion.
+        effort: effort along the motion.
         offset_xy: distances from the tool's z axis, ascending from 0 on, shape (W,) [m].
-        offset_z: places along the tool's z axis, ascending, shape (H,) [m].
-        direction: of the offset about the tool's z axis from its x axis [rad]; the worst for each cell if None: the
-            masses then hold in every direction.
+        offset_z: coordinates along the tool's z axis, ascending, shape (H,) [m].
+        direction: angle of the offset about the tool's z axis from its x axis [rad]; if None, the worst one for each
+            cell, so that the masses hold in every direction.
 
     Raises:
-        InvalidInputError: offsets that do not rise or a negative distance, a direction that is not finite, or a robot
+        InvalidInputError: offsets that do not ascend, a negative distance, a direction that is not finite, or a robot
             without effort limits.
     """
     xy, z = _rising(offset_xy, "offset_xy"), _rising(offset_z, "offset_z")
@@ -97,7 +98,7 @@ def payload_diagram(
 
 
 def _in_every_direction(effort: PayloadEffort, xy: Array, z: Array) -> tuple[MassRange, Array]:
-    """The masses that hold in every direction, and the direction that binds, all of shape (H W,)."""
+    """The masses that hold in every direction, and the binding direction [rad], each of shape (H W,)."""
     rows = effort.rows
     above, index, angle = _greatest_round(rows.above, xy, z, effort.inertia)
     below = _greatest_round(rows.below, xy, z, effort.inertia)[0]
@@ -111,11 +112,11 @@ def _greatest_round(rows: Array, xy: Array, z: Array, inertia: Array) -> tuple[A
     if not len(rows):
         return value, index, angle
     a, b, Q = quadratic_forms(rows, inertia)
-    along = 0.5 * (Q[:, 0, 0] + Q[:, 1, 1])  # of L², in every direction
-    second = np.stack([0.5 * (Q[:, 0, 0] - Q[:, 1, 1]), Q[:, 0, 1]])  # of L² cos 2φ and L² sin 2φ
+    along = 0.5 * (Q[:, 0, 0] + Q[:, 1, 1])  # coefficient of L²
+    second = np.stack([0.5 * (Q[:, 0, 0] - Q[:, 1, 1]), Q[:, 0, 1]])  # coefficients of L² cos 2φ and L² sin 2φ
     for i, height in enumerate(z):
         still = a + height * (b[:, 2] + height * Q[:, 2, 2])
-        first = (b[:, :2] + 2.0 * height * Q[:, 2, :2]).T  # of L cos φ and L sin φ
+        first = (b[:, :2] + 2.0 * height * Q[:, 2, :2]).T  # coefficients of L cos φ and L sin φ
         value[i], index[i], angle[i] = _worst_rows(still, first, along, second, xy)
     return value, index, angle
 
@@ -128,7 +129,7 @@ def _worst_rows(still: Array, first: Array, along: Array, second: Array, xy: Arr
     if not round_twice.any():
         return bound.max(axis=1), leader, np.arctan2(*first[::-1, leader])
     reached = still[leader] + xy**2 * along[leader] + _peak(xy * first[:, leader], xy**2 * second[:, leader])[0]
-    bound[np.arange(len(xy)), leader] = np.inf  # a candidate, whatever the rounding
+    bound[np.arange(len(xy)), leader] = np.inf  # always a candidate, whatever the rounding
     cell, row = np.nonzero(bound >= reached[:, None])
     peak, angle = _peak(xy[cell] * first[:, row], xy[cell] ** 2 * second[:, row])
     value = still[row] + xy[cell] ** 2 * along[row] + peak
@@ -166,13 +167,13 @@ def _rising(given: Any, name: str) -> Array:
 
 _AXES = "xyz"
 
-#: Share of the longest normal below which a half-space does not feel the centre of mass.
+#: Share of the longest normal below which a half-space does not depend on the centre of mass.
 _FLAT = 1e-12
 
-#: Radius [m] of a section that counts as empty: no more than a point or a line.
+#: Radius [m] below which a section is a mere point or line and counts as empty.
 _POINT = 1e-12
 
-#: Places along either side of the grid on which a region that is no polygon is looked at.
+#: Points along each side of the grid on which a region that is not a polygon is sampled.
 _GRID = 121
 
 
@@ -182,9 +183,9 @@ class CentreOfMassPolyhedron:
     """The centres of mass that keep every effort limit along a motion: normals · c <= offsets.
 
     Attributes:
-        mass: of the payload [kg].
-        normals: shape (M, 3) [N·m/m or N/m], in the tool frame.
-        offsets: shape (M,) [N·m or N].
+        mass: mass of the payload [kg].
+        normals: normals of the half-spaces in the tool frame, shape (M, 3) [N·m/m or N/m].
+        offsets: offsets of the half-spaces, shape (M,) [N·m or N].
         joint: index of the joint of each half-space, shape (M,).
         time: instant of each half-space, shape (M,) [s].
     """
@@ -205,13 +206,13 @@ class CentreOfMassPolyhedron:
         """The polygon in which a plane of the tool frame cuts the polyhedron.
 
         Args:
-            axis: of the tool frame, normal to the plane.
-            at: place of the plane along it [m].
-            within: the section is cut off where one of the other coordinates exceeds this [m].
+            axis: axis of the tool frame that is normal to the plane.
+            at: position of the plane along this axis [m].
+            within: bound of the magnitudes of the other two coordinates, at which the section is cut off [m].
 
         Returns:
-            Corners, counterclockwise, of the other two coordinates in alphabetical order, shape (K, 2) [m]; K = 0
-            where the plane misses the polyhedron, or does no more than touch it.
+            Corners, counterclockwise, in the other two coordinates in alphabetical order, shape (K, 2) [m]; K = 0
+            if the plane misses or merely touches the polyhedron.
 
         Raises:
             UnknownNameError: no such axis.
@@ -236,9 +237,10 @@ def allowed_centres(effort: PayloadEffort, mass: float) -> CentreOfMassPolyhedro
     """The exact set of centres of mass that a motion allows a payload of known mass.
 
     Args:
-        effort: affine in the centre of mass, as for a bare weight, a robot at rest, or with the inertia about the
-            tool's origin known (:meth:`~trajevo.capacity.payload_effort.PayloadEffort.with_inertia_about_tool`).
-        mass: of the payload [kg].
+        effort: effort that is affine in the centre of mass, as for a bare weight, a robot at rest, or with the inertia
+            about the tool's origin known
+            (:meth:`~trajevo.capacity.payload_effort.PayloadEffort.with_inertia_about_tool`).
+        mass: mass of the payload [kg].
 
     Raises:
         InvalidInputError: a mass that is not positive, an effort that is quadratic in the centre of mass, or a robot
@@ -266,19 +268,19 @@ def allowed_centres(effort: PayloadEffort, mass: float) -> CentreOfMassPolyhedro
 @final
 @dataclass(frozen=True, eq=False)
 class AllowedRegions:
-    """Where the centres of mass of payloads may lie in a plane of the tool frame: one region for each mass.
+    """Regions of a plane of the tool frame in which the centre of mass may lie, one for each mass.
 
     Attributes:
-        masses: of the payloads, ascending, K of them [kg].
-        axis: of the tool frame, normal to the plane.
-        at: place of the plane along it [m].
-        within: how far from the tool's other axes the plane was looked at [m].
-        polygons: where effort is affine in the centre of mass, the corners of each region, exact and counterclockwise,
-            of the other two coordinates in alphabetical order, K arrays of shape (C, 2) [m], empty where the mass may
-            lie nowhere; else none.
+        masses: K masses of payloads, ascending [kg].
+        axis: axis of the tool frame that is normal to the plane.
+        at: position of the plane along this axis [m].
+        within: bound of the magnitudes of the other two coordinates [m].
+        polygons: if effort is affine in the centre of mass, the exact corners of each region, counterclockwise, in the
+            other two coordinates in alphabetical order, K arrays of shape (C, 2) [m], empty if the mass is allowed
+            nowhere; otherwise no arrays.
         sides: coordinates of a grid along either side, shape (G,) [m].
-        used: where effort is not affine, the greatest effort over its limit, shape (K, G, G), rows along the second
-            coordinate; at most 1 is allowed.
+        used: if effort is not affine, the greatest effort over its limit, shape (K, G, G), rows along the second
+            coordinate; a centre of mass is allowed where it is at most 1.
     """
 
     masses: tuple[float, ...]
@@ -293,19 +295,19 @@ class AllowedRegions:
 def allowed_regions(
     effort: PayloadEffort, masses: Sequence[float], *, within: float, axis: str = "z", at: float = 0.0
 ) -> AllowedRegions:
-    """Where the centres of mass of payloads may lie in a plane of the tool frame.
+    """Regions of a plane of the tool frame in which the centres of mass of payloads may lie.
 
     Args:
-        effort: along the motion; where it is affine in the centre of mass, see :func:`allowed_centres`, regions are
-            exact polygons, else values on a grid.
-        masses: of the payloads [kg].
-        within: how far from the tool's axes the plane is looked at [m].
-        axis: of the tool frame, normal to the plane.
-        at: place of the plane along it [m].
+        effort: effort along the motion. If it is affine in the centre of mass, see :func:`allowed_centres`, the regions
+            are exact polygons, otherwise values on a grid.
+        masses: masses of the payloads [kg].
+        within: bound of the magnitudes of the other two coordinates [m].
+        axis: axis of the tool frame that is normal to the plane.
+        at: position of the plane along this axis [m].
 
     Raises:
         UnknownNameError: no such axis.
-        InvalidInputError: as :func:`allowed_centres` and :meth:`CentreOfMassPolyhedron.section`.
+        InvalidInputError: as for :func:`allowed_centres` and :meth:`CentreOfMassPolyhedron.section`.
     """
     checked_name("axis", axis, _AXES)
     ascending = tuple(sorted(float(mass) for mass in masses))

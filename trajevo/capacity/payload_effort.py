@@ -1,13 +1,13 @@
 """Effort along a motion for every payload at once: exact in mass, centre of mass and inertia.
 
 A payload of mass m, centre of mass c and inertia I about the tool's origin adds s₀ m + s·(m c) + S·I to each effort.
-With an inertia about the centre of mass that scales with the mass, m Ī, this is m f(c), where
+If the inertia about the centre of mass scales with the mass, m Ī, this is m f(c), where
 
     f(c) = s₀ + s·c + S·(Ī + |c|² 1 - c cᵀ)
 
-is affine in c at rest and quadratic in motion. An effort |τ₀ + m f| <= limit leaves the masses with m g <= h, where
-g = ±f and h = limit ∓ τ₀: g/h <= 1/m where h > 0, and where the motion breaks a limit without payload, h < 0, a mass
-of at least h/g. All bounds on m are therefore maxima of g/|h|.
+is affine in c at rest and quadratic in motion. The limit |τ₀ + m f| <= limit allows the masses with m g <= h, where
+g = ±f and h = limit ∓ τ₀. If h > 0, this means g/h <= 1/m. If h < 0, the motion breaks the limit without payload and
+needs a mass of at least h/g. All bounds on m are therefore maxima of g/|h|.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from trajevo.robot.payload import Payload, entries_of, tensor_of
 from trajevo.robot.robot import Robot
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
-#: Centres of mass that are looked at together, few enough for a processor's cache.
+#: Centres of mass that are computed together, few enough for a processor's cache.
 _BLOCK = 48
 
-#: Stands for the room of a joint that is at its limit without payload.
+#: Least divisor, in place of the remaining effort of a joint that is at its limit without payload.
 _NO_ROOM = 1e-200
 
 
@@ -41,11 +41,11 @@ class MassRange:
     """The masses that a motion can carry, from ``lower`` to ``upper``, for P centres of mass or boxes of them.
 
     Attributes:
-        lower: shape (P,) [kg]; above 0 where a motion needs the payload as a counterweight, NaN where no mass is
-            feasible.
-        upper: shape (P,) [kg]; inf where nothing limits it, NaN where no mass is feasible.
+        lower: least mass, above 0 where a motion needs the payload as a counterweight, NaN where no mass is feasible,
+            shape (P,) [kg].
+        upper: greatest mass, inf where nothing limits it, NaN where no mass is feasible, shape (P,) [kg].
         joint: index of the joint that binds at ``upper``, -1 where none does, shape (P,).
-        time: when it binds, NaN where none does, shape (P,) [s].
+        time: instant at which it binds, NaN where none does, shape (P,) [s].
     """
 
     lower: Array
@@ -57,13 +57,13 @@ class MassRange:
 @final
 @dataclass(frozen=True, eq=False)
 class SlopeRows:
-    """Slopes of all efforts over |h|, those with a limit; see the module.
+    """Slopes of all limited efforts divided by |h|, see the module's docstring.
 
     Attributes:
-        above: where h > 0, shape (R, 10); max g/h is the inverse of the greatest mass.
-        joint: of the rows of ``above``, shape (R,).
-        time: of the rows of ``above``, shape (R,) [s].
-        below: where h < 0, shape (R', 10); -max g/|h| is the inverse of the least mass.
+        above: rows with h >= 0, shape (R, 10); max g/h is the inverse of the greatest mass.
+        joint: index of the joint of each row of ``above``, shape (R,).
+        time: instant of each row of ``above``, shape (R,) [s].
+        below: rows with h < 0, shape (R', 10); -max g/|h| is the inverse of the least mass.
     """
 
     above: Array
@@ -72,12 +72,12 @@ class SlopeRows:
     below: Array
 
     def mass_range(self, above: Array, index: Array, below: Array) -> MassRange:
-        """The masses that greatest g/h over both kinds of rows leave.
+        """The feasible masses, from the greatest g/|h| over either kind of rows.
 
         Args:
-            above: greatest g/h, -inf where there are no rows, shape (P,).
-            index: the row of ``above`` that it is of, shape (P,).
-            below: greatest g/|h|, -inf where there are no rows, shape (P,).
+            above: greatest g/h over rows with h >= 0, -inf if there are none, shape (P,).
+            index: index of the row that has it, shape (P,).
+            below: greatest g/|h| over rows with h < 0, -inf if there are none, shape (P,).
         """
         upper = np.where(above > 0.0, 1.0 / np.where(above > 0.0, above, 1.0), np.inf)
         lower = np.where(below < 0.0, -1.0 / np.where(below < 0.0, below, -1.0), np.inf)
@@ -99,9 +99,9 @@ class PayloadEffort:
         robot: the robot.
         times: instants, shape (T,) [s].
         base: effort without payload, shape (T, n_joints) [N·m or N].
-        slopes: what each parameter adds per unit, in the order of :data:`trajevo.robot.payload.PARAMETERS`, shape
-            (T, n_joints, 10).
-        inertia: of the payload about its centre of mass along the tool's axes, per kilogram, shape (3, 3) [m²].
+        slopes: effort that each parameter adds per unit, in the order of :data:`trajevo.robot.payload.PARAMETERS`,
+            shape (T, n_joints, 10).
+        inertia: inertia of the payload about its centre of mass along the tool's axes, per kilogram, shape (3, 3) [m²].
         payload_model: how the payload acts, ``"rigid"`` or ``"weight_only"``.
     """
 
@@ -116,7 +116,7 @@ class PayloadEffort:
         """Effort with a payload, shape (T, n_joints) [N·m or N].
 
         Raises:
-            InvalidInputError: the payload acts in another way.
+            InvalidInputError: the payload has another model.
         """
         if payload.model != self.payload_model:
             raise InvalidInputError(f"payload.model: expected {self.payload_model!r} as here, got {payload.model!r}")
@@ -140,13 +140,13 @@ class PayloadEffort:
         return self.rows.mass_range(above, index, _greatest(self.rows.below, features)[0])
 
     def used(self, mass: float, com: Any) -> Array:
-        """Greatest effort over limit of a payload at each centre of mass, shape (P,).
+        """Greatest ratio of effort to limit with a payload at each centre of mass, shape (P,).
 
-        At most 1 is the exact set of allowed centres of mass, of any shape, for payloads whose inertia about the centre
+        The allowed centres of mass are exactly those where it is at most 1, provided that the inertia about the centre
         of mass scales with the mass.
 
         Args:
-            mass: of the payload [kg].
+            mass: mass of the payload [kg].
             com: centres of mass in the tool frame, shape (P, 3) [m].
 
         Raises:
@@ -171,10 +171,10 @@ class PayloadEffort:
         Effort is then affine in the centre of mass too, in motion as at rest.
 
         Args:
-            inertia: along the tool's axes, shape (3, 3) [kg·m²]; ``base`` takes it on.
+            inertia: inertia along the tool's axes, shape (3, 3) [kg·m²]; its effort becomes part of ``base``.
 
         Raises:
-            InvalidInputError: no symmetric tensor without negative moments, or a payload that has no inertia.
+            InvalidInputError: not a symmetric tensor without negative moments, or a payload model without inertia.
         """
         tensor = numbers(inertia, name="inertia", shape=(3, 3))
         if not np.allclose(tensor, tensor.T, rtol=1e-9) or np.linalg.eigvalsh(tensor)[0] < 0.0:
@@ -190,21 +190,21 @@ class PayloadEffort:
 
     @cached_property
     def affine(self) -> bool:
-        """Whether effort is affine in the centre of mass: no inertia has a part in it."""
+        """Whether effort is affine in the centre of mass, because inertia adds nothing to it."""
         return not _without_rounding(self.slopes)[..., 4:].any()
 
     @cached_property
     def rows(self) -> SlopeRows:
-        """Slopes over what is left of the limits, of every joint that has one.
+        """Slopes divided by the remaining effort |h|, for every joint that has a limit.
 
         Raises:
-            InvalidInputError: none has.
+            InvalidInputError: no joint has one.
         """
         base, slopes, limit, joint, time = limited_efforts(self)
         room = np.concatenate([limit - base, limit + base])
         rows = np.concatenate([slopes, -slopes]) / np.maximum(np.abs(room), _NO_ROOM)[:, None]
         joint, time = np.tile(joint, 2), np.tile(time, 2)
-        above = (room >= 0.0) & rows.any(axis=1)  # what no payload loads binds none
+        above = (room >= 0.0) & rows.any(axis=1)  # an effort that no payload changes cannot bind
         return SlopeRows(rows[above], joint[above], time[above], rows[room < 0.0])
 
 
@@ -212,12 +212,12 @@ def payload_effort(motion: Solution | Rollout | WeightedOptimum, *, samples: int
     """Effort along a motion for every payload.
 
     Args:
-        motion: a solution of a front, an optimum, or a rollout (of its batch the first trajectory counts). How the
-            payload acts and its inertia per kilogram are the rollout's own; its mass and centre of mass play no part.
+        motion: a solution of a front, an optimum, or the first trajectory of a rollout. The payload's model and inertia
+            per kilogram are those of its rollout; its mass and centre of mass are not used.
         samples: instants per segment, both ends included.
 
     Raises:
-        InvalidInputError: a payload whose model knows no centre of mass.
+        InvalidInputError: a payload model without centre of mass.
     """
     fine = sampled_motion(motion, samples)
     payload = fine.dynamics.payload
@@ -233,17 +233,17 @@ def payload_effort(motion: Solution | Rollout | WeightedOptimum, *, samples: int
 
 
 def com_features(com: Array, inertia: Array) -> Array:
-    """The ten parameters of one kilogram, shape (P, 10), of centres of mass (P, 3) [m] and its inertia (3, 3) [m²]."""
+    """The ten parameters of one kilogram, (P, 10), with centres of mass (P, 3) [m] and an inertia (3, 3) [m²]."""
     about_tool = inertia + (com**2).sum(axis=1)[:, None, None] * np.eye(3) - com[:, :, None] * com[:, None, :]
     return np.column_stack([np.ones(len(com)), com, entries_of(about_tool)])
 
 
 def quadratic_forms(rows: Array, inertia: Array) -> tuple[Array, Array, Array]:
-    """The same rows as a + b·c + cᵀ Q c of a centre of mass c.
+    """Rows of slopes as quadratic forms a + b·c + cᵀ Q c of the centre of mass c.
 
     Args:
-        rows: shape (R, 10).
-        inertia: per kilogram about the centre of mass, shape (3, 3) [m²].
+        rows: slopes per kilogram, shape (R, 10).
+        inertia: inertia per kilogram about the centre of mass, shape (3, 3) [m²].
 
     Returns:
         a (R,), b (R, 3), Q (R, 3, 3).
@@ -255,13 +255,13 @@ def quadratic_forms(rows: Array, inertia: Array) -> tuple[Array, Array, Array]:
 
 
 def limited_efforts(effort: PayloadEffort) -> tuple[Array, Array, Array, Array, Array]:
-    """Efforts of every joint that has a limit, R = instants x joints of them, without the rounding of the slopes.
+    """Efforts of every joint that has a limit, with slopes that are mere rounding set to 0.
 
     Returns:
-        Base (R,), slopes (R, 10), limit (R,), index of the joint (R,), instant (R,) [s].
+        Base (R,), slopes (R, 10), limit (R,), index of the joint (R,), instant (R,) [s], with R = instants x joints.
 
     Raises:
-        InvalidInputError: none has.
+        InvalidInputError: no joint has a limit.
     """
     limit = effort.robot.limits.effort
     limited = np.flatnonzero(np.isfinite(limit))
@@ -274,7 +274,7 @@ def limited_efforts(effort: PayloadEffort) -> tuple[Array, Array, Array, Array, 
 
 
 def _greatest(rows: Array, features: Array) -> tuple[Array, Array]:
-    """Greatest product over the rows and which it is of, both (P,); -inf and 0 without rows."""
+    """Greatest product over the rows and the index of its row, both (P,); -inf and 0 without rows."""
     value, index = np.full(len(features), -np.inf), np.zeros(len(features), dtype=np.int64)
     if not len(rows):
         return value, index
@@ -289,6 +289,6 @@ def _greatest(rows: Array, features: Array) -> tuple[Array, Array]:
 
 
 def _without_rounding(slopes: Array) -> Array:
-    """Slopes that are only rounding set to 0."""
+    """Slopes with those that are mere rounding set to 0."""
     felt = np.abs(slopes)
     return np.where(felt > NEGLIGIBLE * felt.max(), slopes, 0.0)

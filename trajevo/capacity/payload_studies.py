@@ -1,4 +1,4 @@
-"""What a report tells of payloads: studies by name, each computed from a front alone."""
+"""Payload studies for reports, by name, each computed from a front alone."""
 
 from __future__ import annotations
 
@@ -27,34 +27,34 @@ from trajevo.path.inverse_kinematics import Pose
 #: Instants per segment, enough for pictures.
 _SAMPLES = 12
 
-#: How far off the tool's axes loads are looked at [m], and cells of the diagram along either side.
+#: Greatest offset of loads from the tool's axes [m], and cells of the diagram along either side.
 _REACH, _CELLS = 0.3, 41
 
-#: Shares of the largest payload whose allowed centres of mass are looked for.
+#: Shares of the largest payload for which the allowed centres of mass are computed.
 _SHARES = (0.4, 0.6, 0.8, 0.95)
 
-#: To either side of its place, how far a centre of mass may be [m], and boxes whose price in time is asked for.
+#: Greatest tolerance of a centre of mass to either side [m], and number of boxes whose price in time is computed.
 _TOLERANCE, _BOXES = 0.1, 6
 
-#: Variables times terms of the limits up to which optimising again takes seconds.
+#: Greatest product of the numbers of variables and of the limits' terms for which optimising again takes only seconds.
 _QUICK = 20_000
 
-#: Cells of the map of the workspace along either side, and from its middle to its sides [m].
+#: Cells of the workspace map along either side, and distance from its middle to its sides [m].
 _MAP_CELLS, _MAP_REACH = 15, 0.5
 
-#: Instants of the tool's path that is drawn on the map.
+#: Instants at which the tool's path on the map is drawn.
 _PATH = 101
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """What one solution of a front can carry.
+    """The payload that one solution of a front can carry.
 
     Attributes:
-        rule: that chose it.
+        rule: name of the rule that chose the solution.
         capacity: its largest payload.
-        sensitivity: what would give more; None where no joint sets the capacity.
+        sensitivity: derivatives of the capacity; None if no joint limits it.
     """
 
     rule: str
@@ -65,11 +65,11 @@ class Carried:
 @final
 @dataclass(frozen=True, eq=False)
 class LeastTimes:
-    """The least time of each payload, the motion optimised again for it.
+    """The least time for each payload, with the motion optimised again for it.
 
     Attributes:
         curve: payloads and times.
-        at_rest: what the robot can hold at rest at the first and the last point [kg].
+        at_rest: greatest payload that the robot can hold at rest at the first and the last point [kg].
     """
 
     curve: PayloadCurve
@@ -79,11 +79,11 @@ class LeastTimes:
 @final
 @dataclass(frozen=True, eq=False)
 class AroundMotion:
-    """What is held at rest around the middle of a motion.
+    """Payloads that can be held at rest around the middle of a motion.
 
     Attributes:
-        found: the cells of an upright plane, the tool turned as midway.
-        path: of the tool in the plane's coordinates, shape (T, 2) [m].
+        found: capacities on a vertical plane, with the tool's orientation at the middle of the motion.
+        path: path of the tool in the plane's coordinates, shape (T, 2) [m].
     """
 
     found: WorkspaceCapacity
@@ -92,10 +92,10 @@ class AroundMotion:
 
 @final
 class Studied:
-    """A front that is studied, and what several studies need of it, computed once.
+    """A front under study, with values that several studies need computed once.
 
     Args:
-        front: not empty; studies of payloads need a robot with effort limits.
+        front: a front that is not empty; payload studies need a robot with effort limits.
     """
 
     def __init__(self, front: Front) -> None:
@@ -103,7 +103,7 @@ class Studied:
 
     @cached_property
     def carried(self) -> tuple[Carried, ...]:
-        """What the solutions that are worth comparing can carry; the first is the knee."""
+        """The payloads that the solutions worth comparing can carry; the first is the knee."""
         found = []
         for solution in self.choices:
             capacity = dlcc(solution)
@@ -113,7 +113,7 @@ class Studied:
 
     @cached_property
     def choices(self) -> tuple[Solution, ...]:
-        """The solutions that are worth comparing, the knee first."""
+        """The solutions worth comparing, the knee first."""
         return self.front.choices()
 
     @property
@@ -123,13 +123,13 @@ class Studied:
 
     @property
     def carries(self) -> bool:
-        """Whether some payload, and not every one, can be carried at the knee."""
+        """Whether the knee can carry some payload, but not every one."""
         capacity = self.carried[0].capacity
         return bool(capacity.joint) and capacity.feasible and capacity.mass > 0.0
 
     @property
     def off_centre(self) -> bool:
-        """Whether where the centre of mass of the payload is plays a part."""
+        """Whether the position of the payload's centre of mass matters."""
         return self.carries and self.front.problem.dynamics.payload.model != "tool_axis"
 
     @cached_property
@@ -197,7 +197,7 @@ def _uncertainty(of: Studied) -> UncertaintyPrice | None:
 
 
 def _workspace(of: Studied) -> AroundMotion | None:
-    """In the upright plane along which the tool moves most."""
+    """On the vertical plane along which the tool moves most."""
     if not of.carries:
         return None
     rollout = of.knee.rollout
@@ -211,8 +211,8 @@ def _workspace(of: Studied) -> AroundMotion | None:
     return AroundMotion(found, frozen(positions[:, ["xyz".index(axis) for axis in plane]]))
 
 
-#: Studies by name; each is None where it has nothing to show: those of a bound where no payload reaches one, those of
-#: loads off centre for a payload that acts at the tool's origin.
+#: Studies by name. A study returns None if it has nothing to show: if no payload reaches a limit or, for studies of the
+#: centre of mass, if the payload acts at the tool's origin.
 PAYLOAD_STUDIES: dict[str, Callable[[Studied], Any]] = {
     "carried": lambda of: of.carried,
     "effort": lambda of: effort_along(of.knee),

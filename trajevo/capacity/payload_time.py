@@ -1,4 +1,4 @@
-"""Payload against time, by optimisation: the least time for each payload, the greatest payload of any motion."""
+"""Payload against time by optimisation: the least time for each payload, and the greatest payload of all motions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.solvers.gradient.sqp import FEASIBLE
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 
-#: Payloads of a curve over the largest one.
+#: Payloads of a curve, as shares of the largest one.
 _SHARES = (0.0, 0.3, 0.5, 0.65, 0.8, 0.9, 0.95, 0.985)
 
 
@@ -27,7 +27,7 @@ class PayloadCurve:
     """The least time of a motion for each payload.
 
     Attributes:
-        payloads: [kg], ascending, shape (N,).
+        payloads: masses, ascending, shape (N,) [kg].
         times: least duration, inf where no feasible motion was found, shape (N,) [s].
         X: decision vectors, shape (N, n_var); the last one tried where none is feasible.
         payload_model: how the payload acts.
@@ -44,18 +44,18 @@ def capacity_front(
 ) -> PayloadCurve:
     """Re-optimise for least time at each payload, by SLSQP from random starts and from the neighbour's solution.
 
-    A motion for a heavier load carries the lighter one too, so the curve is made to rise: where a heavier payload was
-    found a faster motion that is feasible for the lighter one, that motion is taken.
+    The least time does not decrease with the payload. So if a faster motion was found for a heavier payload and is
+    feasible for a lighter one too, it is taken for the latter.
 
     Args:
-        problem: with the time [s] among its objectives.
+        problem: a problem with the time [s] among its objectives.
         payloads: masses [kg]; shape and model are those of the problem's payload.
         seed: seed of the random starts.
         starts: random starts per payload.
 
     Raises:
-        InvalidInputError: no payloads, a problem without the time among its objectives, or one whose payload is a
-            variable already.
+        InvalidInputError: no payloads, or a problem without the time among its objectives or whose payload is already a
+            variable.
     """
     if problem.payload_range is not None:
         raise InvalidInputError("problem: expected a payload that is given, its mass is a decision variable")
@@ -69,14 +69,15 @@ def capacity_front(
 
 
 def payloads_up_to(problem: TrajectoryProblem, greatest: float) -> tuple[list[float], str]:
-    """Masses for a curve, close where the time rises steeply.
+    """Masses for a curve, denser where the time rises steeply.
 
     Args:
-        problem: of the curve.
+        problem: the problem of the curve.
         greatest: the largest payload that any motion carries [kg].
 
     Returns:
-        Those masses that the problem takes [kg], and what it says of the first that it does not take; empty if none.
+        The masses that the problem accepts [kg], and its error message for the first other mass; empty if it accepts
+        all.
     """
     taken: list[float] = []
     for share in _SHARES:
@@ -90,15 +91,17 @@ def payloads_up_to(problem: TrajectoryProblem, greatest: float) -> tuple[list[fl
 
 
 def least_times(problems: Sequence[TrajectoryProblem], *, seed: int, starts: int) -> tuple[Array, Array]:
-    """The least time of problems that get harder and harder, each warm-started from its neighbours.
+    """The least times of ever harder problems, each warm-started from its neighbours.
 
-    What is feasible for a problem is feasible for the easier ones before it, so the times are made to rise: where a
-    harder problem was found a faster motion that the easier one allows, that motion is where it begins again.
+    A motion that is feasible for a problem should be feasible for the easier ones before it, so that the least times do
+    not decrease. If a faster motion was found for a harder problem and is feasible for an easier one too, the easier
+    problem is solved again from there.
 
     Args:
-        problems: the same variables, the time [s] among the objectives; N of them, from the easiest to the hardest.
-        seed: of the random starts.
-        starts: random starts for each.
+        problems: N problems with the same variables and the time [s] among the objectives, from the easiest to the
+            hardest.
+        seed: seed of the random starts.
+        starts: random starts for each problem.
 
     Returns:
         Times, inf where no feasible motion was found, shape (N,) [s], and decision vectors (N, n_var).
@@ -135,17 +138,17 @@ def max_payload_problem(
     *,
     objectives: Sequence[str] | None = None,
 ) -> TrajectoryProblem:
-    """The same problem with the payload's mass as its last variable, and the payload left unused as an objective.
+    """The same problem with the payload's mass as its last variable and the unused payload as an objective.
 
     Args:
-        problem: whose payload gives shape and model.
-        payload_range: least and greatest mass [kg]; if None from 0 to what the robot can hold at rest at the first and
-            the last point, which no motion that rests there exceeds.
-        objectives: names of the problem's objectives that are kept, such as ``["time", "energy"]``; all if None.
+        problem: the problem; its payload gives shape and model.
+        payload_range: least and greatest mass [kg]; if None, from 0 to the greatest mass that the robot can hold at
+            rest at the first and the last point. No motion that rests there can carry more.
+        objectives: names of the problem's objectives to keep, such as ``["time", "energy"]``; all if None.
 
     Raises:
-        UnknownNameError: an objective that the problem has not.
-        InvalidInputError: a range that is not 0 <= least < greatest, or none given where nothing limits the payload.
+        UnknownNameError: an objective that the problem does not have.
+        InvalidInputError: a range that is not 0 <= least < greatest, or no range although nothing limits the payload.
     """
     names = problem.objective_names if objectives is None else tuple(objectives)
     kept = [problem.objective_names.index(checked_name("objective", name, problem.objective_names)) for name in names]
@@ -169,9 +172,10 @@ class LargestPayload:
     """The largest payload that was found for any motion of a problem.
 
     Attributes:
-        mass: [kg].
+        mass: mass of the payload [kg].
         time: duration of the motion [s].
-        at_rest: what the robot can hold at rest at the first and the last point [kg]; no motion exceeds it.
+        at_rest: greatest mass that the robot can hold at rest at the first and the last point [kg]; no motion can carry
+            more.
         x: decision vector of the motion, shape (n_var,).
         rollout: the robot on the motion, carrying the payload.
     """
@@ -192,13 +196,13 @@ def largest_payload(
     """The largest payload that any motion through the points can carry, by SLSQP from random starts.
 
     Args:
-        problem: whose limits, and shape and model of the payload, count; its objectives play no part.
-        within: the longest time allowed [s]; if None what the problem allows.
-        seed: of the random starts.
-        starts: how many.
+        problem: the problem, which gives limits and the payload's shape and model; its objectives are not used.
+        within: the longest time allowed [s]; limited by the problem alone if None.
+        seed: seed of the random starts.
+        starts: number of random starts.
 
     Raises:
-        InvalidInputError: a time that is not positive, nothing that limits the payload, or no feasible motion found.
+        InvalidInputError: a time that is not positive, a payload that nothing limits, or no feasible motion found.
     """
     loaded = max_payload_problem(problem, objectives=())
     if within is not None:

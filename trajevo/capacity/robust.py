@@ -1,11 +1,10 @@
-"""Payloads known only to intervals: feasible means feasible for every mass and centre of mass that they allow.
+"""Payloads known only as intervals: feasible means feasible for every mass and centre of mass in the intervals.
 
-Effort is τ₀ + m f(c). For a fixed c it is affine in m, for a fixed m it grows with f(c), so its extremes over
-intervals of both are at an end of the mass's and at an extreme of f over the box of centres of mass. Where f is affine
-(a bare weight, a robot at rest, the inertia about the tool's origin known) that is a vertex: effort is bilinear in mass
-and centre of mass, and the vertices are all that need be looked at. In motion, an inertia about the centre of mass
-makes f quadratic; its extremes are then among the stationary points of the box's faces and edges, of which all are
-looked at too.
+Effort is τ₀ + m f(c). For a fixed c it is affine in m, and for a fixed m it grows with f(c). So its extremes are at an
+end of the mass interval and at an extreme of f over the box of centres of mass. If f is affine (a bare weight, a robot
+at rest, or a known inertia about the tool's origin), an extreme of f is at a vertex of the box, so that checking the
+vertices is enough. In motion, an inertia about the centre of mass makes f quadratic; its extremes are then at vertices
+or at stationary points in the box, its faces and edges, which are all checked.
 """
 
 from __future__ import annotations
@@ -31,13 +30,13 @@ from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 @final
 @dataclass(frozen=True)
 class WorstCase:
-    """The payload, of all that intervals allow, that comes closest to a limit or exceeds one most.
+    """The payload in given intervals whose effort comes closest to a limit or exceeds it most.
 
     Attributes:
         used: effort over limit.
         joint: name of the joint.
         time: instant [s].
-        mass: of that payload [kg].
+        mass: mass of this payload [kg].
         com: its centre of mass in the tool frame [m].
     """
 
@@ -49,7 +48,7 @@ class WorstCase:
 
     @property
     def feasible(self) -> bool:
-        """Whether every payload of the intervals keeps every limit."""
+        """Whether every payload in the intervals keeps every limit."""
         return self.used <= 1.0
 
     def __str__(self) -> str:
@@ -63,14 +62,14 @@ class WorstCase:
 @final
 @dataclass(frozen=True)
 class RobustCapacity:
-    """The masses that a motion can carry wherever in a box the centre of mass is.
+    """The masses that a motion can carry for every centre of mass in a box.
 
     Attributes:
-        lower: [kg]; above 0 where the motion needs the payload as a counterweight, NaN where no mass is feasible.
-        upper: [kg]; inf where nothing limits it, NaN where no mass is feasible.
-        joint: name of the joint that binds at ``upper``, empty where none does.
-        time: when it binds [s], NaN where none does.
-        com: centre of mass in the tool frame for which it binds [m]; the middle of the box where none does.
+        lower: least mass [kg]; above 0 if the motion needs the payload as a counterweight, NaN if no mass is feasible.
+        upper: greatest mass [kg]; inf if nothing limits it, NaN if no mass is feasible.
+        joint: name of the joint that binds at ``upper``, empty if none does.
+        time: instant at which it binds [s], NaN if none does.
+        com: centre of mass in the tool frame for which it binds [m]; the middle of the box if none does.
     """
 
     lower: float
@@ -89,16 +88,16 @@ class RobustCapacity:
 
 
 def worst_case(effort: PayloadEffort, *, mass: Any, com: Any) -> WorstCase:
-    """The worst payload of intervals of mass and centre of mass.
+    """The worst payload in given intervals of mass and centre of mass.
 
     Args:
-        effort: along the motion.
+        effort: effort along the motion.
         mass: least and greatest mass, shape (2,) [kg].
         com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
 
     Raises:
-        InvalidInputError: intervals that are not from a least to a greatest, a negative mass, or a robot without
-            effort limits.
+        InvalidInputError: an interval whose ends are not in ascending order, a negative mass, or a robot without effort
+            limits.
     """
     masses, (low, high) = np.array(mass_interval(mass)), interval(com, "com", (2, 3))
     base, slopes, limit, joint, time = limited_efforts(effort)
@@ -116,14 +115,14 @@ def worst_case(effort: PayloadEffort, *, mass: Any, com: Any) -> WorstCase:
 
 
 def robust_capacity(effort: PayloadEffort, *, com: Any) -> RobustCapacity:
-    """The masses that a motion can carry wherever in a box the centre of mass is, in closed form.
+    """The masses that a motion can carry for every centre of mass in a box, in closed form.
 
     Args:
-        effort: along the motion.
+        effort: effort along the motion.
         com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
 
     Raises:
-        InvalidInputError: a box that is none, or a robot without effort limits.
+        InvalidInputError: an invalid box, or a robot without effort limits.
     """
     low, high = interval(com, "com", (2, 3))
     rows = effort.rows
@@ -146,7 +145,7 @@ def robust_capacity(effort: PayloadEffort, *, com: Any) -> RobustCapacity:
 @final
 @dataclass(frozen=True, eq=False)
 class RobustCurve:
-    """The largest payload wherever the centre of mass is, by how well it is known.
+    """The largest payload by the tolerance of its centre of mass.
 
     Attributes:
         com: middle of the boxes in which the centre of mass may be, in the tool frame, shape (3,) [m].
@@ -166,13 +165,13 @@ class RobustCurve:
 def robust_curve(
     effort: PayloadEffort, *, com: Any = (0.0, 0.0, 0.0), within: float = 0.1, count: int = 26
 ) -> RobustCurve:
-    """:func:`robust_capacity` over boxes that grow.
+    """:func:`robust_capacity` for boxes of increasing size.
 
     Args:
-        effort: along the motion.
+        effort: effort along the motion.
         com: middle of the boxes, in the tool frame, shape (3,) [m].
         within: half of the side of the largest box [m].
-        count: how many boxes.
+        count: number of boxes.
 
     Raises:
         InvalidInputError: another shape, or a robot without effort limits.
@@ -189,13 +188,13 @@ def robust_curve(
 
 
 def greatest_in_box(rows: Array, low: Array, high: Array, inertia: Array) -> tuple[Array, Array]:
-    """Greatest value of every row over a box of centres of mass, and where.
+    """Greatest value of every row over a box of centres of mass, and the centre of mass that yields it.
 
     Args:
-        rows: per kilogram, shape (R, 10).
+        rows: slopes per kilogram, shape (R, 10).
         low: least coordinates, shape (3,) [m].
         high: greatest coordinates, shape (3,) [m].
-        inertia: per kilogram about the centre of mass, shape (3, 3) [m²].
+        inertia: inertia per kilogram about the centre of mass, shape (3, 3) [m²].
 
     Returns:
         Values (R,) and centres of mass (R, 3) [m].
@@ -208,23 +207,23 @@ def _point(com: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-#: Share of a limit from which the worst payload is looked at closer.
+#: Share of a limit below which the worst payload ends the search; above it, this payload is examined too.
 _CLOSE = 0.98
 
-#: Payloads that are looked at before the search is given up; one or two for most motions, 17 for one of 167.
+#: Payloads after which the search is given up; most motions need one or two, one of 167 needed 17.
 _PAYLOADS = 100
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class RobustSlowdown:
-    """The least time in which a motion along a fixed path carries every payload of intervals.
+    """The least time in which a motion along a fixed path carries every payload in given intervals.
 
     Attributes:
-        factor: least duration over that of the motion as it is; below 1 the motion can be faster.
+        factor: least duration over that of the original motion; below 1 if the motion can be faster.
         duration: least duration [s].
-        payloads: those that were looked at; together they leave no smaller factor.
-        binding: the slowdown for the one of them that needs most by itself.
+        payloads: the payloads that were examined; together they allow no smaller factor.
+        binding: slowdown for the one of them that alone needs the greatest factor.
     """
 
     factor: float
@@ -236,18 +235,18 @@ class RobustSlowdown:
 def robust_slowdown(
     motion: Solution | Rollout | WeightedOptimum, *, mass: Any, com: Any, samples: int = SAMPLES
 ) -> RobustSlowdown:
-    """The least uniform scaling of time with which a motion carries every payload of intervals.
+    """The least uniform scaling of time with which a motion carries every payload in given intervals.
 
     Args:
-        motion: as for :func:`trajevo.capacity.slowdown.slowdown_for`; how the payload acts and its inertia per kilogram
-            are its own.
+        motion: as for :func:`trajevo.capacity.slowdown.slowdown_for`; its payload gives the model and the inertia per
+            kilogram.
         mass: least and greatest mass, shape (2,) [kg].
         com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
         samples: instants per segment, both ends included.
 
     Raises:
-        InvalidInputError: intervals that are not from a least to a greatest, a negative mass, a payload among them that
-            no speed along the path carries, or no factor that suits all.
+        InvalidInputError: an interval whose ends are not in ascending order, a negative mass, a payload in the
+            intervals that cannot be carried at any speed along the path, or no factor that allows all payloads.
     """
     masses, box = mass_interval(mass), interval(com, "com", (2, 3))
     path = sampled_motion(motion, samples)
@@ -272,7 +271,7 @@ def robust_slowdown(
 
 
 def _least_common(allowed: Sequence[Array]) -> float:
-    """The least number in all of some unions of closed intervals, each (K, 2) and ascending."""
+    """The least number that is in every one of several unions of closed intervals, each (K, 2) and ascending."""
     least, before = 0.0, -1.0
     while least != before:
         before = least

@@ -1,4 +1,4 @@
-"""What a capacity would gain from a greater effort limit or from a slower motion: exact derivatives at its binding."""
+"""Exact derivatives of a capacity with respect to the binding effort limit and the duration."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 @final
 @dataclass(frozen=True)
 class Sensitivity:
-    """How the largest payload of a motion changes, to first order and as long as the same joint and instant bind.
+    """How the largest payload of a motion changes, to first order and while the same joint and instant bind.
 
     Attributes:
         mass: the capacity [kg].
         joint: name of the binding joint.
         time: instant at which it binds [s].
-        per_percent_of_effort: gain for each percent that the effort limit of that joint is raised [kg].
-        per_second: gain for each second that the motion, scaled uniformly, takes longer [kg/s]; negative where its
+        per_percent_of_effort: gain for each percent by which the effort limit of this joint is raised [kg].
+        per_second: gain for each second by which the motion, scaled uniformly, takes longer [kg/s]; negative if its
             inertia relieves the joint.
-        per_percent_slower: gain for each percent that it takes longer [kg].
+        per_percent_slower: gain for each percent by which the motion takes longer [kg].
     """
 
     mass: float
@@ -47,17 +47,17 @@ class Sensitivity:
 
 
 def sensitivity(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> Sensitivity:
-    """Derivatives of :func:`~trajevo.capacity.dlcc.dlcc` by the binding joint's effort limit and by the duration.
+    """Derivatives of :func:`~trajevo.capacity.dlcc.dlcc` with respect to the binding effort limit and the duration.
 
-    With τ = τ₀ + m τ₁ = ±limit at the binding joint and instant, dm = (±dlimit - dτ₀ - m dτ₁)/τ₁, where a factor s of
-    the duration gives dτ/ds = -(viscous + 2 inertial) at s = 1.
+    From τ = τ₀ + m τ₁ = ±limit at the binding joint and instant follows dm = (±dlimit - dτ₀ - m dτ₁)/τ₁. If the
+    duration is scaled by s, dτ/ds = -(viscous + 2 inertial) at s = 1.
 
     Args:
         motion: as for :func:`~trajevo.capacity.dlcc.dlcc`.
-        samples: likewise.
+        samples: as for :func:`~trajevo.capacity.dlcc.dlcc`.
 
     Raises:
-        InvalidInputError: nothing limits the payload of this motion, or it breaks a limit without any.
+        InvalidInputError: nothing limits the payload of this motion, or the motion breaks a limit without payload.
     """
     capacity = dlcc(motion, samples=samples)
     if not (np.isfinite(capacity.mass) and capacity.feasible):
@@ -83,5 +83,5 @@ def sensitivity(motion: Solution | Rollout | WeightedOptimum, *, samples: int = 
 
 
 def _at(values: Array, joint: int) -> float:
-    """One joint of one instant."""
+    """The value of one joint at a single instant."""
     return float(values[0, joint])

@@ -1,7 +1,7 @@
 """Faster or slower along the same path: the least time in which a motion, scaled uniformly, carries a payload.
 
-Closed form in the speed, see :mod:`trajevo.dynamics.path_effort`; instants are added where the effort peaks between
-samples.
+The allowed speeds have a closed form, see :mod:`trajevo.dynamics.path_effort`; instants are added where the effort
+peaks between samples.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from trajevo.front.front import Solution
 from trajevo.robot.payload import Payload
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
-#: What can bound the speed, in the order of :attr:`Slowdown.utilisation`.
+#: Limits that can bound the speed, in the order of :attr:`Slowdown.utilisation`.
 SCALED_LIMITS = ("velocity", "acceleration", "jerk", "effort")
 
 #: Share of an effort limit that counts as rounding.
 _ROUNDING = 1e-12
 
-#: Utilisation at which a peak of effort between samples is looked for, and how many peaks at a time.
+#: Utilisation from which a peak of effort between samples is searched, and number of peaks at a time.
 _NEAR, _PEAKS = 0.9, 64
 
 
-#: New instants between the neighbours of a peak, and how often.
+#: Number of new instants between the neighbours of a peak, and greatest number of rounds that add them.
 _ZOOM, _ROUNDS = 21, 16
 
 
@@ -47,16 +47,16 @@ class Slowdown:
     """The least time in which a motion along a fixed path carries a payload.
 
     Attributes:
-        payload: what is carried.
-        factor: least duration over that of the motion as it is; below 1 the motion can be faster.
+        payload: the payload.
+        factor: least duration over that of the original motion; below 1 if the motion can be faster.
         duration: least duration [s].
-        limit: what binds, one of :data:`SCALED_LIMITS`.
+        limit: the binding limit, one of :data:`SCALED_LIMITS`.
         joint: name of the binding joint.
         time: instant of the scaled motion at which it binds [s].
         utilisation: greatest share of each limit of each joint at ``factor``, shape (4, n_joints), rows in the order
             of :data:`SCALED_LIMITS`; 0 where there is no limit. Effort below 90 % is that at samples.
-        allowed: all factors that every limit allows, intervals, ascending, shape (K, 2), the last end usually inf.
-        motion: the motion as it is, carrying the payload.
+        allowed: all factors that every limit allows, as ascending intervals, shape (K, 2), the last end usually inf.
+        motion: the original motion, carrying the payload.
     """
 
     payload: Payload
@@ -88,19 +88,19 @@ class Slowdown:
 def slowdown_for(
     motion: Solution | Rollout | WeightedOptimum, payload: Payload | float, *, samples: int = SAMPLES
 ) -> Slowdown:
-    """The least uniform scaling of time with which a motion carries a payload inside the robot's limits.
+    """The least uniform scaling of time with which a motion carries a payload within the robot's limits.
 
-    Limits are those of velocity, acceleration, jerk (exact peaks) and effort. Limits of position do not depend on time;
-    constraints of a problem's own, such as a tool speed, are not looked at.
+    The limits are those of velocity, acceleration, jerk (exact peaks) and effort. Position limits do not depend on
+    time; a problem's other constraints, such as a tool speed, are not considered.
 
     Args:
-        motion: a solution of a front, an optimum, or a rollout (of its batch the first trajectory counts).
-        payload: a payload, or a mass [kg] of the shape and model of the motion's own.
-        samples: instants per segment to begin with, both ends included.
+        motion: a solution of a front, an optimum, or the first trajectory of a rollout.
+        payload: a payload, or a mass [kg] with shape and model of the motion's own payload.
+        samples: instants per segment at the start, both ends included.
 
     Raises:
-        InvalidInputError: a payload that the robot cannot hold at rest somewhere on the path (the message says what it
-            can hold) or that no speed suits, or a robot without any limit.
+        InvalidInputError: a payload that the robot cannot hold at rest somewhere on the path (the message says how much
+            it can hold) or that it cannot carry at any speed, or a robot without any limit.
     """
     own = rollout_of(motion).dynamics.payload
     carried = payload if isinstance(payload, Payload) else own.with_mass(Payload(payload).mass)
@@ -108,7 +108,7 @@ def slowdown_for(
 
 
 class ScaledPath:
-    """One motion, its effort by powers of the speed at instants that grow in number, and its kinematic bounds."""
+    """One motion: its effort by powers of the speed, at instants that are added as needed, and its kinematic bounds."""
 
     def __init__(
         self, motion: Solution | Rollout | WeightedOptimum, samples: int, shape: Payload | None = None
@@ -123,7 +123,7 @@ class ScaledPath:
         self.effort = EffortOfPath.of(self.rollout, self.rollout.q[0], v[0], self.rollout.a[0])
         limit = np.stack([self.limits.velocity, self.limits.acceleration, self.limits.jerk])
         peaks = np.concatenate([self.rollout.trajectory.peak(order) for order in (1, 2, 3)])
-        #: Share of the limit at the speed of now, rows velocity, acceleration, jerk.
+        #: Share of the limit at the original speed, rows velocity, acceleration, jerk.
         self.shares = peaks / limit
         with np.errstate(divide="ignore"):
             self.greatest_speeds = self.shares ** (-1.0 / np.array([[1.0], [2.0], [3.0]]))
@@ -134,7 +134,7 @@ class ScaledPath:
 
     @cached_property
     def static_bound(self) -> float:
-        """The greatest payload [kg] held at rest at all instants; -inf if none is, not even no payload."""
+        """The greatest payload [kg] held at rest at all instants; -inf if no mass, not even 0, can be held."""
         least, greatest = (masses.ravel() for masses in self._masses_at_rest)
         return float(greatest.min()) if least.max() <= greatest.min() else -np.inf
 
@@ -142,7 +142,7 @@ class ScaledPath:
         """The least time with a payload of the path's shape.
 
         Raises:
-            InvalidInputError: no speed carries it, or a motion that nothing bounds.
+            InvalidInputError: the payload cannot be carried at any speed, or nothing bounds the motion.
         """
         if not self._held(payload.mass):
             raise InvalidInputError(f"payload: {self._not_held(payload.mass)}: no slower motion can carry it")
@@ -155,7 +155,7 @@ class ScaledPath:
         return found
 
     def slowdown_if_any(self, payload: Payload) -> Slowdown | None:
-        """The same; None where no speed carries the payload."""
+        """As :meth:`slowdown`, but None if the payload cannot be carried at any speed."""
         if not self._held(payload.mass):
             return None
         speeds, bound = self._greatest_speed(payload.mass)
@@ -169,7 +169,7 @@ class ScaledPath:
         return self._bound(payload, speeds, bound)
 
     def _not_held(self, mass: float) -> str:
-        """What the robot cannot hold at rest, and what it can."""
+        """Text that says which mass the robot cannot hold at rest, and which it can."""
         least, greatest = self._masses_at_rest
         binding, short = (least, mass < least.max()) if mass < least.max() else (-greatest, False)
         instant, joint = (int(i) for i in np.unravel_index(binding.argmax(), binding.shape))
@@ -184,7 +184,7 @@ class ScaledPath:
         return f"expected {bound} {where}, got {mass:g} kg"
 
     def _greatest_speed(self, mass: float) -> tuple[Array, int]:
-        """What :meth:`_speeds` says, with as many more instants as the greatest speed takes to settle."""
+        """The result of :meth:`_speeds`, with instants added until the greatest speed settles."""
         before = -1.0
         for _ in range(_ROUNDS):
             speeds, bound = self._speeds(mass)
@@ -199,7 +199,7 @@ class ScaledPath:
         return bool((np.abs(held) <= self.limits.effort * (1.0 + _ROUNDING)).all())
 
     def _speeds(self, mass: float) -> tuple[Array, int]:
-        """Allowed speeds, and the interval that bounds the greatest: kinematic ones first, then those of effort."""
+        """Allowed speeds, and the index of the binding interval: kinematic ones first, then those of effort."""
         lower, upper = self.effort.carrying(mass).excluded(self.limits.effort * (1.0 + _ROUNDING))
         kinematic = self.greatest_speeds.ravel()
         return allowed_speeds(
@@ -218,7 +218,7 @@ class ScaledPath:
             return
         low, high = self.t[np.maximum(chosen - 1, 0)], self.t[np.minimum(chosen + 1, len(self.t) - 1)]
         shares = np.linspace(0.0, 1.0, _ZOOM + 2)[1:-1]
-        # Breaks stand twice among the instants, so none of these crosses one.
+        # Breaks are among the instants twice, so none of these ranges crosses a break.
         new = np.setdiff1d(low[:, None] + (high - low)[:, None] * shares, self.t)
         if not len(new):
             return
@@ -262,13 +262,13 @@ class SlowdownCurve:
     """The least time of a motion along a fixed path for each payload.
 
     Attributes:
-        payloads: [kg], ascending, shape (N,).
-        factors: least duration over that of the motion as it is, shape (N,); NaN where the payload cannot be carried.
-        durations: least duration, shape (N,) [s]; NaN likewise.
-        limits: what binds, one of :data:`SCALED_LIMITS`, empty where the payload cannot be carried, N of them.
-        joints: names of the binding joints, N of them.
+        payloads: masses, ascending, shape (N,) [kg].
+        factors: least duration over that of the original motion, NaN where the payload cannot be carried, shape (N,).
+        durations: least duration, NaN where the payload cannot be carried, shape (N,) [s].
+        limits: N binding limits, each one of :data:`SCALED_LIMITS`, empty where the payload cannot be carried.
+        joints: names of the N binding joints.
         static_bound: the greatest payload that can be held at rest everywhere on the path [kg]; may be inf.
-        present_duration: of the motion as it is [s].
+        present_duration: duration of the original motion [s].
         payload_model: how the payload acts.
     """
 
@@ -285,15 +285,16 @@ class SlowdownCurve:
 def slowdown_curve(
     motion: Solution | Rollout | WeightedOptimum, payloads: Sequence[float] | None = None, *, samples: int = SAMPLES
 ) -> SlowdownCurve:
-    """:func:`slowdown_for` over masses.
+    """:func:`slowdown_for` many masses.
 
     Args:
-        motion: as for :func:`slowdown_for`; the shape and the model of the payload are its own.
-        payloads: masses [kg]; if None 40 from 0 to 99 % of what the robot can hold at rest, close where the time rises.
+        motion: as for :func:`slowdown_for`; its payload gives shape and model.
+        payloads: masses [kg]; if None, 40 from 0 to 99 % of the greatest mass that the robot can hold at rest, denser
+            where the time rises.
         samples: as for :func:`slowdown_for`.
 
     Raises:
-        InvalidInputError: no payloads, negative ones, or none given where nothing bounds what the robot can hold.
+        InvalidInputError: no or negative masses, or None although nothing bounds the mass that the robot can hold.
     """
     path = ScaledPath(motion, samples)
     own, now = path.rollout.dynamics.payload, float(path.rollout.trajectory.duration[0])

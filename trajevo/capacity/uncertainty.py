@@ -1,4 +1,4 @@
-"""What it costs in time that a payload is known to intervals only: robust problems, and their least times."""
+"""The price in time of a payload known only as intervals: robust problems and their least times."""
 
 from __future__ import annotations
 
@@ -24,10 +24,11 @@ from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 @final
 @dataclass(frozen=True, eq=False)
 class UncertaintyPrice:
-    """The least time of a motion for payloads that are known less and less well.
+    """The least time of a motion for payloads of increasing uncertainty.
 
     Attributes:
-        tolerances: of every coordinate of the centre of mass, to either side, ascending from 0, shape (N,) [m].
+        tolerances: tolerances of every coordinate of the centre of mass, to either side, ascending from 0, shape (N,)
+            [m].
         masses: least and greatest mass, shape (N, 2) [kg].
         com: least and greatest coordinates of the centre of mass in the tool frame, shape (N, 2, 3) [m].
         times: least duration, inf where no feasible motion was found, shape (N,) [s].
@@ -44,27 +45,27 @@ class UncertaintyPrice:
 
     @property
     def price(self) -> Array:
-        """Share by which each motion takes longer than that of the known payload, shape (N,)."""
+        """Share by which each motion takes longer than that for the exactly known payload, shape (N,)."""
         return frozen(self.times / self.times[0] - 1.0)
 
 
 def robust_problem(
     problem: TrajectoryProblem, *, mass: Sequence[float], com: Sequence[Sequence[float]]
 ) -> TrajectoryProblem:
-    """The same problem with effort limits that every payload of intervals keeps.
+    """The same problem with effort limits that hold for every payload in given intervals.
 
-    How the payload acts and its inertia per kilogram are those of the problem's payload, and objectives that depend on
-    a payload take that one. The problem made is not a registered one, and its efforts are held at samples, also where
-    those of the given one are proven between them.
+    The problem's payload gives the model and the inertia per kilogram, and objectives that depend on a payload use it.
+    The new problem is not a registered one, and its effort limits hold at samples, even if those of the given problem
+    are proven between them.
 
     Args:
-        problem: with effort limits among its constraints.
+        problem: a problem with effort limits among its constraints.
         mass: least and greatest mass, shape (2,) [kg].
         com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
 
     Raises:
-        InvalidInputError: a problem that does not limit effort, whose payload's mass is a decision variable or whose
-            payload knows no centre of mass, intervals that are not from a least to a greatest, or a negative mass.
+        InvalidInputError: a problem without effort limits, with the payload's mass as a variable or with a payload
+            model without centre of mass; an interval whose ends are not in ascending order, or a negative mass.
     """
     if problem.payload_range is not None:
         raise InvalidInputError("problem: expected a payload that is given, its mass is a decision variable")
@@ -97,24 +98,25 @@ def price_of_uncertainty(
     seed: int,
     starts: int = 4,
 ) -> UncertaintyPrice:
-    """Re-optimise for least time as boxes round the problem's own payload grow, by SLSQP.
+    """Re-optimise for least time with boxes of increasing size around the problem's own payload, by SLSQP.
 
-    A motion for a box is one for every box inside it, so the curve is made to rise: where a wider box was found a
-    faster motion, that one is where the narrower begins again.
+    A motion for a box is feasible for every box inside it, so that the least time does not decrease. If a faster motion
+    was found for a wider box, the problem of the narrower box is solved again from there.
 
     Args:
-        problem: with the time [s] among its objectives and effort limits among its constraints; its payload is the
-            nominal one.
-        tolerances: of every coordinate of the centre of mass, to either side, ascending [m]. The known payload itself
-            always comes first and need not be among them.
-        mass_tolerances: of the mass, as shares of it, one for each of ``tolerances``, not descending; 0 if None.
-        seed: of the random starts.
-        starts: random starts for each.
+        problem: a problem with the time [s] among its objectives and effort limits among its constraints; its payload
+            is the nominal one.
+        tolerances: tolerances of every coordinate of the centre of mass, to either side, ascending [m]. The exactly
+            known payload always comes first and need not be among them.
+        mass_tolerances: tolerances of the mass, as shares of it, one for each of ``tolerances``, not descending; 0 if
+            None.
+        seed: seed of the random starts.
+        starts: random starts for each box.
 
     Raises:
-        InvalidInputError: tolerances that are negative, descend or are of different numbers, a mass that is more
-            uncertain than it is great, or a problem that carries nothing, lacks the time as objective, does not limit
-            effort, or for whose payload no feasible motion is found.
+        InvalidInputError: tolerances that are negative, descend or differ in number, a mass tolerance above 1, or a
+            problem without payload, without the time as objective, without effort limits, or without a feasible motion
+            that carries the payload.
     """
     payload = problem.dynamics.payload
     widths, masses, com = _boxes(payload, tolerances, mass_tolerances)
@@ -132,21 +134,20 @@ def price_along_path(
     mass_tolerances: Sequence[float] | None = None,
     samples: int = SAMPLES,
 ) -> UncertaintyPrice:
-    """The same for one motion that keeps its path and is scaled in time uniformly.
+    """The price of uncertainty for one motion whose path is fixed and whose time is scaled uniformly.
 
     Args:
-        motion: a solution of a front, an optimum, or a rollout (of its batch the first trajectory counts); its payload
-            is the nominal one.
+        motion: a solution of a front, an optimum, or the first trajectory of a rollout; its payload is the nominal one.
         tolerances: as for :func:`price_of_uncertainty`.
         mass_tolerances: as for :func:`price_of_uncertainty`.
         samples: instants per segment, both ends included.
 
     Returns:
-        Times that are inf where some payload of the box cannot be carried along this path at any speed.
+        Least times, inf where some payload in the box cannot be carried along this path at any speed.
 
     Raises:
-        InvalidInputError: tolerances as for :func:`price_of_uncertainty`, or a nominal payload that is none or cannot
-            be carried along this path.
+        InvalidInputError: tolerances as for :func:`price_of_uncertainty`, or a nominal payload that has no mass or
+            cannot be carried along this path.
     """
     payload = rollout_of(motion).dynamics.payload
     widths, masses, com = _boxes(payload, tolerances, mass_tolerances)
@@ -156,14 +157,14 @@ def price_along_path(
         try:
             times[i] = robust_slowdown(motion, mass=masses[i], com=com[i], samples=samples).duration
         except InvalidInputError:
-            break  # nor a wider box
+            break  # wider boxes cannot be carried either
     return UncertaintyPrice(widths, masses, com, frozen(times), None, payload.model)
 
 
 def _boxes(
     payload: Payload, tolerances: Sequence[float], mass_tolerances: Sequence[float] | None
 ) -> tuple[Array, Array, Array]:
-    """Tolerances (N,), masses (N, 2) and centres of mass (N, 2, 3) round a payload, itself first."""
+    """Tolerances (N,), masses (N, 2) and centres of mass (N, 2, 3) around a payload, the exact payload first."""
     if not payload.mass > 0.0:
         raise InvalidInputError("payload: expected one with mass, as the tolerances are about it, got 0 kg")
     widths = _ascending(tolerances, "tolerances")

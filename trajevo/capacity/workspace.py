@@ -1,7 +1,7 @@
-"""What a robot can carry where: the largest payload held at rest, or accelerated, over a plane of tool positions.
+"""Payload over the workspace: the largest payload held at rest, or accelerated, on a plane of tool positions.
 
-Every tool position takes, of all the postures that :mod:`trajevo.path.postures` finds for it, the one that carries
-most. The effort of all of them is one batched call, and affine in the mass as along a motion.
+For each tool position, the posture that carries most is chosen from all that :mod:`trajevo.path.postures` finds. The
+effort of all postures is computed in one batched call and is affine in the mass, as along a motion.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from trajevo.robot.robot import Robot
 #: Planes by the base frame's axes along their columns and rows.
 PLANES = ("xy", "xz", "yx", "yz", "zx", "zy")
 
-#: Share of a tool acceleration that joint accelerations may miss at a reachable cell.
+#: Share of the tool acceleration by which joint accelerations may miss it.
 _MISSED = 1e-6
 
-#: Share of the most that is carried by which postures count as equal: the one nearest to the start is taken.
+#: Share of the greatest payload within which postures count as equal; the one nearest to the start is taken.
 _EQUAL = 1e-9
 
-#: Digits of joint positions by which they are put in order.
+#: Digits of joint positions that count when postures are sorted.
 _DIGITS = 6
 
 
@@ -42,14 +42,14 @@ class ToolPlane:
     """Tool positions on a plane through a pose, parallel to two axes of the base frame.
 
     Attributes:
-        pose: its rotation, if any, is kept in all cells, and its position along the third axis.
-        axes: a name of :data:`PLANES`: the base frame's axes along which ``columns`` and ``rows`` run.
+        pose: the pose; all cells have its rotation, if it has one, and its position along the third axis.
+        axes: a name in :data:`PLANES`: the base frame's axes along which ``columns`` and ``rows`` run.
         columns: base coordinates along the first axis, shape (N,) [m].
         rows: base coordinates along the second axis, shape (M,) [m].
 
     Raises:
         UnknownNameError: another plane.
-        InvalidInputError: coordinates that do not increase, or a pose that is none.
+        InvalidInputError: coordinates that do not increase, or an invalid pose.
     """
 
     pose: Pose
@@ -71,10 +71,10 @@ class ToolPlane:
         """A square around a pose.
 
         Args:
-            pose: its middle.
-            axes: a name of :data:`PLANES`.
-            reach: from the middle to the sides [m].
-            cells: along each side.
+            pose: middle of the square.
+            axes: a name in :data:`PLANES`.
+            reach: distance from the middle to the sides [m].
+            cells: number of cells along each side.
 
         Raises:
             UnknownNameError: another plane.
@@ -106,17 +106,16 @@ class WorkspaceCapacity:
 
     Attributes:
         plane: the cells.
-        joint_names: of the robot.
+        joint_names: names of the robot's joints.
         q: joint positions that carry most, shape (M, N, n_joints) [rad or m]; NaN where the tool does not reach.
-        mass: largest payload, shape (M, N) [kg]; NaN where the tool does not reach or cannot be accelerated so, inf
-            where no limit is ever reached, 0 where one is broken without payload.
-        joint: binding joint as a place in ``joint_names``, shape (M, N); -1 where there is none.
-        per_joint: largest payload by each joint alone, shape (M, N, n_joints) [kg].
-        postures: number of distinct postures found, shape (M, N), of which the best was taken: for an arm with as many
-            joints as the tool has coordinates, the branches of its inverse kinematics inside the limits; for a
-            redundant arm, the size of the sample that its endless postures were judged by; 0 where the tool does not
-            reach.
-        acceleration: of the tool, from rest, in the base frame, shape (3,) [m/s²].
+        mass: largest payload, shape (M, N) [kg]; NaN where the tool cannot reach or cannot have this acceleration, inf
+            where no limit is ever reached, 0 where a limit is broken without payload.
+        joint: index of the binding joint in ``joint_names``, shape (M, N); -1 where there is none.
+        per_joint: largest payload that each joint alone allows, shape (M, N, n_joints) [kg].
+        postures: number of distinct postures found, of which the best was taken, shape (M, N); 0 where the tool does
+            not reach. For an arm with as many joints as the tool has coordinates, these are the branches of its inverse
+            kinematics within the limits; for a redundant arm, a sample of its infinitely many postures.
+        acceleration: acceleration of the tool, from rest, in the base frame, shape (3,) [m/s²].
         payload_model: how the payload acts.
     """
 
@@ -132,7 +131,7 @@ class WorkspaceCapacity:
 
     @property
     def reached(self) -> Array:
-        """Cells that the tool reaches, shape (M, N)."""
+        """Mask of the cells that the tool reaches, shape (M, N)."""
         return np.asarray(np.isfinite(self.q).all(axis=-1))
 
     def __str__(self) -> str:
@@ -154,26 +153,27 @@ def workspace_capacity(
     seed: int = 0,
     starts: int | None = None,
 ) -> WorkspaceCapacity:
-    """The largest payload that the effort limits allow at every tool position of a plane, in whatever posture.
+    """The largest payload that the effort limits allow at every tool position of a plane, in the best posture.
 
-    Of all postures found for a cell the one that carries most counts. For a redundant arm, and for a plane without
-    orientation, postures are endless: there it is the best of those that were found, and more may be possible; much
-    more where links can stand or hang straight with the load in line, as what they hold then grows without end.
+    For each cell, the posture that carries most is taken from all that are found. For a redundant arm, and for a plane
+    without orientation, there are infinitely many postures, so that more than the best one found may be possible. It
+    may be much more where links can stand or hang straight in line with the load, since the payload that they can hold
+    then grows without bound.
 
     Args:
         robot: the robot.
-        plane: where.
-        payload: its shape and model count; a point mass at the tool if None.
-        acceleration: of the tool, from rest and without turning, in the base frame, shape (3,) [m/s²]; joint
-            accelerations are the least that give it.
-        start: joint positions to begin with, and to be near where postures carry the same, shape (n_joints,)
-            [rad or m]; the middle of the joint ranges if None.
-        seed: of the random starts.
-        starts: random starts per cell and round, as :func:`~trajevo.path.postures.find_postures` chooses if None; a
-            cell that neither they nor its neighbours' postures lead to counts as not reached.
+        plane: the tool positions.
+        payload: payload that gives shape and model; a point mass at the tool if None.
+        acceleration: acceleration of the tool, from rest and without rotation, in the base frame, shape (3,) [m/s²];
+            the joint accelerations are the least ones that yield it.
+        start: joint positions to begin with, shape (n_joints,) [rad or m]; among postures that carry the same, the one
+            nearest to them is taken. The middle of the joint ranges if None.
+        seed: seed of the random starts.
+        starts: random starts per cell and round; chosen by :func:`~trajevo.path.postures.find_postures` if None. A cell
+            that is reached neither from them nor from the postures of its neighbours counts as not reached.
 
     Raises:
-        InvalidInputError: another type, a shape, or numbers that are none.
+        InvalidInputError: an argument of another type or shape, or numbers that are not finite.
     """
     if not isinstance(plane, ToolPlane):
         raise InvalidInputError(f"plane: expected a ToolPlane, got {type(plane).__name__}")
@@ -218,7 +218,7 @@ def _places(axes: str) -> tuple[int, int]:
 
 
 def _neighbours(shape: tuple[int, ...]) -> Array:
-    """Numbers of the cells beside each cell, shape (M N, 8), -1 beyond the edges."""
+    """Indices of the cells around each cell, shape (M N, 8), -1 beyond the edges."""
     framed = np.full((shape[0] + 2, shape[1] + 2), -1)
     framed[1:-1, 1:-1] = np.arange(shape[0] * shape[1]).reshape(shape)
     around = np.lib.stride_tricks.sliding_window_view(framed, (3, 3)).reshape(-1, 9)
@@ -226,13 +226,13 @@ def _neighbours(shape: tuple[int, ...]) -> Array:
 
 
 def _best(found: Postures, near: Any) -> Array:
-    """Place of the posture of every pose that carries most, and among equal ones is nearest to joint positions."""
+    """Index, for every pose, of the posture that carries most; among equal ones, of the nearest to joint positions."""
     poses, begins = np.unique(found.pose, return_index=True)
     if not len(poses):
         return begins
     most = np.maximum.reduceat(found.worth, begins)[np.searchsorted(poses, found.pose)]
     equal = found.worth >= most - _EQUAL * np.abs(np.where(np.isfinite(most), most, 0.0))
-    # Rounded, and then by the joints themselves, so that rounding errors decide nothing between mirrored postures.
+    # Rounded, with ties broken by the joints themselves, so that rounding errors do not choose among mirrored postures.
     distance = np.round(np.abs(found.q - near).max(axis=1), _DIGITS)
     order = np.lexsort((*np.round(found.q, _DIGITS).T, distance, ~equal, found.pose))
     return np.asarray(order[begins])
@@ -241,7 +241,7 @@ def _best(found: Postures, near: Any) -> Array:
 @final
 @dataclass(frozen=True, eq=False)
 class _Carried:
-    """What postures carry with the tool at rest or accelerated."""
+    """The payload that postures carry with the tool at rest or accelerated."""
 
     robot: Robot
     dynamics: Dynamics
@@ -249,31 +249,31 @@ class _Carried:
     turning: bool
 
     def __call__(self, q: Array) -> Array:
-        """Largest payload by each joint alone, shape (P, n_joints) [kg]; NaN if the tool cannot be accelerated so."""
+        """Largest payload by each joint alone, (P, n_joints) [kg]; NaN if the tool cannot have the acceleration."""
         if not len(q):
-            return np.empty_like(q)  # no batch for Pinocchio
+            return np.empty_like(q)  # Pinocchio takes no empty batch
         a, possible = _joint_accelerations(self.robot, q, self.acceleration, turning=self.turning)
         still = np.zeros_like(q)
         unloaded = self.dynamics.unloaded_effort(q, still, a)
         per_kilogram = self.dynamics.effort_per_kilogram(q, still, a)
         least, greatest = mass_bounds(unloaded, per_kilogram, self.robot.limits.effort)
-        # A joint that is over its limit without payload leaves nothing, unless a counterweight suits all of them.
+        # A joint that is over its limit without payload allows none, unless a counterweight satisfies all joints.
         held = least.max(axis=1) <= greatest.min(axis=1)
         each = np.where(held[:, None] | (least == 0.0), greatest, 0.0)
         return np.where(possible[:, None], each, np.nan)
 
     def most(self, q: Array) -> Array:
-        """Largest payload, shape (P,) [kg]; -1 if the tool cannot be accelerated so."""
+        """Largest payload, shape (P,) [kg]; -1 if the tool cannot have the acceleration."""
         mass = self(q).min(axis=1)
         return np.where(np.isnan(mass), -1.0, mass)
 
 
 def _joint_accelerations(robot: Robot, q: Array, wanted: Array, *, turning: bool) -> tuple[Array, Array]:
-    """Least joint accelerations, shape (C, n_joints), that accelerate a resting tool, and whether they do, (C,).
+    """Least joint accelerations of a resting tool's acceleration, (C, n_joints), and whether they yield it, (C,).
 
     Args:
         robot: the robot.
-        q: joint positions, shape (C, n_joints).
+        q: joint positions, shape (C, n_joints) [rad or m].
         wanted: acceleration of the tool, shape (3,) [m/s²].
         turning: whether the tool may turn.
     """

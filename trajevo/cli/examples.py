@@ -12,7 +12,7 @@ from rich.table import Column, Table
 
 from trajevo.formulation.examples import copy_example, list_examples
 
-#: What is done next with a copy, by the kind of the example.
+#: The next command for a copy, by the kind of the example.
 _NEXT = {"task": "trajevo solve {}", "study": "trajevo study run {}", "notebook": "jupyter lab {}"}
 _out = Console(soft_wrap=True, highlight=False)
 

@@ -1,4 +1,4 @@
-"""The command ``trajevo``: what it can do is told at once, what a command needs is imported when it is called."""
+"""The command ``trajevo``: its help appears at once, since a command's module is imported only when it is called."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from trajevo.errors import TrajevoError
 
 
 class _Home(NamedTuple):
-    """Where a command is, and the first line of its help."""
+    """Module and function of a command, and the first line of its help."""
 
     module: str
     name: str
@@ -28,24 +28,24 @@ class _Home(NamedTuple):
 
 #: Commands in the order in which ``trajevo --help`` lists them.
 COMMANDS = {
-    "list": _Home("robots", "list_everything", "List problems, what they are put together from, formats and robots."),
+    "list": _Home("robots", "list_everything", "List problems, their building blocks, formats and robots."),
     "check-robot": _Home(
         "robots",
         "check_robot",
-        "Tell everything that is wrong with a robot at once; exit code 1 if it cannot be loaded.",
+        "Show everything that is wrong with a robot at once; exit code 1 if it cannot be loaded.",
     ),
-    "init": _Home("robots", "init", "Write a commented example of a task, to be changed and solved."),
+    "init": _Home("robots", "init", "Write a commented example of a task to change and solve."),
     "examples": _Home("examples", "examples", "List the worked tasks, studies and notebooks, or copy one to a folder."),
     "solve": _Home("solve", "solve", "Solve a problem or a task and write its front, pictures and report."),
     "resume": _Home(
         "solve",
         "resume",
-        "Go on with a run, as if it had never stopped, and write its front, pictures and report.",
+        "Continue a run as if it had never stopped, and write its front, pictures and report.",
     ),
     "polish": _Home(
         "solve",
         "polish_run",
-        "Refine a run's front by gradients; the front as it was stays beside it, in evolved.json.",
+        "Refine a run's front by gradients; the original front is kept beside it in evolved.json.",
     ),
     "study": _Home("study", "app", "Many runs: the product of factors, on one machine or a cluster."),
     "show": _Home("show", "show", "Show a run in the terminal."),
@@ -68,40 +68,40 @@ COMMANDS = {
     "animate": _Home(
         "show",
         "animate_motion",
-        "Write the robot along one solution in real time, one HTML file that needs no network.",
+        "Write an animation of one solution in real time, one HTML file that needs no network.",
     ),
-    "capacity": _Home("show", "capacity", "Tell what a motion can carry, which actuator limits it and when."),
+    "capacity": _Home("show", "capacity", "Show the largest payload of a motion, which actuator limits it and when."),
     "slowdown": _Home(
         "payload",
         "slowdown",
-        "Tell how long one motion's path takes with another payload, and draw payload against time.",
+        "Show how long a motion's path takes with another payload, and draw payload against time.",
     ),
     "workspace-capacity": _Home(
         "payload",
         "workspace",
-        "Draw what a robot can hold, or accelerate, in its best posture at every tool position of a plane.",
+        "Draw the largest payload that a robot can hold, or accelerate, at every tool position of a plane.",
     ),
     "payload-diagram": _Home(
         "payload",
         "diagram",
-        "Tell and draw what a motion can carry by how far off the tool the load's centre of mass is.",
+        "Show and draw the largest payload of a motion by the offset of its centre of mass from the tool.",
     ),
     "payload-time": _Home(
         "payload",
         "payload_time",
-        "Optimise the motion again for each payload: tell and draw the least time, and the largest payload of all.",
+        "Optimise the motion again for each payload: show and draw the least times and the largest payload.",
     ),
 }
 
 
 @final
 class _Commands(TyperGroup):
-    """Commands that are imported when they are called, and only named where they are listed."""
+    """Commands that are imported when they are called, not when they are listed."""
 
     _listing = False
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The command of a name, or its name and first line alone while all are listed."""
+        """The command of a name; while all are listed, only its name and the first line of its help."""
         home = COMMANDS.get(cmd_name)
         if home is None or self._listing:
             return self.commands.get(cmd_name)
@@ -115,7 +115,7 @@ class _Commands(TyperGroup):
         return _with_units(group.commands[cmd_name])
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """The list of all."""
+        """The help with the list of all commands."""
         self._listing = True
         try:
             super().format_help(ctx, formatter)
@@ -124,7 +124,7 @@ class _Commands(TyperGroup):
 
 
 def _with_units(command: Any) -> Any:
-    """A command whose help shows its units: rich takes ``[kg]`` for markup and leaves it out."""
+    """A command whose help shows its units, which rich would take for markup and leave out."""
     for parameter in command.params:
         parameter.help = escape(parameter.help) if parameter.help else parameter.help
     for inner in getattr(command, "commands", {}).values():
@@ -140,14 +140,14 @@ def _tell_version(wanted: bool) -> None:
 
 def _trajevo(
     version: Annotated[
-        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version and exit.")
+        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
     """Multi-objective trajectory optimisation and payload capacity for robots."""
 
 
 def _app() -> Any:
-    """The command, its subcommands named and not yet imported."""
+    """The command, with its subcommands named but not yet imported."""
     described = typer.Typer(cls=_Commands, add_completion=False, no_args_is_help=True, rich_markup_mode="rich")
     described.callback()(_trajevo)
     app: Any = typer.main.get_command(described)
@@ -161,7 +161,7 @@ app = _app()
 
 def main() -> None:
     """Entry point: one sentence and exit code 2 for bad input."""
-    # Nobody looks at a window; matplotlib is imported later, if at all.
+    # No window is needed; matplotlib is imported later, if at all.
     os.environ["MPLBACKEND"] = "Agg"
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

@@ -45,28 +45,28 @@ from trajevo.robot.robot import load_robot
 
 _out = Console(soft_wrap=True, highlight=False)
 
-#: Boxes whose price is asked for, the known payload counted.
+#: Number of boxes whose price is computed, including the exactly known payload.
 _TOLERANCES = 6
 
-#: Rows and columns of the printed table at most; the picture has all cells.
+#: Greatest number of rows and columns of the printed table; the picture has all cells.
 _SHOWN = 5
 
 
 @final
 @dataclass(frozen=True)
 class DiagramOptions:
-    """What a diagram is of.
+    """Grid and further options of a payload diagram.
 
     Attributes:
         offset_xy: greatest distance from the tool's z axis [m].
-        offset_z: least and greatest place along it [m].
-        grid: cells along either.
-        direction: of the offset [deg], or None for the worst.
-        tolerance: how far to either side of the payload's own centre of mass along every axis it may be [m], or None
-            for no word on it.
+        offset_z: least and greatest coordinate along this axis [m].
+        grid: number of cells along each side.
+        direction: direction of the offset [deg], or None for the worst.
+        tolerance: tolerance of the payload's centre of mass to either side along every axis [m], for a robust payload;
+            None for no robust payload.
 
     Raises:
-        InvalidInputError: no room, too few cells, or a negative tolerance.
+        InvalidInputError: an empty range, too few cells, or a negative tolerance.
     """
 
     offset_xy: float
@@ -93,23 +93,25 @@ def diagram(
     run: RunArgument,
     solution: Annotated[
         list[str] | None,
-        typer.Option(help="knee if not given, utopia, weighted, least_OBJECTIVE or a row; repeatable, then overlaid."),
+        typer.Option(
+            help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee if not given; several are overlaid."
+        ),
     ] = None,
     offset_xy: Annotated[float, typer.Option(help="Greatest distance from the tool's z axis [m].")] = 0.3,
     offset_z: Annotated[tuple[float, float], typer.Option(help="Range along the tool's z axis [m].")] = (0.0, 0.3),
-    grid: Annotated[int, typer.Option(help="Cells along either.")] = 61,
+    grid: Annotated[int, typer.Option(help="Cells along each side.")] = 61,
     direction: Annotated[
-        float | None, typer.Option(help="Of the offset from the tool's x axis [deg]; the worst if not given.")
+        float | None, typer.Option(help="Angle of the offset from the tool's x axis [deg]; the worst if not given.")
     ] = None,
     tolerance: Annotated[
         float | None,
-        typer.Option(help="Also tell the payload whose centre of mass is known but to this, along every axis [m]."),
+        typer.Option(help="Also show the payload for a centre of mass with this tolerance along every axis [m]."),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="PNG file; payload_diagram.png beside the front if not given.")
     ] = None,
 ) -> None:
-    """Tell and draw what a motion can carry by how far off the tool the load's centre of mass is."""
+    """Show and draw the largest payload of a motion by the offset of its centre of mass from the tool."""
     options = DiagramOptions(offset_xy, offset_z, grid, direction, tolerance)
     front, rules = front_of(run), solution or ["knee"]
     chosen = {rule: front.pick(rule) for rule in rules}
@@ -130,17 +132,17 @@ def diagram(
 def payload_time(
     run: RunArgument,
     payload: Annotated[
-        list[float] | None, typer.Option(help="Mass [kg]; repeatable; eight up to what is held at rest if not given.")
+        list[float] | None, typer.Option(help="Mass [kg]; repeatable; eight up to the largest payload if not given.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random starts.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random starts.")] = 1,
     starts: Annotated[int, typer.Option(min=1, help="Random starts for each payload.")] = 2,
     tolerance: Annotated[
         float | None,
-        typer.Option(help="Tell too what it costs that the centre of mass is known but to this, along every axis [m]."),
+        typer.Option(help="Also show the price in time of this tolerance of the centre of mass along every axis [m]."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="PNG file; payload_time.png beside the front if not given.")] = None,
 ) -> None:
-    """Optimise the motion again for each payload: tell and draw the least time, and the largest payload of all."""
+    """Optimise the motion again for each payload: show and draw the least times and the largest payload."""
     if tolerance is not None and not 0.0 < tolerance < np.inf:
         raise InvalidInputError(f"--tolerance: expected a positive length [m], got {tolerance}")
     problem = front_of(run).problem
@@ -162,7 +164,7 @@ def payload_time(
 
 
 def _print_price(problem: TrajectoryProblem, tolerance: float, seed: int, starts: int, file: Path) -> None:
-    """What it costs in time that the centre of mass of the problem's payload is not known well."""
+    """Print and draw the price in time of a tolerance of the payload's centre of mass."""
     price = price_of_uncertainty(problem, np.linspace(0.0, tolerance, _TOLERANCES).tolist(), seed=seed, starts=starts)
     table = table_with_units("centre of mass known to ± [mm]", "least time [s]", "price", box=SIMPLE)
     for width, least, share in zip(price.tolerances, price.times, price.price, strict=True):
@@ -184,7 +186,7 @@ def _labelled(
 
 
 def _print_diagram(out: Console, diagram: PayloadDiagram) -> None:
-    """Some of the cells, first and last included: the greatest mass, and the least where it is above 0."""
+    """Print some cells, with the first and last: the greatest mass, and the least if it is above 0."""
     rows, columns = (
         np.unique(np.linspace(0, count - 1, min(count, _SHOWN)).round().astype(int)) for count in diagram.mass.shape
     )
@@ -231,11 +233,11 @@ def slowdown(
     run: RunArgument,
     solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
     payload: Annotated[
-        float | None, typer.Option(help="Mass [kg] of the shape of the run's payload; the run's own.")
+        float | None, typer.Option(help="Mass [kg], with the shape of the run's payload; the run's own if not given.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Picture; slowdown.png beside the front if not given.")] = None,
 ) -> None:
-    """Tell how long one motion's path takes with another payload, and draw payload against time."""
+    """Show how long a motion's path takes with another payload, and draw payload against time."""
     chosen = front_of(run).pick(solution)
     rollout = chosen.rollout
     own = rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
@@ -262,20 +264,20 @@ def workspace(
         typer.Option(help="Roll, pitch and yaw of the tool [rad]; any orientation if not given."),
     ] = None,
     plane: Annotated[str, typer.Option(help=f"{', '.join(PLANES)}: axes of the base frame.")] = "xz",
-    reach: Annotated[float, typer.Option(help="From the middle to the sides [m].")] = 0.5,
+    reach: Annotated[float, typer.Option(help="Distance from the middle to the sides [m].")] = 0.5,
     cells: Annotated[int, typer.Option(help="Cells along each side.")] = 21,
     acceleration: Annotated[
-        tuple[float, float, float], typer.Option(help="Of the tool from rest, in the base frame [m/s²].")
+        tuple[float, float, float], typer.Option(help="Acceleration of the tool from rest, in the base frame [m/s²].")
     ] = (0.0, 0.0, 0.0),
     lock: Annotated[
-        list[str] | None, typer.Option(help="JOINT=POSITION [rad or m] that is held still; may be repeated.")
+        list[str] | None, typer.Option(help="JOINT=POSITION [rad or m] of a joint to hold still; may be repeated.")
     ] = None,
     tool: Annotated[str | None, typer.Option(help="Frame at the end effector.")] = None,
-    show: Annotated[str, typer.Option(help="mass, or joint: the one that binds.")] = "mass",
+    show: Annotated[str, typer.Option(help="mass, or joint for the binding joint.")] = "mass",
     out: Annotated[Path, typer.Option(help="Picture.")] = Path("workspace.png"),
 ) -> None:
-    """Draw what a robot can hold, or accelerate, in its best posture at every tool position of a plane."""
-    unlimited = {"acceleration": float("inf"), "jerk": float("inf")}  # no part of this, and missing in a URDF
+    """Draw the largest payload that a robot can hold, or accelerate, at every tool position of a plane."""
+    unlimited = {"acceleration": float("inf"), "jerk": float("inf")}  # not used here, and missing in a URDF
     loaded = load_robot(robot, lock=_locked(lock or ()), tool=tool, limits=unlimited)
     given: dict[str, Any] = {"position": position} | ({} if rpy is None else {"rpy": rpy})
     square = ToolPlane.around(Pose.of(given), plane, reach=reach, cells=cells)
@@ -304,7 +306,7 @@ def _table(curve: SlowdownCurve) -> Table:
 
 
 def _locked(given: Sequence[str]) -> dict[str, float]:
-    """Joints and positions of ``JOINT=POSITION``."""
+    """Positions by joint, from texts ``JOINT=POSITION``."""
     locked = {}
     for text in given:
         name, _, value = text.partition("=")

@@ -1,4 +1,4 @@
-"""What commands write into a run's folder when its front is there: pictures, report, and what to do next."""
+"""Output of commands once a run has its front: pictures, report, and the next command."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ ReportOption = Annotated[
     str,
     typer.Option(
         callback=lambda kind: checked_name("report", kind, KINDS),
-        help="What is told: none, short (front, the knee's motion, what is proven of it, what it carries) or full "
-        "(payload studies and rivals too, which optimises again).",
+        help="Report: none, short (front, the knee's motion, its certificate and payload) or full "
+        "(also payload studies and rivals, which optimises again).",
     ),
 ]
-PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures, or tables alone.")]
+PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures, or write tables only.")]
 RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]
 
-#: Pictures that commands write beside a front unless told where.
+#: Pictures that commands write beside a front by default.
 SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE = "slowdown.png", "payload_diagram.png", "payload_time.png"
 
 
-#: What the name of a curve's picture ends with where it is that of the price of uncertainty.
+#: Suffix of the stem of the picture with the price of uncertainty.
 PRICE_SUFFIX = "_uncertainty"
 PICTURES = (SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE, CURVE_PICTURE.replace(".", f"{PRICE_SUFFIX}."))
 
-#: What every command says of how one solution is chosen.
+#: Help of every command's option that chooses a solution.
 SOLUTION_HELP = "knee, utopia, weighted, least_OBJECTIVE or a row."
 
 
@@ -64,7 +64,7 @@ _out = Console(soft_wrap=True, highlight=False)
 
 
 def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
-    """Pictures and report of a run that has ended; of one that was interrupted what to do next, and exit."""
+    """Write pictures and report of a finished run; after an interruption, print the next command and exit."""
     if not (folder / FRONT_FILE).exists():
         raise typer.Exit(2)
     clear_stale(folder)
@@ -82,7 +82,7 @@ def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> N
 
 
 def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
-    """Compute what the report of a run tells, or read what was kept of it; then draw, and write it into the folder."""
+    """Compute or read the analyses of a run, then write its pictures and report into the folder."""
     found = analyse(front, kind, file=analyses_of(folder))
     if found.get("rivals"):
         print_rivals(_out, found["rivals"])
@@ -97,7 +97,7 @@ def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool) ->
 
 
 def clear_stale(folder: Path) -> None:
-    """Remove what an earlier run left beside the new front: report, pictures, exported solutions; no other file."""
+    """Remove an earlier run's files beside the new front: report, analyses, pictures, exported solutions; no others."""
     pictures = (folder / PLOTS_FOLDER / f"{stem}.png" for stem in FIGURES)
     told = (folder / name for name in PICTURES)
     exported = (file for file in folder.glob("*.*") if is_exported(file))

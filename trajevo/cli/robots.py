@@ -16,7 +16,7 @@ _EXAMPLE = Path(__file__).with_name("task.toml")
 
 
 def write_example(file: str | Path) -> Path:
-    """Write a commented example of a task that can be solved as it stands.
+    """Write a commented example of a task that can be solved unchanged.
 
     Raises:
         InvalidInputError: the file exists, or cannot be written.
@@ -36,22 +36,22 @@ _out = Console(soft_wrap=True, highlight=False)
 
 
 def list_everything() -> None:
-    """List problems, what they are put together from, formats and robots."""
+    """List problems, their building blocks, formats and robots."""
     print_list(_out)
 
 
 def init(
     file: Annotated[Path, typer.Argument(help="File to write.")] = Path("task.toml"),
 ) -> None:
-    """Write a commented example of a task, to be changed and solved."""
+    """Write a commented example of a task to change and solve."""
     _out.print(f"written: {write_example(file)}; next: trajevo solve {file}")
 
 
 def check_robot(
     robot: Annotated[str, typer.Argument(help="Name, folder with robot.toml, or URDF.")],
-    lock: Annotated[list[str] | None, typer.Option(help="Joint that will be held still; may be repeated.")] = None,
+    lock: Annotated[list[str] | None, typer.Option(help="Joint to hold still; may be repeated.")] = None,
 ) -> None:
-    """Tell everything that is wrong with a robot at once; exit code 1 if it cannot be loaded."""
+    """Show everything that is wrong with a robot at once; exit code 1 if it cannot be loaded."""
     examination = examine(robot, lock=lock or ())
     print_examination(_out, examination)
     if examination.errors:

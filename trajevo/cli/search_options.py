@@ -1,4 +1,4 @@
-"""Settings of a search as options of a command, made from the one record that declares them."""
+"""Settings of a search as options of a command, made from the record that declares them."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 
 
 def search_options(command: Callable[..., None]) -> Callable[..., None]:
-    """A command that is given its options ``--population`` and the like together, as ``search``: those that were given.
+    """A command with ``--population`` and similar options, whose given values it receives as one argument ``search``.
 
-    Values are checked by the record, so that a mistake is told in the same words as in Python and in a task.
+    Values are checked by the record, so that error messages are the same as in Python and in a task.
     """
 
     @functools.wraps(command)

@@ -39,7 +39,7 @@ from trajevo.verification.certify import Certificate, certify, certify_all
 from trajevo.verification.verify import verify, verify_all
 
 _out = Console(soft_wrap=True, highlight=False)
-_Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; as the problem has it if not given.")]
+_Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; the problem's unit if not given.")]
 
 
 def show(run: RunArgument, angle: _Angle = None) -> None:
@@ -62,7 +62,7 @@ def report(
         typer.Option(help="HTML file; report.html beside the front if not given, and pictures in a run's folder."),
     ] = None,
     short: Annotated[
-        bool, typer.Option("--short", help="Without what takes longer: payload studies and rivals.")
+        bool, typer.Option("--short", help="Without payload studies and rivals, which take longer.")
     ] = False,
     pictures: PicturesOption = True,
 ) -> None:
@@ -81,11 +81,13 @@ def export(
     run: RunArgument,
     solution: Annotated[
         str | None,
-        typer.Option(help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee, in netcdf all of them."),
+        typer.Option(
+            help="knee, utopia, weighted, least_OBJECTIVE or a row; if not given, the knee or, in netcdf, all."
+        ),
     ] = None,
     format: Annotated[str, typer.Option(help=f"{', '.join(NAMED_EXPORTERS.names())}.")] = "csv",
     step: Annotated[
-        float | None, typer.Option(help="Time between samples, or of a block [s]; 0.01, or as the format is used.")
+        float | None, typer.Option(help="Time between samples, or of a block [s]; the format's default if not given.")
     ] = None,
     angle: Annotated[str, typer.Option(help="Unit of angles: rad or deg.")] = "rad",
     out: Annotated[
@@ -107,7 +109,7 @@ def animate_motion(
     rate: Annotated[float, typer.Option(help="Frames per second.")] = 25.0,
     out: Annotated[Path | None, typer.Option(help="HTML file; SOLUTION.html beside the front if not given.")] = None,
 ) -> None:
-    """Write the robot along one solution in real time, one HTML file that needs no network."""
+    """Write an animation of one solution in real time, one HTML file that needs no network."""
     chosen = front_of(run).pick(solution)
     _out.print(f"written: {animate(chosen, out or beside(run, f'{solution}.html'), rate=rate)}")
 
@@ -116,11 +118,11 @@ def capacity(
     run: RunArgument,
     solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
     iterative: Annotated[
-        bool, typer.Option("--iterative", help="By the paper's iteration, not in closed form.")
+        bool, typer.Option("--iterative", help="Use the paper's iteration, not the closed form.")
     ] = False,
-    step: Annotated[float, typer.Option(help="Payload added at each iteration [kg].")] = 0.05,
+    step: Annotated[float, typer.Option(help="Payload added in each iteration [kg].")] = 0.05,
 ) -> None:
-    """Tell what a motion can carry, which actuator limits it and when."""
+    """Show the largest payload of a motion, which actuator limits it and when."""
     chosen = front_of(run).pick(solution)
     found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
     _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
@@ -136,7 +138,7 @@ def capacity(
 def verify_motions(
     run: RunArgument,
     solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
-    density: Annotated[int, typer.Option(help="Samples over those of the problem.")] = 20,
+    density: Annotated[int, typer.Option(help="Factor of the problem's number of samples.")] = 20,
     every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
 ) -> None:
     """Check a motion between its samples against every limit; exit code 1 if one is exceeded."""
@@ -154,10 +156,11 @@ def certificate(
     run: RunArgument,
     solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
     tolerance: Annotated[
-        float, typer.Option(help="Share of a limit by which bounds may lie above what a sample exhibits.")
+        float, typer.Option(help="Share of a limit by which bounds may lie above the samples.")
     ] = 0.001,
     tool_speed: Annotated[
-        float | None, typer.Option(help="Greatest speed of the tool [m/s]; that of the run's problem if not given.")
+        float | None,
+        typer.Option(help="Greatest speed of the tool [m/s]; the limit of the run's problem if not given."),
     ] = None,
     power: Annotated[float | None, typer.Option(help="Greatest mechanical power of every joint [W].")] = None,
     every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
@@ -180,7 +183,7 @@ def certificate(
 
 
 def _table(certificate: Certificate) -> Table:
-    """The row of every quantity that is nearest to its limit, and every other one that is not proven."""
+    """Table of each quantity's row that is nearest to its limit, and of all other rows that are not proven."""
     columns = ("quantity", "greatest sample", "at", "proven at most", "limit", "proven share")
     table = Table(*columns, box=SIMPLE)
     for row in certificate.rows:

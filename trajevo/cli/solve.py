@@ -37,8 +37,10 @@ def solve(
     problem: Annotated[str, typer.Argument(help="Name in `trajevo list` or `trajevo examples`, or file task.toml.")],
     interpolant: Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")] = None,
     payload: Annotated[float | None, typer.Option(help="Payload [kg].")] = None,
-    payload_model: Annotated[str | None, typer.Option(help=f"How it acts: {', '.join(LOAD_MODELS)}.")] = None,
-    convention: Annotated[str | None, typer.Option(help="Which of several definitions of the objectives.")] = None,
+    payload_model: Annotated[str | None, typer.Option(help=f"How the payload acts: {', '.join(LOAD_MODELS)}.")] = None,
+    convention: Annotated[
+        str | None, typer.Option(help="Definition of the objectives, if the problem has several.")
+    ] = None,
     points: Annotated[
         Path | None, typer.Option(help="CSV file of the points to visit; the problem's own if not given.")
     ] = None,
@@ -46,19 +48,21 @@ def solve(
     limits: Annotated[
         str | None, typer.Option(help="How limits hold: sampled or certified; along a path tight, hull or certified.")
     ] = None,
-    encoding: Annotated[str | None, typer.Option(help="What a path's decision variables are: plain or shape.")] = None,
+    encoding: Annotated[str | None, typer.Option(help="Decision variables of a path: plain or shape.")] = None,
     set_: Annotated[
         list[str] | None,
-        typer.Option("--set", help="Another argument of the problem, KEY=VALUE, as velocity='150 mm/s'; repeatable."),
+        typer.Option(
+            "--set", help="Another argument of the problem, KEY=VALUE, such as velocity='150 mm/s'; repeatable."
+        ),
     ] = None,
     method: Annotated[
         str | None, typer.Option(help="evolution, or nnc: normal constraints and SQP, for two objectives.")
     ] = None,
     tolerance: Annotated[
-        float | None, typer.Option(min=1e-6, max=0.99, help="Least significant trade-off of nnc, 0.01.")
+        float | None, typer.Option(min=1e-6, max=0.99, help="Least significant trade-off of nnc; 0.01 if not given.")
     ] = None,
     sqp_seeds: Annotated[
-        int | None, typer.Option(min=2, help="Begin the evolution with as many points found by nnc.")
+        int | None, typer.Option(min=2, help="Number of points found by nnc with which the evolution begins.")
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the results; runs/PROBLEM or runs/TASK if not given.")
@@ -90,7 +94,7 @@ def solve(
         to_solve, folder = load_problem(problem, **_with_settings(arguments, set_ or [])), out or Path("runs") / problem
         settings = Search(seed=1).updated(**search)
     how.check(search, to_solve)
-    algorithm_for(decided(settings, to_solve), to_solve)  # refuses what cannot be, before the folder is touched
+    algorithm_for(decided(settings, to_solve), to_solve)  # refuses invalid settings before the folder is touched
     _claim(folder, overwrite)
     seed = settings.seed or 0
     if how.name == "nnc":
@@ -107,7 +111,7 @@ def solve(
 @final
 @dataclass(frozen=True)
 class _Method:
-    """How a front is found, as the command line says it."""
+    """Method that finds the front, with its options from the command line."""
 
     method: str | None
     tolerance: float | None
@@ -120,11 +124,11 @@ class _Method:
 
     @property
     def given(self) -> dict[str, Any]:
-        """What was said, by name."""
+        """The given options by name."""
         return {name: value for name, value in vars(self).items() if value is not None}
 
     def check(self, search: dict[str, Any], problem: TrajectoryProblem) -> None:
-        """Refuse settings that the method does not have, and methods for two objectives of a problem with others."""
+        """Refuse settings that the method does not have, and any use of nnc for problems without two objectives."""
         if self.name == "nnc":
             others = [name for name in search if name != "seed" and (name, search[name]) != ("algorithm", "nsga2")]
             _refuse_given("nnc", others + ([] if self.sqp_seeds is None else ["sqp_seeds"]))
@@ -139,18 +143,20 @@ class _Method:
 
 def resume(
     run: Annotated[Path, typer.Argument(help="Folder of a run that was interrupted or killed.")],
-    generations: Annotated[int | None, typer.Option(min=1, help="Make the run longer, to so many generations.")] = None,
+    generations: Annotated[
+        int | None, typer.Option(min=1, help="Extend the run to this number of generations.")
+    ] = None,
     report: ReportOption = "short",
     pictures: PicturesOption = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
-    """Go on with a run, as if it had never stopped, and write its front, pictures and report."""
+    """Continue a run as if it had never stopped, and write its front, pictures and report."""
     front = resume_run(run, generations=generations, progress=not quiet)
     write_results(front, run, kind=report, pictures=pictures)
 
 
 def _with_settings(arguments: dict[str, Any], pairs: list[str]) -> dict[str, Any]:
-    """Arguments with ``KEY=VALUE`` pairs added; a value is read as TOML where it is that, else as text."""
+    """Arguments with ``KEY=VALUE`` pairs added; a value is read as TOML if it is valid TOML, else as text."""
     for pair in pairs:
         key, sign, text = pair.partition("=")
         key = key.strip()
@@ -166,7 +172,7 @@ def _with_settings(arguments: dict[str, Any], pairs: list[str]) -> dict[str, Any
 
 
 def _refuse_for_task(given: dict[str, Any]) -> None:
-    """Refuse what a task's file decides."""
+    """Refuse options that a task's file sets."""
     for name in given:
         raise InvalidInputError(f"{_flag(name)}: a task says this in its file, options are those of the search")
 
@@ -182,7 +188,7 @@ def _flag(name: str) -> str:
 
 
 def _claim(folder: Path, overwrite: bool) -> None:
-    """Make sure that results can be written, before hours are spent on them."""
+    """Make sure that results can be written before hours are spent on them."""
     run = RunFolder(folder)
     if run.holds_run and not overwrite:
         go_on = f", or go on with it: trajevo resume {folder}" if run.begun else ""
@@ -202,15 +208,15 @@ _out = Console(soft_wrap=True, highlight=False)
 
 def polish_run(
     run: RunArgument,
-    members: Annotated[int, typer.Option(help="Members that are refined in every round.")] = 10,
+    members: Annotated[int, typer.Option(help="Members refined in every round.")] = 10,
     rounds: Annotated[int, typer.Option(help="Rounds of refining members and filling gaps.")] = 2,
     seed: Annotated[int | None, typer.Option(help="Seed of all randomness; the run's own if not given.")] = None,
-    cpu_time: Annotated[float | None, typer.Option(help="CPU time after which no step is begun [s].")] = None,
+    cpu_time: Annotated[float | None, typer.Option(help="CPU time after which no step is started [s].")] = None,
     out: Annotated[Path | None, typer.Option(help="File for the polished front; the run then stays as it is.")] = None,
     report: ReportOption = "short",
     pictures: PicturesOption = True,
 ) -> None:
-    """Refine a run's front by gradients; the front as it was stays beside it, in evolved.json."""
+    """Refine a run's front by gradients; the original front is kept beside it in evolved.json."""
     front, own = front_of(run), run / FRONT_FILE if run.is_dir() else run
     if not run.is_dir() and out is None:
         raise InvalidInputError(f"out: {run} is a front's file, not a run's folder; say where the polished front goes")
@@ -232,7 +238,7 @@ def polish_run(
 
 
 def _table(found: Polished) -> Table:
-    """The least of every objective before and after."""
+    """Table of the least value of every objective before and after."""
     table = Table("least", "before", "after", "unit", box=SIMPLE)
     before, after = found.original.F.min(axis=0), found.front.F.min(axis=0)
     for objective, was, now in zip(found.front.record.objectives, before, after, strict=True):

@@ -42,7 +42,7 @@ def run(
     ] = None,
     dask: Annotated[bool, typer.Option("--dask", help="On a Dask cluster of this machine.")] = False,
     scheduler: Annotated[
-        str | None, typer.Option(help="On the Dask cluster with this scheduler, as tcp://host:8786.")
+        str | None, typer.Option(help="On the Dask cluster with this scheduler, such as tcp://host:8786.")
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
@@ -67,7 +67,7 @@ def run(
 
 @app.command()
 def status(folder: _Folder) -> None:
-    """Tell where a study stands, while it runs or after."""
+    """Show the progress of a study, while it runs or afterwards."""
     _print_standing(study_standing(folder), folder)
 
 
@@ -76,7 +76,7 @@ def collect(
     folder: _Folder,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; the study's if not given.")] = None,
 ) -> None:
-    """Write tables, comparisons and pictures of what a study has found so far."""
+    """Write tables, comparisons and pictures of a study's results so far."""
     results = collect_results(folder)
     report = write_study(results, out)
     _print_results(results, report)

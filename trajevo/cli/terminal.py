@@ -1,4 +1,4 @@
-"""What the command line prints: problems and robots, a run with its choices, what is wrong with a robot."""
+"""Printed output of the command line: problems and robots, a run with its choices, errors of a robot."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from trajevo.verification.verify import Utilisation, Verification
 
 
 def print_list(out: Console) -> None:
-    """Print problems, what they are put together from, formats and robots."""
+    """Print problems, their building blocks, formats and robots."""
     problems = Table(
         "problem", "title", Column("registered as", overflow="fold"), title="Problems", title_justify="left"
     )
@@ -57,7 +57,7 @@ def print_list(out: Console) -> None:
 
 
 def _print_parts(out: Console) -> None:
-    """Print what problems and tasks are put together from, by name, and the formats that motions are written in."""
+    """Print the building blocks of problems and tasks by name, and the export formats."""
     rows: list[tuple[str, ...]] = [(o.name, o.unit, o.help) for o in NAMED_OBJECTIVES.all().values()]
     out.print(_table("Objectives", ("name", "unit", "what is minimised"), rows))
     rows = [(kind.name, "\n".join(map(_parameter, kind.parameters)), kind.help) for kind in NAMED_KINDS.all().values()]
@@ -77,7 +77,7 @@ def _parameter(parameter: LimitParameter) -> str:
 
 
 def table_with_units(*headers: str, **options: Any) -> Table:
-    """A table whose headers show their units: rich takes ``[kg]`` for markup and leaves it out."""
+    """A table whose headers show their units, which rich would take for markup and leave out."""
     return Table(*map(escape, headers), **options)
 
 
@@ -89,7 +89,7 @@ def _table(title: str, headers: Sequence[str], rows: Iterable[Sequence[str]]) ->
 
 
 def print_run(out: Console, front: Front, angle: str | None) -> None:
-    """Print what is known of a run and the solutions to choose from."""
+    """Print the facts of a run and the solutions to choose from."""
     facts = Table.grid(padding=(0, 2))
     for label, text in run_facts(front):
         facts.add_row(label, escape(text))
@@ -123,7 +123,7 @@ def print_rivals(out: Console, rivals: Sequence[Rival]) -> None:
 
 
 def print_verifications(out: Console, found: Sequence[Verification]) -> None:
-    """Print the worst row of every limit and what else is exceeded, over all the motions, and the verdict."""
+    """Print the worst row of every limit over all motions, other exceeded limits, and the verdict."""
     several = len(found) > 1
     table = Table("limit", "joint", "used", "at", *(["solution"] if several else []), box=SIMPLE)
     for verification, row in _shown(found):
@@ -144,7 +144,7 @@ def print_verifications(out: Console, found: Sequence[Verification]) -> None:
 
 
 def _shown(found: Sequence[Verification]) -> Iterable[tuple[Verification, Utilisation]]:
-    """The worst row of every limit over all motions; of a single motion every row that exceeds its limit as well."""
+    """The worst row of every limit over all motions; for a single motion also every row that exceeds its limit."""
     if len(found) == 1:
         return [(found[0], row) for row in found[0].rows if row in (*found[0].by_limit, *found[0].exceeded)]
     worst: dict[str, tuple[Verification, Utilisation]] = {}
@@ -156,7 +156,7 @@ def _shown(found: Sequence[Verification]) -> Iterable[tuple[Verification, Utilis
 
 
 def print_examination(out: Console, examination: RobotExamination) -> None:
-    """Print joints and links of a robot, then every error and every warning on a line of its own."""
+    """Print joints and links of a robot, then every error and every warning on its own line."""
     out.print(
         f"{examination.name}: robot {examination.robot_name!r} of {examination.file}, {examination.dof} joints, "
         f"{examination.mass:.6g} kg",

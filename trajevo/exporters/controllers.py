@@ -1,6 +1,6 @@
-"""For robots and their simulators: ROS 2 trajectories, MoveIt limits, MuJoCo replays and URScript programs.
+"""Formats for robots and their simulators: ROS 2 trajectories, MoveIt limits, MuJoCo replays and URScript programs.
 
-All of them are SI. Each says in comments what its rows are.
+All are in SI units. Comments in each file explain its rows.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from trajevo.robot.limit_files import write_joint_limits
 from trajevo.robot.transmission import Direct
 from trajevo.verification.certify import certify
 
-#: Least and greatest cycle of ``servoj`` [s]: an e-Series runs at 500 Hz; slower than 10 Hz nothing is smooth.
+#: Least and greatest cycle of ``servoj`` [s]: an e-Series runs at 500 Hz; below 10 Hz the motion is not smooth.
 SERVOJ_STEPS = (0.002, 0.1)
 
-#: The controller's own defaults: how far ``servoj`` looks ahead [s] and its gain.
+#: The controller's own defaults of ``servoj``: lookahead time [s] and gain.
 _LOOKAHEAD, _GAIN = 0.1, 300
 
-#: The controller's own defaults of ``movej``, which a slower robot lowers [rad/s²], [rad/s].
+#: The controller's own defaults of ``movej`` [rad/s²], [rad/s]; lower for robots with lower limits.
 _MOVEJ_ACCELERATION, _MOVEJ_SPEED = 1.4, 1.05
 
-#: Digits of URScript's angles after the point [rad].
+#: Decimal places of URScript's angles [rad].
 _DIGITS = 12
 
 _NANOSECONDS = 1_000_000_000
@@ -39,14 +39,14 @@ _NANOSECONDS = 1_000_000_000
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """Where a motion is at some instants.
+    """States of a motion at some instants.
 
     Attributes:
         t: instants, shape (T,) [s].
-        q: positions of the joints, shape (T, n_joints) [rad or m].
-        v: velocities [rad/s or m/s].
-        a: accelerations [rad/s² or m/s²].
-        effort: of the actuators, payload included [N·m or N]; None where the robot has no masses.
+        q: joint positions, shape (T, n_joints) [rad or m].
+        v: velocities, shape (T, n_joints) [rad/s or m/s].
+        a: accelerations, shape (T, n_joints) [rad/s² or m/s²].
+        effort: efforts of the actuators, payload included [N·m or N]; None if the robot has no masses.
     """
 
     t: Array
@@ -71,11 +71,11 @@ def states(rollout: Rollout, t: Array) -> States:
 
 
 def joint_trajectory(solution: Solution, step: float) -> str:
-    """A ROS 2 ``trajectory_msgs/JointTrajectory`` as YAML, by points that are equally far apart to the nanosecond.
+    """A ROS 2 ``trajectory_msgs/JointTrajectory`` as YAML, with points equally spaced in time to the nanosecond.
 
     Args:
-        solution: what to write; the joints are the planned ones.
-        step: least time between points [s], read to the nanosecond; the last point is the end of the motion.
+        solution: the solution to write, with the planned joints.
+        step: least time between points [s], rounded to the nanosecond; the last point is the end of the motion.
     """
     rollout = solution.rollout
     duration = float(rollout.trajectory.duration[0])
@@ -83,7 +83,7 @@ def joint_trajectory(solution: Solution, step: float) -> str:
     count = max(total // least, 1)
     stamps = [k * total // count for k in range(count + 1)]
     t = np.minimum(np.array(stamps) / _NANOSECONDS, duration)
-    t[-1] = duration  # to the bit, not to the nanosecond
+    t[-1] = duration  # exactly, not rounded to the nanosecond
     found = states(rollout, t)
     lines = [
         f"# points: {count + 1}, equally far apart and never nearer than {step:g} s; SI",
@@ -107,11 +107,11 @@ def joint_trajectory(solution: Solution, step: float) -> str:
 def replay_table(solution: Solution, step: float) -> str:
     """A table at a fixed rate for a replay in MuJoCo: time, then qpos, qvel, qacc and actuator forces.
 
-    The first three are of the model's joints, those of the URDF that are not locked; forces are of the actuators. Where
-    a transmission lies between them the actuators have names of their own.
+    qpos, qvel and qacc are those of the model's joints, which are the joints of the URDF that are not locked; forces
+    are those of the actuators. With a transmission between joints and actuators, the actuators have their own names.
 
     Args:
-        solution: what to write.
+        solution: the solution to write.
         step: time between rows [s]; row k is at k step. Rows past the end of the motion hold its last position at rest.
     """
     rollout = solution.rollout
@@ -139,10 +139,10 @@ def replay_table(solution: Solution, step: float) -> str:
 def urscript(solution: Solution, step: float) -> str:
     """A program for a controller of Universal Robots: ``movej`` to the start, then ``servoj`` at a fixed rate.
 
-    ``servoj`` smooths over the time it looks ahead, so the last position is commanded that much longer before the stop.
+    ``servoj`` smooths over its lookahead time, so the last position is commanded for this time before the stop.
 
     Args:
-        solution: of a robot with six joints that turn.
+        solution: a solution for a robot with six revolute joints.
         step: cycle of ``servoj`` [s], from 0.002 to 0.1.
 
     Raises:
@@ -180,13 +180,13 @@ def urscript(solution: Solution, step: float) -> str:
 
 
 def _fixed_rate(duration: float, step: float) -> Array:
-    """Instants k step from 0 to the first that is not before the end, rounding apart."""
+    """Instants k step from 0 to the first that is, up to rounding, not before the end, shape (T,) [s]."""
     count = max(math.ceil(duration / step - 1e-9), 1)
     return frozen(np.arange(count + 1) * step)
 
 
 def _yaml_float(value: float) -> str:
-    """The shortest text that reads back to the bit; YAML 1.1 takes ``1e-05`` for a word, ``1.0e-05`` for a number."""
+    """The shortest text that reads back exactly; YAML 1.1 takes ``1e-05`` for text and ``1.0e-05`` for a number."""
     text = repr(value)
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
 
@@ -221,7 +221,7 @@ ROS2 = Exporter("ros2", "yaml", "a trajectory_msgs/JointTrajectory as YAML", _ro
 
 MOVEIT = Exporter("moveit", "joint_limits.yaml", "the robot's limits as MoveIt reads them", _moveit, si=True)
 
-# A replay is a table too, and must not take the name of the motion's. The step is MuJoCo's own.
+# The replay is a CSV table too, so its ending differs from that of the format "csv". The step is MuJoCo's default.
 MUJOCO = Exporter("mujoco", "mujoco.csv", "CSV at a fixed rate for a replay in MuJoCo", _mujoco, step=0.002, si=True)
 
 # Every controller that has servoj can run its cycle in 0.008 s.

@@ -17,10 +17,10 @@ from trajevo.exporters.netcdf import NETCDF
 from trajevo.exporters.samples import CSV, JSON
 from trajevo.front.front import Front, Solution
 
-#: Longest table that is written.
+#: Greatest number of samples of a table.
 MOST_SAMPLES = 10_000_000
 
-#: Formats by name. To add one, write a file with its function and its record, and name that here.
+#: Formats by name. To add one, write a file with its function and its :class:`Exporter`, and add that here.
 EXPORTERS: dict[str, Exporter] = {
     exporter.name: exporter for exporter in (CSV, JSON, FEED, GCODE, ROS2, MUJOCO, URSCRIPT, MOVEIT, NETCDF)
 }
@@ -34,7 +34,7 @@ NAMED_EXPORTERS: Registry[Exporter] = Registry(
     fits=lambda found: isinstance(found, Exporter),
 )
 
-#: As many bytes as tell a format.
+#: Number of first bytes of a file by which its format is recognised.
 _FIRST = 64
 
 
@@ -43,22 +43,22 @@ def export(
 ) -> Path:
     """Write the sampled motion of a solution, or of all of a front, with units, settings, reference and certificate.
 
-    A write that is cut off leaves an older file whole.
+    If writing is interrupted, an existing file stays unchanged.
 
     Args:
-        source: what to write; a whole front in a format that holds one, as ``"netcdf"``.
-        file: where to.
-        format: a name of :data:`EXPORTERS`, whose records say what is in the file, or of another package's:
-            ``"csv"``, ``"json"``, ``"ros2"`` and so on, as ``trajevo list`` tells.
-        step: time between samples [s]; that of the format if None. In ``"csv"`` and ``"json"`` the last interval takes
-            0.5 to 1.5 steps and ends with the motion; in ``"ros2"`` all are equal and none is shorter; in ``"mujoco"``
-            and ``"urscript"`` every one is a step and the last position is held to the end of the last; in
-            ``"netcdf"`` the longest motion has none that is longer, all motions are sampled as often, and 201 times if
-            None.
+        source: the solution to write, or a whole front if the format can hold one, such as ``"netcdf"``.
+        file: path of the file.
+        format: a name in :data:`EXPORTERS`, whose records describe the files, or a format of another package:
+            ``"csv"``, ``"json"``, ``"ros2"`` and so on, as listed by ``trajevo list``.
+        step: time between samples [s]; the default of the format if None. In ``"csv"`` and ``"json"`` the last interval
+            takes 0.5 to 1.5 steps and ends with the motion. In ``"ros2"`` all intervals are equal and none is shorter
+            than the step. In ``"mujoco"`` and ``"urscript"`` every interval is one step, and the last position is held
+            to the end of the last interval. In ``"netcdf"`` all motions have the same number of samples, 201 if None,
+            and no interval is longer than the step.
         angle: ``"rad"`` or ``"deg"``.
 
     Returns:
-        The file.
+        Path of the file.
 
     Raises:
         UnknownNameError: no such format or angle unit.
@@ -83,7 +83,7 @@ def export(
 
 
 def extension(format: str) -> str:
-    """How the name of a file of a format ends, after the point: ``"yaml"`` for ``"ros2"``.
+    """Ending of the file names of a format, after the dot: ``"yaml"`` for ``"ros2"``.
 
     Raises:
         UnknownNameError: no such format.
@@ -101,7 +101,7 @@ def is_exported(file: Path) -> bool:
 
 
 def _check_motion(source: Solution | Front, format: str, step: float | None) -> None:
-    """Refuse what is no solution, and a table that nobody could read."""
+    """Refuse a source that is not a solution, and a table that is too long."""
     if not isinstance(source, Solution):
         got = f"a front of {len(source)}" if isinstance(source, Front) else type(source).__name__
         raise InvalidInputError(f"source: the format {format!r} holds one solution, as front.knee(), got {got}")

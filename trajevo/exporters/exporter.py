@@ -1,4 +1,4 @@
-"""What every exporter is, and what its files say of the motion that they hold."""
+"""Exporters, and the description of a motion that their files hold."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, Literal, final
 from trajevo.front.front import Solution
 from trajevo.verification.certify import certify
 
-#: How a file begins whose first lines are :func:`comments`.
+#: First bytes of a file that starts with :func:`comments`.
 COMMENTED = b"# problem: {"
 
 
@@ -21,16 +21,16 @@ class Exporter:
     """A format that a solution, or a whole front, can be written in.
 
     Attributes:
-        name: of the format.
-        ending: how the name of its files ends, after the point; no two formats share one.
-        help: one line that says what is in the file.
+        name: name of the format.
+        ending: ending of its file names, after the dot; no two formats share one.
+        help: content of the file in one line.
         function: source, time between samples [s] and unit of angles -> content of the file.
-        holds: ``"motion"``, the source is one solution, or ``"front"``, it may be a whole front too.
+        holds: ``"motion"`` if the source is one solution, ``"front"`` if it may be a whole front too.
         needs: what the robot must be like, ``""`` for any robot.
-        step: usual time between samples [s]; None if the function knows.
-        si: whether the format is SI by definition, so that it takes no degrees.
-        beginning: how its files begin, by which they are known again.
-        recognises: whether a file that begins so is one that was made here, where its beginning does not tell.
+        step: default time between samples [s]; None if the function has its own.
+        si: whether the format is SI by definition, so that degrees are refused.
+        beginning: first bytes of its files, by which they are recognised.
+        recognises: file -> whether trajevo made it, for formats whose first bytes do not tell; otherwise None.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Exporter:
     recognises: Callable[[Path], bool] | None = field(default=None, kw_only=True)
 
     def wrote(self, file: Path, first: bytes) -> bool:
-        """Whether a file is of this format and was made here.
+        """Whether a file is of this format and was made by trajevo.
 
         Args:
             file: the file.
@@ -56,7 +56,7 @@ class Exporter:
 
 
 def about(solution: Solution) -> dict[str, Any]:
-    """What a stranger needs to know about a motion, as plain data: problem, run, solution and certificate."""
+    """Description of a motion as plain data: problem, run, solution and certificate."""
     front = solution.front
     return {
         "problem": front.record.model_dump(mode="json"),
@@ -74,5 +74,5 @@ def about(solution: Solution) -> dict[str, Any]:
 
 
 def comments(solution: Solution) -> str:
-    """The same as lines of comment, ``# problem: {...}`` and so on."""
+    """The description from :func:`about` as comment lines, ``# problem: {...}`` and so on."""
     return "".join(f"# {key}: {json.dumps(value)}\n" for key, value in about(solution).items())

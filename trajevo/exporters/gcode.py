@@ -1,4 +1,4 @@
-"""A motion of linear axes as straight blocks with a feed each: what a numerical control reads."""
+"""A motion of linear axes as straight blocks, each with its feed, for numerical controls."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trajevo.verification.certify import certify
 #: Letters that a numerical control knows as linear axes.
 AXIS_LETTERS = "XYZUVW"
 
-#: Digits of coordinates after the point [mm]; a block must be longer than the last one.
+#: Decimal places of coordinates [mm]; a block must be longer than one unit of the last place.
 _DIGITS = 6
 
 _MM = 1e3
@@ -30,8 +30,8 @@ class Blocks:
     Attributes:
         letters: names of the axes for the control.
         time: instants at which blocks end, the start first, shape (K + 1,) [s].
-        position: where they end, the start first, shape (K + 1, n_axes) [mm].
-        feed: of each block, shape (K,) [mm/min].
+        position: positions at which blocks end, the start first, shape (K + 1, n_axes) [mm].
+        feed: feed of each block, shape (K,) [mm/min].
         deviation: greatest distance of the motion from its block, at the middle of each block's time [mm].
     """
 
@@ -43,14 +43,15 @@ class Blocks:
 
 
 def blocks(solution: Solution, step: float) -> Blocks:
-    """Cut a motion into straight blocks that take equally long; where nearly nothing moves several become one.
+    """Cut a motion into straight blocks of equal duration; where nearly nothing moves, several are merged.
 
     Args:
-        solution: of a robot whose joints are all linear axes.
-        step: time of a block [s].
+        solution: a solution for a robot whose joints are all linear axes.
+        step: duration of a block [s].
 
     Raises:
-        InvalidInputError: a joint turns, its name is no letter of a linear axis, or the step is longer than the motion.
+        InvalidInputError: a joint is not a linear axis or not named by its letter, or the step is not shorter than the
+            motion.
     """
     robot, trajectory = solution.front.problem.robot, solution.trajectory
     letters = tuple(name.upper() for name in robot.joint_names)

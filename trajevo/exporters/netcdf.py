@@ -1,7 +1,7 @@
 """A whole front as one netCDF file: every motion, objective, limit and setting, for MATLAB, Python and ncview.
 
-The file keeps to the classic data model, which the C library under all three reads: float64, int32 and character
-arrays, no groups, no user types.
+The file uses the classic data model, which the C library behind all three programs reads: float64, int32 and character
+arrays, no groups, no user-defined types.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ from trajevo.verification.certify import certify, certify_all
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Instants of each motion unless told otherwise.
+#: Default number of instants of each motion.
 SAMPLES = 201
 
-#: Most instants of all motions together.
+#: Greatest number of instants of all motions together.
 MOST_INSTANTS = 10_000_000
 
 #: First bytes of a netCDF-4 file.
 MAGIC = b"\x89HDF\r\n\x1a\n"
 
-#: Instants that are evaluated in one call: on the way they take three times the memory of what stays.
+#: Instants evaluated in one call, which needs three times the memory of its result.
 _INSTANTS_AT_ONCE = 100_000
 
-#: Share of a step by which an interval may be longer, so that a duration of whole steps gets no sample more.
+#: Share of a step by which an interval may be longer, so that rounding adds no sample to a duration of whole steps.
 _ROUNDING = 1e-9
 
 _WRITER = "trajevo"
 
-#: Units of ours that UDUNITS reads too, as the CF conventions want.
+#: Units of trajevo that UDUNITS reads too, as the CF conventions require.
 _UDUNITS = re.compile(r"(?:(?:rad|kg|m|s|N|J|W|1)(?![a-zA-Z])|\^\d+|[()*/])+")
 
-#: Dimensions, values, attributes and how they are stored.
+#: Dimensions, values, attributes and encoding.
 _Variable = tuple[tuple[str, ...], Array, dict[str, Any], dict[str, Any]]
 
 
@@ -61,7 +61,8 @@ def dataset(source: Front | Solution, *, samples: int = SAMPLES) -> xr.Dataset:
 
     Dimensions are ``solution``, ``time`` and ``joint``, and where there are any ``constraint`` and ``generation``.
     Durations differ, so ``time`` is the share of a motion's duration and ``instant`` its time in s. Variables are SI
-    and carry their units and names; where some joints turn and others slide, ``units`` lists one for each joint:
+    and have their units and names as attributes; for a robot with revolute and prismatic joints, ``units`` lists one
+    unit for each joint:
 
     - ``objective_<name>`` and ``decision_<name>`` (solution), ``constraint_excess`` (solution, constraint);
     - ``position``, ``velocity``, ``acceleration``, ``jerk`` and, of a robot with masses, ``effort`` (solution, time,
@@ -70,16 +71,16 @@ def dataset(source: Front | Solution, *, samples: int = SAMPLES) -> xr.Dataset:
     - ``evaluations``, ``hypervolume``, ``least_violation`` and ``front_size`` (generation).
 
     ``solution`` holds rows of the front; its attributes are the rows of knee, utopia and the other choices. The problem
-    and the run are JSON in the global attributes ``problem`` and ``run``; ``certificates`` is a JSON list of sentences
-    that say what is proven of each motion.
+    and the run are JSON in the global attributes ``problem`` and ``run``; ``certificates`` is a JSON list with one
+    sentence for each motion that says what is proven.
 
     Args:
-        source: what to show.
+        source: a front or a solution.
         samples: instants of each motion, evenly spaced from start to end.
 
     Raises:
         NoSolutionError: the front is empty.
-        InvalidInputError: something else than a front or a solution, fewer than 2 samples, or too many in all.
+        InvalidInputError: neither a front nor a solution, fewer than 2 samples, or too many in all.
     """
     import xarray as xr
 
@@ -105,12 +106,12 @@ def netcdf(source: Front | Solution, step: float | None) -> memoryview:
     """The :func:`dataset` as a netCDF-4 file of the classic model.
 
     Args:
-        source: what to write.
+        source: a front or a solution.
         step: longest time between samples of any motion [s]; 201 samples of each if None.
 
     Raises:
         NoSolutionError: the front is empty.
-        InvalidInputError: something else than a front or a solution, or a step that gives too many samples.
+        InvalidInputError: neither a front nor a solution, or a step that gives too many samples.
     """
     samples = SAMPLES
     if step is not None:
@@ -125,7 +126,7 @@ def netcdf(source: Front | Solution, step: float | None) -> memoryview:
 
 
 def is_netcdf(file: Path) -> bool:
-    """Whether a netCDF file is one that was made here."""
+    """Whether a netCDF file was made by trajevo."""
     import netCDF4
 
     try:
@@ -146,7 +147,7 @@ def _rows(source: Front | Solution) -> tuple[Front, list[int]]:
 
 
 def _axes(source: Front | Solution, samples: int) -> dict[str, _Variable]:
-    """What stands along the dimensions, and which row of the front is which choice."""
+    """Coordinates along the dimensions, and the rows of the front's choices."""
     front, rows = _rows(source)
     choices = front.choices()
     names = _identifiers([choice.rule for choice in choices])
@@ -171,7 +172,7 @@ def _labels(front: Front) -> dict[str, _Variable]:
     }
     if front.record.constraints:
         labels["constraint_name"] = ("constraint", front.record.constraints, "name of the constraint")
-    # Older MATLABs and ncview read no strings, so that the file gets arrays of characters.
+    # Older versions of MATLAB and ncview cannot read strings, so the file has arrays of characters.
     return {
         name: ((along,), np.array(texts), {"long_name": long_name}, {"dtype": "S1", "char_dim_name": f"{name}_length"})
         for name, (along, texts, long_name) in labels.items()
@@ -179,7 +180,7 @@ def _labels(front: Front) -> dict[str, _Variable]:
 
 
 def _solutions(front: Front, rows: list[int]) -> dict[str, _Variable]:
-    """What the front itself holds: objectives, decision variables, constraints."""
+    """Variables of the front itself: objectives, decision variables, constraints."""
     record, along = front.record, ("solution",)
     variables = {}
     names = _identifiers([objective.name for objective in record.objectives])
@@ -198,7 +199,7 @@ def _solutions(front: Front, rows: list[int]) -> dict[str, _Variable]:
 
 
 def _motions(front: Front, rows: list[int], samples: int) -> dict[str, _Variable]:
-    """Every motion at its own instants, in groups of solutions that bound the memory needed on the way."""
+    """Every motion at its own instants, evaluated in groups of solutions to limit the memory needed."""
     problem = front.problem
     robot = problem.robot
     names = (*DERIVATIVES, "effort") if robot.mass > 0.0 else DERIVATIVES
@@ -284,7 +285,7 @@ def _reals(
 
 
 def _counts(along: str, values: Sequence[int], long_name: str, **about: Any) -> _Variable:
-    """int32, the widest whole number of the classic model and all that ncview reads along a dimension."""
+    """int32, the widest integer of the classic model and the only one that ncview reads along a dimension."""
     return (along,), np.array(values, dtype=np.int32), {"units": "1", "long_name": long_name, **about}, {}
 
 

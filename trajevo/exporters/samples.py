@@ -1,4 +1,4 @@
-"""A motion at its samples: a table in CSV, and JSON with the exact trajectory beside them."""
+"""A motion at samples: a table in CSV, and JSON with the samples and the exact trajectory."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def sample_table(solution: Solution, step: float, angle: str) -> str:
     """Comments, then a table of the motion in CSV.
 
     Args:
-        solution: what to write.
+        solution: the solution to write.
         step: time between samples [s]; the last interval takes 0.5 to 1.5 steps and ends with the motion.
         angle: ``"rad"`` or ``"deg"``.
     """
@@ -42,7 +42,7 @@ def sample_table(solution: Solution, step: float, angle: str) -> str:
 
 
 def motion_json(solution: Solution, step: float, angle: str) -> str:
-    """The exact trajectory and its samples as :func:`motion_schema` says; arguments as of :func:`sample_table`."""
+    """The exact trajectory and its samples by :func:`motion_schema`; arguments as for :func:`sample_table`."""
     headers, table = _columns(solution, step, angle)
     trajectory, robot = solution.trajectory, solution.front.problem.robot
     content = {
@@ -66,7 +66,7 @@ def _instants(duration: float, step: float) -> Array:
 
 
 def _columns(solution: Solution, step: float, angle: str) -> tuple[list[str], Array]:
-    """Headers with units and the table, time first: shape (T, 1 + 5 n_joints), without masses (T, 1 + 4 n_joints)."""
+    """Headers with units, and the table, time first: (T, 1 + 5 n_joints) or, without masses, (T, 1 + 4 n_joints)."""
     rollout = solution.rollout
     robot = rollout.robot
     t = _instants(float(rollout.trajectory.duration[0]), step)

@@ -1,4 +1,4 @@
-"""Worked examples that come with trajevo: tasks, studies and notebooks, by name and without a checkout."""
+"""Worked examples in the installed package: tasks, studies and notebooks, by name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from trajevo.base.files import data_folder
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.registry import list_problems
 
-#: Kinds of examples: the folder of data in which they lie, and the pattern of their files.
+#: Kinds of examples: their data folder, and the pattern of their files.
 KINDS = {
     "task": ("problems", "tasks/*.toml"),
     "study": ("problems", "studies/*.toml"),
@@ -28,7 +28,7 @@ class Example:
 
     Attributes:
         kind: ``"task"``, ``"study"`` or ``"notebook"``.
-        file: where it lies.
+        file: path of its file.
     """
 
     kind: str
@@ -36,12 +36,12 @@ class Example:
 
     @property
     def name(self) -> str:
-        """The name by which it is asked for."""
+        """Its name, which is that of the file without suffix."""
         return self.file.stem
 
     @property
     def summary(self) -> str:
-        """Its first line: the comment at the head of a TOML file, the title of a notebook."""
+        """Its first line: the comment at the top of a TOML file, or the title of a notebook."""
         text = self.file.read_text(encoding="utf-8")
         if self.kind == "notebook":
             text = "".join(json.loads(text)["cells"][0]["source"])
@@ -49,7 +49,7 @@ class Example:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The file itself, and those beside it that its values name."""
+        """The file itself, and the files in its folder that its values name."""
         if self.kind == "notebook":
             return (self.file,)
         texts = _texts(tomllib.loads(self.file.read_text(encoding="utf-8")))
@@ -58,7 +58,7 @@ class Example:
 
 
 def list_examples(kind: str | None = None) -> dict[str, Example]:
-    """Worked examples by name: tasks, then studies, then notebooks; or those of one kind alone."""
+    """Worked examples by name, all (tasks, then studies, then notebooks) or those of one kind."""
     found = (
         Example(own, file)
         for own, (folder, pattern) in KINDS.items()
@@ -74,10 +74,10 @@ def example_file(kind: str, given: str | Path, *, folder: str | Path = ".") -> P
     Args:
         kind: ``"task"`` or ``"study"``.
         given: path of a TOML file, or a name of :func:`list_examples`.
-        folder: from where a relative path counts.
+        folder: folder from which a relative path starts.
 
     Raises:
-        UnknownNameError: it is neither a file, nor ends in ``.toml``, nor is the name of an example.
+        UnknownNameError: ``given`` is not a file, does not end in ``.toml`` and is not the name of an example.
     """
     path = Path(folder) / given
     if path.suffix == ".toml" or path.is_file():
@@ -87,10 +87,10 @@ def example_file(kind: str, given: str | Path, *, folder: str | Path = ".") -> P
 
 
 def is_task(given: str) -> bool:
-    """Whether the argument of ``trajevo solve`` is a task, by its file or its name, and not a registered problem.
+    """Whether the argument of ``trajevo solve`` is a task (its file or its name), not a registered problem.
 
     Raises:
-        UnknownNameError: it is neither.
+        UnknownNameError: it is neither a task nor a problem.
     """
     problems, tasks = list_problems(), list_examples("task")
     if Path(given).suffix == ".toml":
@@ -99,18 +99,18 @@ def is_task(given: str) -> bool:
 
 
 def copy_example(name: str, folder: str | Path) -> list[Path]:
-    """Copy a worked example, with the files that it reads, to where it can be changed.
+    """Copy a worked example, with the files that it reads, to a folder in which it can be changed.
 
     Args:
-        name: a name of :func:`list_examples`.
-        folder: where to; it is made if it is not there.
+        name: a name in :func:`list_examples`.
+        folder: target folder; it is created if it does not exist.
 
     Returns:
         The copies, that of the example itself first.
 
     Raises:
         UnknownNameError: no such example.
-        InvalidInputError: one of the files is there already, or cannot be written; then nothing is copied.
+        InvalidInputError: one of the files exists already, in which case nothing is copied, or cannot be written.
     """
     known = list_examples()
     files = known[checked_name("example", name, known)].files
@@ -121,14 +121,14 @@ def copy_example(name: str, folder: str | Path) -> list[Path]:
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
         for file, copy in zip(files, copies, strict=True):
-            shutil.copyfile(file, copy)  # not its permissions: what is installed may be read-only
+            shutil.copyfile(file, copy)  # without its permissions: installed files may be read-only
     except OSError as error:
         raise InvalidInputError(f"{folder}: cannot be written: {error.strerror}") from error
     return copies
 
 
 def _texts(value: Any) -> Iterator[str]:
-    """All texts among the values of a TOML file."""
+    """All strings among the values of a TOML file."""
     if isinstance(value, str):
         yield value
     elif isinstance(value, dict | list):

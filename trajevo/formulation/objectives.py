@@ -1,6 +1,6 @@
-"""Objectives: pure functions of a rollout, to be minimised, each with everything that is known of it.
+"""Objectives: pure functions of a rollout, to be minimised, each with its name, unit and other properties.
 
-To add one, write its function of a rollout and a record of it in :data:`OBJECTIVES`; nothing else must be told.
+To add one, write its function of a rollout and add an :class:`Objective` to :data:`OBJECTIVES`; nothing else is needed.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ class Objective:
 
     Attributes:
         name: short name.
-        unit: SI unit; of an objective by name ``{joint}`` stands for the unit of the robot's joints and ``{effort}``
+        unit: SI unit; in a registered objective ``{joint}`` stands for the unit of the robot's joints and ``{effort}``
             for that of their effort.
-        reference: where the formula stands.
+        reference: source of the formula.
         function: rollout of B trajectories -> (B,).
         needs: what the problem must have.
-        help: one line that says what it is.
+        help: description in one line.
     """
 
     name: str
@@ -97,7 +97,7 @@ class _TrapezoidSquareJerk:
 
 
 def trapezoid_square_jerk(intervals: int) -> Callable[[Rollout], Array]:
-    """∫ Σ over joints of jerk² dt by the trapezoidal rule over equal intervals, eq. (29) of Paing 2021, [SI²/s⁵]."""
+    """∫ Σ over joints of jerk² dt by the trapezoidal rule with equal intervals, eq. (29) of Paing 2021 [SI²/s⁵]."""
     return _TrapezoidSquareJerk(intervals)
 
 
@@ -112,7 +112,7 @@ class _TimesDuration:
 
 
 def times_duration(function: Callable[[Rollout], Array], power: int) -> Callable[[Rollout], Array]:
-    """An objective times a power of the duration: constant in time where the objective falls with that power."""
+    """An objective times a power of the duration, constant in the duration if the objective falls with that power."""
     return _TimesDuration(function, power)
 
 
@@ -149,7 +149,7 @@ def integrated_square_effort_rate(rollout: Rollout) -> Array:
 
 
 def effort_ratio(rollout: Rollout) -> Array:
-    """Greatest |effort| over its limit of any joint at any sample, shape (B,) [1]."""
+    """Greatest ratio of |effort| to its limit over all joints and samples, shape (B,) [1]."""
     limit = rollout.robot.limits.effort
     kept = np.isfinite(limit)
     share = rollout.effort[:, :, kept] / limit[kept]
@@ -157,7 +157,7 @@ def effort_ratio(rollout: Rollout) -> Array:
     return greatest
 
 
-#: Pieces of a segment over which a joint's way is summed up; only a piece in which it turns back counts too little.
+#: Pieces of a segment over which a joint's travel is summed; it is too small only for pieces in which the joint turns.
 _TRAVEL_PIECES = 32
 
 
@@ -180,14 +180,14 @@ class _UnusedPayload:
 
 
 def unused_payload(greatest: float) -> Callable[[Rollout], Array]:
-    """What is left of the greatest payload [kg]: minimising it maximises the payload."""
+    """The greatest payload minus the payload [kg]; minimising it maximises the payload."""
     return _UnusedPayload(greatest)
 
 
 def tool_path_length(rollout: Rollout) -> Array:
     """∫ |velocity of the tool's origin| dt by Gauss-Lobatto quadrature, shape (B,) [m].
 
-    Where the tool turns sharply the speed has a kink, and few samples per segment are only close.
+    At sharp turns of the tool the speed has a kink, where the quadrature with few samples per segment is inaccurate.
     """
     speed = tool_speed(rollout, ToolKinematics.of(rollout.robot))
     length: Array = (speed * rollout.quadrature).sum(axis=1)
@@ -241,7 +241,7 @@ OBJECTIVES: dict[str, Objective] = {
         ),
         Objective("joint_travel", "{joint}", _BY_NAME, joint_travel, help="Σ over joints of ∫ |velocity| dt"),
         Objective("tool_path", "m", _BY_NAME, tool_path_length, help="∫ |velocity of the tool's origin| dt"),
-        # Of a problem it is that of its payload, which knows the greatest mass; until then it is minus the mass.
+        # Minus the mass: a problem replaces it by the objective of its PayloadVariable, which has the greatest mass.
         Objective(
             UNUSED_PAYLOAD,
             "kg",
@@ -269,15 +269,15 @@ def objectives_of(
     """Objectives by name: those of :data:`OBJECTIVES` and of the entry-point group ``trajevo.objectives``.
 
     Args:
-        names: of the objectives.
-        robot: whose units count.
-        reference: what the objectives say of where they come from, in place of their own.
-        payload: where the payload's mass is a variable, the objective ``unused_payload`` of it.
+        names: names of the objectives.
+        robot: the robot, which gives the units.
+        reference: reference that replaces those of the objectives; they keep their own if None.
+        payload: the objective ``unused_payload`` if the payload's mass is a variable, else None.
 
     Raises:
         UnknownNameError: no such objective.
-        InvalidInputError: the names are no list, a registered objective is none, or the problem has not what an
-            objective needs.
+        InvalidInputError: the names are not a list, a registered object is not an objective, or the problem lacks
+            something that an objective needs.
     """
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise InvalidInputError(f"objectives: expected a list of names, got {names!r}")
@@ -308,7 +308,7 @@ def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> N
 
 
 def _unit(objective: Objective, robot: Robot) -> str:
-    """The unit of an objective on a robot; ``SI`` where its joints differ."""
+    """The unit of an objective for a robot; with ``SI`` for the joints' unit if they have different ones."""
     joint = robot.joint_units[0] if len(set(robot.joint_units)) == 1 else "SI"
     effort = {"rad": "N*m", "m": "N", "SI": "SI"}[joint]
     powered = f"({effort})" if "*" in effort else effort

@@ -1,4 +1,4 @@
-"""The payload's mass as a decision variable, and what is left of the greatest one as an objective."""
+"""The payload's mass as a decision variable, and the greatest mass minus this mass as an objective."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from trajevo.trajectory.interpolants import Interpolant
 @final
 @dataclass(frozen=True)
 class PayloadVariable:
-    """What a problem needs to have the payload's mass as its last variable.
+    """The payload's mass as the last variable of a problem.
 
     Attributes:
-        dynamics: with a payload of the shape, whose mass plays no part.
+        dynamics: dynamics of the robot with a payload of the right shape and model; the payload's mass is not used.
         range: least and greatest mass [kg].
         objective: the greatest mass minus the mass [kg]; minimising it maximises the payload.
     """
@@ -32,16 +32,17 @@ class PayloadVariable:
 
     @classmethod
     def of(cls, dynamics: Dynamics, interpolant: Interpolant, payload_range: Any = None) -> PayloadVariable:
-        """The variable of a robot on the motions of an interpolant.
+        """The payload variable of a robot that moves with an interpolant.
 
         Args:
-            dynamics: of the robot; its payload gives shape and model.
-            interpolant: of the motions.
-            payload_range: least and greatest mass [kg]; if None from 0 to what the robot can hold at rest at the first
-                and the last point, which no motion that rests there exceeds.
+            dynamics: dynamics of the robot; its payload gives shape and model.
+            interpolant: interpolant of the motions.
+            payload_range: least and greatest mass [kg]; if None, from 0 to the greatest mass that the robot can hold at
+                rest at the first and the last point. No motion that rests there can carry more.
 
         Raises:
-            InvalidInputError: a range that is not 0 <= least < greatest, or none given where nothing limits it.
+            InvalidInputError: a range that is not 0 <= least < greatest, or no range although nothing limits the mass
+                at rest.
         """
         shape = dynamics.payload
         unit = shape if shape.mass > 0.0 else shape.with_mass(1.0)
@@ -58,7 +59,7 @@ class PayloadVariable:
 
 
 def _bounded_at_rest(dynamics: Dynamics, interpolant: Interpolant) -> float:
-    """The greatest payload [kg] held at rest at both ends, where there is one and it is bounded."""
+    """The greatest payload [kg] held at rest at both ends; an error if there is none or it is unbounded."""
     greatest, name = greatest_at_rest(dynamics, interpolant), dynamics.robot.name
     if np.isinf(greatest):
         why = f"no effort limit bounds what {name!r} can hold" if greatest > 0.0 else f"{name!r} cannot hold itself"

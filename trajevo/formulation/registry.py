@@ -23,7 +23,7 @@ def problem_class(name: str) -> type[TrajectoryProblem]:
 
     Raises:
         UnknownNameError: no such problem.
-        InvalidInputError: what is registered is not a TrajectoryProblem.
+        InvalidInputError: the registered object is not a TrajectoryProblem.
     """
     problems = list_problems()
     if name not in problems:

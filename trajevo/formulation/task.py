@@ -1,4 +1,4 @@
-"""Tasks: a robot, its points and what is wanted, in a file ``task.toml`` of some 15 lines."""
+"""Tasks: a robot, its points, objectives and limits in a file ``task.toml`` of some 15 lines."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ TASK_PROBLEM = "via-points"
 
 
 def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
-    """The problem that a task sets.
+    """The problem of a task.
 
     Args:
-        settings: the keys of its file.
-        where: their lines; relative paths count from the folder of its file.
+        settings: the keys of the task's file.
+        where: their lines in the file; relative paths start from the folder of this file.
 
     Raises:
         InvalidInputError: a value that cannot be used; the message names file, line and key.
@@ -93,7 +93,7 @@ def _box(box: MovingSettings, robot: Robot, to_rad: float) -> Mapping[str, Any]:
 
 
 def _in_radians(values: list[float], robot: Robot, to_rad: float) -> list[float]:
-    """Angles of turning joints in rad; lengths as they are. Another number of values is refused where they are used."""
+    """Angles of revolute joints in rad, lengths unchanged. A wrong number of values is refused where they are used."""
     if len(values) != robot.dof or to_rad == 1.0:
         return list(values)
     return [value * (to_rad if unit == "rad" else 1.0) for value, unit in zip(values, robot.joint_units, strict=True)]

@@ -27,37 +27,38 @@ from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant
 
 @final
 class ViaPointProblem(TrajectoryProblem):
-    """Any robot through points: times, and where wanted the points' places, as variables.
+    """Any robot through points; the variables are the times and, if wanted, the positions of points.
 
     Args:
         robot: name, folder or URDF of a robot, a :class:`~trajevo.robot.robot.Robot`, or the arguments of
             :func:`~trajevo.robot.robot.load_robot` as a mapping.
-        points: what is visited, in order: an array (K, n_joints) [rad or m], a list of joint positions and of tool
+        points: the points to visit, in order: an array (K, n_joints) [rad or m], a list of joint positions and tool
             poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
             CSV file with a column for each joint, with its unit.
         duration_bounds: least and greatest time between two points [s].
-        interpolant: a name of :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or of another package's.
+        interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or an interpolant of another
+            package.
         moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
-            or mappings of ``point``, its number, and the half widths ``joints`` (n_joints) [rad or m] or ``tool`` (3)
-            [m].
+            or mappings with the number of the ``point`` and the half widths ``joints`` (n_joints) [rad or m] or
+            ``tool`` (3) [m].
         objectives: names, see :data:`~trajevo.formulation.objectives.OBJECTIVES`.
-        constraints: names of limits without a parameter of their own, see
+        constraints: names of limits that need no parameter, see
             :data:`~trajevo.formulation.constraints.kinds.KINDS`.
-        limits: of effort and tool speed: ``"certified"``, proven at every instant, see
+        limits: ``"certified"`` for effort and tool-speed limits proven at every instant, see
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
-        payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings; where ``"unused_payload"`` is an
-            objective its mass is a variable, and this gives its shape and model.
-        payload_range: least and greatest mass [kg] of a payload that is a variable; if None from 0 to what the robot
-            can hold at rest at the first and the last point.
-        reference_point: far corner of the hypervolume's box, SI; taken from the first feasible points if None.
-        samples: instants per segment at which effort and tool are looked at, both ends included.
-        threads: threads that populations are evaluated on; results are the same for any number.
-        **parameters: of limits, those above and those of other packages; the limit of one that is None does not hold.
+        payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings. If ``"unused_payload"`` is an
+            objective, the mass is a variable, and this gives the payload's shape and model.
+        payload_range: least and greatest mass [kg] if the mass is a variable; if None, from 0 to the greatest mass that
+            the robot can hold at rest at the first and the last point.
+        reference_point: reference point of the hypervolume [SI]; taken from the first feasible points if None.
+        samples: instants per segment at which effort and tool are sampled, both ends included.
+        threads: threads for the evaluation of populations; results do not depend on the number.
+        **parameters: of limits, those above and those of other packages; a limit whose parameter is None is off.
 
     Raises:
-        UnknownNameError: no such robot, interpolant, objective, constraint or limits.
+        UnknownNameError: no such robot, interpolant, objective or constraint, or another value of ``limits``.
         UnreachableError: a pose that the tool cannot take.
-        InvalidInputError: points that the robot cannot reach or the interpolant not use, bad bounds or boxes,
+        InvalidInputError: points that the robot cannot reach or the interpolant cannot use, bad bounds or boxes,
             or a parameter of a limit that does not exist or cannot be used.
     """
 
@@ -129,17 +130,17 @@ _ARGUMENTS = tuple(inspect.signature(ViaPointProblem.__init__).parameters.values
 
 @final
 class _Signature:
-    """The signature of the class: its own arguments, then the parameters of all limits at hand."""
+    """The signature of the class: its own arguments, then the parameters of all available limits."""
 
     def __get__(self, instance: object, owner: type) -> inspect.Signature:
         return inspect.Signature([*_ARGUMENTS, *map(_as_argument, limit_parameters().values())])
 
 
 def limit_parameters() -> dict[str, LimitParameter]:
-    """The parameters of all limits at hand by name, those of other packages last.
+    """The parameters of all available limits by name, those of other packages last.
 
     Raises:
-        InvalidInputError: one has the name of another, or of an argument of :class:`ViaPointProblem`.
+        InvalidInputError: a parameter has the name of another, or of an argument of :class:`ViaPointProblem`.
     """
     found = parameters_of(NAMED_KINDS.all())
     taken = [argument.name for argument in _ARGUMENTS if argument.name in found]
@@ -154,7 +155,7 @@ def _as_argument(parameter: LimitParameter) -> inspect.Parameter:
 
 
 def _documented(text: str) -> str:
-    """The class's documentation with the parameters of limits in it."""
+    """The docstring of the class with the parameters of limits inserted."""
     lines = (f"{p.name}: {p.help}" + (f" [{p.unit}]." if p.unit else ".") for p in parameters_of(KINDS).values())
     return text.replace("**parameters: of limits", "\n        ".join([*lines, "**parameters: of limits"]))
 
@@ -164,7 +165,7 @@ ViaPointProblem.__doc__ = _documented(ViaPointProblem.__doc__ or "")
 
 
 def _check_keys(given: Mapping[str, Any]) -> None:
-    """Refuse what is neither an argument nor a parameter of a limit; other packages are asked only where they count."""
+    """Refuse names that are neither arguments nor parameters of limits; other packages are loaded only if needed."""
     if set(given) <= set(parameters_of(KINDS)):
         return
     known = [*(argument.name for argument in _ARGUMENTS), *limit_parameters()]
@@ -174,7 +175,7 @@ def _check_keys(given: Mapping[str, Any]) -> None:
 
 
 def _settings_of_limits(given: Mapping[str, Any], limits: str) -> dict[str, Any]:
-    """Parameters of limits as plain data: all of trajevo's own, of others those that were given."""
+    """Parameters of limits as plain data: all of trajevo's own, and the given ones of other packages."""
     always, at_hand = parameters_of(KINDS), parameters_of(kinds_for((), given))
     told = [parameter for name, parameter in at_hand.items() if name in always or name in given]
     keys, tables = (
@@ -190,7 +191,7 @@ def _payload_variable(
     constraints: Sequence[str],
     payload_range: tuple[float, float] | None,
 ) -> PayloadVariable | None:
-    """The payload's mass as a variable, where an objective needs it."""
+    """The payload's mass as a variable if an objective needs it, else None."""
     no_list = isinstance(objectives, str) or not isinstance(objectives, Sequence)  # is refused elsewhere
     if no_list or not needs_payload_variable(objectives):
         if payload_range is not None:

@@ -1,4 +1,4 @@
-"""Fronts: the non-dominated feasible points of a run, and single solutions of them."""
+"""Fronts, which are the non-dominated feasible points of a run, and their solutions."""
 
 from __future__ import annotations
 
@@ -74,8 +74,8 @@ class Front:
         X: decision vectors, shape (N, n_var), units in ``record.variables``.
         F: objective values, shape (N, n_obj), SI, units in ``record.objectives``.
         G: constraint values, shape (N, n_constr), at most 0, as a share of the limit.
-        record: what was solved.
-        run: how: algorithm, settings, seed, versions, wall time.
+        record: record of the problem.
+        run: record of the run: algorithm, settings, seed, versions, wall time.
         history: hypervolume and least violation by generation.
         blocking: why the front is empty, or None.
     """
@@ -113,10 +113,11 @@ class Front:
 
     @cached_property
     def problem(self) -> TrajectoryProblem:
-        """The problem, made or checked once; a front that was read from a file makes its registered problem again.
+        """The problem, made or checked once; a front read from a file makes its registered problem again.
 
         Raises:
-            InvalidInputError: the problem is not registered and was not passed to :meth:`load`, or is another one.
+            InvalidInputError: the problem is not registered and was not passed to :meth:`load`, or a different problem
+                was passed.
         """
         problem = self._problem
         if problem is None:
@@ -136,7 +137,7 @@ class Front:
 
     @cached_property
     def digest(self) -> str:
-        """What tells this front from others: SHA-256 of the problem's record and of all numbers of the solutions."""
+        """Identifier of this front: SHA-256 of the problem's record and of all numbers of the solutions."""
         content = hashlib.sha256(self.record.model_dump_json().encode())
         for values in (self.X, self.F, self.G):
             content.update(np.ascontiguousarray(values).tobytes())
@@ -144,7 +145,7 @@ class Front:
 
     @property
     def paper_weights(self) -> Weights | None:
-        """Weights of the paper's weighted sum over these objectives, where the problem has one."""
+        """Weights of the paper's weighted sum over these objectives; None if the problem has none."""
         if self._problem is None and not self.record.name:
             return None
         weights = (self._problem or problem_class(self.record.name)).paper_weights
@@ -162,7 +163,7 @@ class Front:
         """The least weighted sum, see :func:`trajevo.front.selection.weighted`; with the paper's weights if None.
 
         Raises:
-            InvalidInputError: weights that cannot be used, or none where the problem's paper has none.
+            InvalidInputError: weights that cannot be used, or no weights although the problem's paper has none.
         """
         weights = self.paper_weights if weights is None else weights
         if weights is None:
@@ -204,7 +205,7 @@ class Front:
         raise UnknownNameError("solution", rule, [*named, *(f"least_{name}" for name in self.objective_names), rows])
 
     def choices(self) -> tuple[Solution, ...]:
-        """The solutions that are worth comparing: knee, utopia, the paper's weighted best, the least of each objective.
+        """The solutions worth comparing: knee, utopia, the paper's weighted best, and the least of each objective.
 
         Raises:
             NoSolutionError: the front is empty.
@@ -214,7 +215,7 @@ class Front:
         return tuple(self.pick(rule) for rule in rules)
 
     def save(self, file: str | Path) -> None:
-        """Write everything to one self-describing JSON file; a write that is cut off leaves the old file whole.
+        """Write everything to one self-describing JSON file; if writing is interrupted, the old file stays unchanged.
 
         Raises:
             InvalidInputError: the file cannot be written.
@@ -230,11 +231,11 @@ class Front:
         """Read a front back.
 
         Args:
-            file: what :meth:`save` wrote.
-            problem: the problem, where it is not a registered one.
+            file: file written by :meth:`save`.
+            problem: the problem, if it is not a registered one.
 
         Raises:
-            InvalidInputError: the file is missing or is no front; the message names the entry.
+            InvalidInputError: the file is missing or is not a front; the message names the entry.
         """
         try:
             content = FrontFile.model_validate_json(_path(file).read_text(encoding="utf-8"))

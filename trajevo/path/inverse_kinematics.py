@@ -1,7 +1,7 @@
-"""Joint positions for poses of the tool, one after the other, each point as near as can be to the one before.
+"""Joint positions for consecutive tool poses, each solution as near as possible to the previous one.
 
-A pose is met when the tool's origin and its angle to the wanted orientation are both within a tolerance. All postures
-of many poses: :mod:`trajevo.path.postures`.
+A pose is reached if the errors of the tool's position and of its orientation are both within a tolerance. All postures
+of many poses are found by :mod:`trajevo.path.postures`.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from trajevo.path.levenberg_marquardt import (
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
-#: How much nearer another solution must be to be worth a look, as a share of the distance, and the share of what is
-#: between that and the nearest one found which the next look keeps.
+#: The search goes on while a solution could be nearer by this share of the distance. The next box keeps this share of
+#: the interval between the distance at which solutions are ruled out and that of the nearest one found.
 _NEARER, _KEPT = 0.01, 0.85
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Where the tool shall be in the base frame.
+    """Wanted pose of the tool in the base frame.
 
     Attributes:
-        position: of the tool's origin, shape (3,) [m].
-        rotation: rotation matrix, shape (3, 3), made orthogonal; None if any orientation will do.
-        name: for messages; may be empty.
+        position: position of the tool's origin, shape (3,) [m].
+        rotation: rotation matrix, shape (3, 3), made orthogonal; None for any orientation.
+        name: name for messages; may be empty.
 
     Raises:
-        InvalidInputError: other shapes, or no rotation matrix.
+        InvalidInputError: other shapes, or not a rotation matrix.
     """
 
     position: Array
@@ -60,12 +60,13 @@ class Pose:
         """A pose from settings.
 
         Args:
-            given: a pose, or ``position`` (3,) [m] with ``rpy``, roll, pitch and yaw about fixed axes as in a URDF
-                (3,) [rad], or ``quaternion`` (x, y, z, w), or neither for any orientation; ``name`` may be added.
+            given: a pose, or a mapping with ``position`` (3,) [m]; with ``rpy`` (3,) [rad], roll, pitch and yaw about
+                fixed axes as in a URDF, or ``quaternion`` (x, y, z, w), or neither for any orientation; and with
+                ``name`` if wanted.
 
         Raises:
             UnknownNameError: another key.
-            InvalidInputError: no position, two orientations, or numbers that are none.
+            InvalidInputError: no position, two orientations, or values that are not finite numbers.
         """
         if isinstance(given, Pose):
             return given
@@ -98,19 +99,19 @@ def inverse_kinematics(
     tolerance: float = TOLERANCE,
     first: int = 0,
 ) -> Array:
-    """Joint positions that put the tool into poses, each the nearest found to the one before.
+    """Joint positions that put the tool into poses, each the nearest found to the previous one.
 
-    Every pose is tried from the point before, from the middle of the joint ranges and from random starts, then again in
-    ever smaller boxes around the point before, until none is found that is nearer by a hundredth; a redundant arm has
-    endless solutions and is led along them so. "Nearest" is by the greatest difference of any joint; where a joint may
-    turn more than once, whole turns count.
+    Every pose is tried from the previous point, from the middle of the joint ranges and from random starts, then again
+    in ever smaller boxes around the previous point, until no solution is found that is nearer by at least 1 %. By this
+    search a redundant arm, which has infinitely many solutions, moves along nearby ones. The distance of two solutions
+    is the greatest difference of any joint, in which whole turns of a joint count.
 
     Args:
-        robot: the robot whose tool and position limits count.
+        robot: the robot with its tool and position limits.
         poses: K poses, or settings of :meth:`Pose.of`.
-        start: joint positions that the first point shall be near, shape (n_joints,) [rad or m]; the middle of the
+        start: joint positions that the first solution should be near, shape (n_joints,) [rad or m]; the middle of the
             joint ranges if None.
-        seed: of the random starts.
+        seed: seed of the random starts.
         starts: number of random starts per pose, and in every box.
         tolerance: greatest error of position [m] and of orientation [rad].
         first: number of the first pose in messages.
@@ -119,8 +120,8 @@ def inverse_kinematics(
         Shape (K, n_joints) [rad or m], inside the position limits.
 
     Raises:
-        UnreachableError: no try met a pose; the message names the pose and what the best try misses.
-        InvalidInputError: no poses, or another argument is no such number.
+        UnreachableError: no try reached a pose; the message names the pose and the error of the best try.
+        InvalidInputError: no poses, or an argument that is not such a number.
     """
     if isinstance(poses, Mapping | str) or not isinstance(poses, Sequence) or not len(poses):
         raise InvalidInputError(f"poses: expected a sequence of at least 1 pose, got {poses!r}")
@@ -135,7 +136,7 @@ def inverse_kinematics(
 
 
 class _Search:
-    """The tries for one robot."""
+    """Search for the solutions of one robot."""
 
     def __init__(self, robot: Robot, generator: np.random.Generator, starts: int, tolerance: float) -> None:
         self.robot, self.generator, self.starts, self.tolerance = robot, generator, starts, tolerance
@@ -143,7 +144,7 @@ class _Search:
         self.ranges = JointRanges.of(robot, self.kinematics)
 
     def nearest(self, pose: Pose, before: Array, where: str) -> Array:
-        """The solution nearest to the point before."""
+        """The solution nearest to the previous point, shape (n_joints,) [rad or m]."""
         tries, error = self._tried(pose, before, self.ranges)
         if error.min() > self.tolerance:
             raise UnreachableError(self._told(pose, tries, where))
@@ -159,18 +160,18 @@ class _Search:
         return found
 
     def _tried(self, pose: Pose, first: Array, ranges: JointRanges) -> tuple[Array, Array]:
-        """Where joint positions, the middle of the ranges and random starts lead, and how far that is from the pose."""
+        """Results from joint positions, the middle of the ranges and random starts, and their distances to the pose."""
         starts = np.stack([first, ranges.middle, *ranges.random(self.generator, self.starts)])
         return PostureSolver(self.kinematics, ranges, pose.rotation)(np.tile(pose.position, (len(starts), 1)), starts)
 
     def _nearest_of(self, solutions: Array, before: Array) -> tuple[Array, float]:
-        """The solution nearest to the point before, by whole turns too, and how far it is."""
+        """The solution nearest to the previous point, with whole turns tried, and its distance."""
         near = self.ranges.unwound(solutions, before)
         distance = np.abs(near - before).max(axis=1)
         return near[distance.argmin()], float(distance.min())
 
     def _told(self, pose: Pose, tries: Array, where: str) -> str:
-        """What to say of a pose that no try meets."""
+        """Message for a pose that no try reaches."""
         distance, angle = missed(*self.kinematics.pose(tries), pose.position, pose.rotation)
         best = int(np.argmin(distance + angle))
         label = f"{where} {pose.name!r}" if pose.name else where

@@ -1,9 +1,9 @@
-"""Joint positions for poses of the tool from many starts, each with a pose of its own, all in one batch of arrays.
+"""Joint positions for tool poses from many starts, each with its own pose, all in one batch of arrays.
 
-Levenberg-Marquardt steps, damped by the squared error that is left (Sugihara, IEEE Transactions on Robotics 27, 2011).
-Joints that would leave their limits are held at them. A start leaves the batch when its pose is met or its error stops
-falling. The error of orientation is that of the chord 2 sin(θ/2) = |R - R*|/√2, which is smooth up to θ = π, unlike
-that of the rotation vector.
+Levenberg-Marquardt steps, damped by the remaining squared error (Sugihara, IEEE Transactions on Robotics 27, 2011).
+Joints that would leave their limits are held at them. A start leaves the batch when its pose is reached or its error
+stops falling. The orientation error is the chord 2 sin(θ/2) = |R - R*|/√2, which, unlike the rotation vector, is smooth
+up to θ = π.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
-#: Greatest error of position [m] and of orientation [rad] of a pose that counts as met.
+#: Greatest error of position [m] and of orientation [rad] with which a pose counts as reached.
 TOLERANCE = 1e-6
 
 #: How far a rotation matrix or a quaternion may be from unit length.
@@ -31,15 +31,15 @@ _TURN = 2.0 * np.pi
 @final
 @dataclass(frozen=True, eq=False)
 class JointRanges:
-    """Position limits of a robot as a search sees them; made by :meth:`of`.
+    """Position limits of a robot for a search; made by :meth:`of`.
 
     Attributes:
-        lower: position limits, shape (n_joints,) [rad or m].
-        upper: shape (n_joints,).
-        low: ends of the box that starts are drawn from, shape (n_joints,): a turn (or a metre of that number) where a
-            range has no end.
-        high: shape (n_joints,).
-        turning: joints that a whole turn brings back to the same pose of the tool, shape (n_joints,).
+        lower: lower position limits, shape (n_joints,) [rad or m].
+        upper: upper position limits, shape (n_joints,) [rad or m].
+        low: lower ends of the box from which starts are drawn, shape (n_joints,) [rad or m]; where a range has no end,
+            the box extends over a whole turn (2π rad, or the same number of metres).
+        high: upper ends of this box, shape (n_joints,) [rad or m].
+        turning: mask of the joints for which a whole turn yields the same pose of the tool, shape (n_joints,).
     """
 
     lower: Array
@@ -50,7 +50,7 @@ class JointRanges:
 
     @classmethod
     def of(cls, robot: Robot, kinematics: ToolKinematics) -> JointRanges:
-        """The ranges of a robot, whose tool's kinematics tell which joints turn."""
+        """The ranges of a robot; the kinematics of its tool tell which joints are revolute."""
         lower, upper = robot.limits.lower, robot.limits.upper
         low = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - _TURN, -np.pi))
         high = np.where(np.isfinite(upper), upper, low + _TURN)
@@ -71,36 +71,36 @@ class JointRanges:
         return middle
 
     def random(self, generator: np.random.Generator, count: int) -> Array:
-        """Joint positions spread evenly over the box, shape (count, n_joints) [rad or m]."""
+        """Joint positions, uniformly distributed in the box, shape (count, n_joints) [rad or m]."""
         return generator.uniform(self.low, self.high, (count, len(self.low)))
 
     def around(self, q: Array, reach: float) -> JointRanges:
-        """The part of the ranges, and of the box, in which no joint is farther from joint positions (n_joints,)."""
+        """The part of the ranges and of the box within a distance of joint positions (n_joints,), for each joint."""
         lower, upper = read_only(np.maximum(self.lower, q - reach)), read_only(np.minimum(self.upper, q + reach))
         return replace(self, lower=lower, upper=upper, low=lower, high=upper)
 
     def unwound(self, q: Array, near: Array) -> Array:
-        """Joint positions shifted by the whole turns that bring every joint nearest to others, inside the limits.
+        """Joint positions shifted by whole turns so that every joint is nearest to other positions, within the limits.
 
         Args:
-            q: shape (..., n_joints) [rad or m], inside the limits.
-            near: shape (n_joints,).
+            q: joint positions within the limits, shape (..., n_joints) [rad or m].
+            near: the other joint positions, shape (n_joints,) [rad or m].
         """
         turns = np.where(self.turning, np.rint((near - q) / _TURN), 0.0)
         least, most = np.ceil((self.lower - q) / _TURN), np.floor((self.upper - q) / _TURN)
         shifted = q + _TURN * np.clip(turns, np.minimum(least, 0.0), np.maximum(most, 0.0))
-        unwound: Array = np.clip(shifted, self.lower, self.upper)  # rounding can put a joint just beyond its end
+        unwound: Array = np.clip(shifted, self.lower, self.upper)  # rounding can put a joint just beyond its limit
         return unwound
 
 
 def missed(position: Array, rotation: Array, wanted: Array, wanted_rotation: Array | None) -> tuple[Array, Array]:
-    """How far tools are from where they shall be.
+    """Errors of tool poses.
 
     Args:
-        position: of the tools, shape (N, 3) [m].
-        rotation: rotation matrices, shape (N, 3, 3).
-        wanted: positions, shape (3,) or (N, 3) [m].
-        wanted_rotation: rotation matrices, shape (3, 3) or (N, 3, 3); None if any orientation will do.
+        position: positions of the tools, shape (N, 3) [m].
+        rotation: rotation matrices of the tools, shape (N, 3, 3).
+        wanted: wanted positions, shape (3,) or (N, 3) [m].
+        wanted_rotation: wanted rotation matrices, shape (3, 3) or (N, 3, 3); None for any orientation.
 
     Returns:
         Errors of position [m] and of orientation [rad], shape (N,) each.
@@ -113,14 +113,14 @@ def missed(position: Array, rotation: Array, wanted: Array, wanted_rotation: Arr
 
 
 def rotation_matrix(values: Any, name: str = "rotation") -> Array:
-    """A rotation matrix, made orthogonal, as people type rounded numbers.
+    """A rotation matrix, made orthogonal, since typed numbers are rounded.
 
     Args:
         values: shape (3, 3).
         name: name of the argument, for the message.
 
     Raises:
-        InvalidInputError: another shape, or no rotation matrix.
+        InvalidInputError: another shape, or not a rotation matrix.
     """
     given = numbers(values, name=name, shape=(3, 3))
     if np.abs(given @ given.T - np.eye(3)).max() > ROUNDED or np.linalg.det(given) < 0.0:
@@ -129,10 +129,10 @@ def rotation_matrix(values: Any, name: str = "rotation") -> Array:
 
 
 def check_search(starts: int, seed: int, tolerance: float) -> None:
-    """Refuse numbers that cannot steer a search.
+    """Refuse invalid numbers for a search.
 
     Raises:
-        InvalidInputError: starts or seed that are no whole numbers from 0 on, or a tolerance that is not positive.
+        InvalidInputError: starts or seed that are not whole numbers from 0 on, or a tolerance that is not positive.
     """
     for name, value in (("starts", starts), ("seed", seed)):
         if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 0:
@@ -141,18 +141,19 @@ def check_search(starts: int, seed: int, tolerance: float) -> None:
         raise InvalidInputError(f"tolerance: expected a positive number [m and rad], got {tolerance!r}")
 
 
-#: Error at which a start leaves the batch as met: far below any tolerance, so that starts with one aim agree.
+#: Error at which a start leaves the batch as solved: far below any tolerance, so that results for one posture agree.
 SETTLED = 1e-11
 
-#: Steps at most, and those in a row that may lessen the squared error by less than a share before a start is given up.
+#: Greatest number of steps. A start is given up after so many steps in a row that each reduce the squared error by less
+#: than this share.
 _STEPS, _STALLED, _PROGRESS = 60, 8, 1e-2
 
 
-#: Damping over squared error: at first, and how it changes with a step taken or refused.
+#: Damping over squared error: initial value, factors after an accepted and a rejected step, and least value.
 _DAMPING, _EASED, _TIGHTENED, _LEAST_DAMPING = 0.1, 0.3, 5.0, 1e-3
 
 
-#: Keeps a singular system of equations solvable where no error is left.
+#: Regularisation that keeps a singular system of equations solvable without remaining error.
 _REGULAR = 1e-15
 
 #: Rows per block, so that the arrays of a step stay in the processor's cache.
@@ -164,7 +165,7 @@ _State = tuple[Array, Array, Array, Array, Array]
 
 @dataclass
 class _Batch:
-    """Starts under way: their numbers (N,), wanted positions (N, 3), joint positions (N, n_joints), residuals (N, E),
+    """Unfinished starts: their indices (N,), wanted positions (N, 3), joint positions (N, n_joints), residuals (N, E),
     Jacobians (N, E, n_joints), squared and greatest errors, damping and steps without progress (N,).
     """
 
@@ -179,12 +180,12 @@ class _Batch:
     stalled: Array
 
     def keep(self, chosen: Array) -> None:
-        """Drop all others."""
+        """Keep the chosen starts and drop all others."""
         for field in fields(self):
             setattr(self, field.name, getattr(self, field.name)[chosen])
 
     def take(self, other: _State, chosen: Array) -> None:
-        """Joint positions and what follows from them, where chosen."""
+        """Take over new joint positions, with their residuals, Jacobians and errors, for the chosen starts."""
         for name, values in zip(("q", "residual", "jacobian", "squared", "greatest"), other, strict=True):
             getattr(self, name)[chosen] = values[chosen]
 
@@ -192,12 +193,12 @@ class _Batch:
 @final
 @dataclass(frozen=True, eq=False)
 class PostureSolver:
-    """Levenberg-Marquardt steps for one robot and orientation.
+    """Levenberg-Marquardt solver for one robot and orientation.
 
     Attributes:
-        kinematics: of the tool.
-        ranges: of the joints.
-        rotation: wanted rotation matrix, shape (3, 3); None if any orientation will do.
+        kinematics: kinematics of the tool.
+        ranges: ranges of the joints.
+        rotation: wanted rotation matrix, shape (3, 3); None for any orientation.
     """
 
     kinematics: ToolKinematics
@@ -205,15 +206,15 @@ class PostureSolver:
     rotation: Array | None
 
     def __call__(self, wanted: Array, starts: Array) -> tuple[Array, Array]:
-        """Where starts lead.
+        """The joint positions found from starts.
 
         Args:
-            wanted: positions of the tool, shape (N, 3) [m].
+            wanted: wanted positions of the tool, shape (N, 3) [m].
             starts: joint positions, shape (N, n_joints) [rad or m].
 
         Returns:
-            Joint positions inside the limits, shape (N, n_joints), and the greater of the errors of position [m] and
-            of orientation [rad], shape (N,).
+            Joint positions within the limits, shape (N, n_joints) [rad or m], and the greater of the errors of position
+            [m] and of orientation [rad], shape (N,).
         """
         q, error = np.empty_like(starts), np.empty(len(starts))
         for first in range(0, len(starts), _BLOCK):
@@ -221,7 +222,7 @@ class PostureSolver:
         return q, error
 
     def _solve(self, wanted: Array, starts: Array, q: Array, error: Array) -> None:
-        """One block, into the first rows of ``q`` and ``error``."""
+        """Solve one block and write the results into ``q`` and ``error``."""
         count = len(starts)
         state = self._at(wanted, np.clip(starts, self.ranges.lower, self.ranges.upper))
         batch = _Batch(np.arange(count), wanted, *state, np.full(count, _DAMPING), np.zeros(count, dtype=np.int64))
@@ -242,7 +243,7 @@ class PostureSolver:
         q[batch.row], error[batch.row] = batch.q, batch.greatest
 
     def _stepped(self, batch: _Batch) -> Array:
-        """Where the damped normal equations lead, inside the limits; joints stay that a limit stops."""
+        """Result of a step by the damped normal equations, within the limits; joints stopped by a limit stay there."""
         gradient = (batch.residual[:, None] @ batch.jacobian)[:, 0]
         held = (batch.q <= self.ranges.lower) & (gradient > 0.0) | (batch.q >= self.ranges.upper) & (gradient < 0.0)
         free = batch.jacobian * ~held[:, None]
@@ -256,8 +257,9 @@ class PostureSolver:
     def _at(self, wanted: Array, q: Array) -> _State:
         """Joint positions with residual, Jacobian, squared and greatest error.
 
-        The rows of orientation are -Σ r × r*/2 over the columns of R and R*, and those of the geometric Jacobian: the
-        normal equations are those of the nine numbers (R - R*)/√2, as Σ [r]ᵀ[r]/2 over an orthonormal frame is I.
+        The orientation residual is -Σ r × r*/2 over the columns r of R and r* of R*, with the rows of the geometric
+        Jacobian. The normal equations are those of the nine numbers (R - R*)/√2, since Σ [r]ᵀ[r]/2 over an orthonormal
+        frame is I.
         """
         position, rotation, jacobian = self.kinematics.pose_and_jacobian(q)
         distance, angle = missed(position, rotation, wanted, self.rotation)

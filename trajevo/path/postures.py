@@ -1,4 +1,4 @@
-"""All postures that put a tool into many poses: random starts in one batch, then what neighbouring poses have found."""
+"""All postures for many tool poses: from random starts in one batch, then from postures of neighbouring poses."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from trajevo.path.levenberg_marquardt import TOLERANCE, JointRanges, PostureSolv
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
-#: Rounds of random starts, each for the poses where the round before found something new.
+#: Rounds of random starts, each for the poses for which the previous round found new postures.
 _ROUNDS = 4
 
-#: Random starts per pose and round, and at least in all.
+#: Random starts per pose and round, and their least total number.
 _STARTS, _STARTS_IN_ALL = 16, 1024
 
-#: Sweeps over neighbours, and best postures of a pose that they are tried from: without redundancy only so many that a
-#: singular pose with endless postures ends; six-axis arms have sixteen branches at most.
+#: Sweeps over neighbours, and number of best postures of a pose from which its neighbours are tried. Without redundancy
+#: these numbers only stop the search at singular poses with infinitely many postures: six-axis arms have at most 16.
 _SWEEPS, _PASSED_ON = 40, 16
 
-#: The same for redundant arms, whose postures have no end.
+#: The same for redundant arms, which have infinitely many postures.
 _REDUNDANT_SWEEPS, _REDUNDANT_PASSED_ON = 10, 1
 
-#: Spread of starts around the best posture as shares of the joint ranges, one after the other, and starts for each.
+#: Successive spreads of starts around the best posture, as shares of the joint ranges, and number of starts for each.
 _AROUND, _AROUND_STARTS = np.geomspace(0.2, 0.002, 8), 4
 
-#: Projections by which postures are told apart, and the difference that makes two of them [rad or m].
+#: Number of projections by which postures are compared, and the difference above which they are distinct [rad or m].
 _PROJECTIONS, _APART = 3, 1e-3
 
 
@@ -40,10 +40,10 @@ class Postures:
     """Distinct postures found for poses, in the order of the poses.
 
     Attributes:
-        pose: number of the pose that each puts the tool into, shape (P,).
-        q: joint positions inside the limits, shape (P, n_joints) [rad or m]; joints that turn more than once are given
-            by the whole turn nearest to the start.
-        worth: what each is worth, shape (P,).
+        pose: index of the pose of each posture, shape (P,).
+        q: joint positions within the limits, shape (P, n_joints) [rad or m]; for joints that can turn more than once,
+            the whole turn nearest to the start.
+        worth: worth of each posture, shape (P,).
     """
 
     pose: Array
@@ -65,26 +65,26 @@ def find_postures(
 ) -> Postures:
     """The distinct postures that put the tool into poses.
 
-    Every pose is tried from the start, the middle of the joint ranges and random starts, then from what was found for
-    its neighbours until nothing new comes of it; where random starts found something new, more of them follow. An arm
-    with as many joints as the pose has coordinates has few postures per pose, and rarely is one missed, though nothing
-    proves it. A redundant arm has endless ones: what is found is a sample of them, followed by starts around the best
-    of every pose, ever nearer.
+    Every pose is tried from the start, the middle of the joint ranges and random starts, then from the postures found
+    for its neighbours until nothing new is found. If random starts found new postures, more random starts follow. An
+    arm with as many joints as the pose has coordinates has few postures per pose; one is rarely missed, but there is no
+    proof that all are found. A redundant arm has infinitely many: a sample of them is found, followed by starts ever
+    nearer to the best posture of each pose.
 
     Args:
-        robot: the robot whose tool and position limits count.
-        positions: of the tool, shape (C, 3) [m].
-        rotation: wanted rotation matrix of all, shape (3, 3); None if any orientation will do.
-        neighbours: numbers of the poses near each pose, shape (C, K), -1 where there is none; None if no pose has any.
-        worth: what joint positions (P, n_joints) are worth, shape (P,): neighbours are tried from the best; all are
-            worth the same if None.
+        robot: the robot with its tool and position limits.
+        positions: positions of the tool, shape (C, 3) [m].
+        rotation: wanted rotation matrix for all positions, shape (3, 3); None for any orientation.
+        neighbours: indices of the poses near each pose, shape (C, K), -1 for none; None if no pose has any.
+        worth: joint positions (P, n_joints) -> worth, shape (P,): neighbours are tried from the postures of greatest
+            worth; all have the same worth if None.
         start: joint positions to begin with, shape (n_joints,) [rad or m]; the middle of the joint ranges if None.
-        seed: of the random starts.
-        starts: random starts per pose and round; if None 16, and more where poses are few, 1024 in all.
+        seed: seed of the random starts.
+        starts: random starts per pose and round; if None, 16, or more for few poses so that there are 1024 in all.
         tolerance: greatest error of position [m] and of orientation [rad].
 
     Raises:
-        InvalidInputError: shapes that do not fit, no rotation matrix, or numbers that are none.
+        InvalidInputError: shapes that do not fit, not a rotation matrix, or values that are not finite numbers.
     """
     wanted = numbers(positions, name="positions", shape=("C", 3))
     count = max(_STARTS, -(-_STARTS_IN_ALL // max(len(wanted), 1))) if starts is None else starts
@@ -115,7 +115,7 @@ def _checked_neighbours(given: Any, count: int) -> Array:
 
 @dataclass
 class _Search:
-    """Postures found so far, in the order they were found, and how more are looked for."""
+    """Search for postures, with those found so far in the order in which they were found."""
 
     solver: PostureSolver
     wanted: Array
@@ -134,7 +134,7 @@ class _Search:
         self.sweeps, self.passed_on = few if self.redundant else many
 
     def found(self, generator: np.random.Generator, starts: int) -> Postures:
-        """All that the search gets."""
+        """Run the whole search and return the postures found."""
         poses = np.arange(len(self.wanted))
         for first in np.stack([self.start, self.solver.ranges.middle]):
             self._spread(self._add(poses, np.tile(first, (len(poses), 1))))
@@ -153,7 +153,7 @@ class _Search:
         return Postures(pose, frozen(self.q[order]), frozen(self.worths[order]))
 
     def _improve(self, generator: np.random.Generator) -> None:
-        """Try ever nearer around the best posture of every pose."""
+        """Try starts ever nearer to the best posture of every pose."""
         width = self.solver.ranges.high - self.solver.ranges.low
         for share in _AROUND:
             best = np.repeat(np.flatnonzero(self._rank() == 0), _AROUND_STARTS)
@@ -161,7 +161,7 @@ class _Search:
             self._add(self.pose[best], self.q[best] + moved)
 
     def _spread(self, new: Array) -> None:
-        """Try neighbours from new postures, and theirs, until nothing new is found."""
+        """Try neighbours from new postures, then their neighbours, until nothing new is found."""
         for _ in range(self.sweeps):
             best = new[self._rank()[new] < self.passed_on]
             towards = self.neighbours[self.pose[best]]
@@ -171,7 +171,7 @@ class _Search:
             new = self._add(towards[there], np.repeat(self.q[best], there.sum(axis=1), axis=0))
 
     def _rank(self) -> Array:
-        """Place of every posture among those of its pose, the best 0, shape (P,)."""
+        """Rank of every posture among those of its pose, 0 for the best, shape (P,)."""
         order = np.lexsort((-self.worths, self.pose))
         begins = np.searchsorted(self.pose[order], self.pose[order])
         rank = np.empty(len(order), dtype=np.int64)
@@ -179,7 +179,7 @@ class _Search:
         return rank
 
     def _add(self, pose: Array, starts: Array) -> Array:
-        """Numbers of the new postures that starts for poses lead to."""
+        """Add the new postures found from starts for poses; returns their indices."""
         q, error = self.solver(self.wanted[pose], starts)
         met = error <= self.tolerance
         before = len(self.pose)
@@ -192,10 +192,10 @@ class _Search:
         return np.arange(before, len(self.pose))
 
     def _worth_of(self, q: Array) -> Array:
-        """What joint positions are worth, shape (P,).
+        """Worth of joint positions, shape (P,).
 
         Raises:
-            InvalidInputError: not one number each.
+            InvalidInputError: the function does not return one number for each.
         """
         values = np.asarray(self.worth(q), dtype=np.float64) if len(q) else np.zeros(0)
         if values.shape != (len(q),) or np.isnan(values).any():
@@ -205,7 +205,7 @@ class _Search:
     def _first_of_their_kind(self, pose: Array, q: Array) -> Array:
         """Whether no earlier row is the same posture of the same pose, shape (P,).
 
-        Rows are the same where their numbers along fixed directions have no gap; whole turns make no difference.
+        Rows are the same if there is no gap between their projections on fixed directions; whole turns do not matter.
         """
         turning = self.solver.ranges.turning
         features = np.concatenate([q[:, ~turning], np.cos(q[:, turning]), np.sin(q[:, turning])], axis=1)

@@ -1,4 +1,4 @@
-"""Pictures: functions that take data and axes, and return the axes; what a report shows is made of them."""
+"""Pictures: functions that take data and axes, and return the axes; reports are made of them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from trajevo.plots.pictures import draw_all, save_figure, save_pictures
     from trajevo.plots.rivals import plot_rivals
 
-#: Where each picture is; a file is imported when one of its pictures is asked for.
+#: Modules of the pictures; a module is imported when one of its pictures is used.
 _NAMES = {
     "pareto": ("front", "front_3d", "hypervolume", "parallel_coordinates"),
     "motion": ("profiles", "tool_path"),
@@ -93,7 +93,7 @@ __all__ = [
 ]
 
 
-if not TYPE_CHECKING:  # or type checkers would take every name for one of this package
+if not TYPE_CHECKING:  # otherwise type checkers would accept any name
 
     def __getattr__(name: str) -> Any:
         if name not in _HOMES:

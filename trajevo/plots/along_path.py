@@ -1,4 +1,4 @@
-"""Pictures of runs along a path: the path with the speed on it, its parameter over time, fronts side by side."""
+"""Pictures of runs along a path: the path with its speed, its parameter over time, and several fronts."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab
 def path(
     motion: Solution | Rollout, *, points: Array | None = None, samples: int = 1000, ax: Axes | None = None
 ) -> Axes:
-    """A path of two axes with its control polygon, the speed along it as colour.
+    """A path of two axes with its control polygon; the colour is the speed along the path.
 
     Args:
-        motion: a run along a path; of a rollout's batch the first is drawn.
-        points: points that the path was laid through or near, shape (K, 2) [m or rad].
+        motion: a run along a path; the first trajectory of a rollout is drawn.
+        points: points that the path passes or approximates, shape (K, 2) [m or rad].
         samples: instants drawn.
         ax: axes.
     """

@@ -1,4 +1,4 @@
-"""What is computed for a report before anything is drawn: analyses by name, kept beside the front they are of."""
+"""Analyses by name, computed for a report before anything is drawn, and stored beside their front."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ ANALYSES: dict[str, Callable[[Studied], Any]] = {
     **PAYLOAD_STUDIES,
 }
 
-#: How much is computed for a report: nothing, what takes no time worth mentioning, or everything.
+#: Analyses computed for a report: none, those that take almost no time, or all.
 KINDS: dict[str, tuple[str, ...]] = {"none": (), "short": ("certificate", "carried", "effort"), "full": tuple(ANALYSES)}
 
-#: How the name of the file that keeps them ends; it begins as that of the front.
+#: Ending of the name of the file that stores them; it begins like that of the front.
 ANALYSES_SUFFIX = ".analyses.npz"
 
 
 def analysed(front: Front, kind: str = "full") -> tuple[str, ...]:
-    """Names of the analyses that there are of a front.
+    """Names of the analyses of a front.
 
     Args:
         front: the front; an empty one has none.
@@ -50,17 +50,18 @@ def analysed(front: Front, kind: str = "full") -> tuple[str, ...]:
 
 
 def analyse(front: Front, kind: str = "full", *, file: str | Path | None = None) -> Mapping[str, Any]:
-    """Everything that a report shows beyond the front, by name; what was kept of it is read and not computed again.
+    """Everything that a report shows beyond the front, by name; stored analyses are read, not computed again.
 
     Args:
         front: the front.
-        kind: ``"none"``, ``"short"``: what is proven of the knee, and what the solutions carry; or ``"full"``: payload
-            studies and rivals too, some of which optimise again.
-        file: where analyses of this front are kept; read, and written where something was missing. Those of another
-            front, as of this one before it was polished, count as missing, and so does a damaged file, with a warning.
+        kind: ``"none"``; ``"short"`` for the certificate of the knee and the payloads of the solutions; or ``"full"``
+            for payload studies and rivals too, some of which optimise again.
+        file: file that stores analyses of this front. It is read, and written if something was missing. Analyses of
+            another front, such as this one before it was polished, count as missing; so does a damaged file, with a
+            warning.
 
     Returns:
-        Name -> analysis, None where it has nothing to show.
+        Name -> analysis, None if it has nothing to show.
 
     Raises:
         UnknownNameError: no such kind.
@@ -74,6 +75,6 @@ def analyse(front: Front, kind: str = "full", *, file: str | Path | None = None)
     if missing and file is not None:
         try:
             write_analyses(Path(file), front, found)
-        except InvalidInputError as error:  # a report can be made without
+        except InvalidInputError as error:  # the report does not need the file
             warnings.warn(f"{error}; analyses are not kept", stacklevel=2)
     return {name: found[name] for name in names}

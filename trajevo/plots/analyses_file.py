@@ -1,4 +1,4 @@
-"""The file that keeps analyses beside their front: plain data, arrays and JSON; reading it runs none of its content."""
+"""The file that stores analyses beside their front: arrays and JSON, of which nothing is executed when it is read."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from trajevo.verification.certify import Certificate, Proof
 
 _FORMAT, _VERSION = "trajevo analyses", 1
 
-#: Records that analyses are made of, by the name that files have for them.
+#: Classes of the records that analyses consist of, by their names in files.
 _RECORDS: dict[str, Any] = {
     record.__name__: record
     for record in (
@@ -46,14 +46,14 @@ _RECORDS: dict[str, Any] = {
     )
 }
 
-#: What a damaged file makes NumPy's reader, or the records, raise.
+#: Errors that NumPy's reader, or the records, raise for a damaged file.
 _DAMAGED = (KeyError, ValueError, TypeError, EOFError, OSError, AttributeError, zipfile.BadZipFile)
 
 
 def read_analyses(file: Path, front: Front) -> dict[str, Any]:
-    """Analyses by name that are kept of a front; none where they are of another front or another version.
+    """Stored analyses of a front by name; none if they are of another front or another version.
 
-    A damaged file counts as none, with a warning.
+    A damaged file counts as empty, with a warning.
     """
     if not file.exists():
         return {}
@@ -71,7 +71,7 @@ def read_analyses(file: Path, front: Front) -> dict[str, Any]:
 
 
 def write_analyses(file: Path, front: Front, found: Mapping[str, Any]) -> None:
-    """Keep analyses of a front, in the place of those that were kept before.
+    """Store analyses of a front, replacing those stored before.
 
     Raises:
         InvalidInputError: the file cannot be written.
@@ -88,13 +88,13 @@ def write_analyses(file: Path, front: Front, found: Mapping[str, Any]) -> None:
 
 
 def _made_for(front: Front) -> dict[str, Any]:
-    """What analyses must have been made for, and by, to be those of a front."""
+    """Identification of the front and of the versions for which stored analyses are valid."""
     return {"format": _FORMAT, "version": _VERSION, "trajevo": installed_versions()["trajevo"], "front": front.digest}
 
 
 @final
 class _Writer:
-    """Values as trees that JSON takes, their arrays apart."""
+    """Converts values to trees for JSON, with the arrays stored separately."""
 
     def __init__(self) -> None:
         self.arrays: dict[str, Array] = {}
@@ -110,7 +110,7 @@ class _Writer:
             return {"mapping": [[key, self.tree(each)] for key, each in value.items()]}
         if isinstance(value, tuple | list):
             return [self.tree(each) for each in value]
-        if isinstance(value, Rollout):  # the robot and what it carries are the problem's
+        if isinstance(value, Rollout):  # robot and payload are those of the problem
             return {"rollout": self.tree(value.trajectory)}
         if not is_dataclass(value) or type(value).__name__ not in _RECORDS:
             raise TypeError(f"analyses: no record of a file: {type(value).__name__}")
@@ -120,7 +120,7 @@ class _Writer:
 
 @final
 class _Reader:
-    """Values of trees; robot and payload are those of the front's problem."""
+    """Converts trees back to values; robot and payload are those of the front's problem."""
 
     def __init__(self, arrays: Any, front: Front) -> None:
         self._arrays, self._front = arrays, front

@@ -1,6 +1,6 @@
 """An arm along a motion: stick figures in one picture, and an animation in real time as one HTML file.
 
-The animation is drawn by meshcat's viewer, out of primitive shapes: the robots have no meshes.
+The animation is drawn by meshcat's viewer with primitive shapes, since the robots have no visual meshes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from trajevo.front.front import Solution
 from trajevo.plots.motion import equal_axes
 from trajevo.robot.robot import Robot
 
-#: The policy makes the browser refuse any network.
+#: The content security policy makes the browser refuse any network access.
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -55,11 +55,11 @@ viewer.gui.open();
 
 @final
 class Page:
-    """Stands in for meshcat's window: keeps the commands that the window would send to its server.
+    """Replaces meshcat's window: keeps the commands that the window would send to its server.
 
     Attributes:
         title: title of the page.
-        commands: what the viewer is to do, in order, base64 of meshcat's messages.
+        commands: commands for the viewer, in order: meshcat's messages in base64.
     """
 
     def __init__(self, title: str) -> None:
@@ -81,14 +81,14 @@ class Page:
         return Visualizer(window=self)
 
     def send(self, command: Any) -> None:
-        """Keep a command in the viewer's format; single precision is what the viewer computes in, and half as long."""
+        """Keep a command in the viewer's format, in single precision, as the viewer computes, to halve its size."""
         import umsgpack
 
         packed = umsgpack.packb(command.lower(), force_float_precision="single")
         self.commands.append(base64.b64encode(packed).decode("ascii"))
 
     def get_scene(self) -> str:
-        """The HTML with the viewer, its licence notes and all commands in the order they came."""
+        """The HTML with the viewer, its licence notes and all commands in order."""
         import meshcat
 
         folder = Path(meshcat.__file__).with_name("viewer") / "dist"
@@ -100,13 +100,13 @@ class Page:
         )
 
 
-#: Most frames that are written: every one takes about 0.25 kB per joint and the tool.
+#: Greatest number of frames; each takes about 0.25 kB for every joint and for the tool.
 MOST_FRAMES = 10_000
 
-#: Size of the whole motion in the viewer, whose camera and lights are made for arms of a metre.
+#: Size of the whole motion in the viewer, whose camera and lights are meant for arms of about a metre.
 _SHOWN = 2.5
 
-#: Where the camera stands, y up and the motion around the origin.
+#: Position of the camera, with y up and the motion around the origin.
 _CAMERA = (1.0, 0.7, 1.8)
 
 #: Sizes as shares of the extent of the whole motion.
@@ -117,18 +117,18 @@ _GREY, _BLUE, _ORANGE, _DARK = 0x9AA3AD, 0x1F77B4, 0xFF7F0E, 0x333333
 
 
 def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None) -> Any:
-    """The chain from the base over the joints' origins to the tool at some instants, and the tool's path, in space [m].
+    """The chain from the base over the joints' origins to the tool at some instants, and the tool's path, in 3D [m].
 
     Args:
-        motion: a solution of a front, or a rollout (of its batch, the first trajectory is drawn).
-        count: instants drawn, evenly from first to last; their time is their colour.
-        ax: axes in space.
+        motion: a solution of a front, or the first trajectory of a rollout.
+        count: number of instants drawn, evenly spaced from first to last; the colour is the time.
+        ax: 3D axes.
 
     Returns:
         The axes.
 
     Raises:
-        InvalidInputError: not a motion, a count that is not a positive whole number, or axes in the plane.
+        InvalidInputError: not a motion, a count that is not a positive whole number, or 2D axes.
     """
     rollout = rollout_of(motion)
     if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
@@ -153,16 +153,16 @@ def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None) 
 def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0) -> Path:
     """Write the arm's motion in real time as one HTML file that needs no network.
 
-    Cylinders are revolute joints along their axis, boxes are sliding ones, the tool has a triad, its path is a line. Up
-    is against gravity. The motion repeats; the panel plays, pauses and shows any instant.
+    Revolute joints are cylinders along their axis, prismatic joints are boxes, the tool is a triad, and its path is a
+    line. The up direction is opposite to gravity. The motion repeats; the panel plays, pauses and shows any instant.
 
     Args:
-        motion: a solution of a front, or a rollout (of its batch, the first trajectory is shown).
-        file: where to.
-        rate: frames per second of the motion [1/s]; between them the viewer interpolates, and the end is one more.
+        motion: a solution of a front, or the first trajectory of a rollout.
+        file: path of the file.
+        rate: frames per second of the motion [1/s], with one more at its end; the viewer interpolates between frames.
 
     Returns:
-        The file.
+        Path of the file.
 
     Raises:
         InvalidInputError: not a motion, a rate that is not positive or gives over ``MOST_FRAMES``, a file that cannot
@@ -200,10 +200,10 @@ def _chains(robot: Robot, q: Array) -> Array:
 
 
 def _stand_upright(ax: Any, robot: Robot) -> None:
-    """Show the arm as it stands: the axis nearest to gravity vertical, the view turned over where it points down."""
+    """Show the arm upright: the axis nearest to gravity is vertical, the view turned over if the axis points down."""
     gravity = np.asarray(robot.model.gravity.linear)
     vertical = int(np.abs(gravity).argmax()) if gravity.any() else 2
-    if gravity[vertical] > 0.0:  # turned and not an inverted axis, which would show a mirrored arm
+    if gravity[vertical] > 0.0:  # turn the view, since an inverted axis would show a mirrored arm
         ax.view_init(elev=-20, azim=-60, roll=180, vertical_axis="xyz"[vertical])
     else:
         ax.view_init(elev=20, azim=-60, vertical_axis="xyz"[vertical])
@@ -237,7 +237,7 @@ def _draw(view: Any, rollout: Rollout, times: Array, rate: float) -> None:
 
 
 def _set_stage(view: Any, robot: Robot, chains: Array, extent: float) -> None:
-    """A white room with the motion in its middle, at the viewer's scale and with gravity pointing down."""
+    """A white background with the motion in the middle, at the viewer's scale and with gravity pointing down."""
     for name in ("/Background", "/Grid", "/Axes"):
         view[name].set_property("visible", False)
     view["/Cameras/default/rotated/<object>"].set_property("position", list(_CAMERA))
@@ -253,7 +253,7 @@ def _set_stage(view: Any, robot: Robot, chains: Array, extent: float) -> None:
 
 
 def _add_shapes(view: Any, robot: Robot, path: Array, extent: float) -> None:
-    """What the arm consists of: a link to every frame, a shape at every joint, triads at base and tool, the path."""
+    """Shapes of the arm: a link to every frame, a shape at every joint, triads at base and tool, and the path."""
     from meshcat import geometry
 
     axes, turns = robot.joint_axes
@@ -278,7 +278,7 @@ def _matrix(rotation: Array, position: Array) -> Array:
 
 
 def _from_y_axis(directions: Array) -> Array:
-    """Rotations that turn the y axis into directions, shapes (..., 3) -> (..., 3, 3); of none, the identity's."""
+    """Rotations that turn the y axis into directions, shapes (..., 3) -> (..., 3, 3); the identity for zero vectors."""
     length = np.linalg.norm(directions, axis=-1, keepdims=True)
     y = np.where(length > 0.0, directions / np.where(length > 0.0, length, 1.0), [0.0, 1.0, 0.0])
     helper = np.eye(3)[np.abs(y).argmin(axis=-1)]

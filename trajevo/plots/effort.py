@@ -25,13 +25,13 @@ def effort_utilisation(
     """Effort of every joint as a share of its limit over time, with the payload's capacity marked.
 
     Args:
-        motion: of a rollout's batch the first trajectory is drawn; or what
-            :func:`~trajevo.capacity.dlcc.effort_along` says of one.
-        mass: payload drawn [kg]; the motion's own if None.
+        motion: a solution, an optimum, the first trajectory of a rollout, or the result of
+            :func:`~trajevo.capacity.dlcc.effort_along`.
+        mass: mass of the payload [kg]; the motion's own if None.
         ax: axes.
 
     Returns:
-        The axes; grey is beyond the limits, the dot is where the capacity binds, drawn at the effort with ``mass``.
+        The axes; grey is beyond the limits, the dot marks where the capacity binds, at the effort with ``mass``.
     """
     found = motion if isinstance(motion, EffortAlong) else effort_along(motion)
     if not np.isfinite(found.limit).any():
@@ -63,7 +63,7 @@ def effort_utilisation(
 
 
 def capacity_margins(capacity: Capacity, *, ax: Axes | None = None) -> Axes:
-    """What is left of every joint's effort limit over time with the largest payload; the dot is where it binds."""
+    """Unused share of every joint's effort limit over time with the largest payload; the dot marks where it binds."""
     if not np.isfinite(capacity.margins).all():
         raise InvalidInputError("capacity_margins: a payload without bound leaves no margins")
     ax = ax or plt.subplots(figsize=(7.6, 4.2), layout="constrained")[1]
@@ -82,11 +82,11 @@ def capacity_margins(capacity: Capacity, *, ax: Axes | None = None) -> Axes:
 
 
 def front_capacities(found: Capacities, *, knee: int | None = None, ax: Axes | None = None) -> Axes:
-    """What every solution of a front can carry, against its time; the binding joint as colour.
+    """Largest payload of every solution of a front against its time; the colour is the binding joint.
 
     Args:
-        found: as :func:`trajevo.capacity.dlcc.capacities` gives.
-        knee: row of the front that is ringed, as ``front.knee().index``; none if None.
+        found: result of :func:`trajevo.capacity.dlcc.capacities`.
+        knee: row of the front to be ringed, such as ``front.knee().index``; none if None.
         ax: axes.
     """
     ax = ax or plt.subplots(figsize=(6.8, 4.2), layout="constrained")[1]
@@ -105,16 +105,16 @@ def front_capacities(found: Capacities, *, knee: int | None = None, ax: Axes | N
 
 
 def payload_front(front: Front, *, colour: str | None = None, ax: Axes | None = None) -> Axes:
-    """Payload against time of a front whose payload is a variable, a third objective as colour.
+    """Payload against time for a front whose payload is a variable; the colour is a third objective.
 
     Args:
-        front: its problem has the payload's mass as a variable.
-        colour: name of the objective that the colour shows; if None the first beside time and payload, if any.
+        front: a front whose problem has the payload's mass as a variable.
+        colour: name of the objective that the colour shows; if None, the first besides time and payload, if any.
         ax: axes.
 
     Raises:
         UnknownNameError: no such objective.
-        InvalidInputError: the payload is no variable.
+        InvalidInputError: the payload is not a variable.
     """
     record = front.record
     if front.problem.payload_range is None:
@@ -140,7 +140,7 @@ def payload_front(front: Front, *, colour: str | None = None, ax: Axes | None = 
 
 
 def dlcc_iteration(capacity: Capacity, *, ax: Axes | None = None) -> Axes:
-    """Greatest effort over limit for every payload that the iteration tried, the joint that reaches it as colour."""
+    """Greatest effort over limit for every payload that the iteration tried; the colour is the joint that has it."""
     if not capacity.history:
         raise InvalidInputError("dlcc_iteration: a closed-form capacity has no history; pass that of dlcc_iterative")
     ax = ax or plt.subplots(figsize=(6.4, 4.2), layout="constrained")[1]
@@ -160,8 +160,8 @@ def payload_curve(curve: PayloadCurve, *, at_rest: float | None = None, ax: Axes
     """Payload against the least time in which it can be carried along the points.
 
     Args:
-        curve: of least times.
-        at_rest: what the robot can hold at rest [kg], drawn as a bound.
+        curve: curve of least times.
+        at_rest: greatest payload that the robot can hold at rest [kg], drawn as a bound.
         ax: axes.
     """
     ax = ax or plt.subplots(figsize=(6.4, 4.2), layout="constrained")[1]

@@ -1,4 +1,4 @@
-"""Pictures of motions: joints over time inside their limits, and the path of the tool."""
+"""Pictures of motions: joints over time within their limits, and the path of the tool."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from trajevo.plots.pareto import (
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import DERIVATIVES
 
-#: Ends of a range of positions further from all curves than this many times their extent are not drawn.
+#: Ends of a position range are not drawn if they are further from all curves than this many times the curves' extent.
 _FAR_AWAY = 3.0
 
-#: Width of the panels of profiles, and of an entry of their legend: its line and gaps, and every letter [inch].
+#: Widths of the panels of profiles, of a legend entry's line with gaps, and of a letter [inch].
 _WIDTH, _HANDLE, _LETTER = 6.4, 0.6, 0.08
 
 
@@ -34,18 +34,19 @@ def profiles(
     via_times: Array | None = None,
     axes: Any = None,
 ) -> Any:
-    """Position, velocity, acceleration and jerk of every joint inside their limits.
+    """Position, velocity, acceleration and jerk of every joint within their limits.
 
     Args:
-        motion: a solution of a front, or a rollout (of its batch, the first trajectory is drawn).
-        angle: ``"rad"`` or ``"deg"``; a solution knows its problem's, a rollout's is ``"rad"``.
-        samples: instants drawn.
-        via_times: instants to mark on the position curves [s]; a solution knows its own.
+        motion: a solution of a front, or the first trajectory of a rollout.
+        angle: ``"rad"`` or ``"deg"``; if None, the unit of a solution's problem, or ``"rad"`` for a rollout.
+        samples: number of instants drawn.
+        via_times: instants to mark on the position curves [s]; a solution has its own.
         axes: four Axes.
 
     Returns:
-        Array of four Axes. Dashed lines are a joint's limits; grey is beyond every joint's. Where metres and radians
-        meet, every joint is shown as a share of its limits, its range of positions from -1 to 1.
+        Array of four Axes. Dashed lines are a joint's limits; grey is beyond the limits of all joints. If some joints
+        are in metres and others in radians, every joint is shown as a share of its limits, with its range of positions
+        from -1 to 1.
     """
     rollout, length = rollout_of(motion), "m"
     if isinstance(motion, Solution):
@@ -72,7 +73,7 @@ def profiles(
         _shade_forbidden(panel, low, high)
         panel.set_ylabel(label)
         panel.grid(alpha=0.3)
-    # As many columns as fit beside one another, for the layout would squeeze the panels beneath a wider legend.
+    # As many columns as fit side by side, since the layout would squeeze the panels below a wider legend.
     columns = int(_WIDTH / (_HANDLE + _LETTER * max(map(len, robot.joint_names))))
     panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(max(columns, 1), 5), frameon=False)
     panels[-1].set_xlabel("time [s]")
@@ -80,7 +81,7 @@ def profiles(
 
 
 def _without_far_away(drawn: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Ends of ranges of positions, infinite where drawing them would squash all curves."""
+    """Ends of position ranges, infinite where drawing them would flatten all curves."""
     room = _FAR_AWAY * max(float(np.ptp(drawn)), 1e-9)
     return (
         np.where(low < drawn.min() - room, -np.inf, low),
@@ -91,7 +92,7 @@ def _without_far_away(drawn: Array, low: Array, high: Array) -> tuple[Array, Arr
 def _joint_axis(robot: Robot, order: int, angle: str, length: str) -> tuple[tuple[Array, Array], Array, Array, str]:
     """Limits of a derivative, and offset, factor and label that bring all joints onto one axis.
 
-    Joints of one unit are shown in it; metres and radians side by side are shown as a share of each joint's limit.
+    Joints of one unit are shown in this unit; joints of different units as a share of each joint's limit.
     """
     limits = robot.limits
     peak = (limits.upper, limits.velocity, limits.acceleration, limits.jerk)[order]
@@ -106,7 +107,7 @@ def _joint_axis(robot: Robot, order: int, angle: str, length: str) -> tuple[tupl
 
 
 def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None) -> Any:
-    """Path of the tool frame's origin in space [m], by Pinocchio's forward kinematics."""
+    """Path of the tool frame's origin in 3D [m], by Pinocchio's forward kinematics."""
     rollout = rollout_of(motion)
     ax = ax or plt.figure(figsize=(6.6, 6.0)).add_subplot(projection="3d")
     positions, _ = rollout.robot.tool_poses(rollout.trajectory[0].sample(samples).q[0])
@@ -123,7 +124,7 @@ def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None)
 
 
 def equal_axes(ax: Any, positions: Array) -> None:
-    """Axes in space with labels and one scale, around positions of shape (K, 3) [m]."""
+    """Give 3D axes labels and one scale, around positions of shape (K, 3) [m]."""
     ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     centre, reach = 0.5 * (positions.max(axis=0) + positions.min(axis=0)), 0.55 * np.ptp(positions, axis=0).max()
     ax.set(**{f"{name}lim": (c - reach, c + reach) for name, c in zip("xyz", centre, strict=True)})
@@ -135,7 +136,7 @@ def equal_axes(ax: Any, positions: Array) -> None:
 
 
 def _shade_forbidden(panel: Axes, lower: Array, upper: Array) -> None:
-    """Grey where no joint may go, without stretching the axis to far-away limits."""
+    """Shade grey what is beyond the limits of all joints, without stretching the axis to far-away limits."""
     low, high = panel.get_ylim()
     if np.isfinite(upper).all():
         panel.axhspan(float(upper.max()), max(high, float(upper.max())), color="0.9", zorder=0)

@@ -1,6 +1,6 @@
-"""Pictures: each function draws into the axes it is given, or makes its own, and returns them.
+"""Pictures of fronts: each function draws into given axes, or makes its own, and returns them.
 
-Angles are shown in the problem's own unit unless ``angle="rad"`` or ``"deg"`` is passed.
+Angles are shown in the problem's own unit unless ``angle="rad"`` or ``"deg"`` is given.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front, Solution
 from trajevo.front.selection import normalised
 
-#: What is marked on a front: one solution, or label -> solution or objective values (n_obj,) in SI.
+#: Marks on a front: one solution, or label -> solution or objective values (n_obj,) in SI.
 Marks = Solution | Mapping[str, Any] | None
 _MARKERS = "*DPXos"
 _SMALL_FRONT = 400
@@ -31,7 +31,7 @@ def front(front: Front, *, mark: Marks = None, angle: str | None = None, axes: A
 
     Args:
         front: at least one solution.
-        mark: what to mark.
+        mark: solutions or values to mark.
         angle: ``"rad"`` or ``"deg"``.
         axes: one Axes per pair, in the order (0, 1), (0, 2), (1, 2), ...
 
@@ -57,7 +57,7 @@ def front(front: Front, *, mark: Marks = None, angle: str | None = None, axes: A
 
 
 def front_3d(front: Front, *, mark: Marks = None, angle: str | None = None, ax: Any = None) -> Any:
-    """Three objectives in space; of a front with more, the first three."""
+    """The first three objectives in 3D."""
     F, labels, factors = _shown(front, angle)
     if F.shape[1] < 3:
         raise InvalidInputError(f"front_3d: expected at least 3 objectives, the front has {F.shape[1]}")
@@ -124,7 +124,7 @@ def _shown(front: Front, angle: str | None) -> tuple[Array, list[str], Array]:
 
 
 def _marks(mark: Marks, factors: Array) -> list[tuple[dict[str, Any], Array]]:
-    """Style and display values of everything that is to be marked."""
+    """Style and display values of all marks."""
     if mark is None:
         return []
     named = {mark.rule: mark} if isinstance(mark, Solution) else mark

@@ -1,4 +1,4 @@
-"""Pictures of loads off centre: the payload diagram, where a centre of mass may lie, what not knowing it costs."""
+"""Pictures of payload and centre of mass: payload diagram, allowed centres of mass, price of uncertainty."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from trajevo.capacity.uncertainty import UncertaintyPrice
 from trajevo.capacity.workspace import WorkspaceCapacity
 from trajevo.errors import InvalidInputError, checked_name
 
-#: White over the colour of a joint in the band of the least and of the greatest masses.
+#: Share of white in the colour of a joint, in the bands of the least and of the greatest masses.
 _LIGHTEST, _DARKEST = 0.78, 0.05
 
 _LINE_STYLES: tuple[Literal["solid", "dashed", "dotted", "dashdot"], ...] = ("solid", "dashed", "dotted", "dashdot")
@@ -33,20 +33,19 @@ _NOTHING_LIMITS, _NO_MASS = "white", "0.6"
 def payload_contours(
     diagrams: PayloadDiagram | Mapping[str, PayloadDiagram], *, levels: int = 8, ax: Axes | None = None
 ) -> Axes:
-    """The payload diagram: masses by the offset of the load, the binding joint as colour.
+    """The payload diagram: masses by the offset of the load; the colour is the binding joint.
 
     Args:
-        diagrams: one, or label -> diagram; the first is filled, of the others there are lines at the same masses.
-        levels: about how many masses lines are drawn at; fewer where several motions are overlaid.
+        diagrams: a diagram, or label -> diagram; the first is filled, the others are drawn as lines at the same masses.
+        levels: approximate number of masses with lines; fewer if several motions are overlaid.
         ax: axes.
 
     Returns:
-        The axes; lengths in mm, dark where the mass is great, grey where no mass is feasible, white where nothing
-        limits it.
+        The axes; lengths in mm, dark for great masses, grey where no mass is feasible, white where nothing limits it.
 
     Raises:
-        InvalidInputError: no diagram, more of them than there are styles of lines, or ones that belong to different
-            directions or payload models.
+        InvalidInputError: no diagram, more diagrams than line styles, or diagrams with different directions or payload
+            models.
     """
     named = {"": diagrams} if isinstance(diagrams, PayloadDiagram) else dict(diagrams)
     if not 1 <= len(named) <= len(_LINE_STYLES):
@@ -70,10 +69,10 @@ def payload_contours(
 
 
 def robust_mass(curve: RobustCurve, *, ax: Axes | None = None) -> Axes:
-    """The largest payload wherever the centre of mass is, by how well it is known; the binding joint as colour.
+    """The largest payload by the tolerance of its centre of mass; the colour is the binding joint.
 
     Args:
-        curve: as :func:`trajevo.capacity.robust.robust_curve` gives.
+        curve: result of :func:`trajevo.capacity.robust.robust_curve`.
         ax: axes.
 
     Returns:
@@ -97,14 +96,14 @@ def robust_mass(curve: RobustCurve, *, ax: Axes | None = None) -> Axes:
 
 
 def allowed_region(regions: AllowedRegions, *, ax: Axes | None = None) -> Axes:
-    """Where the centre of mass of payloads may lie in a plane of the tool frame: one region per mass.
+    """Regions of a plane of the tool frame in which the centre of mass may lie, one per mass.
 
     Args:
-        regions: as :func:`trajevo.capacity.payload_diagram.allowed_regions` gives: polygons, or contours on a grid.
+        regions: polygons, or values on a grid, from :func:`trajevo.capacity.payload_diagram.allowed_regions`.
         ax: axes.
 
     Returns:
-        The axes, in mm; a mass without a region has only its place in the legend.
+        The axes, in mm; a mass without a region appears only in the legend.
     """
     ax = ax or plt.subplots(figsize=(6.0, 5.2), layout="constrained")[1]
     colours = plt.get_cmap("viridis_r")(np.linspace(0.1, 0.9, max(len(regions.masses), 1)))
@@ -127,7 +126,7 @@ def allowed_region(regions: AllowedRegions, *, ax: Axes | None = None) -> Axes:
 
 
 def _region(regions: AllowedRegions, k: int, colour: Any, ax: Axes) -> None:
-    """Fill the exact polygon of one mass, or where a grid's greatest effort keeps its limit."""
+    """Fill the exact polygon of one mass, or the part of a grid in which every effort keeps its limit."""
     filling: dict[str, Any] = {"facecolor": (*colour[:3], 0.25), "edgecolor": colour, "linewidth": 1.5}
     if regions.polygons:
         corners, anywhere = 1e3 * regions.polygons[k], len(regions.polygons[k]) > 0
@@ -141,15 +140,16 @@ def _region(regions: AllowedRegions, k: int, colour: Any, ax: Axes) -> None:
 
 
 def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice], *, ax: Axes | None = None) -> Axes:
-    """The price in time of a payload known to intervals: least time by the tolerance of the centre of mass.
+    """The price in time of a payload known only as intervals: least time by the tolerance of the centre of mass.
 
     Args:
-        prices: one, or label -> price.
+        prices: a price, or label -> price.
         ax: axes.
 
     Returns:
-        The axes, on the right the share by which a motion is slower than the first curve's with the known payload; a
-        cross on the lower edge where no feasible motion was found. The legend says where the mass is uncertain too.
+        The axes. The right axis is the share by which a motion is slower than that of the first curve for the exactly
+        known payload. A cross on the lower edge means that no feasible motion was found. The legend shows whether the
+        mass is uncertain too.
 
     Raises:
         InvalidInputError: no price.
@@ -181,7 +181,7 @@ def uncertainty_price(prices: UncertaintyPrice | Mapping[str, UncertaintyPrice],
 
 
 def _masses(price: UncertaintyPrice) -> str:
-    """What is known of the mass, in words."""
+    """The nominal mass and its interval, in words."""
     (low, high), nominal = price.masses[-1], price.masses[0, 0]
     if low == high:
         return f"{nominal:g} kg"
@@ -189,7 +189,7 @@ def _masses(price: UncertaintyPrice) -> str:
 
 
 def _levels(diagrams: Sequence[PayloadDiagram], count: int) -> Array:
-    """Round masses over the range of all cells; the few that all but nothing limits do not stretch it."""
+    """Round masses over the range of all cells, which the few cells that almost nothing limits do not stretch."""
     finite = np.concatenate([diagram.mass[np.isfinite(diagram.mass)] for diagram in diagrams])
     if not len(finite):
         return np.empty(0)
@@ -198,7 +198,7 @@ def _levels(diagrams: Sequence[PayloadDiagram], count: int) -> Array:
 
 
 def _fill(diagram: PayloadDiagram, masses: Array, ax: Axes) -> list[Any]:
-    """Colours of the joints, lightened by bands of mass; returns what the legend says of them."""
+    """Fill with the colours of the joints, lightened by bands of mass; returns the legend entries."""
     colours = plt.get_cmap("tab10")(np.arange(len(diagram.joint_names)) % 10)[:, :3]
     cells = np.ones((*diagram.mass.shape, 3))
     binds, nothing = diagram.joint >= 0, np.isnan(diagram.mass)
@@ -242,12 +242,12 @@ def _lines(diagram: PayloadDiagram, masses: Array, style: str, ax: Axes) -> None
     ax.clabel(lines, fmt="%g kg", fontsize=8)
 
 
-#: What a picture of the workspace can show.
+#: Quantities that a picture of the workspace can show.
 SHOWN = ("mass", "joint")
 
 
 def slowdown_curve(curve: SlowdownCurve, *, ax: Axes | None = None) -> Axes:
-    """Payload against the least duration along the same path, what binds as colour; dashed the motion as it is."""
+    """Payload against the least duration along the same path; the colour is what binds, dashed the original motion."""
     ax = ax or plt.subplots(figsize=(6.8, 4.2), layout="constrained")[1]
     ax.plot(curve.durations, curve.payloads, color="0.75", linewidth=1.0, zorder=1)
     bound = list(zip(curve.limits, curve.joints, strict=True))
@@ -267,16 +267,16 @@ def slowdown_curve(curve: SlowdownCurve, *, ax: Axes | None = None) -> Axes:
 def workspace_capacity(
     found: WorkspaceCapacity, *, show: str = "mass", path: Array | None = None, ax: Axes | None = None
 ) -> Axes:
-    """Heat map of what is carried at every tool position of a plane; hatched where the tool does not get.
+    """Heat map of the largest payload at every tool position of a plane; hatched where the tool does not reach.
 
     Args:
-        found: the cells.
-        show: ``"mass"`` [kg], or ``"joint"``, the one that binds.
-        path: of a tool, drawn on the map, shape (T, 2), along columns and rows [m].
+        found: the capacities of the cells.
+        show: ``"mass"`` [kg], or ``"joint"`` for the binding joint.
+        path: path of a tool to draw on the map, shape (T, 2), along columns and rows [m].
         ax: axes.
 
     Raises:
-        UnknownNameError: another thing to show.
+        UnknownNameError: another value of ``show``.
     """
     checked_name("thing to show", show, SHOWN)
     ax = ax or plt.subplots(figsize=(6.8, 5.2), layout="constrained")[1]
@@ -289,7 +289,7 @@ def workspace_capacity(
         masses = np.ma.masked_invalid(found.mass)
         image = ax.pcolormesh(*mesh, masses, cmap="viridis", zorder=2)
         if masses.count() and np.ptp(masses.compressed()) <= 1e-6 * float(masses.max()):
-            image.set_clim(0.0, 2.0 * float(masses.max()) or 1.0)  # not a scale of rounding errors
+            image.set_clim(0.0, 2.0 * float(masses.max()) or 1.0)  # so that the scale does not show rounding errors
         ax.figure.colorbar(image, ax=ax, shrink=0.8, label=f"payload [kg] ({found.payload_model})")
     else:
         count = len(found.joint_names)

@@ -1,4 +1,4 @@
-"""Every picture of a run, drawn once: for files beside it and for its report."""
+"""All pictures of a run, drawn once for its files and its report."""
 
 from __future__ import annotations
 
@@ -70,10 +70,10 @@ PAYLOAD_FIGURES = (
 #: Dots per inch.
 _RESOLUTION = 150
 
-#: White that is left around a picture [pixel], and a white pixel.
+#: White margin around a picture [pixel], and the value of a white pixel.
 _MARGIN, _WHITE = 15, 0xFFFFFFFF
 
-#: Entry of a PNG that says what it was drawn of.
+#: Metadata entry of a PNG that identifies the front it was drawn for.
 _MADE_FOR = "trajevo"
 
 #: Figures wider than this scroll sideways on a small screen instead of shrinking [inch].
@@ -100,9 +100,9 @@ class Picture:
     """A picture of a run.
 
     Attributes:
-        stem: of its file's name, one of :data:`FIGURES`.
-        caption: what it shows.
-        png: the file's content.
+        stem: stem of its file's name, one of :data:`FIGURES`.
+        caption: its caption.
+        png: content of the file.
     """
 
     stem: str
@@ -111,20 +111,20 @@ class Picture:
 
     @property
     def wide(self) -> bool:
-        """Whether it should not shrink on a small screen."""
-        width = int.from_bytes(self.png[16:20], "big")  # of a PNG's first block
+        """Whether it should scroll on a small screen instead of shrinking."""
+        width = int.from_bytes(self.png[16:20], "big")  # in the first chunk of a PNG
         return width > _WIDE * _RESOLUTION
 
 
 def draw_all(
     front: Front, analyses: Mapping[str, Any] | None = None, *, kept: Path | None = None
 ) -> tuple[Picture, ...]:
-    """Every picture of a front and of what was computed for it; nothing is optimised here.
+    """All pictures of a front and its analyses; nothing is optimised here.
 
     Args:
         front: the front; an empty one has no pictures.
-        analyses: as :func:`~trajevo.plots.analyses.analyse` gives; the front and its knee alone are drawn if None.
-        kept: folder of pictures that were drawn before; those of this very front are read, the others drawn.
+        analyses: result of :func:`~trajevo.plots.analyses.analyse`; if None, only the front and its knee are drawn.
+        kept: folder with pictures drawn before; those of exactly this front are read, the others are drawn.
     """
     if not len(front):
         return ()
@@ -137,10 +137,10 @@ def draw_all(
 
 
 def save_pictures(pictures: Sequence[Picture], folder: Path) -> list[Path]:
-    """Write pictures as PNG into a folder, which is made.
+    """Write pictures as PNG into a folder, which is created if necessary.
 
     Raises:
-        InvalidInputError: one cannot be written.
+        InvalidInputError: a file cannot be written.
     """
     if pictures:
         try:
@@ -158,16 +158,16 @@ def save_figure(figure: Any, file: Path) -> Path:
     """Write one figure as PNG, and close it.
 
     Raises:
-        InvalidInputError: it cannot be written.
+        InvalidInputError: the file cannot be written.
     """
     return written(file, _png(figure))
 
 
 def written(file: Path, content: bytes) -> Path:
-    """Write a file whole.
+    """Write a file completely or not at all.
 
     Raises:
-        InvalidInputError: it cannot be written.
+        InvalidInputError: the file cannot be written.
     """
     try:
         write_whole(file, content)
@@ -181,7 +181,7 @@ _Drawing = tuple[str, str, Callable[[], Any]]
 
 
 def _drawings(front: Front, analyses: Mapping[str, Any]) -> Iterator[_Drawing]:
-    """Every picture of a run, not drawn yet."""
+    """All pictures of a run, not yet drawn."""
     knee, count = front.knee(), front.F.shape[1]
     if count > 1:
         yield "front", "The front, every pair of objectives", lambda: plots.front(front, mark=knee)[0].figure
@@ -207,7 +207,7 @@ def _drawings(front: Front, analyses: Mapping[str, Any]) -> Iterator[_Drawing]:
 
 
 def _payload_drawings(front: Front, analyses: Mapping[str, Any]) -> Iterator[_Drawing]:
-    """Every picture of effort and payload; what was not computed, or has nothing to show, has none."""
+    """All pictures of effort and payload for which an analysis was computed and has something to show."""
     if analyses.get("effort"):
         caption = "Effort at the knee as a share of its limits"
         yield "effort", caption, lambda: plots.effort_utilisation(analyses["effort"]).figure
@@ -229,20 +229,20 @@ def _figure_of(draw: Callable[[Any, Front], Any], found: Any, front: Front) -> A
 
 
 def _made_for(front: Front) -> str:
-    """What a picture must have been drawn of, and by, to be one of a front."""
+    """Identification of the front and of the versions for which a picture on file is valid."""
     drawn_by = f"{installed_versions()['trajevo']} {matplotlib.__version__}"
     content = f"{front.digest} {front.history.model_dump_json()} {drawn_by}"
     return hashlib.sha256(content.encode()).hexdigest()
 
 
 def _kept(file: Path, made_for: str) -> bytes | None:
-    """A picture that was drawn before, if it is whole and of the front at hand."""
+    """A picture drawn before, if it is complete and of this front; else None."""
     try:
         png = file.read_bytes()
         with Image.open(io.BytesIO(png)) as image:
             ours = image.info.get(_MADE_FOR) == made_for
             image.verify()
-    except (OSError, SyntaxError, ValueError):  # none there, or damaged
+    except (OSError, SyntaxError, ValueError):  # missing or damaged
         return None
     return png if ours else None
 

@@ -1,4 +1,4 @@
-"""A run as one HTML file that needs nothing else: settings, front, choices, motion of the knee."""
+"""Report of a run as one self-contained HTML file: settings, front, choices, motion of the knee."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TEMPLATE = Path(__file__).with_name("report.html")
 
 
 def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[str, float]]:
-    """Per objective the column header with its unit and the factor from SI."""
+    """For each objective, the column header with its unit and the factor from SI."""
     record = front.record
     shown = [
         display(objective.unit, angle=angle or record.angle, length=record.length) for objective in record.objectives
@@ -37,7 +37,7 @@ def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[s
 
 
 def run_facts(front: Front) -> list[tuple[str, str]]:
-    """What is to be said of a run, as label and text."""
+    """The facts about a run, as labels and texts."""
     run, record = front.run, front.record
     failures = f"{run.failures} of {run.evaluations} evaluations"
     return [
@@ -62,13 +62,13 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
 
 
 def _carried(record: ProblemRecord) -> str:
-    """The mass of the payload, or its range where it is a variable."""
+    """The mass of the payload, or its range if it is a variable."""
     variable = next((v for v in record.variables if (v.name, v.unit) == ("payload", "kg")), None)
     return f"{record.payload['mass']:g} kg" if variable is None else f"{variable.lower:g} to {variable.upper:g} kg"
 
 
 def _interruption(run: Run) -> str:
-    """Whether a run was stopped or has been resumed."""
+    """Text that says whether a run was stopped or has been resumed."""
     by = f" by {run.stopped_by}" if run.stopped_by else ""
     told = [f"interrupted{by}"] if run.interrupted else []
     told += [f"resumed after {', '.join(map(str, run.resumed))}"] if run.resumed else []
@@ -87,9 +87,8 @@ def report(
     Args:
         front: the front.
         file: HTML to write.
-        analyses: what is told beyond the front, as :func:`~trajevo.plots.analyses.analyse` gives; all that there is,
-            computed now, if None.
-        pictures: of the front, as :func:`~trajevo.plots.pictures.draw_all` gives; drawn if None, none if empty.
+        analyses: analyses of the front from :func:`~trajevo.plots.analyses.analyse`; if None, all are computed now.
+        pictures: pictures of the front from :func:`~trajevo.plots.pictures.draw_all`; drawn if None, none if empty.
 
     Raises:
         InvalidInputError: the file cannot be written.
@@ -109,7 +108,7 @@ def report(
 
 
 def _sections(front: Front, found: Mapping[str, Any], pictures: Sequence[Picture]) -> list[str]:
-    """What is told of a front that is not empty; what was not computed or drawn is left out."""
+    """Sections about a front that is not empty, without what was not computed or drawn."""
     drawn = {picture.stem: _figure(picture) for picture in pictures}
     about_payload = [drawn.pop(stem) for stem in PAYLOAD_FIGURES if stem in drawn]
     wide = drawn.pop("front", "")
@@ -129,7 +128,7 @@ def _grid(figures: Iterable[str]) -> str:
 
 
 def _payload(carried: Sequence[Carried]) -> str:
-    """What the chosen solutions can carry, and what would give more."""
+    """Table of the payloads that the chosen solutions can carry, and of what would allow more."""
     rows = [
         (escape(one.rule), escape(str(one.capacity)), escape(str(one.sensitivity)) if one.sensitivity else "")
         for one in carried
@@ -142,7 +141,7 @@ def _listed(settings: dict[str, Any]) -> str:
 
 
 def _brief(value: Any) -> str:
-    """Numbers to six digits, in lists too: the file holds all of them."""
+    """Numbers to six digits, in lists too; the front's file holds all digits."""
     if isinstance(value, list | tuple):
         return "(" + ", ".join(_brief(entry) for entry in value) + ")"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
@@ -170,7 +169,7 @@ def _limits_table(solution: Solution) -> str:
 
 
 def _certificate(certificate: Certificate) -> list[str]:
-    """What is proven at every instant: the joint of every quantity that is nearest to its limit."""
+    """What is proven at every instant, for each quantity's joint that is nearest to its limit."""
     rows = []
     for row in certificate.by_quantity:
         limited = np.isfinite(row.limit)
@@ -195,7 +194,7 @@ def _rivals(rivals: Sequence[Rival]) -> list[str]:
 
 
 def _failed(front: Front) -> list[str]:
-    """Individuals whose evaluation gave no numbers, as far as they are listed."""
+    """Individuals whose evaluation failed, as far as the run lists them."""
     run = front.run
     rows = [(escape(one.said), escape(_brief(list(one.x)))) for one in run.failed]
     counted = f"{run.failures}, the first {len(rows)} of them" if run.failures > len(rows) else str(run.failures)

@@ -18,9 +18,9 @@ def plot_rivals(rivals: Iterable[Rival], *, joint: str | None = None, samples: i
     """Position, velocity, acceleration and jerk of one joint, all rivals in each panel.
 
     Args:
-        rivals: at least one.
+        rivals: at least one rival.
         joint: name of the joint; the one that overshoots most if None.
-        samples: instants drawn.
+        samples: number of instants drawn.
         axes: four Axes.
 
     Returns:
@@ -55,6 +55,6 @@ def plot_rivals(rivals: Iterable[Rival], *, joint: str | None = None, samples: i
 
 
 def _widest(rivals: list[Rival]) -> int:
-    """The joint that leaves the range between its values at the ends of the motion furthest, in any rival."""
+    """The joint that, in any rival, leaves the range between its values at the ends of the motion furthest."""
     beyond = [np.ptp(np.stack(rival.rollout.trajectory.extremes(0))[:, 0], axis=0) for rival in rivals]
     return int(np.max(beyond, axis=0).argmax())

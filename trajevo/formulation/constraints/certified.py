@@ -1,8 +1,8 @@
-"""Limits that are at most 0 only where it is proven that they are kept at every instant, not at samples alone.
+"""Constraints that are at most 0 only if the limit is proven at every instant, not only at samples.
 
-Positions, velocities, accelerations, jerks and clearances are so limited anyway, by exact extremes or guaranteed
-bounds. Effort and the tool's speed are not: of a motion whose samples keep the limit these constraints take what
-:func:`trajevo.dynamics.enclosure.decide` proves, cut only as far as it takes to tell.
+For positions, velocities, accelerations, jerks and clearances this holds anyway, by exact extremes or guaranteed
+bounds. For effort and tool speed it does not: if the samples of a motion keep the limit, these constraints use the
+bounds from :func:`trajevo.dynamics.enclosure.decide`, which subdivides the motion only as far as the decision needs.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.trajectory.bernstein import gauss, local_greatest
 
-#: How effort and the tool's speed are held to their limits: at the samples, or proven at every instant.
+#: Where effort and tool speed keep their limits: at the samples, or proven at every instant.
 HOLDS = ("sampled", "certified")
 
-#: Nodes of a piece on which it is decided, and of every segment from which gradient solvers are told its peaks.
+#: Number of nodes of each piece in the proof, and of each segment for the peaks that gradient solvers see.
 _DECIDING, _NODES = 10, 8
-#: By how much of a limit they are told that it is exceeded: twice what they may leave it exceeded by.
+#: Share of the limit that is added to these peaks: twice the violation that gradient solvers tolerate.
 _RETREAT = 2e-6
-#: What the excess of motions that are not decided, and whose bounds are far beyond the limit, is taken for.
+#: Upper limit of the excess of undecided motions, whose bounds may be far beyond the limit.
 _MOST_EXCESS = 1.0
 
 
 def held(constraints: Sequence[Constraint], limits: str) -> tuple[Constraint, ...]:
-    """Constraints with their effort and tool-speed limits held as asked for.
+    """Constraints with effort and tool-speed limits at the samples or proven at every instant.
 
     Args:
-        constraints: any; those that hold between samples already, and those that nothing is proven of, stay.
+        constraints: any constraints; only effort and tool-speed limits are changed.
         limits: ``"sampled"`` or ``"certified"``.
 
     Raises:
@@ -48,12 +48,13 @@ def held(constraints: Sequence[Constraint], limits: str) -> tuple[Constraint, ..
 
 
 def certified(constraint: Constraint) -> Constraint:
-    """An effort or tool-speed limit that is at most 0 only where it is proven to be kept; another limit as it is.
+    """An effort or tool-speed limit that is at most 0 only if the limit is proven; any other constraint unchanged.
 
-    The name stays. A motion that breaks a limit at a sample is told as it is by the samples, in all columns: it is
-    infeasible whatever else could be proven. Of the others a column is what is proven not to be exceeded over the
-    limit, minus 1; where a limit is found to be broken, the greatest value found; where neither can be shown, more
-    than 0. The derivative is that of the peaks, which are also what gradient solvers are given as terms.
+    The names of the columns stay the same. For a motion that breaks the limit at a sample, all columns have their
+    values from the samples: the motion is infeasible in any case. For any other motion, a column is the proven upper
+    bound divided by the limit, minus 1. If the motion is found to break the limit between samples, a column is the
+    greatest value found, divided by the limit, minus 1. If neither can be shown, at least one column is above 0. The
+    derivative is that of the peaks, which are also the terms for gradient solvers.
     """
     if constraint.sampled is not None or constraint.quantity not in ("effort", "tool speed") or not constraint.names:
         return constraint
@@ -64,7 +65,7 @@ def certified(constraint: Constraint) -> Constraint:
 @final
 @dataclass(frozen=True, eq=False)
 class _Proof:
-    """The excess of efforts or of the tool's speed."""
+    """Excess of efforts or tool speed over their limits, as a share of the limit."""
 
     sampled: Constraint
 
@@ -73,10 +74,10 @@ class _Proof:
         kept = np.asarray((values.real <= 0.0).all(axis=1))
         if not kept.any():
             return values
-        # Complex motions come once for every variable, with the same real part: it is decided once.
+        # A batch of complex steps holds a motion per variable with the same real part, which is decided once.
         first = _first_of_equals(rollout) if np.iscomplexobj(values) else np.full(len(kept), True)
         excess = self._decided(rollout, kept & first)[np.flatnonzero(first)[np.cumsum(first) - 1]]
-        excess = np.maximum(excess, values.real)  # where a break is found, other columns tell no less than the samples
+        excess = np.maximum(excess, values.real)  # no column is below the samples, also where a violation was found
         if np.iscomplexobj(values):
             terms = self.terms(rollout).reshape(len(values), -1, values.shape[1])
             steepest = np.take_along_axis(terms, terms.real.argmax(axis=1)[:, None], axis=1)[:, 0]
@@ -84,7 +85,7 @@ class _Proof:
         return np.where(kept[:, None], excess, values)
 
     def terms(self, rollout: Rollout) -> Array:
-        """The peaks over the limit, minus 1, all but for a retreat, (B, segments x signs x columns)."""
+        """Peaks over the limit, minus 1, plus a small retreat, (B, segments x signs x columns)."""
         if self._of_tool:
             peaks = _speed_peaks(rollout)
         else:
@@ -94,7 +95,7 @@ class _Proof:
         return excess.reshape(len(excess), -1)
 
     def _decided(self, rollout: Rollout, asked: Array) -> Array:
-        """The excess of the motions asked for, shape (B, columns)."""
+        """Excess of the motions that are to be decided, shape (B, columns)."""
         pieces, bounds, limits = Pieces.of(rollout, _DECIDING), PieceBounds.of(rollout), self._limits(rollout)
         over = bounds.tool_speed if self._of_tool else bounds.efforts
         found = decide(over, pieces.rows(asked[pieces.owner]), limits, motions=len(asked))
@@ -102,7 +103,7 @@ class _Proof:
         return np.minimum(found[:, limited] / limits[limited] - 1.0, _MOST_EXCESS)
 
     def _limits(self, rollout: Rollout) -> Array:
-        """What the tool, or every joint, is held to; inf where nothing is."""
+        """Limit of the tool speed, or of the effort of every joint; inf for none."""
         if self._of_tool:
             return np.array([self.sampled.limit])
         return np.asarray(rollout.robot.limits.effort * self.sampled.share)
@@ -113,7 +114,7 @@ class _Proof:
 
 
 def _first_of_equals(rollout: Rollout) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Motions whose real part is not that of the one before, shape (B,)."""
+    """Whether the real part of each motion differs from that of the previous one, shape (B,)."""
     motion = np.concatenate([rollout.t[..., None], rollout.q, rollout.v, rollout.a], axis=-1).real
     changed = (motion[1:] != motion[:-1]).any(axis=(1, 2))
     if rollout.masses is not None:
@@ -122,9 +123,9 @@ def _first_of_equals(rollout: Rollout) -> np.ndarray[Any, np.dtype[np.bool_]]:
 
 
 def _effort_peaks(rollout: Rollout, joints: Array) -> Array:
-    """Greatest effort and greatest against it in every segment, of chosen joints, (B, segments, 2, joints) [N·m or N].
+    """Greatest effort of chosen joints in every segment, either way, (B, segments, 2, joints) [N·m or N].
 
-    Where a joint with dry friction turns back its effort jumps, and the greatest at the nodes is taken.
+    The effort of a joint with dry friction jumps where the joint reverses; there the greatest at the nodes is taken.
     """
     q, v, a = (rollout.trajectory.at_shares(gauss(_NODES)[0], order) for order in range(3))
     effort = _per_segment(rollout.effort_in(q, v, a)[..., joints])
@@ -156,6 +157,6 @@ def _greatest(values: Array) -> Array:
 
 
 def _peaks(values: Array) -> Array:
-    """Greatest value of every polynomial through values at the nodes, (..., nodes) -> (...)."""
+    """Greatest value of each polynomial through the values at the nodes, (..., nodes) -> (...)."""
     rows = values.reshape(-1, values.shape[-1])
     return local_greatest(rows, np.arange(len(rows))).reshape(values.shape[:-1])

@@ -2,8 +2,9 @@
 
 The distance of two solids changes at most as fast as their points move, and a joint moves a point at most its speed
 times a reach that holds in every configuration (:meth:`trajevo.formulation.constraints.collision.Collision.reach`).
-Over an interval Δt with distances d₀, d₁ at its ends it therefore stays above (d₀ + d₁ - Σ reach ∫|v| dt)/2. Intervals
-whose bound is too low are halved until it is not, or until the bound is within a tolerance of the distance.
+Over an interval Δt with distances d₀, d₁ at its ends the distance therefore stays above
+(d₀ + d₁ - Σ reach ∫|v| dt)/2. Intervals whose bound is too low are halved until the bound is high enough or within a
+tolerance of the distance.
 """
 
 from __future__ import annotations
@@ -33,21 +34,21 @@ from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
 from trajevo.trajectory.batch import TrajectoryBatch
 
-#: Names of the columns: of the pairs with an obstacle, of those of the robot with itself.
+#: Names of the columns: for pairs with an obstacle, and for pairs of the robot's own links.
 NAMES = ("clearance to obstacles", "clearance to itself")
 
 
 def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> Constraint:
-    """How much of a scene's clearances is missing, over them (0.01 m at least); at most 0 only where all is proven.
+    """Missing clearance, divided by the clearance (0.01 m at least); at most 0 only if the clearance is proven.
 
-    A motion that keeps the clearance at all instants looked at gets a lower bound of its least distance, which may be
-    far below it where there is room. One that does not gets the least distance found, negative in a collision, for the
-    search to follow. The payload is not part of it.
+    For a motion that keeps the clearance at all instants checked, the distance is a proven lower bound, which may be
+    far below the true distance if there is much room. For any other motion it is the least distance found, negative in
+    a collision, so that a search can reduce the violation. The payload's geometry is not considered.
 
     Args:
-        robot: whose links; its actuators drive its joints directly.
+        robot: the robot; its actuators drive its joints directly.
         scene: obstacles and clearances.
-        tolerance: how far the proven distance may be below the true one where that decides [m].
+        tolerance: how far the proven distance may be below the true one where feasibility depends on it [m].
 
     Returns:
         A constraint with one column for obstacles and one for the robot itself, as far as the scene has them. It can be
@@ -79,7 +80,7 @@ class ProvenClearance:
 
     Attributes:
         collision: robot and scene.
-        tolerance: see there [m].
+        tolerance: as for :func:`clearance_limit` [m].
     """
 
     collision: Collision
@@ -87,18 +88,18 @@ class ProvenClearance:
 
     @property
     def kinds(self) -> tuple[int, ...]:
-        """Indices of :data:`NAMES` that there are pairs of."""
+        """Indices into :data:`NAMES` for which there are pairs."""
         return tuple(sorted({int(pair.itself) for pair in self.collision.pairs}))
 
     def __call__(self, rollout: Rollout) -> Array:
-        """Missing clearance over the clearance, at most 0 where it is proven."""
+        """Missing clearance divided by the clearance, at most 0 only if the clearance is proven."""
         columns, wanted = list(self.kinds), wanted_clearances(self.collision.scene)
         return missing(wanted[columns], self.least(rollout.trajectory)[:, columns])
 
     def least(self, trajectory: TrajectoryBatch) -> Array:
-        """Distance to obstacles and to itself, proven if not below the clearance, (B, 2) [m], inf if unwatched.
+        """Distance to obstacles and to itself, proven if not below the clearance, (B, 2) [m]; inf if not checked.
 
-        Of complex steps it is that of the real parts, with the derivative of the sample or bound that decides.
+        For complex steps it is the distance of the real parts, with the derivative of the sample or bound that decides.
         """
         if not takes_steps(trajectory):
             return self._searched(trajectory)[0]
@@ -111,7 +112,7 @@ class ProvenClearance:
         return stepped
 
     def _searched(self, trajectory: TrajectoryBatch) -> tuple[Array, Array, Array]:
-        """Distances (B, 2) [m], the pairs that decide them (B, 2) and both ends of where they do, (2, B, 2) [s]."""
+        """Distances (B, 2) [m], the pairs that decide them (B, 2) and both ends of the interval, (2, B, 2) [s]."""
         wanted = wanted_clearances(self.collision.scene)
         search = ClearanceSearch(self.collision, trajectory, wanted, self.tolerance)
         work = search.start()
@@ -127,12 +128,12 @@ class ProvenClearance:
 @final
 @dataclass(frozen=True, eq=False)
 class ClearanceProfile:
-    """Distances along motions, sampled, for pictures and checks.
+    """Distances along motions at samples, for pictures and checks.
 
     Attributes:
         t: instants, shape (B, T) [s].
-        distances: of every pair, shape (B, T, n_pairs) [m].
-        pairs: what they are of.
+        distances: distance of every pair, shape (B, T, n_pairs) [m].
+        pairs: the pairs, in the order of the columns.
     """
 
     t: Array
@@ -140,16 +141,16 @@ class ClearanceProfile:
     pairs: tuple[Pair, ...]
 
     def least(self, *, itself: bool) -> Array:
-        """Least distance between links of the robot, or to obstacles, shape (B, T) [m]; inf where none is watched."""
+        """Least distance between links of the robot, or to obstacles, shape (B, T) [m]; inf if not checked."""
         columns = [k for k, pair in enumerate(self.pairs) if pair.itself == itself]
         return frozen(self.distances[:, :, columns].min(axis=2, initial=np.inf))
 
 
 def clearance_along(motion: Any, scene: Scene, *, density: int = 50) -> ClearanceProfile:
-    """Distances along a solution, an optimum or a rollout.
+    """Distances along a motion.
 
     Args:
-        motion: any of these.
+        motion: a solution, an optimum or a rollout.
         scene: obstacles and clearances.
         density: instants per segment.
 

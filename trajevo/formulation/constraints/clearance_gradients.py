@@ -1,8 +1,8 @@
 """Distances along motions whose decision variables take complex steps: derivatives for gradient solvers.
 
 The joints of a complex step are q + i ε q', with q' the derivative along the step; to first order a distance there is
-d(q) + i ε ∂d/∂q · q'. A batch of gradients holds a row per decision variable with the same real part, for which
-distances and their derivatives are found once.
+d(q) + i ε ∂d/∂q · q'. A batch for a gradient holds a row per decision variable; all have the same real part, for which
+distances and their derivatives are computed once.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.trajectory.batch import TrajectoryBatch
 
-#: Least divisor of a column [m]; a clearance of 0 has to be measured against something.
+#: Least divisor of a column [m], since a clearance of 0 cannot be one.
 _LEAST_SCALE = 0.01
 
-#: Intervals of every segment at whose ends gradient solvers look, and steps of each that the least is sought to.
+#: Intervals of every segment whose ends are sampled for the terms, and steps of each to which minima are refined.
 _INTERVALS, _FINER = 16, 256
 _SHARE = 1.0 / (_INTERVALS * _FINER)
-#: Tolerances that the terms keep more than asked for: one for the proof, the rest for what is missed between steps.
+#: Tolerances that the terms add to a clearance: one for the proof, the rest for what is missed between steps.
 _KEPT = 1.05
 
-#: Shares of a segment are multiples of this, which halving makes them but for rounding.
+#: Shares of a segment are rounded to multiples of this; halving yields such multiples but for rounding errors.
 _FINEST_SHARE = 2.0**-40
 
 
@@ -38,7 +38,7 @@ def wanted_clearances(scene: Scene) -> Array:
 
 
 def missing(wanted: Array, distance: Array) -> Array:
-    """How much of a clearance is missing, over it."""
+    """Missing clearance, divided by the clearance."""
     share: Array = (wanted - distance) / np.maximum(wanted, _LEAST_SCALE)
     return share
 
@@ -59,9 +59,9 @@ def real_parts(trajectory: TrajectoryBatch) -> tuple[Array, Array]:
 @final
 @dataclass(frozen=True, eq=False)
 class ClearanceTerms:
-    """Missing clearance of every pair in every segment, where it is least: rollout -> (B, S x n_pairs).
+    """Missing clearance of every pair at its least distance in every segment: rollout -> (B, S x n_pairs).
 
-    Each clearance is wanted with a little more than the tolerance of the proof on top, so that what keeps it can be
+    To each clearance a little more than the tolerance of the proof is added, so that a motion that keeps it can be
     proven.
 
     Attributes:
@@ -73,7 +73,7 @@ class ClearanceTerms:
     tolerance: float
 
     def __call__(self, rollout: Rollout) -> Array:
-        """Missing clearance over the clearance."""
+        """Missing clearance divided by the clearance."""
         trajectory, kinds = rollout.trajectory, kinds_of(self.collision)
         wanted = wanted_clearances(self.collision.scene)[kinds]
         least = self._least(trajectory) - DISTANCE_ERROR - _KEPT * self.tolerance
@@ -101,7 +101,7 @@ class ClearanceTerms:
         return stepped
 
     def _look_closer(self, real: TrajectoryBatch, distances: Array, least: Array, step: Array) -> None:
-        """Around all samples less than their neighbours where a pair may come too close, finer and finer, in place."""
+        """Refine the least distances in place, around local minima of the samples where a pair may come too close."""
         wanted = wanted_clearances(self.collision.scene)[kinds_of(self.collision)] + self.tolerance
         row, segment, at, pair = np.nonzero(_dips(distances, wanted))
         items = row, segment, pair
@@ -134,21 +134,21 @@ class ClearanceTerms:
         """Distances at even shares of every segment, (N, S, U, n_pairs) [m]."""
         q = _at(real, np.linspace(0.0, 1.0, _INTERVALS + 1), 0)
         N, S, U, n = q.shape
-        # The end of a segment is the beginning of the next.
+        # The end of a segment is the start of the next.
         ends = np.concatenate([q[:, :, :-1].reshape(N, -1, n), q[:, -1, -1:]], axis=1)
         found = self.collision.distances(ends.reshape(-1, n), motion=np.repeat(np.arange(N), ends.shape[1]))
         return found.reshape(N, ends.shape[1], -1)[:, np.arange(S)[:, None] * _INTERVALS + np.arange(U)]
 
 
 def _states(real: TrajectoryBatch, row: Array, segment: Array, step: Array) -> tuple[Array, Array, Array]:
-    """Distinct states at steps of segments (K,): positions (N, n_joints), trajectories (N,), which are meant (K,)."""
+    """Distinct states at K steps of segments: positions (N, n_joints), trajectories (N,), state of each step (K,)."""
     t = real.breaks[row, segment] + step * _SHARE * real.segment_durations[row, segment]
     (q,), own, state = states_at(real, row, t, (0,))
     return q, own, state
 
 
 def _dips(distances: Array, wanted: Array) -> Array:
-    """Samples (N, S, U, n_pairs) not above their neighbours, and so near that the pair may be too close between."""
+    """Mask (N, S, U, n_pairs) of local minima so low that the pair may be too close between samples."""
     far = np.full_like(distances[:, :, :1], np.inf)
     before = np.concatenate([far, distances[:, :, :-1]], axis=2)
     after = np.concatenate([distances[:, :, 1:], far], axis=2)
@@ -160,10 +160,10 @@ def _dips(distances: Array, wanted: Array) -> Array:
 @final
 @dataclass(frozen=True, eq=False)
 class Deciding:
-    """Intervals of time, C of each of N motions, whose bounds are the answer; of samples both ends are one instant.
+    """The time intervals whose bounds are the result, C for each of N motions; for a sample, both ends are equal.
 
     Attributes:
-        pair: shape (N, C).
+        pair: index of the pair, shape (N, C).
         t: both ends, (2, N, C) [s].
     """
 
@@ -180,7 +180,7 @@ def stepped_bounds(
         collision: robot and scene.
         trajectory: B complex steps.
         real: their N distinct real parts.
-        which: real part of every step, (B,).
+        which: index of the real part of every step, (B,).
         deciding: C intervals of each real part.
 
     Returns:

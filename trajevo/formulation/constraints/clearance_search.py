@@ -1,7 +1,7 @@
 """Least distances along motions, proven between samples by branch and bound.
 
 Over an interval Δt with distances d₀, d₁ at its ends a distance stays above (d₀ + d₁ - Σ reach ∫|v| dt)/2. Intervals
-whose bound is too low are halved until it is not, or until the bound is within a tolerance of the distance.
+whose bound is too low are halved until the bound is high enough or within a tolerance of the distance.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from trajevo.base.arrays import Array
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
 from trajevo.trajectory.batch import TrajectoryBatch
 
-#: Halvings in which motions that collide are searched for how deep they do; 3 make 16 intervals of a segment.
+#: Number of halvings in the search for the greatest depth of a collision; 3 give 16 intervals per segment.
 _SEARCHED = 3
 
 
 def kinds_of(collision: Collision) -> Array:
-    """Of every pair, 0 with an obstacle and 1 of the robot with itself, shape (n_pairs,)."""
+    """Kind of every pair, 0 with an obstacle and 1 for two links of the robot, shape (n_pairs,)."""
     return np.array([int(pair.itself) for pair in collision.pairs], dtype=np.intp)
 
 
@@ -30,13 +30,14 @@ def states_at(
     """Distinct states of trajectories.
 
     Args:
-        trajectory: B of them.
-        row: which, shape (K,).
+        trajectory: B trajectories.
+        row: index of the trajectory of each instant, shape (K,).
         t: instants, shape (K,) [s].
-        derivatives: which, 0 for positions.
+        derivatives: orders of the derivatives, 0 for positions.
 
     Returns:
-        Each derivative in N distinct states, (N, n_joints), the trajectory of each, (N,), and which are meant, (K,).
+        Each derivative in N distinct states, (N, n_joints), the trajectory of each state, (N,), and the state of each
+        instant, (K,).
     """
     instants, state = np.unique(np.stack([row, t], axis=1), axis=0, return_inverse=True)
     own = instants[:, 0].astype(np.intp)
@@ -47,12 +48,12 @@ def states_at(
 
 
 def furthest(v: Array, peak: Array, dt: Array) -> Array:
-    """How far joints can move in an interval: |v| is below both |v₀| + a τ and |v₁| + a (Δt - τ).
+    """How far joints can move in an interval: |v| is at most both |v₀| + a τ and |v₁| + a (Δt - τ).
 
     Args:
         v: velocities at both ends, shape (2, ..., n_joints) [rad/s or m/s]; complex steps are kept.
-        peak: greatest |acceleration|, shape (..., n_joints) [rad/s² or m/s²].
-        dt: shape (..., 1) [s].
+        peak: greatest |acceleration| a, shape (..., n_joints) [rad/s² or m/s²].
+        dt: length Δt of the interval, shape (..., 1) [s].
 
     Returns:
         Shape (..., n_joints) [rad or m].
@@ -64,16 +65,16 @@ def furthest(v: Array, peak: Array, dt: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Intervals:
-    """K intervals of time of one pair each.
+    """K time intervals, each of one pair.
 
     Attributes:
-        row: trajectory, (K,).
-        pair: (K,).
+        row: index of the trajectory, (K,).
+        pair: index of the pair, (K,).
         t: both ends, (2, K) [s].
-        v: joint velocities at both ends, within the segment, (2, K, n_joints).
+        v: joint velocities at both ends, within the segment, (2, K, n_joints) [rad/s or m/s].
         d: distances at both ends, (2, K) [m].
         known: a lower bound that is already proven, (K,) [m].
-        proof: both ends of the interval of which it is the bound, (2, K) [s].
+        proof: both ends of the interval for which this bound was proven, (2, K) [s].
     """
 
     row: Array
@@ -85,20 +86,20 @@ class Intervals:
     proof: Array
 
     def chosen(self, keep: Array) -> Intervals:
-        """Those of a mask, (K,)."""
+        """The intervals selected by a mask, (K,)."""
         single = {name: getattr(self, name)[keep] for name in ("row", "pair", "known")}
         return Intervals(**single, **{name: getattr(self, name)[:, keep] for name in ("t", "v", "d", "proof")})
 
 
 @final
 class Least:
-    """Least distances found of B motions, to obstacles and to itself (B, 2) [m], of which pair and where, (2, B, 2)."""
+    """Least distances of B motions to obstacles and to itself (B, 2) [m], their pairs and time intervals (2, B, 2)."""
 
     def __init__(self, count: int) -> None:
         self.d, self.pair, self.t = np.full((count, 2), np.inf), np.zeros((count, 2), np.intp), np.zeros((2, count, 2))
 
     def take(self, row: Array, kind: Array, pair: Array, d: Array, t: Array) -> None:
-        """Distances (K,) of pairs, each where t (2, K) says."""
+        """Take in distances (K,) of pairs in intervals t, (2, K)."""
         better = d < self.d[row, kind]
         row, kind, d = row[better], kind[better], d[better]
         np.minimum.at(self.d, (row, kind), d)
@@ -109,7 +110,7 @@ class Least:
 
 @dataclass(eq=False)
 class ClearanceSearch:
-    """Branch and bound of a batch: what was sampled, and what is proven."""
+    """Branch and bound for a batch: the least sampled and the least proven distances."""
 
     collision: Collision
     trajectory: TrajectoryBatch
@@ -153,7 +154,7 @@ class ClearanceSearch:
         )
 
     def halve(self, work: Intervals) -> Intervals:
-        """Look at the middle of every interval and keep the halves that are still open."""
+        """Sample the middle of every interval and keep the halves that are still open."""
         self.halvings += 1
         middle = work.t.mean(axis=0)
         d, v = self._look(work, middle)
@@ -174,7 +175,7 @@ class ClearanceSearch:
         return d, v[state]
 
     def _open(self, work: Intervals) -> Intervals:
-        """Settle the intervals that are proven, or as good as can be, and return the others."""
+        """Settle the intervals that are proven or need no further halving, and return the others."""
         kind, (bound, proof) = self.kind[work.pair], self._bound(work)
         sampled = self.sampled.d[work.row, kind]
         collides = sampled < self.wanted[kind]
@@ -187,13 +188,13 @@ class ClearanceSearch:
         return work.chosen(~settled)
 
     def _bound(self, work: Intervals) -> tuple[Array, Array]:
-        """Lower bounds (K,) [m] and the intervals that they are of, (2, K) [s]."""
+        """Lower bounds (K,) [m] and the intervals for which they were proven, (2, K) [s]."""
         own = 0.5 * (work.d.sum(axis=0) - self._travel(work))
         better = own > work.known
         return np.where(better, own, work.known), np.where(better, work.t, work.proof)
 
     def _travel(self, work: Intervals) -> Array:
-        """How far the solids can move against each other."""
+        """How far the two solids can move relative to each other, (K,) [m]."""
         most = furthest(work.v, self.peak[work.row], (work.t[1] - work.t[0])[:, None])
         travel: Array = (self.reach[work.row, work.pair] * most).sum(axis=1)
         return travel

@@ -1,7 +1,7 @@
 """Distances between the links of a robot and obstacles, and between its links, by Pinocchio and coal.
 
-Meshes are replaced by their convex hulls. A hull contains its mesh, so every distance is at most the mesh's: clearance
-of the hulls is clearance of the robot. What the robot carries is not part of it.
+Meshes are replaced by their convex hulls. A hull contains its mesh, so its distances are at most those of the mesh, and
+if the hulls keep a clearance, so does the robot. The payload has no geometry.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from trajevo.formulation.constraints.solids import (
 )
 from trajevo.robot.robot import Robot
 
-#: Configurations drawn to find the pairs that always touch, and the share in which they do (as MoveIt's assistant).
+#: Number of random configurations, and the share of them in which a pair touches to be skipped (as MoveIt's assistant).
 _DRAWN, _ALWAYS = 200, 0.95
 
-#: What coal iterates distances to [m]; no slower than its usual 1e-6, which stays for depths: closer it gives up.
+#: Tolerance of coal's distances [m], no slower than its default 1e-6. Depths keep the default: below it, coal fails.
 _TOLERANCE = 1e-10
 
-#: Depth [m] of overlaps whose depth coal does not find: it then says 1.8e308, far above the greatest in earnest.
+#: Depth [m] assumed where coal does not find it and returns 1.8e308, and the greatest depth that is believed [m].
 _UNKNOWN_DEPTH, _DEEPEST = 1e-3, 1e3
 
-#: By how much the square of a unit vector's length may differ from 1; coal gives no direction where it finds no depth.
+#: Tolerance of a unit normal's squared length; coal gives no direction where it finds no depth.
 _UNIT = 1e-6
 
 #: Bound of the error of a distance [m].
@@ -46,7 +46,7 @@ DISTANCE_ERROR = 2e-6
 @final
 @dataclass(frozen=True)
 class Pair:
-    """Two solids whose distance is watched.
+    """Two solids whose distance is checked.
 
     Attributes:
         first: a geometry of the robot, ``<link>_<number>``.
@@ -61,7 +61,7 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class _Made:
-    """Geometry, the pairs in its order, those that always touch, and buffers for distances that nobody used."""
+    """Geometry, the pairs in its order, those that nearly always touch, and unused buffers for distances."""
 
     geometry: Any
     pairs: tuple[Pair, ...]
@@ -74,9 +74,9 @@ class _Made:
 class Collision:
     """The collision geometry of a robot in a scene.
 
-    Watched are all geometries that move against all obstacles and, with a ``self_clearance``, all geometries on joints
-    that are neither the same nor parent and child, except pairs that touch in at least 95 % of 200 random
-    configurations within the joint limits (seed 0): their distance says nothing about the motion.
+    All moving geometries are checked against all obstacles. With a ``self_clearance``, geometries are also checked
+    against each other if their joints are neither the same nor parent and child, except pairs that touch in at least
+    95 % of 200 random configurations within the joint limits (seed 0): their distance says nothing about the motion.
 
     Attributes:
         robot: the robot.
@@ -94,25 +94,25 @@ class Collision:
         self._made()
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_cache": {}}  # geometry cannot be pickled; made again when needed
+        return self.__dict__ | {"_cache": {}}  # geometry cannot be pickled; it is built again when needed
 
     @property
     def pairs(self) -> tuple[Pair, ...]:
-        """What is watched, in the order of every (..., n_pairs) array."""
+        """The pairs that are checked, in the order of every (..., n_pairs) array."""
         return self._made().pairs
 
     @property
     def skipped(self) -> tuple[Pair, ...]:
-        """Pairs of links that are not watched because they touch in nearly every configuration."""
+        """Pairs of links that are not checked because they touch in nearly every configuration."""
         return self._made().skipped
 
     def distances(self, q: Array, *, motion: Array | None = None) -> Array:
-        """Signed distances of all pairs; where two solids overlap, minus the depth.
+        """Signed distances of all pairs; minus the depth where two solids overlap.
 
         Args:
             q: joint positions, shape (N, n_joints) [rad or m].
-            motion: number of the motion that each state is of, from 0 on, shape (N,); all of one if None. Where the
-                states of a motion follow each other, their last digits depend on those of no other motion.
+            motion: index of the motion of each state, from 0 on, shape (N,); a single motion if None. If the states of
+                each motion are consecutive, the last digits of its distances do not depend on other motions.
 
         Returns:
             Shape (N, n_pairs) [m].
@@ -129,7 +129,7 @@ class Collision:
         return _plausible(distances)
 
     def distances_of(self, q: Array, state: Array, pair: Array, *, motion: Array | None = None) -> Array:
-        """Signed distances of some pairs in some states, cheaper than all where few are asked for.
+        """Signed distances of some pairs in some states, cheaper than all distances if they are few.
 
         Args:
             q: joint positions, shape (N, n_joints) [rad or m].
@@ -146,7 +146,7 @@ class Collision:
     def slopes_of(self, q: Array, state: Array, pair: Array, *, motion: Array | None = None) -> Array:
         """Derivatives of signed distances with respect to the positions of the model's joints, depths included.
 
-        Where two solids overlap so that coal does not find the depth, it is how their middles part.
+        If two solids overlap and coal does not find the depth, the distance of their centres is used instead.
 
         Args:
             q: joint positions, shape (N, n_joints) [rad or m].
@@ -176,7 +176,7 @@ class Collision:
         return frozen(parting(self.robot, frames[state], Witnesses(carriers, points, normals)))
 
     def _results(self, q: Array, state: Array, pair: Array, motion: Array | None) -> Iterator[tuple[Any, Any]]:
-        """What coal finds of each pair in its state, and Pinocchio's data there."""
+        """The result of coal for each pair in its state, and Pinocchio's data of that state."""
         configurations = self._configurations(q)
         geometry, places, data, requests = self._buffers()
         motions, last, last_row = _motions(motion, len(q)), -1, -1
@@ -189,15 +189,15 @@ class Collision:
             yield pin.computeDistance(geometry, data, watched), places
 
     def reach(self, lower: Array, upper: Array) -> Array:
-        """How fast the distance of a pair can change at most per speed of a joint, in whatever configuration.
+        """Bound of the rate of change of each pair's distance per unit of joint speed, in every configuration.
 
         Joints that carry both solids do not change their distance, see
         :func:`trajevo.formulation.constraints.solids.solid_reach`.
 
         Args:
-            lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints count. Complex
+            lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints matter. Complex
                 steps are kept.
-            upper: greatest joint positions.
+            upper: greatest joint positions, the same shape [rad or m].
 
         Returns:
             Shape (B, n_pairs, n_joints) [m/rad or 1].
@@ -216,8 +216,8 @@ class Collision:
         return self.robot.transmission.motion(actuated, still, still)[0]
 
     def _buffers(self) -> tuple[Any, Any, Any, Any]:
-        # coal notes in the requests where it ended and starts from there, which is fast along a motion; so that digits
-        # do not depend on other motions, every one begins with a copy of requests that nobody used.
+        # coal stores its last result in the requests and starts from it, which is fast along a motion. So that digits
+        # do not depend on other motions, each motion starts with a copy of unused requests.
         made = self._made()
         return made.geometry, self.robot.model.createData(), made.geometry.createData(), made.unused.distanceRequests
 
@@ -231,10 +231,10 @@ class Collision:
         count = len(geometry.geometryObjects)
         for obstacle in self.scene.obstacles:
             placement = pin.SE3(obstacle.rotation, np.array(obstacle.position))
-            # Obstacles may be called like links, and Pinocchio wants names that differ.
+            # Obstacles may have the names of links, but Pinocchio needs unique names.
             entry = pin.GeometryObject(f"obstacle {obstacle.name}", 0, placement, solid_of(obstacle))
             geometry.addGeometryObject(entry)
-        own = list(geometry.geometryObjects)[:count]  # not before: adding moves the others in memory
+        own = list(geometry.geometryObjects)[:count]  # not earlier: adding objects moves the others in memory
         if not any(entry.parentJoint > 0 for entry in own):
             raise InvalidInputError(f"robot {robot.name!r}: {robot.urdf}: expected <collision> geometry, got none")
         moving = [k for k, entry in enumerate(own) if entry.parentJoint > 0]
@@ -278,7 +278,7 @@ def _apart(model: Any, own: list[Any]) -> list[tuple[int, int]]:
 
 
 def _watch(geometry: Any, pairs: list[tuple[int, int]]) -> None:
-    """Make these the pairs of a geometry."""
+    """Set the pairs of a geometry."""
     geometry.removeAllCollisionPairs()
     for first, second in pairs:
         geometry.addCollisionPair(pin.CollisionPair(first, second))
@@ -293,7 +293,7 @@ def _distance_data(geometry: Any) -> Any:
 
 
 def _motions(motion: Array | None, count: int) -> list[int]:
-    """Numbers of the motions that states are of."""
+    """Index of the motion of each state."""
     return [0] * count if motion is None else motion.tolist()
 
 

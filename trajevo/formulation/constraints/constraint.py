@@ -1,4 +1,4 @@
-"""What every constraint is, a pure function of a rollout, at most 0 where feasible, and what every kind of limit is.
+"""Constraints, pure functions of a rollout that are at most 0 where feasible, and kinds of limits.
 
 A value of 0.05 means that the limit is exceeded by 5 %. Limits that are ``inf`` have no column.
 """
@@ -19,7 +19,7 @@ from trajevo.robot.robot import Robot
 from trajevo.trajectory.interpolants import Interpolant
 
 #: How a limit is known to hold between samples: by the exact extremes of the motion, by a guaranteed bound, by
-#: a proof that cuts the motion into pieces, or not at all, since samples alone are looked at.
+#: a proof that cuts the motion into pieces, or not at all, because only samples are checked.
 Guarantee = Literal["extremes", "bound", "pieces", "samples"]
 
 
@@ -29,19 +29,20 @@ class Constraint:
 
     Attributes:
         names: one name per column.
-        reference: where the limits stand.
+        reference: source of the limits.
         function: rollout of B trajectories -> (B, len(names)).
-        terms: what the columns are the greatest of, in as many columns as that takes, (B, K); None where the columns
-            are smooth themselves. A gradient solver goes astray where a greatest passes from one term to another.
-        sampled: the same limit at the samples alone, of one that is proven between them.
-        quantity: what is limited, as certificates name it: ``"position"``, ``"velocity"``, ``"acceleration"``,
-            ``"jerk"``, ``"effort"``, ``"tool speed"``, ``"clearance"`` and the like; ``""`` for something of the
-            problem's own of which nothing more is known.
-        limit: what the quantity is held to [SI], the same for all columns or one for each; None where a column is
-            measured against something else.
-        share: which share of the robot's own limit is left to the motion, 1 for all of it; None of what is no limit
-            of a robot's joints.
-        proof: how it is known to hold between samples.
+        terms: rollout -> the smooth values whose maxima are the columns, (B, K); None if the columns are smooth
+            themselves. Gradient solvers need the terms, since a maximum has a kink where it passes from one term to
+            another.
+        sampled: the same limit at the samples alone, if this one is proven between them; otherwise None.
+        quantity: the limited quantity, as certificates name it: ``"position"``, ``"velocity"``, ``"acceleration"``,
+            ``"jerk"``, ``"effort"``, ``"tool speed"``, ``"clearance"`` and the like; ``""`` for a problem's own
+            constraint on an unknown quantity.
+        limit: limit of the quantity [SI], the same for all columns or one for each; None if a column is not measured
+            against a fixed limit.
+        share: share of the robot's joint limit that the motion may use, 1 for all of it; None if the constraint is not
+            a limit of the robot's joints.
+        proof: how the limit is known to hold between samples.
     """
 
     names: tuple[str, ...]
@@ -56,16 +57,16 @@ class Constraint:
 
     @property
     def at_samples(self) -> Constraint:
-        """The limit at the samples alone; itself where nothing more is proven."""
+        """The limit at the samples alone; the constraint itself if it proves nothing between them."""
         return self if self.sampled is None else self.sampled
 
 
 def in_terms(constraint: Constraint, example: Rollout) -> Constraint:
-    """A constraint with a column for each of its terms; the same where it has none.
+    """A constraint with a column for each of its terms; the same constraint if it has none.
 
     Args:
-        constraint: any.
-        example: a rollout like those that it will be asked about, which tells how many terms there are.
+        constraint: any constraint.
+        example: a rollout like those to be evaluated, from which the number of terms is taken.
     """
     if constraint.terms is None:
         return constraint
@@ -77,12 +78,12 @@ def in_terms(constraint: Constraint, example: Rollout) -> Constraint:
 @final
 @dataclass(frozen=True, eq=False)
 class Limited:
-    """What a limit is made for.
+    """What a limit applies to.
 
     Attributes:
         robot: the robot.
-        points: what it visits.
-        interpolant: how it moves through them.
+        points: the points that it visits.
+        interpolant: the interpolant of its motion through them.
     """
 
     robot: Robot
@@ -138,13 +139,14 @@ class LimitParameter:
 
     Attributes:
         name: of argument and key.
-        unit: SI unit of the value, ``"1"`` for a share, ``""`` for no number.
-        help: one line that says what it is.
-        check: name, what was given and unit -> the value that is used; raises InvalidInputError.
-        default: the value where none is given; None of a parameter that makes the limit hold by being given.
-        type: of the key in a task's file: ``float``, ``int``, ``bool``, ``str``, ``list[float]``, ``dict[str, Any]``.
-        table: whether in a task it is a table of its own instead of a key of ``[constraints]``.
-        plain: the value -> plain data that gives an equal one; what was given is plain data if None.
+        unit: SI unit of the value, ``"1"`` for a share, ``""`` if it is not a number.
+        help: description in one line.
+        check: name, given value and unit -> the value to use; raises InvalidInputError.
+        default: value if none is given; None for a parameter whose presence switches the limit on.
+        type: type of the key in a task's file: ``float``, ``int``, ``bool``, ``str``, ``list[float]``,
+            ``dict[str, Any]``.
+        table: whether it is a table of its own in a task, not a key of ``[constraints]``.
+        plain: value -> plain data from which an equal value can be made; None if given values are plain data.
     """
 
     name: str
@@ -157,11 +159,11 @@ class LimitParameter:
     plain: Callable[[Any], Any] | None = field(default=None, kw_only=True)
 
     def value(self, given: Any) -> Any:
-        """What was given, checked; None stays None where that is the default."""
+        """The given value, checked; None stays None if that is the default."""
         return None if given is None and self.default is None else self.check(self.name, given, self.unit)
 
     def setting(self, given: Any) -> Any:
-        """What was given as plain data."""
+        """The given value as plain data."""
         if self.plain is None or given is None:
             return given.item() if isinstance(given, np.generic) else given
         return self.plain(self.value(given))
@@ -172,14 +174,14 @@ class LimitParameter:
 class LimitKind:
     """A kind of limit.
 
-    A kind whose parameters all have defaults, or that has none, holds where it is named among the constraints; another
-    where its parameters are given.
+    A kind without parameters, or whose parameters all have defaults, is switched on by its name among the constraints;
+    any other kind by giving its parameters.
 
     Attributes:
-        name: of the kind.
-        help: one line that says what must not exceed what.
-        make: what is limited, and the values of the parameters by name -> the constraint.
-        parameters: what it takes.
+        name: name of the kind.
+        help: what is limited, in one line.
+        make: what the limit applies to, and the values of the parameters by name -> the constraint.
+        parameters: its parameters.
     """
 
     name: str
@@ -189,14 +191,14 @@ class LimitKind:
 
     @property
     def by_name(self) -> bool:
-        """Whether it is asked for by its name."""
+        """Whether the kind is switched on by its name."""
         return all(parameter.default is not None for parameter in self.parameters)
 
     def asked_for(self, given: dict[str, Any]) -> bool:
-        """Whether parameters that were given ask for it.
+        """Whether the given parameters switch the limit on.
 
         Raises:
-            InvalidInputError: some of those that do are there and others are missing.
+            InvalidInputError: some of the parameters that the limit needs are given and others are missing.
         """
         needed = [parameter.name for parameter in self.parameters if parameter.default is None]
         missing = [name for name in needed if given.get(name) is None]
@@ -206,6 +208,6 @@ class LimitKind:
         return bool(needed) and not missing
 
     def constraint(self, limited: Limited, given: dict[str, Any]) -> Constraint:
-        """The constraint, of the parameters among those that were given."""
+        """The constraint with its own parameters from all those given."""
         values = {p.name: p.value(given.get(p.name, p.default)) for p in self.parameters}
         return self.make(limited, **values)

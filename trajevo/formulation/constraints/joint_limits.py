@@ -1,4 +1,4 @@
-"""Limits of the joints, by the exact extremes of a motion, and of effort at its samples."""
+"""Joint limits: positions and their derivatives by the exact extremes of a motion, effort at its samples."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from trajevo.trajectory.batch import DERIVATIVES
 
 
 def position_limits(robot: Robot) -> Constraint:
-    """Exact extremes of every joint inside its range; the excess is divided by half the range.
+    """How far the exact extremes of every joint leave its range, divided by half the range.
 
-    Where one end is infinite it is divided by the size of the other, or by 1 rad or m where that is 0.
+    If one end of the range is infinite, the divisor is the magnitude of the other, or 1 rad or m if that is 0.
     """
     kept = _bounded(robot)
     return Constraint(
@@ -53,14 +53,14 @@ def kinematic_limits(robot: Robot) -> tuple[Constraint, ...]:
 
 
 def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
-    """Greatest |effort| of every joint at the samples, divided by what is left of its limit, minus 1.
+    """Greatest |effort| of every joint at the samples, divided by the usable share of its limit, minus 1.
 
     Args:
-        robot: whose limits.
+        robot: the robot.
         margin: share of the limit that is kept free, from 0 to below 1.
 
     Raises:
-        InvalidInputError: another margin.
+        InvalidInputError: a margin outside this range.
     """
     kept = np.flatnonzero(np.isfinite(robot.limits.effort))
     share = 1.0 - share_kept_free("effort_margin", margin, "1")
@@ -119,7 +119,7 @@ def _position_terms(rollout: Rollout) -> Array:
 
 
 def _outside(robot: Robot, least: Array, greatest: Array) -> Array:
-    """How far least and greatest positions (..., n_joints) leave the ranges of the joints that have one."""
+    """Normalised excess of least and greatest positions (..., n_joints) over the ranges of joints that have one."""
     kept = _bounded(robot)
     lower, upper = robot.limits.lower[kept], robot.limits.upper[kept]
     finite = np.where(np.isfinite(lower), lower, upper)
@@ -149,7 +149,7 @@ def _bounded(robot: Robot) -> np.ndarray[Any, np.dtype[np.intp]]:
 
 
 def limited_joints(robot: Robot, derivative: int) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Joints whose derivative of this order is limited."""
+    """Indices of the joints whose derivative of this order is limited."""
     return np.flatnonzero(np.isfinite(limit_of(robot, derivative)))
 
 

@@ -1,7 +1,7 @@
 """Kinds of limits by name: trajevo's own and those of other packages.
 
 To add one, write a file with its function and its :class:`~trajevo.formulation.constraints.constraint.LimitKind`, and
-name that here.
+add the kind to :data:`KINDS`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from trajevo.formulation.constraints.joint_limits import ACCELERATION, EFFORT, J
 from trajevo.formulation.constraints.motion_limits import LONGEST_TIME, MEAN_VELOCITY, OVERSHOOT
 from trajevo.formulation.constraints.tool import TOOL_HEIGHT, TOOL_SPEED
 
-#: Kinds of limits by name; those that are asked for by a parameter have their columns in this order, after the named.
+#: Kinds of limits by name. Columns of kinds that a parameter switches on follow those of named kinds, in this order.
 KINDS: dict[str, LimitKind] = {
     kind.name: kind
     for kind in (
@@ -49,18 +49,18 @@ NAMED_KINDS: Registry[LimitKind] = Registry(
 def constraints_of(
     names: Sequence[str], limited: Limited, *, limits: str = "certified", **given: Any
 ) -> tuple[Constraint, ...]:
-    """The limits of a problem: those that are named, then those that a parameter asks for.
+    """The limits of a problem: those that are named, then those that a parameter switches on.
 
     Args:
-        names: kinds of limits that take no parameter, or only such as have a default.
+        names: kinds of limits that have no parameters, or only parameters with a default.
         limited: robot, points and interpolant.
-        limits: ``"certified"``, effort and tool speed are proven between the samples, see
+        limits: ``"certified"`` to prove effort and tool speed between the samples, see
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
-        **given: parameters of limits; None is as good as not given.
+        **given: parameters of limits; None means not given.
 
     Raises:
         UnknownNameError: no such constraint, or another value of ``limits``.
-        InvalidInputError: the names are no list, no limit takes such a parameter, or its value cannot be used.
+        InvalidInputError: the names are not a list, no limit has such a parameter, or its value cannot be used.
     """
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise InvalidInputError(f"constraints: expected a list of names, got {names!r}")
@@ -76,7 +76,7 @@ def constraints_of(
 
 
 def kinds_for(names: Sequence[str], given: Mapping[str, Any]) -> dict[str, LimitKind]:
-    """The kinds among which names and parameters are looked for; those of other packages only where they are needed.
+    """The kinds in which names and parameters are looked up; other packages' kinds only if they are needed.
 
     Raises:
         InvalidInputError: no kind has a parameter of that name.
@@ -85,7 +85,7 @@ def kinds_for(names: Sequence[str], given: Mapping[str, Any]) -> dict[str, Limit
         return KINDS
     kinds = NAMED_KINDS.all()
     for name in names:
-        NAMED_KINDS.find(name)  # says why one of another package cannot be used
+        NAMED_KINDS.find(name)  # raises an error that says why another package's kind cannot be used
     known = parameters_of(kinds)
     for key in given:
         if key not in known:
@@ -97,7 +97,7 @@ def parameters_of(kinds: Mapping[str, LimitKind]) -> dict[str, LimitParameter]:
     """The parameters of kinds by name, in the kinds' order.
 
     Raises:
-        InvalidInputError: two kinds have one of the same name.
+        InvalidInputError: two kinds have parameters of the same name.
     """
     found: dict[str, LimitParameter] = {}
     for kind in kinds.values():
@@ -113,7 +113,7 @@ def parameters_of(kinds: Mapping[str, LimitKind]) -> dict[str, LimitParameter]:
 def _check_named(name: str, kinds: Mapping[str, LimitKind], by_name: list[str]) -> None:
     if name in kinds and name not in by_name:
         needed = next(p.name for p in kinds[name].parameters if p.default is None)
-        raise InvalidInputError(f"constraints: {name!r} holds where {needed!r} is given, it is not named here")
+        raise InvalidInputError(f"constraints: {name!r} is switched on by giving {needed!r}, not by its name here")
     checked_name("constraint", name, by_name)
 
 

@@ -15,7 +15,7 @@ from trajevo.trajectory.batch import TrajectoryBatch
 
 
 def mean_velocity_limits(robot: Robot) -> Constraint:
-    """Greatest mean velocity of any segment and joint over its limit, minus 1; implied by the velocity limits."""
+    """Greatest ratio of a joint's mean velocity in a segment to its limit, minus 1; implied by the velocity limits."""
     return Constraint(
         ("mean velocity",), robot.reference, _mean_velocity_excess, quantity="mean velocity", proof="extremes"
     )
@@ -30,7 +30,7 @@ def _mean_velocity_excess(rollout: Rollout) -> Array:
 
 
 def overshoot_limit(points: ViaPoints, most: float) -> Constraint:
-    """How far any joint leaves the range of the points [rad or m], exact, over what is allowed, minus 1."""
+    """Exact overshoot of any joint beyond the range of the points over the limit ``most`` [rad or m], minus 1."""
     excess = partial(_overshoot_excess, points=points, most=most)
     return Constraint(
         ("overshoot",), "range of the via points", excess, quantity="overshoot", limit=most, proof="extremes"
@@ -50,7 +50,7 @@ def _overshoot_excess(rollout: Rollout, *, points: ViaPoints, most: float) -> Ar
 
 
 def time_limit(longest: float) -> Constraint:
-    """Duration over the longest one [s], minus 1."""
+    """Duration divided by the longest duration allowed [s], minus 1."""
     excess = partial(_time_excess, longest=longest)
     return Constraint(
         ("longest time",), "longest time allowed", excess, quantity="duration", limit=longest, proof="extremes"

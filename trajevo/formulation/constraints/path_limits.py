@@ -1,4 +1,4 @@
-"""Limits of motions along a path: the bounds (20)-(25) of Paing 2021, whole or term by term."""
+"""Limits of motions along a path by the bounds (20)-(25) of Paing 2021, as maxima or term by term."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from trajevo.trajectory.parameterisation import ORDERS, Course
 
 
 def hull_limits(robot: Robot) -> tuple[Constraint, ...]:
-    """Velocity, acceleration and jerk along a path, bounded by (20)-(25) of Paing 2021, over their limits, minus 1."""
+    """Bounds (20)-(25) of Paing 2021 of velocity, acceleration and jerk along a path, over the limits, minus 1."""
     return tuple(
         Constraint(
             limit_names(DERIVATIVES[order], robot, limited_joints(robot, order)),
@@ -38,12 +38,12 @@ def hull_limits(robot: Robot) -> tuple[Constraint, ...]:
 
 
 def smooth_path_limits(robot: Robot, bound: str, like: Course) -> tuple[Constraint, ...]:
-    """The limits along a path in many columns that a gradient solver can differentiate; nothing to show people.
+    """The limits along a path in many smooth columns, for gradient solvers; not meant for display.
 
     Args:
-        robot: whose limits.
+        robot: the robot.
         bound: ``"hull"``, every term of (20)-(25), or ``"tight"``, the extremes within every span of u(t).
-        like: a course of the same make as those that will be limited.
+        like: a course of the same structure as those to be limited.
     """
     constraints = []
     for order in ORDERS:
@@ -81,7 +81,7 @@ def along_path(rollout: Rollout) -> ComposedBatch:
     """The trajectories of a rollout along a path.
 
     Raises:
-        InvalidInputError: they are of another kind.
+        InvalidInputError: the trajectories are of another kind.
     """
     if not isinstance(rollout.trajectory, ComposedBatch):
         raise InvalidInputError("trajectory: expected runs along a path, got " + type(rollout.trajectory).__name__)

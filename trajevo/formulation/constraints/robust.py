@@ -1,13 +1,13 @@
-"""Effort limits that every payload of intervals keeps: mass and centre of mass known to a box.
+"""Effort limits kept with every payload whose mass and centre of mass lie in given intervals.
 
-Effort is τ₀ + m f(c), f what each kilogram adds with its centre of mass at c. For masses from m₁ to m₂ and F the
-greatest value of f over the box, the greatest effort is τ₀ + max(m₁ F, m₂ F), and the same with -τ₀ and -f the other
-way. Along the box's coordinates u from -1 to 1,
+Effort is τ₀ + m f(c), where f(c) is what each kilogram with its centre of mass at c adds. For masses from m₁ to m₂ and
+the greatest value F of f over the box of c, the greatest effort is τ₀ + max(m₁ F, m₂ F); in the other direction, the
+same holds with -τ₀ and -f. In the box's coordinates u from -1 to 1,
 
     f = a + b·u + uᵀ Q u
 
-without any error, since f is affine (a bare weight) or quadratic (a rigid body) in c. So a, b and Q follow from f at
-the middle of the box, at the middles of its faces and, for a rigid body, of three edges, and the greatest value from
+exactly, since f is affine (a bare weight) or quadratic (a rigid body) in c. So a, b and Q follow from f at the middle
+of the box, at the middles of its faces and, for a rigid body, of three edges. The greatest value is found by
 :func:`trajevo.base.intervals.greatest_quadratic`.
 """
 
@@ -30,18 +30,18 @@ from trajevo.formulation.constraints.joint_limits import effort_limits
 
 
 def robust_effort_limits(dynamics: Dynamics, *, mass: Any, com: Any, margin: float = 0.0) -> Constraint:
-    """Greatest |effort| of every joint at the samples, of all payloads of intervals, over its limit, minus 1.
+    """Greatest |effort| of every joint at the samples over all payloads in the intervals, over its limit, minus 1.
 
     Args:
-        dynamics: of the robot whose limits hold; its payload says how the load acts and gives the inertia per kilogram
-            about the centre of mass, its mass and its centre of mass play no part.
+        dynamics: dynamics of the robot. Its payload gives the model and the inertia per kilogram about the centre of
+            mass; its mass and centre of mass are not used.
         mass: least and greatest mass, shape (2,) [kg].
         com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
         margin: share of the limit that is kept free, from 0 to below 1.
 
     Raises:
-        InvalidInputError: another margin, intervals that are not from a least to a greatest, a negative mass, or a
-            payload whose model knows no centre of mass.
+        InvalidInputError: a margin outside its range, an interval whose ends are not in ascending order, a negative
+            mass, or a payload model without centre of mass.
     """
     ordinary = effort_limits(dynamics.robot, margin=margin)
     box = PayloadBox.of(dynamics, mass, com)
@@ -52,15 +52,15 @@ def robust_effort_limits(dynamics: Dynamics, *, mass: Any, com: Any, margin: flo
 @final
 @dataclass(frozen=True, eq=False)
 class PayloadBox:
-    """All payloads of intervals of mass and centre of mass.
+    """All payloads whose mass and centre of mass lie in given intervals.
 
     Attributes:
-        masses: least and greatest [kg].
+        masses: least and greatest mass [kg].
         middle: the robot with one kilogram in the middle of the box.
-        faces: the same with it in the middle of faces, two per axis that the box extends along; the one on the low side
-            is None where effort is affine in the centre of mass.
-        edges: pairs of those axes, and the same with it in the middle of the edge on the high side of both; none where
-            effort is affine.
+        faces: the robot with one kilogram in the middle of a face, for each axis along which the box extends, on the
+            high and on the low side; the latter is None if effort is affine in the centre of mass.
+        edges: pairs of these axes, and the robot with one kilogram in the middle of the edge on the high side of both;
+            empty if effort is affine.
     """
 
     masses: tuple[float, float]
@@ -70,10 +70,10 @@ class PayloadBox:
 
     @classmethod
     def of(cls, dynamics: Dynamics, mass: Any, com: Any) -> PayloadBox:
-        """The box of intervals, see :func:`robust_effort_limits`."""
+        """The box of given intervals, see :func:`robust_effort_limits`."""
         payload = dynamics.payload
         if payload.model == "tool_axis":
-            raise InvalidInputError("payload.model: 'tool_axis' acts at the tool's origin, it has no centre of mass")
+            raise InvalidInputError("payload.model: 'tool_axis' acts at the tool's origin and has no centre of mass")
         masses, (low, high) = mass_interval(mass), interval(com, "com", (2, 3))
         kilogram = payload.with_mass(1.0)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -93,14 +93,14 @@ class PayloadBox:
         )
 
     def greatest_efforts(self, rollout: Rollout, joints: Array) -> Array:
-        """Greatest effort one way and the other at the samples, of all payloads of the box.
+        """Greatest effort in either direction at the samples, over all payloads in the box.
 
         Args:
-            rollout: of the robot; what it carries plays no part.
-            joints: indices of the joints asked for, shape (K,).
+            rollout: a rollout of the robot; its payload is not used.
+            joints: indices of joints, shape (K,).
 
         Returns:
-            Shape (B, T, K, 2) [N·m or N]: of τ and of -τ.
+            Greatest τ and greatest -τ, shape (B, T, K, 2) [N·m or N].
         """
         base = rollout.unloaded_effort[..., joints]
         both = np.stack([base, -base], axis=-1)
@@ -115,7 +115,7 @@ class PayloadBox:
         return greatest
 
     def _forms(self, rollout: Rollout, joints: Array) -> tuple[Array, Array, Array]:
-        """Forms a (R,), b (R, D), Q (R, D, D) of what each kilogram adds, R = B x T x K."""
+        """Coefficients a (R,), b (R, D) and Q (R, D, D) of f, with R = B x T x K and D axes of the box."""
 
         def each(dynamics: Dynamics) -> Array:
             added: Array = dynamics.effort_per_kilogram(rollout.q, rollout.v, rollout.a)[..., joints].ravel()
@@ -144,7 +144,7 @@ def _terms(rollout: Rollout, *, box: PayloadBox, share: float) -> Array:
 
 
 def _over_limit(rollout: Rollout, box: PayloadBox, share: float) -> Array:
-    """Greatest efforts over what is left of the limits, minus 1, shape (B, T, K, 2)."""
+    """Greatest efforts divided by the usable share of the limits, minus 1, shape (B, T, K, 2)."""
     limit = rollout.robot.limits.effort * share
     kept = np.flatnonzero(np.isfinite(limit))
     over: Array = box.greatest_efforts(rollout, kept) / limit[kept][:, None] - 1.0

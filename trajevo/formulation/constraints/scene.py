@@ -20,9 +20,9 @@ class Obstacle:
     """A solid that stands still in the base frame of the robot.
 
     Attributes:
-        position: of its centre [m].
+        position: position of its centre [m].
         rpy: roll, pitch and yaw about the fixed axes x, y and z, as in a URDF [rad].
-        name: what messages and pictures call it; a scene names those that have none.
+        name: its name in messages and pictures; a scene numbers obstacles that have none.
 
     Raises:
         InvalidInputError: a number that is missing, not finite or, for a size, not positive.
@@ -78,7 +78,7 @@ class Box(Obstacle):
     """A box.
 
     Attributes:
-        size: its edges along its own x, y and z [m].
+        size: lengths of its edges along its own x, y and z axes [m].
     """
 
     size: Triple
@@ -129,12 +129,12 @@ SHAPES: dict[str, type[Obstacle]] = {"box": Box, "sphere": Sphere, "cylinder": C
 @final
 @dataclass(frozen=True)
 class Scene:
-    """What a robot must not touch.
+    """Obstacles, and the clearances of a robot to them and to itself.
 
     Attributes:
         obstacles: in the base frame of the robot; those without a name are numbered.
         clearance: least distance from the robot to any of them, from 0 on [m].
-        self_clearance: least distance between links of the robot, from 0 on [m]; not watched if None.
+        self_clearance: least distance between links of the robot, from 0 on [m]; not checked if None.
 
     Raises:
         InvalidInputError: no obstacle and no ``self_clearance``, two obstacles of one name, or a distance that is
@@ -164,7 +164,7 @@ class Scene:
 
     @classmethod
     def of(cls, given: Scene | Mapping[str, Any]) -> Scene:
-        """A scene from plain data, or itself.
+        """A scene from plain data; a scene is returned unchanged.
 
         Args:
             given: ``obstacles``, a list of mappings with ``shape`` (a key of :data:`SHAPES`), ``position``, ``rpy`` or

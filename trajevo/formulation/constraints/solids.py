@@ -1,4 +1,4 @@
-"""How solids move with the joints that carry them: at most, and how their distances change."""
+"""Solids carried by joints: bounds of their motion, and derivatives of their distances."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def robot_geometry(robot: Robot) -> Any:
 
 def _hull(mesh: Any, where: str) -> Any:
     try:
-        mesh.buildConvexHull(True, "Qt")  # not buildConvexRepresentation, which takes a mesh for convex as it is
+        mesh.buildConvexHull(True, "Qt")  # not buildConvexRepresentation, which assumes that the mesh is convex
     except RuntimeError as error:
         said = " ".join(str(error).split())
         raise InvalidInputError(f"{where}: expected a solid, its convex hull cannot be built: {said}") from error
@@ -51,7 +51,7 @@ def _hull(mesh: Any, where: str) -> Any:
 
 
 def bounding_ball(entry: Any) -> tuple[Array, float]:
-    """A ball around a geometry, in the frame of its joint."""
+    """Centre (3,) and radius [m] of a ball around a geometry, in the frame of its joint."""
     solid = entry.geometry
     solid.computeLocalAABB()
     centre, radius = np.array(solid.aabb_center), float(solid.aabb_radius)
@@ -62,7 +62,7 @@ def bounding_ball(entry: Any) -> tuple[Array, float]:
 
 
 def solid_of(obstacle: Obstacle) -> Any:
-    """An obstacle's shape."""
+    """An obstacle's shape for coal."""
     match obstacle:
         case Box():
             return coal.Box(*obstacle.size)
@@ -76,12 +76,12 @@ def solid_of(obstacle: Obstacle) -> Any:
 @final
 @dataclass(frozen=True, eq=False)
 class Witnesses:
-    """Points of K pairs of solids whose distance is that of the pair, in the base frame.
+    """Nearest points of K pairs of solids, in the base frame.
 
     Attributes:
-        carriers: joints of the model that carry the solids, 0 for what stands still, shape (K, 2).
-        points: one of either solid, shape (K, 2, 3) [m].
-        normals: directions from the first solid to the second, shape (K, 3).
+        carriers: joints of the model that carry the solids, 0 for a fixed solid, shape (K, 2).
+        points: one point of each solid, shape (K, 2, 3) [m].
+        normals: unit vectors from the first solid to the second, shape (K, 3).
     """
 
     carriers: Array
@@ -90,18 +90,18 @@ class Witnesses:
 
 
 def solid_reach(robot: Robot, entry: Any, lower: Array, upper: Array) -> Array:
-    """How fast any point of a solid can move at most per speed of a joint, in whatever configuration.
+    """Bound of the speed of any point of a solid per unit of joint speed, in every configuration.
 
-    A ball around it is carried down the chain: a revolute joint sweeps it around its axis, a prismatic one along it,
-    and what is swept lies in the next ball. A point moves at most its distance from a joint's axis times the joint's
-    speed.
+    A ball around the solid is followed towards the base: a revolute joint sweeps the ball around its axis, a prismatic
+    joint along its axis, and the next ball contains the swept region. A point's speed is at most its distance from a
+    joint's axis times the joint's speed.
 
     Args:
-        robot: whose joints.
+        robot: the robot.
         entry: the solid, one of Pinocchio's geometry objects.
-        lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints count. Complex
+        lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints matter. Complex
             steps are kept.
-        upper: greatest joint positions.
+        upper: greatest joint positions, the same shape [rad or m].
 
     Returns:
         Shape (B, n_joints) [m/rad or 1].
@@ -142,12 +142,13 @@ def joint_frames(robot: Robot, places: Any) -> Array:
 
 
 def parting(robot: Robot, frames: Array, witnesses: Witnesses) -> Array:
-    """How fast the points of pairs move apart along their normals per speed of a joint.
+    """Rate at which the points of pairs move apart along their normals, per unit of joint speed.
 
     Args:
         robot: the robot.
-        frames: of its joints where each pair is, shape (K, 2, n_joints, 3), see :func:`joint_frames`.
-        witnesses: of K pairs.
+        frames: axes and origins of its joints in the state of each pair, shape (K, 2, n_joints, 3), see
+            :func:`joint_frames`.
+        witnesses: nearest points of K pairs.
 
     Returns:
         Shape (K, n_joints) [m/rad or 1], columns in the order of the model's velocities.
@@ -166,7 +167,7 @@ def parting(robot: Robot, frames: Array, witnesses: Witnesses) -> Array:
 
 
 def _carries(robot: Robot) -> Array:
-    """Whether a joint moves what another carries, shape (n_joints + 1, n_joints), the first for what stands still."""
+    """Whether a joint (column) moves solids on a joint (row), (n_joints + 1, n_joints); the first row is the base."""
     model = robot.model
     carries = np.zeros((model.njoints, model.njoints - 1), dtype=bool)
     for carrier in range(1, model.njoints):

@@ -1,4 +1,4 @@
-"""Limits that look at the tool instead of the joints, at the samples of a rollout."""
+"""Limits of the tool, at the samples of a rollout."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Li
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
-#: Length that a height below the least one is divided by [m]: a tenth of it exceeds the limit by 10 %.
+#: Divisor of the missing height [m]: if a tenth of this length is missing, the limit is exceeded by 10 %.
 HEIGHT_SCALE = 0.1
 
 
 def tool_speed_limit(robot: Robot, most: float) -> Constraint:
-    """Greatest speed of the tool's origin at the samples over what is allowed [m/s], minus 1.
+    """Greatest speed of the tool's origin at the samples divided by the greatest allowed [m/s], minus 1.
 
-    Between samples the speed may be a little greater; more samples per segment narrow that, and
-    :func:`trajevo.formulation.constraints.certified.certified` proves that it is not.
+    Between samples the speed may be a little greater, the less so the more samples a segment has;
+    :func:`trajevo.formulation.constraints.certified.certified` gives a limit that is proven at every instant.
 
     Raises:
-        InvalidInputError: no positive number.
+        InvalidInputError: not a positive number.
     """
     most = positive("most", most, "m/s")
     function = partial(_speed_excess, kinematics=ToolKinematics.of(robot), most=most)
@@ -32,10 +32,10 @@ def tool_speed_limit(robot: Robot, most: float) -> Constraint:
 
 
 def keep_out_height(robot: Robot, least: float) -> Constraint:
-    """How far the tool's origin sinks at the samples below a height over the base [m], divided by 0.1 m.
+    """How far the tool's origin is below a least height over the base [m] at the samples, divided by 0.1 m.
 
     Raises:
-        InvalidInputError: no finite number.
+        InvalidInputError: not a finite number.
     """
     least = finite("least", least, "m")
     function = partial(_height_excess, kinematics=ToolKinematics.of(robot), least=least)
@@ -46,7 +46,7 @@ def keep_out_height(robot: Robot, least: float) -> Constraint:
 def tool_speed(rollout: Rollout, kinematics: ToolKinematics) -> Array:
     """Speed of the tool's origin at the samples, shape (B, T) [m/s]."""
     velocity = kinematics.twist(rollout.q, rollout.v)[..., :3]
-    speed: Array = np.sqrt((velocity * velocity).sum(axis=-1))  # no abs, which would drop what a complex step carries
+    speed: Array = np.sqrt((velocity * velocity).sum(axis=-1))  # without abs, which would drop complex steps
     return speed
 
 
