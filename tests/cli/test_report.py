@@ -43,7 +43,7 @@ def test_solve_writes_what_takes_no_time_and_says_what_there_is_more(run):
         assert expected in text
     assert "Interpolants at their least times" not in text
     assert "Least times under the same limits" not in said
-    assert f"next: trajevo report {folder} for 9 analyses that take longer" in said
+    assert f"next: trajevo report {folder} --full for 9 analyses that take longer" in said
 
 
 def test_show_prints_and_never_optimises(run, no_solver):
@@ -51,17 +51,23 @@ def test_show_prints_and_never_optimises(run, no_solver):
     before = {file: file.stat().st_mtime_ns for file in folder.rglob("*")}
     shown = trajevo("show", folder)
     assert shown.returncode == 0, shown.stderr
-    assert f"not compared with other interpolants yet; trajevo report {folder} does that" in shown.stdout
+    assert f"not compared with other interpolants yet; trajevo report {folder} --full does that" in shown.stdout
     assert {file: file.stat().st_mtime_ns for file in folder.rglob("*")} == before
 
 
-def test_report_is_full_computes_once_and_show_reads_it(run, monkeypatch):
+def test_a_full_report_computes_once_and_show_and_later_reports_read_it(run, monkeypatch):
     folder, _ = run
     again = folder.with_name("again")
     if not again.exists():
         again.mkdir()
         (again / "front.json").write_bytes((folder / "front.json").read_bytes())
-    told = trajevo("report", again)
+    short = trajevo("report", again, "--no-pictures", "--out", again / "tables.html")
+    assert short.returncode == 0, short.stderr
+    tables = (again / "tables.html").read_text()
+    assert "data:image" not in tables
+    assert "<h2>Payload</h2>" in tables
+    assert "Interpolants at their least times" not in tables
+    told = trajevo("report", again, "--full")
     assert told.returncode == 0, told.stderr
     assert FRONT_PICTURES | {"effort", "margins", "rivals", "slowdown", "workspace"} <= pictures(again)
     text = (again / "report.html").read_text()
@@ -77,11 +83,6 @@ def test_report_is_full_computes_once_and_show_reads_it(run, monkeypatch):
     shown = trajevo("show", again)
     assert "Least times under the same limits" in shown.stdout
     assert "one polynomial" in shown.stdout
-    assert trajevo("report", again, "--short", "--no-pictures", "--out", again / "tables.html").returncode == 0
-    tables = (again / "tables.html").read_text()
-    assert "data:image" not in tables
-    assert "<h2>Payload</h2>" in tables
-    assert "Interpolants at their least times" not in tables
     (again / "front.analyses.npz").write_bytes(b"damaged")
     damaged = trajevo("show", again)
     assert damaged.returncode == 0

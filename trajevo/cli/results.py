@@ -78,7 +78,7 @@ def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> N
     write_report_of(front, folder, kind=kind, pictures=pictures)
     left_out = len(analysed(front)) - len(analysed(front, kind))
     if left_out:
-        _out.print(f"next: trajevo report {folder} for {left_out} analyses that take longer")
+        _out.print(f"next: trajevo report {folder} --full for {left_out} analyses that take longer")
 
 
 def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:

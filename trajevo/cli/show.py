@@ -30,7 +30,7 @@ from trajevo.cli.results import (
 from trajevo.cli.terminal import print_rivals, print_run, print_verifications, table_with_units
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
-from trajevo.plots.analyses import analyse
+from trajevo.plots.analyses import analyse, kept_kind
 from trajevo.plots.analyses_file import read_analyses
 from trajevo.plots.animation import animate
 from trajevo.plots.pictures import draw_all
@@ -52,7 +52,7 @@ def show(run: RunArgument, angle: _Angle = None) -> None:
     if kept.get("rivals"):
         print_rivals(_out, kept["rivals"])
     else:
-        _out.print(f"not compared with other interpolants yet; trajevo report {run} does that")
+        _out.print(f"not compared with other interpolants yet; trajevo report {run} --full does that")
 
 
 def report(
@@ -61,13 +61,14 @@ def report(
         Path | None,
         typer.Option(help="HTML file; report.html beside the front if not given, and pictures in a run's folder."),
     ] = None,
-    short: Annotated[
-        bool, typer.Option("--short", help="Without payload studies and rivals, which take longer.")
+    full: Annotated[
+        bool, typer.Option("--full", help="Compute payload studies and rivals first where they are not kept yet.")
     ] = False,
     pictures: PicturesOption = True,
 ) -> None:
-    """Write a run's report, one HTML file that needs no network."""
-    front, kind = front_of(run), "short" if short else "full"
+    """Write a run's report of what is kept of it, one HTML file that needs no network."""
+    front = front_of(run)
+    kind = "full" if full else kept_kind(front, analyses_of(run))
     if run.is_dir() and out is None:
         write_report_of(front, run, kind=kind, pictures=pictures)
         return

@@ -78,3 +78,8 @@ def analyse(front: Front, kind: str = "full", *, file: str | Path | None = None)
         except InvalidInputError as error:  # the report does not need the file
             warnings.warn(f"{error}; analyses are not kept", stacklevel=2)
     return {name: found[name] for name in names}
+
+
+def kept_kind(front: Front, file: str | Path) -> str:
+    """``"full"`` where a file keeps all analyses of a front, else ``"short"``."""
+    return "full" if set(analysed(front)) <= set(read_analyses(Path(file), front)) else "short"
