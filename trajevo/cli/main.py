@@ -49,7 +49,9 @@ COMMANDS = {
     ),
     "study": _Home("study", "app", "Many runs: the product of factors, on one machine or a cluster."),
     "show": _Home("show", "show", "Show a run in the terminal."),
-    "report": _Home("show", "report", "Write a run's report, one HTML file that needs no network."),
+    "report": _Home(
+        "show", "report", "Write a run's report of what is kept of it, one HTML file that needs no network."
+    ),
     "verify": _Home(
         "show",
         "verify_motions",
