@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter
     from trajevo.formulation.constraints.motion_limits import overshoot
     from trajevo.formulation.constraints.scene import Scene
+    from trajevo.formulation.feasibility.check import check
     from trajevo.formulation.objectives import Objective
     from trajevo.formulation.problem import TrajectoryProblem
     from trajevo.formulation.registry import load_problem
@@ -115,6 +116,7 @@ _NAMES = {
     "formulation.problem": ("TrajectoryProblem",),
     "formulation.via_points": ("ViaPointProblem",),
     "formulation.registry": ("load_problem",),
+    "formulation.feasibility.check": ("check",),
     "formulation.search": ("Search",),
     # Searches and what comes out
     "solvers.evolutionary.algorithms": ("EvolutionaryAlgorithm",),
@@ -205,6 +207,7 @@ __all__ = [
     "capacity_front",
     "certify",
     "certify_all",
+    "check",
     "clearance_along",
     "collect",
     "dlcc",

@@ -158,12 +158,16 @@ class Blocking(Record):
     Attributes:
         x: its decision vector.
         violations: constraint -> excess as a share of the limit, the greatest first; empty if all evaluations failed.
+        impossible: what rules out every motion, so that nothing was searched, see :func:`trajevo.check`.
     """
 
     x: tuple[float, ...]
     violations: dict[str, float]
+    impossible: tuple[str, ...] = ()
 
     def __str__(self) -> str:
+        if self.impossible:
+            return f"nothing was searched, since no motion is possible: {'; '.join(self.impossible)}"
         if not self.violations:
             return "no individual could be evaluated"
         worst = ", ".join(f"{name} exceeds its limit by {100.0 * by:.3g} %" for name, by in self.violations.items())

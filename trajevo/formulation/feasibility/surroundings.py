@@ -1,0 +1,151 @@
+"""What stands around the points: ends of joint ranges, obstacles, the robot itself, the least height of the tool."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.base.units import display
+from trajevo.formulation.constraints.clearance import ProvenClearance
+from trajevo.formulation.constraints.clearance_gradients import wanted_clearances
+from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Pair
+from trajevo.formulation.feasibility.findings import ROUNDING, Finding, Severity, at_most, of
+from trajevo.formulation.feasibility.known_points import KnownPoints
+from trajevo.formulation.problem import TrajectoryProblem
+
+#: Share of a range that counts as its end.
+_AT_END = 1.0 - 1e-9
+
+#: Distance by which a clearance must be missed to rule a motion out [m].
+_SURE = 5.0 * DISTANCE_ERROR
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """The pair of solids that keeps its distance least at each of K points.
+
+    Attributes:
+        distance: from one to the other, negative where they overlap, shape (K,) [m].
+        wanted: clearance that is to be kept between them, shape (K,) [m].
+        pairs: the pairs, K of them.
+        missed: number of pairs that miss their clearance, shape (K,).
+    """
+
+    distance: Array
+    wanted: Array
+    pairs: tuple[Pair, ...]
+    missed: Array
+
+    @classmethod
+    def of(cls, problem: TrajectoryProblem, given: KnownPoints) -> Nearest | None:
+        """The pairs of a problem's points; None if it keeps no clearance."""
+        functions = [constraint.function for constraint in problem.constraints]
+        collisions = [function.collision for function in functions if isinstance(function, ProvenClearance)]
+        if not collisions:
+            return None
+        collision = collisions[0]
+        distances = collision.distances(given.positions, motion=np.arange(len(given.positions)))
+        wanted = wanted_clearances(collision.scene)[[int(pair.itself) for pair in collision.pairs]]
+        worst = (distances - wanted).argmin(axis=1)
+        return cls(
+            np.take_along_axis(distances, worst[:, None], axis=1)[:, 0],
+            wanted[worst],
+            tuple(collision.pairs[k] for k in worst.tolist()),
+            (distances < wanted - _SURE).sum(axis=1),
+        )
+
+    def names(self, k: int) -> str:
+        """The two bodies at a point."""
+        return _names(self.pairs[k])
+
+    def findings(self, given: KnownPoints) -> list[Finding]:
+        """One finding for each point at which a clearance is missed."""
+        return [self._finding(k, bool(given.passed[k])) for k in np.flatnonzero(self.missed).tolist()]
+
+    def _finding(self, k: int, passed: bool) -> Finding:
+        distance, wanted = float(self.distance[k]), float(self.wanted[k])
+        others = int(self.missed[k]) - 1
+        also = f" ({others} more {'pair' if others == 1 else 'pairs'} there)" if others else ""
+        if distance < 0.0:
+            what = f"point {k} is in collision: {self.names(k)} overlap{also}"
+            remedy = "remedy: another point, or a box in which it may move"
+        else:
+            room = of(1e3 * distance, 1e3 * wanted, "mm")
+            what = f"point {k} leaves {room} between {self.names(k)}{also}"
+            remedy = "remedy: another point, a box in which it may move, or a clearance of at most "
+            remedy += f"{at_most(distance)} m"
+        return Finding(
+            kind="clearance",
+            point=k,
+            joint="",
+            needed=wanted,
+            available=distance,
+            unit="m",
+            severity="impossible" if passed else "note",
+            sentence=what if passed else f"{what}, where it is given",
+            remedy=remedy if passed else "",
+        )
+
+
+def range_findings(problem: TrajectoryProblem, given: KnownPoints) -> list[Finding]:
+    """A note for each inner point that lies at the end of a joint's range, at which a motion must turn exactly."""
+    if not any(c.quantity == "position" and c.names for c in problem.constraints):
+        return []
+    robot, found = problem.robot, []
+    at_end = robot.limits.range_used(given.positions) >= _AT_END
+    for k, joint in np.argwhere(at_end & given.passed[:, None] & ~given.resting[:, None]).tolist():
+        unit, factor = display(robot.joint_units[joint], angle=problem.angle, length=problem.length)
+        value = float(given.positions[k, joint])
+        found.append(
+            Finding(
+                kind="position",
+                point=k,
+                joint=robot.joint_names[joint],
+                needed=value,
+                available=value,
+                unit=robot.joint_units[joint],
+                severity="note",
+                sentence=f"point {k} lies at the end of the range of {robot.joint_names[joint]}, "
+                f"{factor * value:.4g} {unit}, where a motion must turn",
+                remedy="a point a little inside leaves a search more room",
+            )
+        )
+    return found
+
+
+def height_findings(problem: TrajectoryProblem, given: KnownPoints) -> list[Finding]:
+    """One finding for each point at which the tool is lower than it may be."""
+    limits = [c.limit for c in problem.constraints if c.quantity == "tool height" and isinstance(c.limit, float)]
+    if not limits:
+        return []
+    least, found = max(limits), []
+    heights = problem.robot.tool_poses(given.positions)[0][:, 2]
+    for k in np.flatnonzero(heights < least - ROUNDING).tolist():
+        height = float(heights[k])
+        sure = bool(given.passed[k] and given.on_break[k])
+        severity: Severity = "impossible" if sure else "note"
+        told = f"the tool is {of(height, least, 'm')} high at point {k}"
+        found.append(
+            Finding(
+                kind="tool height",
+                point=k,
+                joint="",
+                needed=least,
+                available=height,
+                unit="m",
+                severity=severity,
+                sentence=told if sure else f"{told}, where it is given",
+                remedy=f"remedy: another point, or a tool_height of at most {at_most(height)} m" if sure else "",
+            )
+        )
+    return found
+
+
+def _names(pair: Pair) -> str:
+    """The links or obstacles of a pair; geometries of a robot are named after their link, with a number."""
+    first, second = (name.rpartition("_")[0] or name for name in (pair.first, pair.second))
+    return f"{first} and {second if pair.itself else pair.second}"
