@@ -19,6 +19,7 @@ ROOMS = sorted(folder for folder in PACKAGE.iterdir() if (folder / "__init__.py"
 INNER = (
     "trajectory/interpolants",
     "formulation/constraints",
+    "formulation/feasibility",
     "solvers/evolutionary",
     "solvers/gradient",
     "solvers/run",

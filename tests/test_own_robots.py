@@ -91,7 +91,7 @@ def test_a_moving_point_wins_time(around):
     held = ViaPointProblem(**(around.problem.settings | {"moving": []}))
     front = optimise(held, seed=1, generations=10, population=40, progress=False, polish=False)
     assert not len(front)
-    assert "clearance to obstacles" in str(front.blocking)
+    assert "point 1 is in collision: link7 and post overlap" in str(front.blocking)
 
 
 def test_points_moved_at_the_tool_stay_in_their_boxes():

@@ -83,11 +83,20 @@ def test_overwriting_leaves_nothing_of_the_old_run(run, tmp_path):
     for name in mine:
         (folder / name).write_text("mine")
     (folder / "plots" / "mine.png").write_text("mine")
-    points = tmp_path / "points.csv"
-    points.write_text("azimuth [deg], pitch [deg]\n90, 60\n270, 60\n90, 60\n")
-    again = ["solve", "pointing", *SMALL, "--points", points, "--out", folder, "--overwrite", "--quiet"]
+    # Too tight for any motion, so that the new run has no pictures and no solutions.
+    again = [
+        "solve",
+        "pointing",
+        *SMALL,
+        "--set",
+        "duration_bounds=[1, 2.9]",
+        "--out",
+        folder,
+        "--overwrite",
+        "--quiet",
+    ]
     began = time.time() - 0.01
-    assert trajevo(*again).returncode == 0
+    assert trajevo(*again).returncode == 3
     assert all(file.stat().st_mtime >= began for file in (folder / "blocks").iterdir())
     assert {file.name for file in folder.rglob("*") if file.is_file() and file.parent.name != "blocks"} == {
         "front.json",
@@ -176,17 +185,21 @@ def test_algorithm_interpolant_and_points_are_options(tmp_path):
 
 
 def test_a_run_without_a_feasible_point_says_why(tmp_path):
-    points = tmp_path / "points.csv"
-    # A swing from one end of joint 1's range to the other and back takes over 24 s: more than two segments of 10 s.
-    points.write_text("azimuth [deg], pitch [deg]\n90, 60\n270, 60\n90, 60\n")
-    result = trajevo("solve", "pointing", *SMALL, "--points", points, "--out", tmp_path / "run", "--quiet")
-    assert result.returncode == 0, result.stderr
+    # Segments of 2.9 s are longer than the least times of 2.62 s, but too short for velocities that rise and fall.
+    too_tight = ["--set", "duration_bounds=[1, 2.9]", "--out", tmp_path / "run"]
+    result = trajevo("solve", "pointing", *SMALL, *too_tight, "--quiet")
+    assert result.returncode == 3, result.stderr
     assert (
-        "The front is empty: nothing feasible was found; in the nearest miss velocity of joint_1 exceeds"
+        "The front is empty: nothing feasible was found; in the nearest miss velocity of joint_2 exceeds"
         in result.stdout
     )
     assert "The front is empty" in (tmp_path / "run" / "report.html").read_text()
-    assert "the front is empty" in trajevo("export", tmp_path / "run").stderr
+    for command in ("export", "verify", "certify", "polish"):
+        refused = trajevo(command, tmp_path / "run")
+        assert "the front is empty" in refused.stderr
+        assert refused.returncode == 3
+    assert trajevo("resume", tmp_path / "run", "--quiet").returncode == 3
+    assert trajevo("show", tmp_path / "run").returncode == 0
 
 
 CSV = "azimuth [deg], pitch [deg]\n"

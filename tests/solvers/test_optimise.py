@@ -199,7 +199,7 @@ def test_nothing_feasible_says_what_blocks_and_by_how_much():
 
 
 def test_limits_too_tight_name_the_worst_first():
-    problem = PointingMechanism(duration_bounds=(1.0, 1.5))
+    problem = PointingMechanism(duration_bounds=(1.0, 2.9))
     front = optimise(problem, seed=1, **SMALL, polish=False)
     assert len(front) == 0
     violations = list(front.blocking.violations.values())

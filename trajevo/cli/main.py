@@ -15,7 +15,7 @@ from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
 from trajevo import __version__
-from trajevo.errors import TrajevoError
+from trajevo.errors import NoSolutionError, TrajevoError
 
 
 class _Home(NamedTuple):
@@ -36,6 +36,11 @@ COMMANDS = {
     ),
     "init": _Home("robots", "init", "Write a commented example of a task to change and solve."),
     "examples": _Home("examples", "examples", "List the worked tasks, studies and notebooks, or copy one to a folder."),
+    "check": _Home(
+        "check",
+        "check_problem",
+        "Show what rules a motion out before a search: efforts, clearances and least times; exit code 3 if any does.",
+    ),
     "solve": _Home("solve", "solve", "Solve a problem or a task and write its front, pictures and report."),
     "resume": _Home(
         "solve",
@@ -162,7 +167,7 @@ app = _app()
 
 
 def main() -> None:
-    """Entry point: one sentence and exit code 2 for bad input."""
+    """Entry point: one sentence, and exit code 2 for bad input or 3 where a front holds no solution."""
     # No window is needed; matplotlib is imported later, if at all.
     os.environ["MPLBACKEND"] = "Agg"
     for stream in (sys.stdout, sys.stderr):
@@ -174,4 +179,4 @@ def main() -> None:
         app()
     except TrajevoError as error:
         console.print(f"error: {error}", markup=False)
-        sys.exit(2)
+        sys.exit(3 if isinstance(error, NoSolutionError) else 2)

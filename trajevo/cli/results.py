@@ -57,6 +57,9 @@ def analyses_of(run: Path) -> Path:
     return (run / FRONT_FILE if run.is_dir() else run).with_suffix(ANALYSES_SUFFIX)
 
 
+#: Exit code of a command that finds no feasible motion, or is given a front without one.
+NO_SOLUTION = 3
+
 REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 
 
@@ -64,7 +67,10 @@ _out = Console(soft_wrap=True, highlight=False)
 
 
 def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
-    """Write pictures and report of a finished run; after an interruption, print the next command and exit."""
+    """Write pictures and report of a finished run, and exit with 3 if its front is empty.
+
+    After an interruption, print the next command and exit.
+    """
     if not (folder / FRONT_FILE).exists():
         raise typer.Exit(2)
     clear_stale(folder)
@@ -79,6 +85,8 @@ def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> N
     left_out = len(analysed(front)) - len(analysed(front, kind))
     if left_out:
         _out.print(f"next: trajevo report {folder} --full for {left_out} analyses that take longer")
+    if not len(front):
+        raise typer.Exit(NO_SOLUTION)
 
 
 def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, final
@@ -12,18 +11,38 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from trajevo.cli.results import PLOTS_FOLDER, PicturesOption, ReportOption, RunArgument, front_of, write_results
+from trajevo.cli.problem_options import (
+    ConventionOption,
+    EncodingOption,
+    InterpolantOption,
+    LimitsOption,
+    PathOption,
+    PayloadModelOption,
+    PayloadOption,
+    PointsOption,
+    ProblemArgument,
+    SetOption,
+    chosen_problem,
+    flag,
+)
+from trajevo.cli.results import (
+    NO_SOLUTION,
+    PLOTS_FOLDER,
+    PicturesOption,
+    ReportOption,
+    RunArgument,
+    front_of,
+    write_results,
+)
 from trajevo.cli.search_options import search_options
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.examples import is_task
+from trajevo.formulation.feasibility.check import Feasibility, check
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.formulation.registry import load_problem
-from trajevo.formulation.search import Search
-from trajevo.robot.payload import LOAD_MODELS
 from trajevo.solvers.evolutionary.algorithms import algorithm_for
 from trajevo.solvers.gradient.normal_constraint import needs_two_objectives, solve_nnc
 from trajevo.solvers.gradient.polish import Polished, polish
-from trajevo.solvers.optimise import decided, load_task, optimise
+from trajevo.solvers.optimise import decided, optimise
 from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
 from trajevo.solvers.run.runs import resume as resume_run
 
@@ -34,27 +53,16 @@ _err = Console(soft_wrap=True, highlight=False, stderr=True)
 @search_options
 def solve(
     *,
-    problem: Annotated[str, typer.Argument(help="Name in `trajevo list` or `trajevo examples`, or file task.toml.")],
-    interpolant: Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")] = None,
-    payload: Annotated[float | None, typer.Option(help="Payload [kg].")] = None,
-    payload_model: Annotated[str | None, typer.Option(help=f"How the payload acts: {', '.join(LOAD_MODELS)}.")] = None,
-    convention: Annotated[
-        str | None, typer.Option(help="Definition of the objectives, if the problem has several.")
-    ] = None,
-    points: Annotated[
-        Path | None, typer.Option(help="CSV file of the points to visit; the problem's own if not given.")
-    ] = None,
-    path: Annotated[str | None, typer.Option(help="Path to run along: a name, or a CSV file of points.")] = None,
-    limits: Annotated[
-        str | None, typer.Option(help="How limits hold: sampled or certified; along a path tight, hull or certified.")
-    ] = None,
-    encoding: Annotated[str | None, typer.Option(help="Decision variables of a path: plain or shape.")] = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", help="Another argument of the problem, KEY=VALUE, such as velocity='150 mm/s'; repeatable."
-        ),
-    ] = None,
+    problem: ProblemArgument,
+    interpolant: InterpolantOption = None,
+    payload: PayloadOption = None,
+    payload_model: PayloadModelOption = None,
+    convention: ConventionOption = None,
+    points: PointsOption = None,
+    path: PathOption = None,
+    limits: LimitsOption = None,
+    encoding: EncodingOption = None,
+    set_: SetOption = None,
     method: Annotated[
         str | None, typer.Option(help="evolution, or nnc: normal constraints and SQP, for two objectives.")
     ] = None,
@@ -74,7 +82,7 @@ def solve(
     search: dict[str, Any],
 ) -> None:
     """Solve a problem or a task and write its front, pictures and report."""
-    given: dict[str, Any] = {
+    arguments = {
         "interpolant": interpolant,
         "payload": payload,
         "payload_model": payload_model,
@@ -84,17 +92,13 @@ def solve(
         "limits": limits,
         "encoding": encoding,
     }
-    arguments = {key: value for key, value in given.items() if value is not None}
     how = _Method(method, tolerance, sqp_seeds)
-    if is_task(problem):
-        _refuse_for_task(arguments | how.given | ({} if set_ is None else {"set": set_}))
-        task, folder = load_task(problem), out or Path("runs") / Path(problem).stem
-        to_solve, settings = task.problem, task.search.updated(**search)
-    else:
-        to_solve, folder = load_problem(problem, **_with_settings(arguments, set_ or [])), out or Path("runs") / problem
-        settings = Search(seed=1).updated(**search)
+    to_solve, own = chosen_problem(problem, arguments, set_, others=how.given)
+    settings = own.updated(**search)
+    folder = out or Path("runs") / (Path(problem).stem if is_task(problem) else problem)
     how.check(search, to_solve)
     algorithm_for(decided(settings, to_solve), to_solve)  # refuses invalid settings before the folder is touched
+    _tell(check(to_solve), quiet=quiet)
     _claim(folder, overwrite)
     seed = settings.seed or 0
     if how.name == "nnc":
@@ -155,36 +159,19 @@ def resume(
     write_results(front, run, kind=report, pictures=pictures)
 
 
-def _with_settings(arguments: dict[str, Any], pairs: list[str]) -> dict[str, Any]:
-    """Arguments with ``KEY=VALUE`` pairs added; a value is read as TOML if it is valid TOML, else as text."""
-    for pair in pairs:
-        key, sign, text = pair.partition("=")
-        key = key.strip()
-        if not sign or not key.isidentifier():
-            raise InvalidInputError(f"--set: expected KEY=VALUE, got {pair!r}")
-        if key in arguments:
-            raise InvalidInputError(f"--set: {key!r} is given twice")
-        try:
-            arguments[key] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            arguments[key] = text
-    return arguments
-
-
-def _refuse_for_task(given: dict[str, Any]) -> None:
-    """Refuse options that a task's file sets."""
-    for name in given:
-        raise InvalidInputError(f"{_flag(name)}: a task says this in its file, options are those of the search")
+def _tell(found: Feasibility, *, quiet: bool) -> None:
+    """Print what was found before the search; exit if no motion is possible, since a search would only take time."""
+    for finding in found.impossible if quiet else found.findings:
+        _err.print(f"{finding.severity}: {finding}", markup=False)
+    if found.impossible:
+        _err.print(f"nothing was searched: {found.verdict}", markup=False)
+        raise typer.Exit(NO_SOLUTION)
 
 
 def _refuse_given(method: str, names: list[str]) -> None:
     """Refuse options that a method does not have."""
     for name in names:
-        raise InvalidInputError(f"{_flag(name)}: the method {method!r} has no such setting")
-
-
-def _flag(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
+        raise InvalidInputError(f"{flag(name)}: the method {method!r} has no such setting")
 
 
 def _claim(folder: Path, overwrite: bool) -> None:

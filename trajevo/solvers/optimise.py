@@ -14,6 +14,7 @@ from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.evaluation import checked_time_limit
 from trajevo.formulation.examples import example_file
+from trajevo.formulation.feasibility.check import check
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import USUAL, Search
 from trajevo.formulation.task import task_problem
@@ -26,7 +27,7 @@ from trajevo.solvers.evolutionary.first_population import begin_with
 from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 from trajevo.solvers.evolutionary.seeded_tournaments import seeded
 from trajevo.solvers.gradient.polish import check_polishable
-from trajevo.solvers.run.evolution import evolve
+from trajevo.solvers.run.evolution import evolve, nothing_searched
 from trajevo.solvers.run.folder import Manifest, begun
 from trajevo.solvers.run.runs import polished
 
@@ -66,7 +67,8 @@ def optimise(
     Returns:
         The front. If solutions stand for curves of another problem's solutions (``problem.expansion``), it is the front
         of that problem, on the lower envelope of the curves. If nothing feasible was found, it is empty and
-        ``front.blocking`` says which constraints are violated.
+        ``front.blocking`` says which constraints are violated. If :func:`trajevo.check` rules out every motion, nothing
+        is searched, the front is empty, and ``front.blocking`` says why.
 
     Raises:
         UnknownNameError: no such setting, algorithm or kind of first population.
@@ -77,12 +79,16 @@ def optimise(
     search = decided(_given(search).updated(**settings), problem)
     algorithm = algorithm_for(search, problem)
     before = time.process_time()
-    first = begin_with(algorithm, problem, search, initial=initial)
+    impossible = check(problem).impossible
+    first = {} if impossible else begin_with(algorithm, problem, search, initial=initial)
     manifest = _manifest(problem, algorithm, search, first)
     spent = time.process_time() - before
     with begun(out, manifest, overwrite=overwrite) as folder:
-        front = evolve(problem, algorithm.solver, manifest, folder=folder, progress=progress, cpu_spent=spent)
-        front = polished(front, manifest, folder)
+        if impossible:
+            front = nothing_searched(problem, manifest, impossible)
+        else:
+            front = evolve(problem, algorithm.solver, manifest, folder=folder, progress=progress, cpu_spent=spent)
+            front = polished(front, manifest, folder)
         if folder is not None:
             folder.keep(front)
     return front

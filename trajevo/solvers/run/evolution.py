@@ -7,7 +7,8 @@ import json
 import math
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, final
 
 import numpy as np
@@ -17,9 +18,11 @@ from pymoo.core.evaluator import Evaluator
 from trajevo.base.arrays import Array, one_blas_thread
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.feasibility.findings import Finding
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.books import Books
 from trajevo.front.front import Front
+from trajevo.front.records import Blocking
 from trajevo.solvers.evolutionary.algorithm_state import restore, state
 from trajevo.solvers.gradient.polish import seeds
 from trajevo.solvers.run.folder import Manifest, RunFolder, block_of
@@ -94,6 +97,12 @@ def evolve(
         seconds=keeper.seconds(),
         resumed=keeper.resumed,
     )
+
+
+def nothing_searched(problem: TrajectoryProblem, manifest: Manifest, reasons: Sequence[Finding]) -> Front:
+    """The empty front of a problem for which no motion is possible, with the reasons."""
+    front = _front(Books(problem), manifest, evaluations=0, interrupted=False, seconds=0.0)
+    return replace(front, blocking=Blocking(x=(), violations={}, impossible=tuple(map(str, reasons))))
 
 
 def front_so_far(problem: TrajectoryProblem, manifest: Manifest, folder: RunFolder) -> Front:

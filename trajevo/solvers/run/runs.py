@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.feasibility.check import check
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
 from trajevo.front.front import Front
@@ -15,7 +16,7 @@ from trajevo.front.records import ProblemRecord, installed_versions
 from trajevo.solvers.evolutionary.algorithm_state import algorithm_of
 from trajevo.solvers.evolutionary.seeded_tournaments import seeded
 from trajevo.solvers.gradient.polish import polish
-from trajevo.solvers.run.evolution import evolve, front_so_far
+from trajevo.solvers.run.evolution import evolve, front_so_far, nothing_searched
 from trajevo.solvers.run.folder import Manifest, RunFolder
 
 #: Algorithms that adapt to the planned number of generations, so that a finished run cannot be made longer.
@@ -88,7 +89,11 @@ def resume(
         if generations is not None:
             manifest = _longer(manifest, generations, run)
         _compare_versions(manifest, run)
-        front = polished(evolve(to_solve, solver, manifest, folder=run, progress=progress), manifest, run)
+        impossible = () if run.checkpoint() is not None else check(to_solve).impossible
+        if impossible:
+            front = nothing_searched(to_solve, manifest, impossible)
+        else:
+            front = polished(evolve(to_solve, solver, manifest, folder=run, progress=progress), manifest, run)
         run.keep(front)
     return front
 
