@@ -22,7 +22,7 @@ from trajevo.trajectory.interpolants import LinearBlends
 _COMPARED = 3
 
 #: Positions that differ by less are the same [rad or m].
-SAME_POSITION = 1e-8
+SAME_POSITION = 1e-7
 
 #: Share of the greatest velocity or acceleration that counts as none, and share of a time that is rounding.
 _NONE, _ROUNDING = 1e-7, 1e-9

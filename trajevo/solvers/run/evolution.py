@@ -100,9 +100,15 @@ def evolve(
 
 
 def nothing_searched(problem: TrajectoryProblem, manifest: Manifest, reasons: Sequence[Finding]) -> Front:
-    """The empty front of a problem for which no motion is possible, with the reasons."""
-    front = _front(Books(problem), manifest, evaluations=0, interrupted=False, seconds=0.0)
-    return replace(front, blocking=Blocking(x=(), violations={}, impossible=tuple(map(str, reasons))))
+    """The empty front of a problem for which no motion is possible, with the reasons; its history has one entry."""
+    books = Books(problem)
+    books.close(1, 0, cpu_seconds=0.0)
+    front = _front(books, manifest, evaluations=0, interrupted=False, seconds=0.0)
+    return replace(
+        front,
+        run=front.run.model_copy(update={"generations": 0}),
+        blocking=Blocking(x=(), violations={}, impossible=tuple(map(str, reasons))),
+    )
 
 
 def front_so_far(problem: TrajectoryProblem, manifest: Manifest, folder: RunFolder) -> Front:
