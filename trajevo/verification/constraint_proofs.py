@@ -16,6 +16,7 @@ from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.constraints.tool import HEIGHT_SCALE
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.robot.robot import position_unit
 from trajevo.verification.certificate import Proof, Uncovered
 
 #: Quantities of constraints that are limits of the robot's joints, or of the tool's speed: they have rows of their own.
@@ -119,6 +120,7 @@ def _add_own_proof(rows: _Rows, constraint: Constraint, rollout: Rollout) -> Non
     values = 1.0 + constraint.function(rollout)
     for name, limit, shares in zip(constraint.names, limits, values.T, strict=True):
         scale, unit = (1.0, "1") if limit is None or constraint.unit == "1" else (limit, constraint.unit)
+        unit = position_unit(rollout.robot) if unit == "rad or m" else unit
         for row, share in zip(rows, shares.tolist(), strict=True):
             row.append(_of_the_motion(name, unit, scale, scale * share))
 
@@ -128,7 +130,7 @@ def _add_via_errors(rows: _Rows, problem: TrajectoryProblem, rollout: Rollout) -
     errors = via_errors(problem.interpolant, rollout.trajectory)
     if errors.shape[1]:
         for row, most in zip(rows, errors.max(axis=(1, 2)).tolist(), strict=True):
-            row.append(_of_the_motion("via error", "rad or m", np.inf, most))
+            row.append(_of_the_motion("via error", position_unit(rollout.robot), np.inf, most))
 
 
 def _of_the_motion(name: str, unit: str, limit: float, value: float) -> Proof:

@@ -19,6 +19,7 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError
 from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.front.front import Front, Solution
+from trajevo.robot.robot import position_unit
 from trajevo.trajectory.batch import DERIVATIVES, Motion, TrajectoryBatch
 from trajevo.verification.newton_euler import NewtonEuler
 
@@ -84,7 +85,8 @@ class Verification:
         effort_mismatch: the same as a share of the joint's greatest effort.
         record_mismatch: greatest difference of the recorded objectives from those of the decision variables, as a share
             of the greatest value on the front.
-        via_error: greatest distance of any joint from an inner point when it is passed [rad or m], 0 if all are met.
+        via_error: greatest distance of any joint from an inner point when it is passed, 0 if all are met.
+        via_unit: unit of this distance, rad or m, or both where joints differ.
     """
 
     solution: str
@@ -95,6 +97,7 @@ class Verification:
     effort_mismatch: float
     record_mismatch: float
     via_error: float
+    via_unit: str
 
     @property
     def exceeded(self) -> tuple[Utilisation, ...]:
@@ -139,7 +142,7 @@ class Verification:
         if self.doubts:
             return f"{self.solution} FAILS: {'; '.join(self.doubts)}."
         closest = "nothing is limited" if self.worst is None else f"closest is {self.worst}"
-        missed = f"; a joint passes an inner point at {self.via_error:.4g} rad or m" if self.via_error else ""
+        missed = f"; a joint passes an inner point at {self.via_error:.4g} {self.via_unit}" if self.via_error else ""
         return f"{self.solution} keeps every limit at {self.instants} instants: {closest}{missed}."
 
 
@@ -179,6 +182,7 @@ def verify(solution: Solution, *, density: int = 20) -> Verification:
         effort_mismatch=float((apart / np.maximum(np.abs(effort).max(axis=0), 1e-6)).max()),
         record_mismatch=_record_mismatch(solution, rollout),
         via_error=float(via_errors(solution.front.problem.interpolant, rollout.trajectory).max(initial=0.0)),
+        via_unit=position_unit(rollout.robot),
     )
 
 
