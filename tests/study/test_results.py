@@ -159,6 +159,18 @@ def test_fronts_without_a_point_have_no_box():
     assert common_box([front]) is None
 
 
+def test_a_level_for_which_no_motion_is_possible_is_a_result_too(tmp_path):
+    """Segments of 1.5 s are shorter than the least times, those of 10 s are not: the former are not searched."""
+    levels = {"duration_bounds": [[1.0, 1.5], [1.0, 10.0]]}
+    ran(tmp_path / "study", factors=levels, repeats=1)
+    impossible, possible = (result for result in collect(tmp_path / "study").cells)
+    assert (len(impossible.F), impossible.generations) == (0, 0)
+    assert (impossible.evaluations.tolist(), impossible.hypervolume.tolist()) == ([0.0], [0.0])
+    assert len(possible.F) > 0
+    write_study(collect(tmp_path / "study"))
+    assert (tmp_path / "study" / "results.csv").exists()
+
+
 def test_different_objectives_are_not_compared(tmp_path):
     points = [[0.2, 0.1], [0.0, 0.3], [-0.2, 0.0]]
     ran(
