@@ -18,7 +18,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.books import Books
 from trajevo.front.front import Front
-from trajevo.solvers.gradient.sqp import FEASIBLE, Gradients, WeightedSum, differentiated, random_starts
+from trajevo.solvers.gradient.sqp import FEASIBLE, WeightedSum, random_starts
 
 #: SLSQP's tolerance on the logarithm of an objective.
 _TOLERANCE = 1e-11
@@ -146,7 +146,6 @@ class _Division:
     failed: int = 0
     evaluations: int = 0
     kind: str = field(init=False)
-    _gradients: Gradients = field(init=False)
 
     def __post_init__(self) -> None:
         form = self.origin.smooth
@@ -154,7 +153,7 @@ class _Division:
         self.margin = _MARGIN if form is None else 0.0
         starts = random_starts(self.origin, self.seed, _STARTS)
         self.starts = starts if form is None else form.into(starts)
-        self._gradients, self.kind = differentiated(self.smooth, self.starts[:2])
+        self.kind = self.smooth.gradients_by(self.starts[:2])
 
     def back(self, x: Array) -> Array:
         """Decision vectors of the original problem, from those of the smooth form."""
@@ -206,7 +205,6 @@ class _Division:
         search = WeightedSum(
             self.smooth,
             np.eye(2)[objective],
-            gradients=self._gradients,
             half_space=half_space,
             margin=self.margin,
         )
