@@ -169,7 +169,7 @@ class _Points:
     def values(self, part: Part, way: Way) -> Array:
         """Values of a function at all rows, (P, rows, columns): with a complex step each, or point and neighbours."""
         found = part.real(self._real) if way == _ROUGH else part(self._complex if way == _EXACT[0] else self._seen)
-        return found.reshape(len(self.x), -1, found.shape[1])
+        return found.reshape(len(self.x), self._rows(way), found.shape[1])
 
     def possible_values(self, part: Part, way: Way) -> tuple[Array, FailedFunctionError | None]:
         """The same, NaN at points where the function fails, and its first error."""
@@ -179,8 +179,8 @@ class _Points:
                 return self.values(part, way), None
             except FailedFunctionError as error:
                 first = error
-            rows = 1 + 2 * len(self.steps) * self.x.shape[1] if way == _ROUGH else self.x.shape[1]
-            found = np.full((len(self.x), rows, part.columns or 1), np.nan, np.float64 if way == _ROUGH else complex)
+            shape = len(self.x), self._rows(way), 1 if part.columns is None else part.columns
+            found = np.full(shape, np.nan, np.float64 if way == _ROUGH else np.complex128)
             for k in range(len(self.x)):
                 try:
                     found[k] = _Points(self.problem, self.x[k : k + 1], self.steps).values(part, way)[0]
@@ -196,6 +196,11 @@ class _Points:
         pairs = zip(sides[::2], sides[1::2], self._neighbours[1], strict=True)
         slopes = [(above - below) / span[..., None] for above, below, span in pairs]
         return found[:, 0], np.swapaxes(np.stack(slopes), 2, 3)
+
+    def _rows(self, way: Way) -> int:
+        """Number of rows for each point."""
+        n = int(self.x.shape[1])
+        return 1 + 2 * len(self.steps) * n if way == _ROUGH else n
 
     @cached_property
     def width(self) -> Array:

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.optimize import minimize
 
 from trajevo.base.arrays import Array
 from trajevo.formulation.problem import TrajectoryProblem
 
-#: Excess, as a share of a limit, up to which a result of the solver counts as feasible.
-FEASIBLE = 1e-6
+#: Margin by which limits are tightened, as a share, so that what SLSQP leaves of an excess does not break them.
+MARGIN = 1e-8
+
+#: Excess that SLSQP may leave, as a share of a limit; what is left is removed by a greater margin.
+_LEFT = 1e-6
+
+#: How often limits are tightened further for an end that breaks them, by how many times its excess, and up to which
+#: excess this is tried.
+_TIGHTENINGS, _TIGHTER, _MOST_EXCESS = 4, 2.0, 1e-3
 
 #: Greatest number of times that SLSQP is started. It stops early if its approximation of the curvature is wrong; when
 #: it is started again from that point, it continues.
@@ -28,6 +37,8 @@ class WeightedSum:
         weights: weights of the objectives, shape (n_obj,).
         half_space: normal (n_obj,) and offset: normal · F may not exceed the offset.
         margin: margin by which every limit is tightened, as a share of it.
+        excess: decision vector (n_var,) -> the greatest excess over a limit, by which ends are judged; that of the
+            problem itself if None.
 
     Attributes:
         evaluations: number of points at which values and gradients were evaluated.
@@ -39,8 +50,10 @@ class WeightedSum:
         weights: Array,
         *,
         half_space: tuple[Array, float] | None = None,
-        margin: float = 0.0,
+        margin: float = MARGIN,
+        excess: Callable[[Array], float] | None = None,
     ) -> None:
+        self._excess = excess or (lambda x: greatest_excess(problem, x))
         self.problem, self.weights, self.tame = problem, weights, True
         self.half_space, self.margin, self.evaluations = half_space, margin, 0
         self.logarithmic = problem.xl > 0.0
@@ -49,6 +62,18 @@ class WeightedSum:
         self._values: tuple[float, Array, Array, Array] = (0.0, np.empty(0), np.empty(0), np.empty(0))
 
     def run(self, start: Array, tolerance: float) -> Array:
+        """The end of SLSQP from a start; one that breaks a limit slightly is sought again with tighter limits."""
+        x, margin = self._ended(start, tolerance), self.margin
+        for _ in range(_TIGHTENINGS):
+            excess = self._excess(x)
+            if not 0.0 < excess <= _MOST_EXCESS:
+                break
+            self.margin += _TIGHTER * excess
+            x = self._ended(x, tolerance)
+        self.margin = margin
+        return x
+
+    def _ended(self, start: Array, tolerance: float) -> Array:
         """The end of SLSQP on the logarithm of the cost, or on the cost itself if that end is infeasible."""
         y = self._inside(np.clip(start, self.problem.xl, self.problem.xu))
         for self.tame in (True, False):
@@ -65,11 +90,11 @@ class WeightedSum:
             y = np.clip(self._once(y, tolerance), self.bounds[:, 0], self.bounds[:, 1])
             value, _, G, dG = self._look(y)
             excess = float(G.max(initial=-np.inf))
-            feasible = excess <= FEASIBLE
+            feasible = excess <= _LEFT
             if feasible and abs(last - value) <= _SETTLED:
                 break
             # Give up if the last start has not reduced the excess, or no small step can.
-            if not feasible and (excess >= worst or not dG[G > FEASIBLE].any()):
+            if not feasible and (excess >= worst or not dG[G > _LEFT].any()):
                 break
             last, worst = (value, np.inf) if feasible else (np.inf, excess)
         return y, feasible
@@ -111,6 +136,11 @@ class WeightedSum:
 
     def _outside(self, y: Array) -> Array:
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, y, 0.0)), y)
+
+
+def greatest_excess(problem: TrajectoryProblem, x: Array) -> float:
+    """The greatest excess over a limit, as a share; a decision vector (n_var,) is feasible if it is at most 0."""
+    return float(problem.evaluate(x[None], return_values_of=["F", "G"])[1].max(initial=-np.inf))
 
 
 def random_starts(problem: TrajectoryProblem, seed: int, count: int) -> Array:
