@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.benchmarks.differences import central_differences
 from trajevo import TrajectoryProblem, TrajevoError, ViaPoints, load_problem, load_robot
+from trajevo.base.arrays import Array
 from trajevo.cli.main import main
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.formulation.constraints.constraint import Constraint
@@ -98,3 +100,13 @@ def any_problem(name: str, **arguments: Any) -> TrajectoryProblem:
     if name == "via-points" and "points" not in arguments:
         arguments["points"] = TABLE_1_JOINTS
     return load_problem(name, **arguments)
+
+
+def assert_exact_gradients(problem: TrajectoryProblem, x: Array) -> None:
+    """Assert that all gradients are finite differences, at one of the points at least: others may be at a kink."""
+    F, dF, G, dG = problem.evaluate_with_gradients(x)
+    rough = np.concatenate(central_differences(problem)(x)[1::2], axis=1)
+    scale = np.abs(rough).max(axis=2) + 1e-3 * np.concatenate([np.abs(F), 1.0 + np.abs(G)], axis=1)
+    off = np.abs(np.concatenate([dF, dG], axis=1) - rough).max(axis=2) > 1e-3 * scale
+    assert not off.all(axis=0).any()
+    assert problem.gradients_by(x) == "complex step"

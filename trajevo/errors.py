@@ -47,3 +47,7 @@ class UnreachableError(TrajevoError):
 
 class NoSolutionError(TrajevoError):
     """A solution was to be selected from a front that holds no feasible one."""
+
+
+class GradientWarning(UserWarning):
+    """Derivatives of an objective or a constraint are not exact, but computed by finite differences."""

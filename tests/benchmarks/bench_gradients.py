@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 from compare import compare
+from differences import central_differences
 
 from trajevo import TrajectoryProblem
 from trajevo.problems import HybridManipulator
-from trajevo.solvers.gradient.sqp import central_differences
 from trajevo.solvers.optimise import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"

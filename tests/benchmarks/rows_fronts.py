@@ -10,14 +10,16 @@ import moocore
 import numpy as np
 from cases import PLAIN, Case, Line, not_installed
 from compare import Action
+from differences import central_differences
 from pymoo.indicators.hv import HV
 from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 
+from trajevo import TrajectoryProblem
 from trajevo.base.arrays import Array
 from trajevo.front.hypervolume import hypervolume
 from trajevo.problems import TimeJerkReparameterisation
 from trajevo.solvers.gradient import normal_constraint as nnc
-from trajevo.solvers.gradient.sqp import WeightedSum, central_differences, random_starts
+from trajevo.solvers.gradient.sqp import WeightedSum, random_starts
 
 POINTS = 6
 TOPPRA = "toppra, jerk not limited"
@@ -60,8 +62,9 @@ def normal_constraints(problem: TimeJerkReparameterisation) -> Case:
     """A front by normal constraints and SLSQP, with exact gradients and with finite differences in batches."""
 
     def by_differences() -> object:
-        rough = mock.Mock(side_effect=lambda smooth, _: (central_differences(smooth), "finite differences"))
-        with mock.patch.object(nnc, "differentiated", rough):
+        with mock.patch.object(
+            TrajectoryProblem, "evaluate_with_gradients", lambda self, x: central_differences(self)(x)
+        ):
             return nnc.solve_nnc(problem, points=POINTS)
 
     return Case(

@@ -103,10 +103,15 @@ def test_a_time_limit_changes_nothing_of_a_run_that_keeps_it():
 
 
 def test_only_the_first_failures_are_listed_all_are_counted():
-    def never(rollout):
-        raise RuntimeError("no licence")
+    served = []
 
-    front = optimise(small_problem(objectives=(Objective("time", "s", "t", never),)), seed=1, **SMALL, polish=False)
+    def expires(rollout):
+        served.append(len(rollout.trajectory))
+        if len(served) > 1:
+            raise RuntimeError("no licence")
+        return total_time(rollout)
+
+    front = optimise(small_problem(objectives=(Objective("time", "s", "t", expires),)), seed=1, **SMALL, polish=False)
     assert front.run.failures == 120
     assert len(front.run.failed) == MOST_LISTED
 

@@ -11,6 +11,7 @@ import pytest
 from tests.helpers import any_problem
 from trajevo.capacity.payload_time import max_payload_problem
 from trajevo.capacity.uncertainty import robust_problem
+from trajevo.formulation.gradients import own
 from trajevo.formulation.registry import list_problems
 from trajevo.problems import (
     HybridManipulator,
@@ -21,7 +22,6 @@ from trajevo.problems import (
 )
 from trajevo.problems.hybrid_manipulator import CONVENTIONS
 from trajevo.robot.payload import LOAD_MODELS
-from trajevo.solvers.gradient.sqp import differentiated
 from trajevo.solvers.optimise import load_task
 
 TASKS = sorted((Path(__file__).parents[2] / "problems" / "tasks").glob("*.toml"))
@@ -152,4 +152,6 @@ def test_a_batch_gives_what_single_rows_give(problem):
 
 
 def test_gradient_solvers_are_given_the_complex_step(problem):
-    assert differentiated(problem.in_terms(), rows(problem))[1] == "complex step"
+    for asked in (problem, problem.in_terms()):
+        assert all(own(each.function) for each in (*asked.objectives, *asked.constraints))
+        assert asked.gradients_by(rows(problem)) == "complex step"

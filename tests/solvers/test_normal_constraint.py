@@ -7,10 +7,11 @@ import pytest
 
 from tests.helpers import impossible, small_problem
 from trajevo import TrajectoryProblem, TrajevoError, load_robot, optimise
+from trajevo.errors import GradientWarning
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
 from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
 from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
-from trajevo.solvers.gradient.sqp import WeightedSum, differentiated, random_starts
+from trajevo.solvers.gradient.sqp import WeightedSum, random_starts
 
 
 @pytest.fixture(scope="module")
@@ -91,15 +92,18 @@ def refusing_jerk(rollout):
 @pytest.mark.parametrize(
     ("function", "says"),
     [
-        (real_jerk, "the complex step disagrees for jerk"),
-        (refusing_jerk, "complex numbers raise TypeError: no complex"),
+        (real_jerk, "finite differences for objective 'jerk': its complex step is wrong"),
+        (
+            refusing_jerk,
+            r"objective 'jerk': complex numbers raise TypeError: no complex numbers, please \(line \d+ of .*py",
+        ),
     ],
 )
 def test_wrong_gradients_are_noticed_told_and_replaced(function, says, front):
     objectives = (Objective("time", "s", "test", total_time), Objective("jerk", "rad/s^3", "test", function))
-    with pytest.warns(UserWarning, match=says):
+    with pytest.warns(GradientWarning, match=says):
         found = solve_nnc(small_problem(objectives=objectives), points=5)
-    assert found.run.settings["gradients"] == "finite differences"
+    assert found.run.settings["gradients"] == "finite differences for objective 'jerk'"
     expected = solve_nnc(small_problem(), points=5)
     np.testing.assert_allclose(found.F, expected.F, rtol=1e-4)
 
@@ -108,18 +112,17 @@ def test_right_gradients_are_kept_without_a_warning():
     for problem in (HybridManipulator(), PointingMechanism(), TimeJerkReparameterisation()):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            _, kind = differentiated(problem, random_starts(problem, 0, 2))
-        assert kind == "complex step"
+            assert problem.gradients_by(random_starts(problem, 0, 2)) == "complex step"
 
 
 def test_finite_differences_stay_inside_the_bounds():
     problem = small_problem(
         objectives=(Objective("time", "s", "t", total_time), Objective("jerk", "1", "t", real_jerk))
     )
-    with pytest.warns(UserWarning, match="finite differences"):
-        gradients, _ = differentiated(problem, random_starts(problem, 0, 2))
+    with pytest.warns(GradientWarning, match="finite differences"):
+        problem.gradients_by(random_starts(problem, 0, 2))
     for corner in (problem.xl, problem.xu):
-        dF = gradients(corner[None])[1][0]
+        dF = problem.evaluate_with_gradients(corner[None])[1][0]
         np.testing.assert_allclose(dF, small_problem().evaluate_with_gradients(corner[None])[1][0], rtol=1e-3)
 
 

@@ -19,7 +19,6 @@ from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.motion_limits import time_limit
 from trajevo.formulation.payload_variable import PayloadVariable
 from trajevo.formulation.problem import TrajectoryProblem, Weights
-from trajevo.solvers.gradient.sqp import FEASIBLE
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 
 #: Payloads of a curve, as shares of the largest one.
@@ -176,7 +175,7 @@ def least_times(problems: Sequence[TrajectoryProblem], *, seed: int, starts: int
         times[i], X[i] = best.cost, best.x
     for i in range(len(problems) - 2, -1, -1):
         G = problems[i].evaluate(X[i + 1][None], return_values_of=["F", "G"])[1]
-        if times[i + 1] < times[i] and G.max(initial=-np.inf) <= FEASIBLE:
+        if times[i + 1] < times[i] and G.max(initial=-np.inf) <= 0.0:
             warm = minimise_weighted(problems[i], _time_alone(problems[i]), seed=seed, initial=X[i + 1][None])
             times[i], X[i] = min((times[i + 1], X[i + 1]), (warm.cost, warm.x), key=lambda found: found[0])
     return frozen(times), frozen(X)

@@ -90,7 +90,7 @@ class _TrapezoidSquareJerk:
     def __call__(self, rollout: Rollout) -> Array:
         trajectory = rollout.trajectory
         shares = np.linspace(0.0, 1.0, self.intervals + 1)
-        jerk = trajectory.evaluate(trajectory.duration.real[:, None] * shares, 3)
+        jerk = trajectory.evaluate(trajectory.duration[:, None] * shares, 3)
         square = np.square(jerk).sum(axis=2)
         mean: Array = (square.sum(axis=1) - 0.5 * (square[:, 0] + square[:, -1])) / self.intervals
         return trajectory.duration * mean

@@ -14,10 +14,11 @@ from trajevo.base.arrays import Array, keep_heap, numbers, read_only
 from trajevo.base.threads import in_threads
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.constraints.constraint import Constraint, in_terms
 from trajevo.formulation.constraints.joint_limits import kept_limits
-from trajevo.formulation.evaluation import TimeLimited, evaluate_each
+from trajevo.formulation.evaluation import FailedFunctionError, Part, TimeLimited, evaluate_each, refuse_if_broken
+from trajevo.formulation.gradients import Differentiation, Ways
 from trajevo.formulation.objectives import Objective
 from trajevo.formulation.search import USUAL, Search
 from trajevo.robot.joints import JointLimits
@@ -25,10 +26,6 @@ from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import Interpolant, Variable
-
-#: Step of complex-step differentiation: the derivative is the imaginary part of a result divided by it. The real part
-#: is not affected, since the step is far below its rounding.
-_COMPLEX_STEP = 1e-20
 
 #: Numbers of one quantity that are evaluated at a time (1 MB, which fits into the cache), least number of individuals
 #: in such a chunk, and their number in the first chunk.
@@ -107,6 +104,7 @@ class TrajectoryProblem(Problem):
     expansion: Expansion | None = None
     time_limited: TimeLimited | None = None
     _chunk: int = _FIRST
+    _works: bool = False
 
     def __init__(
         self,
@@ -127,6 +125,7 @@ class TrajectoryProblem(Problem):
         self.objectives = tuple(objectives)
         self.constraints = tuple(constraints)
         self.angle, self.length = angle, length
+        self._ways = Ways()
         for kind, names in (("objectives", self.objective_names), ("constraints", self.constraint_names)):
             if len(set(names)) != len(names):
                 raise InvalidInputError(f"{kind}: names must differ, got {list(names)}")
@@ -194,6 +193,9 @@ class TrajectoryProblem(Problem):
     def evaluate_with_gradients(self, x: Array) -> tuple[Array, Array, Array, Array]:
         """Objectives, constraints and their derivatives, exact to rounding (complex step; torque by Pinocchio).
 
+        Functions of the user's are compared with finite differences once. Where complex steps are wrong even with
+        numpy's functions as those of real parts, finite differences replace them, with a warning.
+
         Args:
             x: decision vectors, shape (B, n_var).
 
@@ -201,13 +203,33 @@ class TrajectoryProblem(Problem):
             F (B, n_obj), dF (B, n_obj, n_var), G (B, n_constr), dG (B, n_constr, n_var).
 
         Raises:
-            InvalidInputError: a wrong shape, or decision variables that are not finite.
+            InvalidInputError: a wrong shape, decision variables that are not finite, or an objective or a constraint
+                that fails at every point or returns a wrong shape.
         """
-        given = numbers(x, name="x", shape=("B", self.n_var))
-        steps = (given[:, None, :] + 1j * _COMPLEX_STEP * np.eye(self.n_var)).reshape(-1, self.n_var)
-        values = [array.reshape(len(given), self.n_var, -1) for array in self._evaluate_rows(steps)]
-        (F, dF), (G, dG) = ((v[:, 0].real, np.swapaxes(v.imag, 1, 2) / _COMPLEX_STEP) for v in values)
-        return F, dF, G, dG
+        values, slopes = self._differentiation(numbers(x, name="x", shape=("B", self.n_var)))
+        k = self.n_obj
+        return values[:, :k], slopes[:, :k], values[:, k:], slopes[:, k:]
+
+    def gradients_by(self, x: Array) -> str:
+        """How derivatives are computed: ``"complex step"``, or for which functions by finite differences.
+
+        Args:
+            x: decision vectors near which unknown functions are looked at, shape (B, n_var).
+        """
+        ways = self._differentiation.of(numbers(x, name="x", shape=("B", self.n_var)))
+        rough = [part.what for part, way in zip(self._parts, ways, strict=True) if way == "finite differences"]
+        return f"finite differences for {', '.join(rough)}" if rough else "complex step"
+
+    @property
+    def _differentiation(self) -> Differentiation:
+        makers = (self.interpolant, type(self))
+        return Differentiation(self.title, self.rollout, self._parts, (self.xl, self.xu), makers, self._ways)
+
+    @property
+    def _parts(self) -> tuple[Part, ...]:
+        objectives = (Part(f"objective {each.name!r}", each.function) for each in self.objectives)
+        limits = (Part(f"constraint {_told(each)}", each.function, len(each.names)) for each in self.constraints)
+        return (*objectives, *limits)
 
     def with_payload(self, payload: Payload) -> TrajectoryProblem:
         """The same problem with another payload; a registered problem is made again and may refuse the payload."""
@@ -244,7 +266,10 @@ class TrajectoryProblem(Problem):
 
     def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         rows = self._evaluate_in_chunks if self.time_limited is None else self.time_limited
-        out["F"], out["G"], failures = evaluate_each(rows, x, self.n_obj, self.n_ieq_constr)
+        out["F"], out["G"], failures, failed = evaluate_each(rows, x, self.n_obj, self.n_ieq_constr)
+        if failed is not None and not self._works:
+            refuse_if_broken(rows, failed, (self.xl, self.xu))
+        self._works |= len(x) > 0
         if any(failures):
             out["failure"] = np.array(failures, dtype=object)
 
@@ -256,13 +281,24 @@ class TrajectoryProblem(Problem):
         return F, G
 
     def _evaluate_rows(self, x: Array) -> tuple[Array, Array]:
-        rollout = self.rollout(x)
+        try:
+            rollout = self.rollout(x)
+        except TrajevoError:
+            raise
+        except Exception as error:
+            raise FailedFunctionError.of("the interpolant", error) from error
         if len(x):
             # Number of individuals whose samples of one quantity fill the cache.
             self._chunk = max(_FEWEST, _CACHED // (rollout.t[0].size * self.robot.dof))
-        F = np.stack([objective.function(rollout) for objective in self.objectives], axis=1)
-        columns = [constraint.function(rollout) for constraint in self.constraints]
-        return F, np.concatenate([*columns, np.empty((len(F), 0))], axis=1)
+        columns = [part.real(rollout) for part in self._parts]
+        values = np.concatenate(columns, axis=1)
+        return values[:, : self.n_obj], values[:, self.n_obj :]
+
+
+def _told(constraint: Constraint) -> str:
+    """The name of a constraint, for messages."""
+    first, *others = constraint.names or ("without columns",)
+    return f"{first!r}" + (f" and {len(others)} more" if others else "")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.trajectory.batch import TrajectoryBatch, checked_factor, checked_order, chosen_rows
+from trajevo.trajectory.batch import TrajectoryBatch, checked_factor, checked_order, checked_shares, chosen_rows
 from trajevo.trajectory.parameterisation import ORDERS, Course
 
 
@@ -71,13 +71,14 @@ class ComposedBatch(TrajectoryBatch):
     def evaluate(self, t: Array, derivative: int = 0) -> Array:
         """Values at instants; derivatives up to the jerk."""
         order = _up_to_jerk(derivative)
-        unit = np.clip((self._instants(t) / self.durations[:, None]).real, 0.0, 1.0)
+        share = self._instants(t) / self.durations[:, None]
+        unit = share + (np.clip(share.real, 0.0, 1.0) - share.real)
         return frozen(np.moveaxis(self.course.at(unit, order), 0, -1) * self._scale(order)[:, None, None])
 
     def at_shares(self, u: Array, derivative: int) -> Array:
         """Values at shares of every segment; derivatives up to the jerk."""
         order = _up_to_jerk(derivative)
-        values = np.moveaxis(self.course.at_shares(np.asarray(u, dtype=np.float64), order), 0, -1)
+        values = np.moveaxis(self.course.at_shares(checked_shares(u), order), 0, -1)
         return frozen(values.reshape(len(self), -1, self.n_joints) * self._scale(order)[:, None, None])
 
     def extremes(self, derivative: int) -> tuple[Array, Array]:

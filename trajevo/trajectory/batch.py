@@ -75,7 +75,8 @@ class TrajectoryBatch(ABC):
         """Value of a derivative at given instants; at a break the segment that begins there counts.
 
         Args:
-            t: instants [s], shape (T,) for all trajectories or (B, T).
+            t: instants [s], shape (T,) for all trajectories or (B, T); the imaginary parts of complex steps move the
+                instants, so that the values have the derivatives of moving instants.
             derivative: 0 position, 1 velocity, 2 acceleration, 3 jerk.
 
         Returns:
@@ -95,6 +96,9 @@ class TrajectoryBatch(ABC):
 
         Returns:
             Shape (B, S x U, n_joints) [rad/s^derivative or m/s^derivative].
+
+        Raises:
+            InvalidInputError: complex shares: they are the same for all trajectories, so no complex step moves them.
         """
 
     @abstractmethod
@@ -166,16 +170,16 @@ class TrajectoryBatch(ABC):
         return Motion(t, *(self.evaluate(t, order) for order in range(4)))
 
     def _instants(self, t: Array) -> Array:
-        """Instants as an array (B, T), every one inside its trajectory [s]."""
-        given = np.asarray(t, dtype=np.float64)
+        """Instants as an array (B, T), every one inside its trajectory [s]; complex steps are kept."""
+        given = np.asarray(t, dtype=np.complex128 if np.iscomplexobj(t) else np.float64)
         if given.ndim not in (1, 2) or (given.ndim == 2 and len(given) != len(self)):
             raise InvalidInputError(f"t: expected shape (T,) or ({len(self)}, T), got {given.shape}")
         instants = np.broadcast_to(given, (len(self), given.shape[-1]))
-        slack = 1e-9 * self.duration[:, None]
-        if not ((instants >= -slack) & (instants <= self.duration[:, None] + slack)).all():
+        at, end = instants.real, self.duration.real[:, None]
+        if not ((at >= -1e-9 * end) & (at <= end + 1e-9 * end)).all():
             raise InvalidInputError(
-                f"t: expected instants from 0 to the duration (least {self.duration.min():g} s), "
-                f"got {np.min(instants):g} to {np.max(instants):g} s"
+                f"t: expected instants from 0 to the duration (least {end.min():g} s), "
+                f"got {np.min(at):g} to {np.max(at):g} s"
             )
         return instants
 
@@ -192,6 +196,13 @@ def chosen_rows(count: int, index: SupportsIndex | slice) -> slice:
     if not -count <= place < count:
         raise IndexError(f"trajectory {place} of a batch of {count}")
     return slice(place, place + 1 or None)
+
+
+def checked_shares(u: Array) -> Array:
+    """Shares of segments as real numbers."""
+    if np.iscomplexobj(u):
+        raise InvalidInputError("u: expected real shares of a segment, got complex ones")
+    return np.asarray(u, dtype=np.float64)
 
 
 def checked_factor(factor: float) -> float:

@@ -12,7 +12,14 @@ from trajevo.base import jit, polynomials
 from trajevo.base.arrays import Array, frozen, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.trajectory import polynomial_loops
-from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch, checked_factor, checked_order, chosen_rows
+from trajevo.trajectory.batch import (
+    DERIVATIVES,
+    TrajectoryBatch,
+    checked_factor,
+    checked_order,
+    checked_shares,
+    chosen_rows,
+)
 
 #: Number of derivatives that dynamics need together: position, velocity and acceleration.
 _TOGETHER = 3
@@ -96,7 +103,7 @@ class PolynomialBatch(TrajectoryBatch):
     def evaluate(self, t: Array, derivative: int = 0) -> Array:
         """Values at instants; any derivative."""
         instants, order = self._instants(t), checked_order(derivative)
-        segment = (instants[:, :, None] >= self.breaks[:, None, 1:-1]).sum(axis=2)
+        segment = (instants.real[:, :, None] >= self.breaks.real[:, None, 1:-1]).sum(axis=2)
         start = np.take_along_axis(self.breaks, segment, axis=1)
         chosen = np.take_along_axis(self.coefficients, segment[:, :, None, None], axis=1)
         local = polynomials.derivative(np.moveaxis(chosen, -1, 0), order)
@@ -104,13 +111,13 @@ class PolynomialBatch(TrajectoryBatch):
 
     def at_shares(self, u: Array, derivative: int) -> Array:
         """Values at shares of every segment; any derivative."""
-        order = checked_order(derivative)
+        order, shares = checked_order(derivative), tuple(checked_shares(u).tolist())
         if jit.can_compile() and order < len(DERIVATIVES):
-            return self._sampled(tuple(np.asarray(u, dtype=np.float64).tolist()), order)
+            return self._sampled(shares, order)
         unit = self._unit_coefficients
         # Real and imaginary parts side by side: numpy would make a real matrix complex before it multiplies.
         parts = unit.view(np.float64) if np.iscomplexobj(unit) else unit
-        at = (_powers(tuple(np.asarray(u, dtype=np.float64).tolist()), order, self.degree) @ parts).view(unit.dtype)
+        at = (_powers(shares, order, self.degree) @ parts).view(unit.dtype)
         if order:
             at *= (self.segment_durations**-order)[:, :, None, None]
         return frozen(at.reshape(len(self), -1, self.n_joints))

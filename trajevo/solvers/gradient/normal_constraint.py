@@ -18,14 +18,14 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.books import Books
 from trajevo.front.front import Front
-from trajevo.solvers.gradient.sqp import FEASIBLE, Gradients, WeightedSum, differentiated, random_starts
+from trajevo.solvers.gradient.sqp import MARGIN, WeightedSum, greatest_excess, random_starts
 
 #: SLSQP's tolerance on the logarithm of an objective.
 _TOLERANCE = 1e-11
 #: Random starts for each anchor; other points start from their neighbours.
 _STARTS = 4
-#: Margin by which limits are tightened, so that rounding does not break them.
-_MARGIN = 1e-7
+#: Share of the range of an objective by which a point may be off its normal constraint.
+_OFF = 1e-6
 #: Relative difference up to which two minima of an objective count as equal, and relative difference of the other
 #: objective from which the minimum counts as attained at more than one point.
 _TIED, _SPREAD = 1e-7, 1e-3
@@ -146,15 +146,14 @@ class _Division:
     failed: int = 0
     evaluations: int = 0
     kind: str = field(init=False)
-    _gradients: Gradients = field(init=False)
 
     def __post_init__(self) -> None:
         form = self.origin.smooth
         self.smooth = self.origin.in_terms() if form is None else form.problem
-        self.margin = _MARGIN if form is None else 0.0
+        self.margin = MARGIN if form is None else 0.0
         starts = random_starts(self.origin, self.seed, _STARTS)
         self.starts = starts if form is None else form.into(starts)
-        self._gradients, self.kind = differentiated(self.smooth, self.starts[:2])
+        self.kind = self.smooth.gradients_by(self.starts[:2])
 
     def back(self, x: Array) -> Array:
         """Decision vectors of the original problem, from those of the smooth form."""
@@ -196,7 +195,7 @@ class _Division:
         for tries, start in enumerate((0.5 * (left.x + right.x), left.x, right.x, *self.starts)):
             self.tried_again += tries == 1
             end = self._end(1, start, half_space)
-            if end is not None and least - FEASIBLE <= (end[1][1] - low[1]) / width[1] <= most + FEASIBLE:
+            if end is not None and least - _OFF <= (end[1][1] - low[1]) / width[1] <= most + _OFF:
                 return _Point(omega, *end)
         self.failed += 1
         return None
@@ -206,15 +205,19 @@ class _Division:
         search = WeightedSum(
             self.smooth,
             np.eye(2)[objective],
-            gradients=self._gradients,
             half_space=half_space,
             margin=self.margin,
+            excess=self._excess,
         )
         x = search.run(start, _TOLERANCE)
         self.evaluations += search.evaluations
-        F, G = (values[0] for values in self.smooth.evaluate(x[None], return_values_of=["F", "G"]))
-        beyond = -np.inf if half_space is None else float(half_space[0] @ F - half_space[1])
-        return (x, F) if max(G.max(initial=-np.inf), beyond) <= FEASIBLE else None
+        F: Array = self.smooth.evaluate(x[None], return_values_of=["F", "G"])[0][0]
+        beneath = half_space is None or float(half_space[0] @ F - half_space[1]) <= _OFF
+        return (x, F) if beneath and self._excess(x) <= 0.0 else None
+
+    def _excess(self, x: Array) -> float:
+        """The greatest excess over a limit of the original problem, for a decision vector of the smooth form."""
+        return greatest_excess(self.origin, self.back(x[None])[0])
 
 
 def _found(division: _Division, tolerance: float, points: int | None) -> Iterator[tuple[int, _Point]]:

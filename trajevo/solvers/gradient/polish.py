@@ -24,7 +24,6 @@ from trajevo.front.covering import ReferenceBox, covering, gaps, neighbours
 from trajevo.front.front import Front
 from trajevo.solvers.gradient.batch_sqp import Lockstep
 from trajevo.solvers.gradient.scaling import Columns, Scaled
-from trajevo.solvers.gradient.sqp import differentiated, random_starts
 
 #: Greatest number of steps of an anchor, and promised decrease (of a logarithm) below which it is done.
 _ANCHOR_STEPS, _ANCHOR_TOLERANCE = 150, 1e-9
@@ -90,7 +89,7 @@ class Refinement:
     Attributes:
         archive: non-dominated feasible points of the front and of the refinement.
         box: the box in objective space in which the hypervolume is measured.
-        kind: kind of gradients, by complex step or finite differences.
+        kind: how gradients are computed, see :meth:`TrajectoryProblem.gradients_by`.
         refined: number of members refined by the gradient solver.
     """
 
@@ -107,10 +106,8 @@ class Refinement:
         columns = Columns.of(front.F, np.vstack([np.eye(problem.n_obj), *sums]), box.corner)
         form = problem.smooth
         smooth = problem.in_terms() if form is None else form.problem
-        gradients, self.kind = differentiated(
-            smooth, _probes(smooth, front.X[:1] if form is None else form.into(front.X[:1]))
-        )
-        self._scaled = Scaled(smooth, gradients, columns, _MARGIN if form is None else 0.0)
+        self.kind = smooth.gradients_by(front.X[:1] if form is None else form.into(front.X[:1]))
+        self._scaled = Scaled(smooth, columns, _MARGIN if form is None else 0.0)
         self._known, self._curvature = np.empty((0, len(columns.weights))), np.empty((0, smooth.n_var, smooth.n_var))
 
     def refine(self, members: int, number: int, *, anchors: bool = False) -> None:
@@ -227,14 +224,6 @@ class Refinement:
     def _outside(self, y: Array) -> Array:
         x, form = self._scaled.outside(y), self._problem.smooth
         return np.clip(x if form is None else form.back(x), self._problem.xl, self._problem.xu)
-
-
-def _probes(problem: TrajectoryProblem, member: Array) -> Array:
-    """Points at which gradients are compared with finite differences: a member (1, n), and a point near it.
-
-    At the member alone a peak could have a kink, if it is equally high in two places, as in symmetric motions.
-    """
-    return np.concatenate([member, 0.9 * member + 0.1 * random_starts(problem, 0, 1)])
 
 
 def _between(y: Array, pairs: Array, most: int) -> Array:
@@ -439,8 +428,6 @@ def check_polishable(problem: TrajectoryProblem) -> None:
             form.problem.evaluate_with_gradients(form.into(middle))
     except TrajevoError as error:
         raise InvalidInputError(f"polish: needs gradients, and the problem has none: {error}") from error
-    except Exception:  # noqa: BLE001 - functions that fail with complex numbers get finite differences
-        pass
 
 
 def _whole(name: str, value: Any, least: int) -> int:

@@ -9,7 +9,6 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.solvers.gradient.sqp import Gradients
 
 #: Share of an objective's greatest relevant value that is added before its logarithm is taken, since the objective may
 #: become 0 and ratios between much smaller values do not matter.
@@ -68,7 +67,6 @@ class Scaled:
 
     Args:
         problem: the problem, each of its limits split into smooth terms (:meth:`TrajectoryProblem.in_terms`).
-        gradients: gradients of the problem.
         columns: scales of its objectives.
         margin: margin by which limits are tightened, as a share.
 
@@ -77,9 +75,9 @@ class Scaled:
         gradients: points whose gradients were evaluated.
     """
 
-    def __init__(self, problem: TrajectoryProblem, gradients: Gradients, columns: Columns, margin: float) -> None:
+    def __init__(self, problem: TrajectoryProblem, columns: Columns, margin: float) -> None:
         self.columns, self.evaluations, self.gradients = columns, 0, 0
-        self._problem, self._gradients, self._margin = problem, gradients, margin
+        self._problem, self._margin = problem, margin
         self._logarithmic = problem.xl > 0.0
         self._width = np.where(self._logarithmic, 1.0, problem.xu - problem.xl)
         self.bounds = self.inside(np.stack([problem.xl, problem.xu]))
@@ -107,7 +105,7 @@ class Scaled:
         self.gradients += len(y)
         x = self.outside(y)
         try:
-            F, dF, G, dG = self._gradients(x)
+            F, dF, G, dG = self._problem.evaluate_with_gradients(x)
         except Exception:  # noqa: BLE001 - a member whose gradients raise must not stop the others
             F, dF, G, dG = self._each(x)
         stretch = np.where(self._logarithmic, x, self._width)[:, None]
@@ -120,7 +118,9 @@ class Scaled:
         F, dF, G, dG = (np.full(shape, np.nan) for shape in shapes)
         for i in range(len(x)):
             try:
-                F[i : i + 1], dF[i : i + 1], G[i : i + 1], dG[i : i + 1] = self._gradients(x[i : i + 1])
+                found = problem.evaluate_with_gradients(x[i : i + 1])
             except Exception:  # noqa: BLE001 - its values stay NaN, and the member does not move
                 continue
+            for whole, row in zip((F, dF, G, dG), found, strict=True):
+                whole[i] = row[0]
         return F, dF, G, dG

@@ -1,8 +1,7 @@
-"""Sequential quadratic programming on a trajectory problem: SLSQP on logarithmic scales, and its gradients."""
+"""Sequential quadratic programming on a trajectory problem: SLSQP on logarithmic scales."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 
 import numpy as np
@@ -11,20 +10,21 @@ from scipy.optimize import minimize
 from trajevo.base.arrays import Array
 from trajevo.formulation.problem import TrajectoryProblem
 
-#: Decision vectors (B, n_var) -> F, dF, G, dG as in TrajectoryProblem.evaluate_with_gradients.
-Gradients = Callable[[Array], tuple[Array, Array, Array, Array]]
+#: Margin by which limits are tightened, as a share, so that what SLSQP leaves of an excess does not break them.
+MARGIN = 1e-8
 
-#: Excess, as a share of a limit, up to which a result of the solver counts as feasible.
-FEASIBLE = 1e-6
+#: Excess that SLSQP may leave, as a share of a limit; what is left is removed by a greater margin.
+_LEFT = 1e-6
+
+#: How often limits are tightened further for an end that breaks them, by how many times its excess, and up to which
+#: excess this is tried.
+_TIGHTENINGS, _TIGHTER, _MOST_EXCESS = 4, 2.0, 1e-3
 
 #: Greatest number of times that SLSQP is started. It stops early if its approximation of the curvature is wrong; when
 #: it is started again from that point, it continues.
 _RESTARTS = 6
 #: Change of the cost or its logarithm between two starts that counts as none.
 _SETTLED = 1e-7
-
-#: Step of finite differences as a share of a variable's range, and tolerance for exact gradients to agree with them.
-_STEP, _AGREEMENT = 1e-6, 1e-3
 
 
 class WeightedSum:
@@ -35,9 +35,10 @@ class WeightedSum:
     Args:
         problem: what to solve.
         weights: weights of the objectives, shape (n_obj,).
-        gradients: gradients of the problem; by complex step if None.
         half_space: normal (n_obj,) and offset: normal · F may not exceed the offset.
         margin: margin by which every limit is tightened, as a share of it.
+        excess: decision vector (n_var,) -> the greatest excess over a limit, by which ends are judged; that of the
+            problem itself if None.
 
     Attributes:
         evaluations: number of points at which values and gradients were evaluated.
@@ -48,12 +49,12 @@ class WeightedSum:
         problem: TrajectoryProblem,
         weights: Array,
         *,
-        gradients: Gradients | None = None,
         half_space: tuple[Array, float] | None = None,
-        margin: float = 0.0,
+        margin: float = MARGIN,
+        excess: Callable[[Array], float] | None = None,
     ) -> None:
+        self._excess = excess or (lambda x: greatest_excess(problem, x))
         self.problem, self.weights, self.tame = problem, weights, True
-        self.gradients = gradients or problem.evaluate_with_gradients
         self.half_space, self.margin, self.evaluations = half_space, margin, 0
         self.logarithmic = problem.xl > 0.0
         self.bounds = np.stack([self._inside(problem.xl), self._inside(problem.xu)], axis=1)
@@ -61,6 +62,18 @@ class WeightedSum:
         self._values: tuple[float, Array, Array, Array] = (0.0, np.empty(0), np.empty(0), np.empty(0))
 
     def run(self, start: Array, tolerance: float) -> Array:
+        """The end of SLSQP from a start; one that breaks a limit slightly is sought again with tighter limits."""
+        x, margin = self._ended(start, tolerance), self.margin
+        for _ in range(_TIGHTENINGS):
+            excess = self._excess(x)
+            if not 0.0 < excess <= _MOST_EXCESS:
+                break
+            self.margin += _TIGHTER * excess
+            x = self._ended(x, tolerance)
+        self.margin = margin
+        return x
+
+    def _ended(self, start: Array, tolerance: float) -> Array:
         """The end of SLSQP on the logarithm of the cost, or on the cost itself if that end is infeasible."""
         y = self._inside(np.clip(start, self.problem.xl, self.problem.xu))
         for self.tame in (True, False):
@@ -77,11 +90,11 @@ class WeightedSum:
             y = np.clip(self._once(y, tolerance), self.bounds[:, 0], self.bounds[:, 1])
             value, _, G, dG = self._look(y)
             excess = float(G.max(initial=-np.inf))
-            feasible = excess <= FEASIBLE
+            feasible = excess <= _LEFT
             if feasible and abs(last - value) <= _SETTLED:
                 break
             # Give up if the last start has not reduced the excess, or no small step can.
-            if not feasible and (excess >= worst or not dG[G > FEASIBLE].any()):
+            if not feasible and (excess >= worst or not dG[G > _LEFT].any()):
                 break
             last, worst = (value, np.inf) if feasible else (np.inf, excess)
         return y, feasible
@@ -105,7 +118,7 @@ class WeightedSum:
         if self._at is None or not np.array_equal(self._at, y):
             x = self._outside(y)
             self.evaluations += 1
-            F, dF, G, dG = (values[0] for values in self.gradients(x[None]))
+            F, dF, G, dG = (values[0] for values in self.problem.evaluate_with_gradients(x[None]))
             G = G + self.margin
             if self.half_space is not None:
                 normal, offset = self.half_space
@@ -125,59 +138,12 @@ class WeightedSum:
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, y, 0.0)), y)
 
 
+def greatest_excess(problem: TrajectoryProblem, x: Array) -> float:
+    """The greatest excess over a limit, as a share; a decision vector (n_var,) is feasible if it is at most 0."""
+    return float(problem.evaluate(x[None], return_values_of=["F", "G"])[1].max(initial=-np.inf))
+
+
 def random_starts(problem: TrajectoryProblem, seed: int, count: int) -> Array:
     """Decision vectors uniform between the bounds, shape (count, n_var)."""
     drawn = np.random.default_rng(seed).uniform(problem.xl, problem.xu, (count, problem.n_var))
     return np.asarray(drawn, dtype=np.float64)
-
-
-def differentiated(problem: TrajectoryProblem, probes: Array) -> tuple[Gradients, str]:
-    """Gradients of a problem and their kind: by complex step if that is right, else by finite differences.
-
-    The complex step is silently wrong if an objective of the user drops imaginary parts. So it is compared with finite
-    differences, and a warning names the objectives and constraints that do not agree.
-
-    Args:
-        problem: the problem.
-        probes: decision vectors at which to compare, shape (B, n_var).
-    """
-    rough, probes = central_differences(problem), np.clip(probes, problem.xl, problem.xu)
-    F, dF, G, dG = rough(probes)
-    numerical = np.concatenate([dF, dG], axis=1)
-    try:
-        exact = np.concatenate(problem.evaluate_with_gradients(probes)[1::2], axis=1)
-    except Exception as error:  # noqa: BLE001 - whatever an objective of the user's raises on complex numbers
-        blame = f"complex numbers raise {type(error).__name__}: {error}"
-    else:
-        scale = np.abs(numerical).max(axis=2) + _AGREEMENT * np.concatenate([np.abs(F), 1.0 + np.abs(G)], axis=1)
-        off = (np.abs(exact - numerical).max(axis=2) > _AGREEMENT * scale).all(axis=0)
-        if not off.any():
-            return problem.evaluate_with_gradients, "complex step"
-        names = problem.objective_names + problem.constraint_names
-        blame = f"the complex step disagrees for {', '.join(names[i] for i in np.flatnonzero(off)[:3])}"
-    warnings.warn(f"{problem.title}: gradients by finite differences, since {blame}", stacklevel=3)
-    return rough, "finite differences"
-
-
-def central_differences(problem: TrajectoryProblem) -> Gradients:
-    """Gradients of a problem by central differences in one batch; next to a bound the differences are one-sided.
-
-    Args:
-        problem: the problem.
-    """
-
-    def gradients(x: Array) -> tuple[Array, Array, Array, Array]:
-        steps = _STEP * (problem.xu - problem.xl) * np.eye(problem.n_var)
-        above = np.minimum(x[:, None] + steps, problem.xu)
-        below = np.maximum(x[:, None] - steps, problem.xl)
-        width = np.einsum("bii->bi", above - below)
-        rows = np.concatenate([x[:, None], above, below], axis=1)
-        flat = problem.evaluate(rows.reshape(-1, problem.n_var), return_values_of=["F", "G"])
-        values = [array.reshape(len(x), 1 + 2 * problem.n_var, -1) for array in flat]
-        slopes = [
-            np.swapaxes((v[:, 1 : 1 + problem.n_var] - v[:, 1 + problem.n_var :]) / width[..., None], 1, 2)
-            for v in values
-        ]
-        return values[0][:, 0], slopes[0], values[1][:, 0], slopes[1]
-
-    return gradients

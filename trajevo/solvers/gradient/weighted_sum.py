@@ -11,7 +11,7 @@ from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem, Weights
-from trajevo.solvers.gradient.sqp import FEASIBLE, WeightedSum, random_starts
+from trajevo.solvers.gradient.sqp import WeightedSum, greatest_excess, random_starts
 from trajevo.trajectory.batch import TrajectoryBatch
 
 
@@ -24,7 +24,7 @@ class WeightedOptimum:
         x: decision vector, shape (n_var,).
         cost: its weighted sum; inf if no start ended at a feasible point.
         F: objective name -> value, SI.
-        G: constraint name -> value, as a share of the limit.
+        G: constraint name -> excess as a share of the limit, at most 0 if the cost is finite.
         costs: weighted sum at the end of every start, inf where infeasible, shape (starts,).
         seconds: wall time [s].
     """
@@ -85,7 +85,7 @@ def minimise_weighted(
         raise InvalidInputError(f"weights: expected non-negative numbers that are not all zero, got {share.tolist()}")
     if (scales <= 0.0).any():
         raise InvalidInputError(f"scales: expected positive numbers, got {scales.tolist()}")
-    search = WeightedSum(problem.in_terms(), share / scales)
+    search = WeightedSum(problem.in_terms(), share / scales, excess=lambda x: greatest_excess(problem, x))
     points = (
         random_starts(problem, seed, starts)
         if initial is None
@@ -99,7 +99,7 @@ def minimise_weighted(
     with one_blas_thread():
         ends = np.array([search.run(point, tolerance) for point in points])
     F, G = problem.evaluate(ends, return_values_of=["F", "G"])
-    costs = np.where(G.max(axis=1, initial=-np.inf) <= FEASIBLE, F @ search.weights, np.inf)
+    costs = np.where(G.max(axis=1, initial=-np.inf) <= 0.0, F @ search.weights, np.inf)
     best = int(np.argmin(costs))
     return WeightedOptimum(
         problem=problem,
