@@ -22,7 +22,7 @@ from trajevo.front.front import Front
 from trajevo.plots.report import objective_headers, run_facts
 from trajevo.robot.examine import RobotExamination
 from trajevo.robot.locate import list_example_robots, list_robots
-from trajevo.robot.robot import load_robot
+from trajevo.robot.robot import Robot, load_robot
 from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS
@@ -90,6 +90,7 @@ def _table(title: str, headers: Sequence[str], rows: Iterable[Sequence[str]]) ->
 
 def print_run(out: Console, front: Front, angle: str | None) -> None:
     """Print the facts of a run and the solutions to choose from."""
+    choices = front.choices() if len(front) else ()  # before anything is printed: they may be refused
     facts = Table.grid(padding=(0, 2))
     for label, text in run_facts(front):
         facts.add_row(label, escape(text))
@@ -102,12 +103,18 @@ def print_run(out: Console, front: Front, angle: str | None) -> None:
     for header, _ in headers:
         table.add_column(escape(header), min_width=max(map(len, header.split())))
     table.add_column("closest limit", no_wrap=True)
-    for solution in front.choices():
+    for solution in choices:
         values = [f"{value * factor:.5g}" for value, (_, factor) in zip(solution.F.values(), headers, strict=True)]
         closest = max(solution.G, key=lambda name: solution.G[name], default="")
         share = f"{100.0 * (1.0 + solution.G[closest]):.1f} % {closest}" if closest else "none"
         table.add_row(solution.rule, *values, share)
     out.print(table)
+
+
+def print_mass_notes(out: Console, robot: Robot) -> None:
+    """Print what the efforts of a robot do not cover, if there is something."""
+    for note in robot.mass_notes:
+        out.print(f"note: {note}", markup=False)
 
 
 def print_rivals(out: Console, rivals: Sequence[Rival]) -> None:

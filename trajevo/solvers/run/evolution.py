@@ -20,6 +20,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.books import Books
 from trajevo.front.front import Front
+from trajevo.front.records import versions_since
 from trajevo.solvers.evolutionary.algorithm_state import restore, state
 from trajevo.solvers.gradient.polish import seeds
 from trajevo.solvers.run.folder import Manifest, RunFolder, block_of
@@ -123,6 +124,7 @@ def _front(books: Books, manifest: Manifest, **how: Any) -> Front:
         "algorithm": manifest.algorithm_name,
         "settings": manifest.settings,
         "seed": manifest.seed,
+        "versions": versions_since(manifest.versions),
     }
     return books.front(**named, **how)
 
