@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 #: Moving bodies lighter than this are taken for placeholders [kg].
 LEAST_MASS = 1e-4
@@ -35,7 +34,7 @@ def moving_bodies(model: Any) -> tuple[MovingBody, ...]:
     """The bodies that the joints of a Pinocchio model move, in the order of the joints."""
     links: dict[int, list[str]] = {}
     for frame in model.frames:
-        if frame.type == pin.FrameType.BODY:
+        if frame.type.name == "BODY":
             links.setdefault(int(frame.parentJoint), []).append(str(frame.name))
     found = []
     for joint in range(1, model.njoints):
@@ -55,7 +54,7 @@ def placeholders(bodies: Iterable[MovingBody]) -> Iterator[str]:
     """Masses and inertias that look as if nobody had filled them in, one clause each.
 
     These are masses below 0.1 g, and inertias that are the same in all directions and either 1 kg·m² or, like the mass,
-    those of another body.
+    those of half of the bodies.
     """
     heavy = [body for body in bodies if body.mass > 0.0]
     light = [body for body in heavy if body.mass < LEAST_MASS]
@@ -67,7 +66,7 @@ def placeholders(bodies: Iterable[MovingBody]) -> Iterator[str]:
         key = next((key for key in suspects if _same(key, (body.mass, body.moments[-1]))), None)
         suspects.setdefault(key or (body.mass, body.moments[-1]), []).append(body)
     for (mass, moment), same in suspects.items():
-        if moment > 0.0 and (len(same) > 1 or _same((moment,), (1.0,))):
+        if moment > 0.0 and (1 < len(same) >= 0.5 * len(heavy) or _same((moment,), (1.0,))):
             yield f"{_links(same)}: {mass:g} kg with {moment:g} kg·m² about every axis"
 
 
