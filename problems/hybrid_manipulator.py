@@ -13,6 +13,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.plain import plain_data
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
@@ -164,7 +165,7 @@ class HybridManipulator(TrajectoryProblem):
     @property
     def settings(self) -> dict[str, Any]:
         """Keyword arguments that make an equal problem."""
-        return {
+        given = {
             "payload": self.dynamics.payload.settings,
             "convention": self.convention,
             "payload_bounds": list(self.payload_bounds),
@@ -175,6 +176,8 @@ class HybridManipulator(TrajectoryProblem):
             "samples": self.dynamics.samples,
             "threads": self.dynamics.threads,
         }
+        settings: dict[str, Any] = plain_data("settings", given)
+        return settings
 
 
 def paper_solution() -> Array:

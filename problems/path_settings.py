@@ -14,7 +14,7 @@ from trajevo.base.units import display, per_time, quantity
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.path.csv_points import read_points
 from trajevo.path.curve import GeometricPath
-from trajevo.robot.robot import Robot, length_unit, load_robot
+from trajevo.robot.robot import Robot, length_unit, robot_of
 
 from .gemini_and_s import EXAMPLE_PATHS, ExamplePath
 
@@ -23,14 +23,15 @@ _DERIVATIVES = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
 
 def prepared(
-    path: Any, control_points: int | None, robot: str | Path | None, asked: Mapping[str, Any], longest: Any
+    path: Any, control_points: int | None, robot: Any, asked: Mapping[str, Any], longest: Any
 ) -> tuple[GeometricPath, Robot, float]:
     """The path, the robot with the limits that apply, and the longest time [s].
 
     Args:
         path: name of an example path, points, a file of points, a path, or the settings of a path.
         control_points: number of control points of a path near the points; None for a path through them.
-        robot: name or folder; the biaxial feed drive if None.
+        robot: a robot, its name or folder, or the arguments of ``load_robot`` as a mapping; the biaxial feed drive if
+            None.
         asked: limits of velocity, acceleration and jerk, None where they are not given.
         longest: longest time, or None.
 
@@ -39,7 +40,7 @@ def prepared(
         InvalidInputError: an invalid argument; the message names it.
     """
     example = EXAMPLE_PATHS.get(path) if isinstance(path, str) else None
-    axes = load_robot("feed_drive" if robot is None else robot)
+    axes = robot_of("feed_drive" if robot is None else robot)
     found = _path(path, control_points, axes)
     return found, _limited(axes, example, asked, own=robot is not None), _longest(longest, example)
 

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers
+from trajevo.base.plain import plain_data
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import checked_name
 from trajevo.formulation.constraints.constraint import Limited
@@ -108,7 +109,7 @@ class PickAndPlace(TrajectoryProblem):
             constraints=constraints_of(names, Limited(robot, via, decoder), overshoot=overshoot, limits=limits),
             reference_point=REFERENCE_POINT,
         )
-        self._settings = {
+        given = {
             "interpolant": interpolant,
             "payload": self.dynamics.payload.settings,
             "points": via.positions.tolist(),
@@ -119,6 +120,7 @@ class PickAndPlace(TrajectoryProblem):
             "samples": self.dynamics.samples,
             "threads": self.dynamics.threads,
         }
+        self._settings: dict[str, Any] = plain_data("settings", given)
 
     @property
     def settings(self) -> dict[str, Any]:

@@ -6,7 +6,7 @@ objectives. What can be reproduced, and the errata: docs/time_jerk_reparameteris
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.plain import plain_data
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
@@ -79,7 +80,9 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             settings.
         path_control_points: number of control points of a path near the points of an array or a file; if None, the path
             runs through them.
-        robot: name or folder of the robot whose joints are the axes; the biaxial feed drive for two axes if None.
+        robot: the robot whose joints are the axes: name, folder or URDF, a :class:`~trajevo.robot.robot.Robot`, or the
+            arguments of :func:`~trajevo.robot.robot.load_robot` as a mapping; the biaxial feed drive for two axes if
+            None.
         limits: ``"tight"`` (guaranteed bounds of the true peaks), ``"hull"`` (the paper's (20)-(25)), or
             ``"certified"`` (the tight bounds, which are already proofs, and effort limits at every instant).
         velocity: limit of all axes, or one for each axis [m/s or rad/s], or text such as ``"150 mm/s"``; if None, that
@@ -121,7 +124,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         *,
         path: Any = "gemini",
         path_control_points: int | None = None,
-        robot: str | Path | None = None,
+        robot: str | Path | Robot | Mapping[str, Any] | None = None,
         limits: str = "tight",
         velocity: Any = None,
         acceleration: Any = None,
@@ -153,9 +156,9 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             order=order,
             tolerance=tolerance,
         )
-        self._settings: dict[str, Any] = {
+        given = {
             "path": path if isinstance(path, str) and path in EXAMPLE_PATHS else self.path.settings,
-            "robot": None if robot is None else str(robot),
+            "robot": None if robot is None else axes.settings,
             "limits": limits,
             **{name: _plain(getattr(axes.limits, name)) for name in asked},
             "longest_time": self.longest_time,
@@ -167,9 +170,10 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             "tolerance": tolerance,
             "effort": bool(effort),
             "payload": dynamics.payload.settings,
-            "samples": samples,
-            "threads": threads,
+            "samples": dynamics.samples,
+            "threads": dynamics.threads,
         }
+        self._settings: dict[str, Any] = plain_data("settings", given)
         linear = interpolant == "linear"
         super().__init__(
             dynamics=dynamics,

@@ -151,7 +151,7 @@ def test_a_robot_without_masses_has_no_effort(knee, tmp_path):
     model = knee.rollout.robot.model.copy()
     for k in range(1, model.njoints):
         model.inertias[k] = model.inertias[0]
-    robot = replace(knee.rollout.robot, model=model)
+    robot = replace(knee.rollout.robot, model=model, allow_massless=False)
     assert robot.mass == 0.0
     assert states(Rollout(Dynamics(robot), knee.trajectory), np.array([0.0, 1.0])).effort is None
 

@@ -6,7 +6,9 @@ import hashlib
 import importlib.util
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache, cached_property
 from pathlib import Path
 from types import ModuleType
@@ -19,10 +21,32 @@ Kernel = Callable[..., None]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
+_avoided: ContextVar[bool] = ContextVar("compiling avoided", default=False)
+
+
 @cache
-def can_compile() -> bool:
-    """Whether numba is installed."""
+def _installed() -> bool:
     return importlib.util.find_spec("numba") is not None
+
+
+def can_compile() -> bool:
+    """Whether numba is installed, and not avoided by :func:`uncompiled`."""
+    return not _avoided.get() and _installed()
+
+
+@contextmanager
+def uncompiled() -> Iterator[None]:
+    """Compile nothing within: a few evaluations take less time than the import of numba, a quarter of a second."""
+    token = _avoided.set(True)
+    try:
+        yield
+    finally:
+        _avoided.reset(token)
+
+
+def avoided() -> bool:
+    """Whether compiling is avoided by :func:`uncompiled`."""
+    return _avoided.get()
 
 
 def kernel(source: str) -> Kernel:

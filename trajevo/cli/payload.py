@@ -34,7 +34,8 @@ from trajevo.cli.results import (
     beside,
     front_of,
 )
-from trajevo.cli.terminal import table_with_units
+from trajevo.cli.robots import MasslessOption
+from trajevo.cli.terminal import print_mass_notes, table_with_units
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Solution
@@ -284,16 +285,20 @@ def workspace(
         list[str] | None, typer.Option(help="JOINT=POSITION [rad or m] of a joint to hold still; may be repeated.")
     ] = None,
     tool: Annotated[str | None, typer.Option(help="Frame at the end effector.")] = None,
+    allow_massless: MasslessOption = False,
     show: Annotated[str, typer.Option(help="mass, or joint for the binding joint.")] = "mass",
     out: Annotated[Path, typer.Option(help="Picture.")] = Path("workspace.png"),
 ) -> None:
     """Draw the largest payload that a robot can hold, or accelerate, at every tool position of a plane."""
     unlimited = {"acceleration": float("inf"), "jerk": float("inf")}  # not used here, and missing in a URDF
-    loaded = load_robot(robot, lock=_locked(lock or ()), tool=tool, limits=unlimited)
+    loaded = load_robot(
+        robot, lock=_locked(lock or ()), tool=tool, limits=unlimited, allow_massless=allow_massless or None
+    )
     given: dict[str, Any] = {"position": position} | ({} if rpy is None else {"rpy": rpy})
     square = ToolPlane.around(Pose.of(given), plane, reach=reach, cells=cells)
     found = workspace_capacity(loaded, square, acceleration=acceleration, effort_margin=effort_margin)
     _out.print(f"{loaded.name}: {found}")
+    print_mass_notes(_out, loaded)
     if found.reached.any():
         counts = found.postures[found.reached]
         _out.print(f"postures found per cell: {counts.min()} to {counts.max()}, of which the best was taken")

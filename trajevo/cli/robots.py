@@ -12,6 +12,10 @@ from trajevo.cli.terminal import print_examination, print_list
 from trajevo.errors import InvalidInputError
 from trajevo.robot.examine import examine
 
+MasslessOption = Annotated[
+    bool, typer.Option("--allow-massless", help="Links without mass are meant: efforts leave them out.")
+]
+
 _EXAMPLE = Path(__file__).with_name("task.toml")
 
 
@@ -50,9 +54,10 @@ def init(
 def check_robot(
     robot: Annotated[str, typer.Argument(help="Name, folder with robot.toml, or URDF.")],
     lock: Annotated[list[str] | None, typer.Option(help="Joint to hold still; may be repeated.")] = None,
+    allow_massless: MasslessOption = False,
 ) -> None:
     """Show everything that is wrong with a robot at once; exit code 1 if it cannot be loaded."""
-    examination = examine(robot, lock=lock or ())
+    examination = examine(robot, lock=lock or (), allow_massless=allow_massless or None)
     print_examination(_out, examination)
     if examination.errors:
         raise typer.Exit(1)

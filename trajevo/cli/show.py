@@ -26,7 +26,7 @@ from trajevo.cli.results import (
     front_of,
     write_report_of,
 )
-from trajevo.cli.terminal import print_rivals, print_run, print_verifications, table_with_units
+from trajevo.cli.terminal import print_mass_notes, print_rivals, print_run, print_verifications, table_with_units
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
 from trajevo.plots.analyses import analyse, kept_kind
@@ -128,6 +128,7 @@ def capacity(
     found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
     _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
     _out.print(f"capacity: {found}")
+    print_mass_notes(_out, chosen.front.problem.robot)
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
     table = table_with_units("joint", "alone it could carry [kg]", "effort limit left", box=SIMPLE)

@@ -23,7 +23,7 @@ from trajevo.front.front import Front
 from trajevo.plots.report import objective_headers, run_facts
 from trajevo.robot.examine import RobotExamination
 from trajevo.robot.locate import list_example_robots, list_robots
-from trajevo.robot.robot import load_robot, position_unit
+from trajevo.robot.robot import Robot, load_robot, position_unit
 from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS
@@ -92,6 +92,7 @@ def _table(title: str, headers: Sequence[str], rows: Iterable[Sequence[str]]) ->
 
 def print_run(out: Console, front: Front, angle: str | None) -> None:
     """Print the facts of a run and the solutions to choose from."""
+    choices = front.choices() if len(front) else ()  # before anything is printed: they may be refused
     facts = Table.grid(padding=(0, 2))
     for label, text in run_facts(front):
         facts.add_row(label, escape(text))
@@ -103,7 +104,6 @@ def print_run(out: Console, front: Front, angle: str | None) -> None:
     table = Table(Column("solution", no_wrap=True), box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
     for header, _ in headers:
         table.add_column(escape(header), min_width=max(map(len, header.split())))
-    choices = front.choices()
     rows = [one.index for one in choices]
     missed = via_errors(front.problem.interpolant, front.problem.decode(front.X[rows])).max(axis=2)
     if missed.shape[1]:
@@ -117,6 +117,12 @@ def print_run(out: Console, front: Front, angle: str | None) -> None:
         passed = [f"{missed[k].max():.3g}"] if missed.shape[1] else []
         table.add_row(solution.rule, *values, *passed, share)
     out.print(table)
+
+
+def print_mass_notes(out: Console, robot: Robot) -> None:
+    """Print what the efforts of a robot do not cover, if there is something."""
+    for note in robot.mass_notes:
+        out.print(f"note: {note}", markup=False)
 
 
 def print_rivals(out: Console, rivals: Sequence[Rival]) -> None:

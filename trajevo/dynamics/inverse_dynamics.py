@@ -142,6 +142,8 @@ class Dynamics:
         return self._models[name]
 
     def _made(self, name: str) -> Any:
+        if name in ("unloaded", "carrying"):
+            self.robot.check_masses("effort")
         if name == "unloaded":
             return self.robot.model
         if name == "carrying":

@@ -152,7 +152,7 @@ def inverse_dynamics(
         load: load that the robot holds in addition.
         threads: threads to use; a state's torque does not depend on their number.
     """
-    kernel = kernel_of(model, load)
+    kernel = None if jit.avoided() else kernel_of(model, load)
     if kernel is None:
         return _pinocchio(model, threads) if load is None else _two_passes(model, threads, load)
 

@@ -202,7 +202,7 @@ def _motions(front: Front, rows: list[int], samples: int) -> dict[str, _Variable
     """Every motion at its own instants, evaluated in groups of solutions to limit the memory needed."""
     problem = front.problem
     robot = problem.robot
-    names = (*DERIVATIVES, "effort") if robot.mass > 0.0 else DERIVATIVES
+    names = (*DERIVATIVES, "effort") if robot.gives_effort else DERIVATIVES
     instant = np.empty((len(rows), samples))
     values = {name: np.empty((len(rows), samples, robot.dof)) for name in names}
     group = max(1, _INSTANTS_AT_ONCE // samples)

@@ -77,7 +77,7 @@ def _columns(solution: Solution, step: float, angle: str) -> tuple[list[str], Ar
             shown, factor = display(per_time(unit, order), angle=angle)
             headers.append(f"{name} {quantity} [{shown}]")
             columns.append(derivatives[order][0, :, joint] * factor)
-    if robot.mass > 0.0:
+    if robot.gives_effort:
         effort = rollout.effort_in(*derivatives[:3])
         for joint, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
             headers.append(f"{name} effort [{'N*m' if unit == 'rad' else 'N'}]")

@@ -19,8 +19,9 @@ from trajevo.formulation.constraints.tool import tool_speed
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
-#: What an objective can need: a limit of some joint's effort, or the payload's mass as a decision variable.
-Need = Literal["effort limits", "payload variable"]
+#: What an objective can need: the masses of all links, a limit of some joint's effort, or the payload's mass as a
+#: decision variable.
+Need = Literal["masses", "effort limits", "payload variable"]
 
 #: Name of the objective that makes the payload's mass a variable.
 UNUSED_PAYLOAD = "unused_payload"
@@ -213,22 +214,36 @@ OBJECTIVES: dict[str, Objective] = {
             help="∫ Σ over joints of acceleration² dt",
         ),
         Objective("square_jerk", "{joint}^2/s^5", _BY_NAME, integrated_square_jerk, help="∫ Σ over joints of jerk² dt"),
-        Objective("energy", "J", _BY_NAME, mechanical_energy, help="∫ Σ over joints of |effort x velocity| dt"),
+        Objective(
+            "energy",
+            "J",
+            _BY_NAME,
+            mechanical_energy,
+            needs=("masses",),
+            help="∫ Σ over joints of |effort x velocity| dt",
+        ),
         Objective(
             "square_power",
             "W^2*s",
             _BY_NAME,
             integrated_square_power,
+            needs=("masses",),
             help="∫ Σ over joints of (effort x velocity)² dt",
         ),
         Objective(
-            "square_effort", "{effort}^2*s", _BY_NAME, integrated_square_effort, help="∫ Σ over joints of effort² dt"
+            "square_effort",
+            "{effort}^2*s",
+            _BY_NAME,
+            integrated_square_effort,
+            needs=("masses",),
+            help="∫ Σ over joints of effort² dt",
         ),
         Objective(
             "square_effort_rate",
             "{effort}^2/s",
             _BY_NAME,
             integrated_square_effort_rate,
+            needs=("masses",),
             help="∫ Σ over joints of (d effort / dt)² dt",
         ),
         Objective(
@@ -236,7 +251,7 @@ OBJECTIVES: dict[str, Objective] = {
             "1",
             _BY_NAME,
             effort_ratio,
-            needs=("effort limits",),
+            needs=("masses", "effort limits"),
             help="greatest share of an effort limit that any joint uses",
         ),
         Objective("joint_travel", "{joint}", _BY_NAME, joint_travel, help="Σ over joints of ∫ |velocity| dt"),
@@ -247,7 +262,7 @@ OBJECTIVES: dict[str, Objective] = {
             "kg",
             _BY_NAME,
             unused_payload(0.0),
-            needs=("payload variable",),
+            needs=("masses", "payload variable"),
             help="greatest payload minus that of the solution, whose mass is a variable",
         ),
     )
@@ -301,6 +316,8 @@ def needs_payload_variable(names: Sequence[str]) -> bool:
 
 
 def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> None:
+    if "masses" in objective.needs:
+        robot.check_masses(objective.name)
     if "effort limits" in objective.needs and not np.isfinite(robot.limits.effort).any():
         raise InvalidInputError(f"objectives: {objective.name} needs effort limits, robot {robot.name!r} has none")
     if "payload variable" in objective.needs and not with_payload:

@@ -27,6 +27,7 @@ class _Robot(_Strict):
     tool: str | None = None
     lock: dict[str, _Number] | None = None
     gravity: tuple[_Number, _Number, _Number] | None = None
+    allow_massless: Annotated[bool, pydantic.Strict()] | None = None
 
 
 class _Limits(_Strict):

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import numbers
+from trajevo.base.plain import plain_data
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, known_names
 from trajevo.formulation.constraints.constraint import Limited, LimitParameter
@@ -102,7 +103,7 @@ class ViaPointProblem(TrajectoryProblem):
             reference_point=reference_point,
             length=length_unit(named),
         )
-        self._settings = {
+        given = {
             "robot": named.settings,
             "points": via.positions.tolist(),
             "duration_bounds": list(bounds),
@@ -117,6 +118,7 @@ class ViaPointProblem(TrajectoryProblem):
             "samples": dynamics.samples,
             "threads": dynamics.threads,
         }
+        self._settings: dict[str, Any] = plain_data("settings", given)
 
     @property
     def settings(self) -> dict[str, Any]:

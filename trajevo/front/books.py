@@ -121,6 +121,7 @@ class Books:
         seconds: float,
         stopped_by: str = "",
         resumed: Sequence[int] = (),
+        versions: dict[str, str] | None = None,
     ) -> Front:
         """The front of the target problem."""
         archive = self.archive if self.problem.expansion is None else self._expanded()
@@ -144,7 +145,7 @@ class Books:
                 resumed=tuple(resumed),
                 seconds=seconds,
                 cpu_seconds=tuple(self.cpu_seconds),
-                versions=installed_versions(),
+                versions=installed_versions() if versions is None else versions,
             ),
             history=self.history(),
             blocking=None if len(archive.F) else _blocking(self.archive, self.problem.constraint_names),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +14,11 @@ import pydantic
 from trajevo.base.arrays import Array, read_only
 from trajevo.base.files import write_whole
 from trajevo.dynamics.rollout import Rollout
-from trajevo.errors import InvalidInputError, NoSolutionError, UnknownNameError
+from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError, UnknownNameError
 from trajevo.formulation.problem import TrajectoryProblem, Weights
-from trajevo.formulation.registry import load_problem, problem_class
+from trajevo.formulation.registry import problem_class
 from trajevo.front import selection
+from trajevo.front.checked import RecordCheck
 from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run
 from trajevo.front.selection import Choice
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -88,6 +89,7 @@ class Front:
     history: History
     blocking: Blocking | None
     _problem: TrajectoryProblem | None = field(default=None, kw_only=True, repr=False)
+    _check: RecordCheck | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         sizes = (len(self.record.variables), len(self.record.objectives), len(self.record.constraints))
@@ -115,24 +117,36 @@ class Front:
     def problem(self) -> TrajectoryProblem:
         """The problem, made or checked once; a front read from a file makes its registered problem again.
 
+        A few rows of a front that was read are compared with what the problem computes for their decision vectors.
+
         Raises:
-            InvalidInputError: the problem is not registered and was not passed to :meth:`load`, or a different problem
-                was passed.
+            InvalidInputError: the problem is not registered and was not passed to :meth:`load`, a different problem was
+                passed, or a number of the file is not that of its decision vector.
         """
+        if self._check is not None:
+            self._check.compare(self._made, self._check.few)
+        return self._made
+
+    @cached_property
+    def _made(self) -> TrajectoryProblem:
         problem = self._problem
         if problem is None:
             if not self.record.name:
                 raise InvalidInputError(
                     "front: its problem is not a registered one; pass it: Front.load(file, problem=...)"
                 )
-            problem = load_problem(self.record.name, **self.record.settings)
-        if ProblemRecord.of(problem) != self.record:
-            raise InvalidInputError("front: the problem at hand differs from the one that made this front")
+            problem = self.record.make()
+        difference = self.record.difference(problem)
+        if difference:
+            raise InvalidInputError(
+                f"front: the problem at hand differs from the one that made this front: {difference}"
+            )
         return problem
 
     @cached_property
     def rollouts(self) -> Rollout:
         """The robot on the trajectories of all solutions, row by row; made once."""
+        self._compare(range(len(self)))
         return self.problem.rollout(self.X)
 
     @cached_property
@@ -190,19 +204,7 @@ class Front:
             UnknownNameError: no such rule.
             NoSolutionError: the front is empty.
         """
-        named = {"knee": self.knee, "utopia": self.utopia}
-        weights = self.paper_weights
-        if weights is not None:
-            named["weighted"] = lambda: self.weighted(weights)
-        rule = str(rule)
-        if rule in named:
-            return named[rule]()
-        if rule.removeprefix("least_") in self.objective_names and rule.startswith("least_"):
-            return self.least(rule.removeprefix("least_"))
-        if rule.isascii() and rule.isdecimal() and int(rule) < len(self._points()):
-            return self._solution(Choice(int(rule), "row", f"row {rule} of the front, by hand"))
-        rows = f"a row from 0 to {len(self) - 1}"
-        raise UnknownNameError("solution", rule, [*named, *(f"least_{name}" for name in self.objective_names), rows])
+        return self._solution(self._choice(str(rule)))
 
     def choices(self) -> tuple[Solution, ...]:
         """The solutions worth comparing: knee, utopia, the paper's weighted best, and the least of each objective.
@@ -212,7 +214,25 @@ class Front:
         """
         weighted = () if self.paper_weights is None else ("weighted",)
         rules = ("knee", "utopia", *weighted, *(f"least_{name}" for name in self.objective_names))
-        return tuple(self.pick(rule) for rule in rules)
+        found = [self._choice(rule) for rule in rules]
+        self._compare([choice.index for choice in found])
+        return tuple(map(self._solution, found))
+
+    def _choice(self, rule: str) -> Choice:
+        points, weights = self._points(), self.paper_weights
+        named: dict[str, Callable[[], Choice]] = {
+            "knee": lambda: selection.knee(points),
+            "utopia": lambda: selection.nearest_to_utopia(points),
+        }
+        if weights is not None:
+            named["weighted"] = lambda: selection.weighted(points, weights)
+        for k, name in enumerate(self.objective_names):
+            named[f"least_{name}"] = partial(selection.least, points, k, name)
+        if rule in named:
+            return named[rule]()
+        if rule.isascii() and rule.isdecimal() and int(rule) < len(points):
+            return Choice(int(rule), "row", f"row {rule} of the front, by hand")
+        raise UnknownNameError("solution", rule, [*named, f"a row from 0 to {len(self) - 1}"])
 
     def save(self, file: str | Path) -> None:
         """Write everything to one self-describing JSON file; if writing is interrupted, the old file stays unchanged.
@@ -228,7 +248,10 @@ class Front:
 
     @classmethod
     def load(cls, file: str | Path, *, problem: TrajectoryProblem | None = None) -> Front:
-        """Read a front back.
+        """Read a front back; the file is enough for its numbers and choices.
+
+        A solution that is chosen, and some others, are compared with what the problem computes for their decision
+        vectors; where the problem cannot be made, a warning says that this was not done.
 
         Args:
             file: file written by :meth:`save`.
@@ -247,7 +270,7 @@ class Front:
             first = error.errors()[0]
             place = ".".join(str(part) for part in first["loc"]) or "content"
             raise InvalidInputError(f"{file}: is no front of trajevo: {place}: {first['msg']}") from error
-        return cls(
+        front = cls(
             X=np.array(content.X),
             F=np.array(content.F),
             G=np.array(content.G),
@@ -257,6 +280,9 @@ class Front:
             blocking=content.blocking,
             _problem=problem,
         )
+        check = RecordCheck(_path(file), front.X, front.F, front.G, content.run.versions)
+        object.__setattr__(front, "_check", check)
+        return front
 
     def _file(self) -> FrontFile:
         X, F, G = (tuple(map(tuple, values.tolist())) for values in (self.X, self.F, self.G))
@@ -267,7 +293,19 @@ class Front:
             raise NoSolutionError(f"the front is empty: {self.blocking}")
         return self.F
 
+    def _compare(self, rows: Iterable[int]) -> None:
+        """Compare rows of a front that was read with what their decision vectors give, if its problem can be made."""
+        if self._check is None or not self._check.unseen(rows):
+            return
+        try:
+            problem = self._made
+        except TrajevoError as error:
+            self._check.leave(error)
+            return
+        self._check.compare(problem, rows)
+
     def _solution(self, choice: Choice) -> Solution:
+        self._compare([choice.index])
         return Solution(self, choice.index, choice.rule, choice.reason)
 
 

@@ -4,28 +4,46 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import pydantic
 
+from trajevo.base.plain import plain_data
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.registry import load_problem
 from trajevo.front.hypervolume import Volumes
 
 #: Packages whose versions affect the results of a run.
 _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "daqp", "ruckig")
 
+#: Revision of the formulas of objectives and constraints, recorded with the versions. It is raised whenever numbers
+#: change by more than rounding, so that a front on record is told from a damaged one.
+FORMULAS = ("trajevo formulas", "2")
+
 #: Fields of a history with one entry per generation, and one more for each polishing.
 _BY_GENERATION = ("evaluations", "hypervolume", "least_violation", "front_size")
+
+
+#: Number of characters of a value that messages show.
+_LONGEST_TEXT = 120
 
 
 class Record(pydantic.BaseModel):
     """Frozen data that is equal after a round trip through JSON; unknown keys, NaN and infinity are refused."""
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _settings(given: Any) -> Any:
+    return plain_data("settings", given) if isinstance(given, Mapping) else given  # pydantic refuses the rest
+
+
+#: Settings by name, as they are when they are read from JSON: lists, not tuples or arrays.
+Settings = Annotated[dict[str, Any], pydantic.BeforeValidator(_settings)]
 
 
 class VariableRecord(Record):
@@ -53,12 +71,12 @@ class ProblemRecord(Record):
 
     name: str
     title: str
-    settings: dict[str, Any]
+    settings: Settings
     robot: str
     robot_reference: str
     angle: str
     length: str = "m"
-    payload: dict[str, Any]
+    payload: Settings
     limits: dict[str, tuple[float | None, ...]]
     variables: tuple[VariableRecord, ...]
     objectives: tuple[ObjectiveRecord, ...]
@@ -66,11 +84,15 @@ class ProblemRecord(Record):
 
     @classmethod
     def of(cls, problem: TrajectoryProblem) -> ProblemRecord:
-        """Record of a problem."""
+        """Record of a problem.
+
+        Raises:
+            InvalidInputError: a setting of the problem is no plain data, or a number that is not finite.
+        """
         return cls(
             name=problem.registered_name,
             title=problem.title,
-            settings=problem.settings,
+            settings=plain_data("settings", problem.settings),
             robot=problem.robot.name,
             robot_reference=problem.robot.reference,
             angle=problem.angle,
@@ -85,6 +107,25 @@ class ProblemRecord(Record):
             ),
             constraints=problem.constraint_names,
         )
+
+    def make(self) -> TrajectoryProblem:
+        """The registered problem, made again from its settings.
+
+        Raises:
+            TrajevoError: there is no such problem any more, or it refuses the settings.
+        """
+        return load_problem(self.name, **self.settings)
+
+    def difference(self, problem: TrajectoryProblem) -> str:
+        """The first entry in which a problem differs from this record, with both values; empty if there is none.
+
+        A setting that came with a later version of trajevo is not on record; it must have its default.
+        """
+        found = ProblemRecord.of(problem)
+        later = set(found.settings) - set(self.settings)
+        known = ProblemRecord.of(self.make()).settings if later and self.name else {}
+        settings = self.settings | {name: known[name] for name in later if name in known}
+        return _difference({**dict(self), "settings": settings}, dict(found))
 
 
 class FailedIndividual(Record):
@@ -115,7 +156,7 @@ class Run(Record):
     """
 
     algorithm: str
-    settings: dict[str, Any]
+    settings: Settings
     seed: int
     generations: int
     evaluations: int
@@ -204,6 +245,27 @@ class FrontFile(Record):
         return self
 
 
+def _difference(recorded: Any, found: Any, place: str = "") -> str:
+    """The first place at which two records differ, and both values."""
+    if recorded == found:
+        return ""
+    if isinstance(recorded, dict) and isinstance(found, dict) and set(recorded) == set(found):
+        key = next(key for key in recorded if recorded[key] != found[key])
+        return _difference(recorded[key], found[key], f"{place}.{key}" if place else str(key))
+    return f"{place}: {_shortened(recorded)} on record, {_shortened(found)} at hand"
+
+
+def _shortened(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
+
+
+def versions_since(begun: Mapping[str, str]) -> dict[str, str]:
+    """Versions of a run that goes on here: those installed, with the formulas with which it was begun."""
+    name = FORMULAS[0]
+    return installed_versions() | {name: begun.get(name, "1")}
+
+
 def installed_versions() -> dict[str, str]:
     """Versions of Python and of the packages that affect the results of a run."""
     return dict(_versions())
@@ -212,6 +274,7 @@ def installed_versions() -> dict[str, str]:
 @cache
 def _versions() -> dict[str, str]:
     found = {"python": platform.python_version()} | {package: version(package) for package in _PACKAGES}
+    found[FORMULAS[0]] = FORMULAS[1]
     with suppress(PackageNotFoundError):
         found["numba"] = version("numba")
     return found

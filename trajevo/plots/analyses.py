@@ -44,7 +44,7 @@ def analysed(front: Front, kind: str = "full") -> tuple[str, ...]:
     if not wanted or not len(front):
         return ()
     problem = front.problem
-    limited = bool(np.isfinite(problem.robot.limits.effort).any())
+    limited = problem.robot.gives_effort and bool(np.isfinite(problem.robot.limits.effort).any())
     suits = {"certificate": True, "rivals": problem.compares_rivals}
     return tuple(name for name in wanted if suits.get(name, limited))
 

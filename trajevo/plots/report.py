@@ -13,6 +13,7 @@ import numpy as np
 
 from trajevo.base.units import display, pretty
 from trajevo.capacity.payload_studies import Carried
+from trajevo.errors import TrajevoError
 from trajevo.front.front import Front, Solution
 from trajevo.front.records import ProblemRecord, Run
 from trajevo.plots.analyses import analyse
@@ -40,10 +41,12 @@ def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[s
 def run_facts(front: Front) -> list[tuple[str, str]]:
     """The facts about a run, as labels and texts."""
     run, record = front.run, front.record
+    notes = _mass_notes(front)
     failures = f"{run.failures} of {run.evaluations} evaluations"
     return [
         ("problem", f"{record.title} ({record.name or 'not registered'})"),
         ("robot", f"{record.robot}: {record.robot_reference}"),
+        *([("masses", "; ".join(notes))] if notes else []),
         ("problem settings (SI)", _listed(record.settings) or "none"),
         ("payload", f"{_carried(record)}, {LOAD_MODELS[record.payload['model']]}"),
         ("variables", ", ".join(f"{v.name} in [{v.lower:g}, {v.upper:g}] {v.unit}" for v in record.variables)),
@@ -60,6 +63,14 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
         ("hypervolume", f"{front.history.hypervolume[-1]:.6f} of the reference box" if len(front) else "0"),
         ("versions", ", ".join(f"{name} {number}" for name, number in run.versions.items())),
     ]
+
+
+def _mass_notes(front: Front) -> tuple[str, ...]:
+    """What the efforts of the robot do not cover; nothing if the problem is not at hand."""
+    try:
+        return front.problem.robot.mass_notes
+    except TrajevoError:
+        return ()
 
 
 def _carried(record: ProblemRecord) -> str:

@@ -14,9 +14,20 @@ import numpy as np
 
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
+from trajevo.robot.masses import MovingBody, placeholders
 from trajevo.robot.robot import load_robot
 from trajevo.robot.robot_toml import RobotFile, entry_problems
-from trajevo.robot.urdf import LinkRow, bodies, link_rows, massless_bodies, read_urdf, tips, urdf_number, urdf_problems
+from trajevo.robot.urdf import (
+    Body,
+    LinkRow,
+    bodies,
+    link_rows,
+    massless_bodies,
+    read_urdf,
+    tips,
+    urdf_number,
+    urdf_problems,
+)
 
 #: If no effort limit is below this one, all are taken for placeholders: the URDF format requires numbers [N·m or N].
 PLACEHOLDER_EFFORT = 1000.0
@@ -78,12 +89,13 @@ class RobotExamination:
     warnings: tuple[str, ...]
 
 
-def examine(name: str | Path, *, lock: Collection[str] = ()) -> RobotExamination:
+def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: bool | None = None) -> RobotExamination:
     """All problems of a robot at once, even of one that :func:`~trajevo.robot.robot.load_robot` refuses.
 
     Args:
         name: as :func:`~trajevo.robot.robot.load_robot` takes it.
         lock: joints that will be locked.
+        allow_massless: as for :func:`~trajevo.robot.robot.load_robot`.
 
     Returns:
         The joints, the links, and every error and warning, one sentence each.
@@ -126,7 +138,15 @@ def examine(name: str | Path, *, lock: Collection[str] = ()) -> RobotExamination
         joints=tuple(rows),
         links=links,
         errors=tuple(errors),
-        warnings=tuple(_warnings(source, file, robot, rows, lock)),
+        warnings=(
+            *_warnings(source, file, robot, rows),
+            *_mass_warnings(
+                file,
+                robot,
+                lock,
+                bool(settings and settings.settings.allow_massless) if allow_massless is None else allow_massless,
+            ),
+        ),
     )
 
 
@@ -235,17 +255,32 @@ def _loading_problem(
         yield str(error)
 
 
-def _warnings(
-    source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow], lock: Collection[str]
-) -> Iterator[str]:
-    other = other_robot(source)
-    if other is not None:
-        yield other
+def _mass_warnings(file: Path, robot: ElementTree.Element, lock: Collection[str], meant: bool) -> Iterator[str]:
+    """Links without mass, point masses, and masses and inertias that look like placeholders."""
     for link in link_rows(robot):
         if link.mass > 0.0 and not any(link.moments):
             yield f"{file}: link {link.name!r} is a point mass: {link.mass:g} kg without inertia"
-    for joint, links in massless_bodies(bodies(robot, lock)):
-        yield f"{file}: joint {joint!r} moves a body without mass: {', '.join(links)}"
+    found = bodies(robot, lock)
+    so = "as is meant: efforts leave them out" if meant else "so efforts are refused, unless allow_massless is set"
+    for joint, links in massless_bodies(found):
+        yield f"{file}: joint {joint!r} moves a body without mass: {', '.join(links)}; {so}"
+    for clause in placeholders(_moving(found)):
+        yield f"{file}: inertias look like placeholders: {clause}"
+
+
+def _moving(found: tuple[Body, ...]) -> Iterator[MovingBody]:
+    """Bodies that joints move, each with the moments of its heaviest link."""
+    for body in found:
+        heaviest = max(body.links, key=lambda link: link.mass)
+        mass = sum(link.mass for link in body.links)
+        if body.joint is not None and np.isfinite([mass, *heaviest.moments]).all():
+            yield MovingBody(body.joint, tuple(link.name for link in body.links), mass, heaviest.moments)
+
+
+def _warnings(source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow]) -> Iterator[str]:
+    other = other_robot(source)
+    if other is not None:
+        yield other
     if source.settings is not None:
         return
     efforts, velocities = {row.effort for row in rows}, {row.velocity for row in rows}

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
+from trajevo.base.plain import plain_data
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.robot.robot import Robot
 
@@ -82,7 +83,8 @@ class Payload:
     @property
     def settings(self) -> dict[str, Any]:
         """Plain data from which an equal payload can be made."""
-        return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(self).items()}
+        settings: dict[str, Any] = plain_data("payload", asdict(self))
+        return settings
 
     def with_mass(self, mass: float) -> Payload:
         """The same payload with another mass; its inertia scales with the mass."""

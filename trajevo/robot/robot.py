@@ -7,8 +7,10 @@ that come with trajevo. The other is a bare URDF, for which the caller gives wha
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -21,6 +23,7 @@ from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits
 from trajevo.robot.locate import list_robots, robot_source, warn_of_other_robot
+from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf import checked_urdf, tips
@@ -97,6 +100,8 @@ class Robot:
         packages: folders in which ``package://`` paths of the URDF are looked up.
         locked: positions of the joints of the URDF that are locked [rad or m].
         settings: arguments of :func:`load_robot` as plain data: the name alone, or the given arguments by name.
+        allow_massless: whether it is meant that links have no mass, so that efforts leave them out; otherwise efforts
+            are refused.
     """
 
     name: str
@@ -113,6 +118,7 @@ class Robot:
     packages: tuple[Path, ...] = ()
     locked: Mapping[str, float] = field(default_factory=dict)
     settings: Any = None
+    allow_massless: bool = False
 
     def __str__(self) -> str:
         held = f", {len(self.locked)} locked" if self.locked else ""
@@ -122,6 +128,45 @@ class Robot:
     def mass(self) -> float:
         """Mass of everything that moves [kg]."""
         return _moving_mass(self.model)
+
+    @cached_property
+    def massless(self) -> tuple[str, ...]:
+        """Links of all bodies without mass that a joint of the model moves."""
+        return tuple(link for body in massless(moving_bodies(self.model)) for link in body.links)
+
+    @property
+    def gives_effort(self) -> bool:
+        """Whether efforts can be computed: no link lacks its mass, or that is meant."""
+        return self.allow_massless or not self.massless
+
+    def check_masses(self, quantity: str) -> None:
+        """Refuse a quantity that needs the masses of links that have none, unless ``allow_massless`` is set.
+
+        Args:
+            quantity: what is to be computed, such as ``"energy"``, for the message.
+
+        Raises:
+            InvalidInputError: a joint moves a body without mass; the message names the links and joints.
+        """
+        if self.gives_effort:
+            return
+        missing = "; ".join(
+            f"{', '.join(body.links)}, which {body.joint!r} moves" for body in massless(moving_bodies(self.model))
+        )
+        raise InvalidInputError(
+            f"robot {self.name!r}: {quantity} needs masses, but these links have none in the model: {missing}; "
+            "give them an <inertial> in the URDF, or say that it is meant: allow_massless=True, "
+            "or allow_massless = true in [robot] of a task"
+        )
+
+    @cached_property
+    def mass_notes(self) -> tuple[str, ...]:
+        """What efforts of this robot do not cover, one clause each: links without mass, and likely placeholders."""
+        bodies, missing = moving_bodies(self.model), ", ".join(self.massless)
+        told = [f"inertias look like placeholders: {clause}" for clause in placeholders(bodies)]
+        if self.massless and self.allow_massless:
+            return (f"links {missing}: no mass in the model; efforts leave them out", *told)
+        return (f"effort: not covered, links {missing} have no mass in the model",) if self.massless else tuple(told)
 
     @property
     def dof(self) -> int:
@@ -177,6 +222,7 @@ def load_robot(
     tool: str | None = None,
     limits: Mapping[str, Any] | str | Path | None = None,
     gravity: Any = None,
+    allow_massless: bool | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF.
 
@@ -191,6 +237,9 @@ def load_robot(
             mapping from joints to numbers; for positions, pairs of numbers. Numbers are SI, or text with a unit such as
             ``"180 deg/s"``; ``inf`` means no limit. Or the path of a MoveIt ``joint_limits.yaml``.
         gravity: in the base frame, shape (3,) [m/s²]; if None, that of ``robot.toml`` or 9.80665 along -z.
+        allow_massless: whether it is meant that links that a joint moves have no mass, so that efforts leave them out;
+            if False, efforts, energies and capacities of such a robot are refused. If None, as ``robot.toml`` says, or
+            False.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the URDF. Otherwise
@@ -210,6 +259,8 @@ def load_robot(
     urdf = source.urdf if file is None else file.path.parent / file.settings.urdf
     if not isinstance(lock, Mapping | None):
         raise InvalidInputError(f"lock: expected a mapping from joints to positions [rad or m], got {lock!r}")
+    if not isinstance(allow_massless, bool | None):
+        raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
     locked = dict(lock or {})
     text = checked_urdf(urdf, locked)
     model, units = build_model(text, urdf, locked)
@@ -240,7 +291,12 @@ def load_robot(
         urdf=urdf,
         packages=source.packages,
         locked=locked,
-        settings=_settings(name, lock=lock, tool=tool, limits=given or None, gravity=gravity),
+        settings=_settings(
+            name, lock=lock, tool=tool, limits=given or None, gravity=gravity, allow_massless=allow_massless
+        ),
+        allow_massless=allow_massless
+        if allow_massless is not None
+        else file is not None and file.settings.allow_massless,
     )
 
 
@@ -257,7 +313,7 @@ def robot_of(given: Any) -> Robot:
         return given
     if not isinstance(given, Mapping):
         return load_robot(given)
-    accepted = ("name", "lock", "tool", "limits", "gravity")
+    accepted = tuple(inspect.signature(load_robot).parameters)
     unknown = sorted(set(given) - set(accepted))
     if unknown or "name" not in given:
         raise InvalidInputError(f"robot: expected name and, if wanted, {', '.join(accepted[1:])}, got {sorted(given)}")

@@ -87,6 +87,7 @@ class _Settings(_Strict):
     reference: str
     format: Annotated[int, pydantic.Field(strict=True, ge=1, le=1)]
     gravity: _Vector
+    allow_massless: Annotated[bool, pydantic.Strict()] = False
     transmission: _CoupledScrews | None = None
     joints: dict[str, _Joint]
 

@@ -13,13 +13,14 @@ from typing import Annotated, Any, Literal, final
 
 import pydantic
 
+from trajevo.base.plain import plain_data
 from trajevo.base.toml import Places, read_toml
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.examples import example_file
 from trajevo.formulation.registry import problem_class
 from trajevo.solvers.optimise import load_task
 from trajevo.study.jobs import SEARCH, Job, jobs_of
-from trajevo.study.record import Cell, StudyRecord, TaskContent, cells_of, digest, levels_of, plain_data
+from trajevo.study.record import Cell, StudyRecord, TaskContent, cells_of, digest, levels_of
 
 
 @final

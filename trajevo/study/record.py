@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import pydantic
 
+from trajevo.base.plain import plain_data
 from trajevo.errors import InvalidInputError
 from trajevo.front.records import Record
 
@@ -152,25 +152,6 @@ def levels_of(factor: str, given: Any) -> tuple[Level, ...]:
         if twice is not None:
             raise InvalidInputError(f"{place}: the {what} {twice.label!r} is given twice")
     return levels
-
-
-def plain_data(place: str, value: Any) -> Any:
-    """Data as numbers, texts, lists and tables; arrays become lists.
-
-    Raises:
-        InvalidInputError: anything else, or a number that is not finite; the message begins with the place.
-    """
-    if isinstance(value, Mapping):
-        return {str(key): plain_data(place, entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [plain_data(place, entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        raise InvalidInputError(f"{place}: expected finite numbers, got {value}; for no limit, write the text 'inf'")
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
-    raise InvalidInputError(f"{place}: expected a number, text, list or table, got {type(value).__name__}")
 
 
 def _level(place: str, given: Any) -> Level:

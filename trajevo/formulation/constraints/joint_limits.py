@@ -71,9 +71,12 @@ def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
         margin: share of the limit that is kept free, from 0 to below 1.
 
     Raises:
-        InvalidInputError: a margin outside this range.
+        InvalidInputError: a margin outside this range, or a robot without masses, see
+            :meth:`~trajevo.robot.robot.Robot.check_masses`.
     """
     kept = np.flatnonzero(np.isfinite(robot.limits.effort))
+    if len(kept):
+        robot.check_masses("a limit of effort")
     share = 1.0 - share_kept_free("effort_margin", margin, "1")
     excess, terms = (partial(function, share=share) for function in (_effort_excess, _effort_terms))
     return Constraint(
@@ -104,6 +107,8 @@ def kept_limits(robot: Robot, constraints: Iterable[Constraint]) -> JointLimits:
 def _effort_excess(rollout: Rollout, *, share: float) -> Array:
     limit = rollout.robot.limits.effort * share
     kept = np.isfinite(limit)
+    if not kept.any():
+        return np.empty((len(rollout.trajectory), 0))
     effort = np.ascontiguousarray(np.moveaxis(rollout.effort, 1, 0))  # numpy's extremes are fast along the first axis
     peak = np.maximum(effort.max(axis=0), -effort.min(axis=0))
     excess: Array = peak[:, kept] / limit[kept] - 1.0
@@ -113,6 +118,8 @@ def _effort_excess(rollout: Rollout, *, share: float) -> Array:
 def _effort_terms(rollout: Rollout, *, share: float) -> Array:
     limit = rollout.robot.limits.effort * share
     kept = np.isfinite(limit)
+    if not kept.any():
+        return np.empty((len(rollout.trajectory), 0))
     effort = rollout.effort if kept.all() else rollout.effort[..., kept]
     excess = scaled(effort, np.sign(effort.real) / limit[kept]) - 1.0
     return excess.reshape(len(excess), -1)

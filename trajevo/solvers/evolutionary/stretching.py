@@ -81,7 +81,7 @@ class Stretching:
         for constraint in problem.constraints:
             columns = slice(column, column + len(constraint.names))
             column = columns.stop
-            if constraint.quantity == "effort" and constraint.share is not None:
+            if constraint.quantity == "effort" and constraint.share is not None and constraint.names:
                 efforts.append((columns, constraint.share))
         drawn = sobol(problem.n_var, _PROBES, np.random.default_rng(0))
         probes = problem.xl + drawn * (problem.xu - problem.xl)

@@ -22,7 +22,7 @@ from trajevo.formulation.feasibility.findings import Finding
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.books import Books
 from trajevo.front.front import Front
-from trajevo.front.records import Blocking
+from trajevo.front.records import Blocking, versions_since
 from trajevo.solvers.evolutionary.algorithm_state import restore, state
 from trajevo.solvers.gradient.polish import seeds
 from trajevo.solvers.run.folder import Manifest, RunFolder, block_of
@@ -138,6 +138,7 @@ def _front(books: Books, manifest: Manifest, **how: Any) -> Front:
         "algorithm": manifest.algorithm_name,
         "settings": manifest.settings,
         "seed": manifest.seed,
+        "versions": versions_since(manifest.versions),
     }
     return books.front(**named, **how)
 

@@ -26,7 +26,7 @@ from trajevo.base.arrays import Array
 from trajevo.base.files import SCRATCH, locked, write_whole
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front
-from trajevo.front.records import ProblemRecord, Record
+from trajevo.front.records import ProblemRecord, Record, Settings
 
 FRONT_FILE, MANIFEST_FILE, CHECKPOINT_FILE, BLOCKS_FOLDER = "front.json", "manifest.json", "checkpoint.npz", "blocks"
 LOCK_FILE, EVOLVED_FILE = ".lock", "evolved.json"
@@ -61,7 +61,7 @@ class Manifest(Record):
     algorithm: dict[str, Any] | None
     not_resumable: str
     algorithm_name: str
-    settings: dict[str, Any]
+    settings: Settings
     seed: int
     generations: int
     time_limit: float | None

@@ -10,7 +10,6 @@ from typing import Any
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.feasibility.check import check
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.formulation.registry import load_problem
 from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, installed_versions
 from trajevo.solvers.evolutionary.algorithm_state import algorithm_of
@@ -140,9 +139,12 @@ def _problem(record: ProblemRecord, given: TrajectoryProblem | None, run: RunFol
     if given is None:
         if not record.name:
             raise InvalidInputError(f"{run.folder}: its problem is not a registered one; pass it as problem=...")
-        given = load_problem(record.name, **record.settings)
-    if ProblemRecord.of(given) != record:
-        raise InvalidInputError(f"{run.folder}: the problem at hand differs from the one that this run was begun with")
+        given = record.make()
+    difference = record.difference(given)
+    if difference:
+        raise InvalidInputError(
+            f"{run.folder}: the problem at hand differs from the one that this run was begun with: {difference}"
+        )
     return given
 
 

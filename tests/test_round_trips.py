@@ -1,0 +1,430 @@
+"""Every setting of every registered problem survives JSON, whatever Python type it was given in.
+
+Arguments are drawn at random, one generator for each argument of each problem and each parameter of a limit, and in the
+types that users have at hand: lists, tuples, arrays, numbers of numpy, paths. The problem that its settings make after
+they went through JSON must be the same to the bit, and a front of it must be read back.
+"""
+
+import inspect
+import json
+
+import numpy as np
+import pytest
+
+from trajevo import Front, Payload, Pose, ViaPoints, load_problem, load_robot
+from trajevo.errors import TrajevoError
+from trajevo.formulation.constraints.kinds import KINDS, parameters_of
+from trajevo.formulation.constraints.scene import SHAPES, Scene
+from trajevo.formulation.objectives import OBJECTIVES
+from trajevo.formulation.registry import list_problems, problem_class
+from trajevo.front.records import Blocking, History, ProblemRecord, Run, installed_versions
+from trajevo.path.boxes import CartesianBox, JointBox
+from trajevo.path.curve import GeometricPath
+from trajevo.problems.hybrid_kinematics import via_positions
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
+from trajevo.robot.payload import LOAD_MODELS
+from trajevo.trajectory.interpolants import THROUGH_POINTS
+
+MIDDLE = np.array([0.4, -1.4, 1.5, -1.6, -1.5, 0.1])
+URDF = """<robot name="two">
+<link name="base"/>
+<link name="l1"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+  <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link>
+<link name="l2"/><link name="tcp"/><link name="side"/>
+<joint name="a" type="revolute"><parent link="base"/><child link="l1"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/>
+  <limit lower="-3" upper="3" velocity="2" effort="60"/></joint>
+<joint name="b" type="revolute"><parent link="l1"/><child link="l2"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>
+  <limit lower="-3" upper="3" velocity="2" effort="30"/></joint>
+<joint name="t" type="fixed"><parent link="l2"/><child link="tcp"/><origin xyz="0.3 0 0"/></joint>
+<joint name="s" type="fixed"><parent link="l2"/><child link="side"/><origin xyz="0.1 0.1 0"/></joint>
+</robot>"""
+
+
+class Draw:
+    """Random arguments, in random Python types."""
+
+    def __init__(self, seed, folder):
+        self.random, self.folder = np.random.default_rng(seed), folder
+
+    def number(self, low, high):
+        return self.typed(float(self.random.uniform(low, high)))
+
+    def typed(self, value):
+        kinds = [
+            float,
+            np.float64,
+            lambda x: float(np.float32(x)),
+            np.float32,
+            lambda x: np.array(x)[()],
+            lambda x: x * 0.1 * 3,
+        ]
+        return kinds[self.random.integers(len(kinds))](value)
+
+    def whole(self, low, high):
+        return self.choice([int, np.int64, np.int32])(self.random.integers(low, high + 1))
+
+    def choice(self, values):
+        return values[self.random.integers(len(values))]
+
+    def chance(self, share=0.5):
+        return bool(self.random.random() < share)
+
+    def vector(self, low, high, size=None):
+        return self.listed(self.random.uniform(low, high, size))
+
+    def listed(self, values):
+        """An array as it is, or as lists or tuples of Python's or numpy's numbers."""
+        values = np.asarray(values)
+        if self.chance(0.3):
+            return values
+        container = self.choice([list, tuple])
+        if values.ndim > 1:
+            return container(self.listed(row) for row in values)
+        return container(values.tolist()) if self.chance() else container(values)
+
+    def subset(self, names, least=0):
+        names = list(names)
+        taken = [names[k] for k in self.random.permutation(len(names))[: self.random.integers(least, len(names) + 1)]]
+        return self.choice([list, tuple])(taken)
+
+    # --- payloads
+
+    def inertia(self, mass):
+        points = self.random.uniform(-0.2, 0.2, (5, 3))
+        points -= points.mean(axis=0)
+        spread = mass / 5.0 * points.T @ points
+        return self.listed(np.trace(spread) * np.eye(3) - spread)
+
+    def payload(self, most=2.0, model=None):
+        mass = self.number(0.1, most)
+        if self.chance(0.2):
+            return mass
+        model = model or self.choice([*LOAD_MODELS])
+        data = {"mass": mass}
+        if self.chance(0.8):
+            data["model"] = model
+        if data.get("model", "rigid") != "tool_axis" and self.chance(0.7):
+            data["com"] = self.vector(-0.1, 0.1, 3)
+        if data.get("model", "rigid") == "rigid" and self.chance(0.7):
+            data["inertia"] = self.inertia(float(mass))
+        return data if self.chance() else Payload(**data)
+
+    # --- robots
+
+    def limit(self, low, high, names, unit):
+        values = self.random.uniform(low, high, len(names))
+        forms = [
+            lambda: self.number(low, high),
+            lambda: self.listed(values),
+            lambda: dict(zip(names, self.listed(values), strict=True)),
+            lambda: f"{values[0]:.17g} {unit}",
+            lambda: [f"{value:.17g} {unit}" for value in values],
+            lambda: float("inf"),
+            lambda: self.choice([list, tuple])(self.choice([value, np.inf]) for value in values),
+        ]
+        return self.choice(forms)()
+
+    def limits(self, names):
+        found = {
+            "acceleration": self.limit(8.0, 20.0, names, "rad/s^2"),
+            "jerk": self.limit(80.0, 300.0, names, "rad/s^3"),
+        }
+        if self.chance():
+            found["velocity"] = self.limit(1.0, 4.0, names, "rad/s")
+        if self.chance(0.3):
+            found["effort"] = self.limit(100.0, 200.0, names, "N*m")
+        if self.chance(0.3):
+            pairs = np.stack(
+                [self.random.uniform(-3.1, -2.9, len(names)), self.random.uniform(2.9, 3.1, len(names))], 1
+            )
+            found["position"] = self.choice([self.listed(pairs), dict(zip(names, self.listed(pairs), strict=True))])
+        return found
+
+    def robot_arguments(self):
+        """A value for every argument of load_robot, by name, and the number of joints left."""
+        if self.chance(0.25):
+            file = self.folder / "two.urdf"
+            file.write_text(URDF, encoding="utf-8")
+            return {
+                "name": self.choice([file, str(file)]),
+                "lock": None,
+                "tool": self.choice(["tcp", "side"]),
+                "limits": self.limits(["a", "b"]),
+                "gravity": self.choice([None, self.vector(-9.9, 9.9, 3)]),
+                "allow_massless": True,
+            }, 2
+        names = list(load_robot("ur5", tool="tool0", limits={"acceleration": 1.0, "jerk": 1.0}).joint_names)
+        locked = {names[5]: self.number(-1.0, 1.0)} if self.chance(0.3) else None
+        return {
+            "name": "ur5",
+            "lock": locked,
+            "tool": self.choice([None, "tool0", "ee_link"]) if locked is None else "tool0",
+            "limits": self.limits(names[: 6 - len(locked or ())]),
+            "gravity": self.choice([None, self.vector(-9.9, 9.9, 3)]),
+            "allow_massless": self.choice([None, False, True]),
+        }, 6 - len(locked or ())
+
+    def robot(self):
+        given, dof = self.robot_arguments()
+        assert set(given) == set(inspect.signature(load_robot).parameters), "an argument of load_robot has no generator"
+        given = {key: value for key, value in given.items() if value is not None or self.chance()}
+        if given["name"] == "ur5" and given.get("tool") is None:
+            given["tool"] = "tool0"
+        return (given if self.chance(0.7) else load_robot(**given)), dof
+
+    # --- points
+
+    def rows(self, dof, count=None):
+        count = count or int(self.random.integers(4, 6))
+        centre = MIDDLE[:dof] if dof > 2 else np.array([0.2, 0.4])
+        return centre + self.random.uniform(-0.25, 0.25, (count, dof))
+
+    def points(self, robot, dof):
+        rows = self.rows(dof)
+        loaded = load_robot(**robot) if isinstance(robot, dict) else robot
+        forms = [lambda: self.listed(rows), lambda: ViaPoints(rows)]
+        if dof == 6:
+            positions, rotations = loaded.tool_poses(rows)
+            poses = [
+                Pose(p, R) if self.chance() else {"position": self.listed(p)}
+                for p, R in zip(positions, rotations, strict=True)
+            ]
+            forms.append(lambda: [rows[0], *poses[1:]])
+        file = self.folder / "points.csv"
+        header = ", ".join(
+            f"{name} [{unit}]" for name, unit in zip(loaded.joint_names, loaded.joint_units, strict=True)
+        )
+        file.write_text("\n".join([header, *(", ".join(f"{x:.17g}" for x in row) for row in rows)]), encoding="utf-8")
+        forms.append(lambda: self.choice([file, str(file)]))
+        return self.choice(forms)(), len(rows)
+
+    def moving(self, dof, count):
+        boxes = []
+        for point in range(1, count - 1):
+            kind = self.random.integers(5)
+            joints, tool = self.vector(0.0, 0.1, dof), self.vector(0.0, 0.02, 3)
+            point = self.choice([int, np.int64])(point)
+            if kind == 0:
+                boxes.append({"point": int(point), "joints": joints})
+            if kind == 1:
+                boxes.append(JointBox(point, joints))
+            if kind == 2 and dof == 6:
+                boxes.append({"point": point, "tool": tool} | self.choice([{}, {"keep_orientation": False}]))
+            if kind == 3 and dof == 6:
+                boxes.append(CartesianBox(point, tool, keep_orientation=self.chance()))
+        return self.choice([list, tuple])(boxes)
+
+    # --- limits
+
+    def scene(self):
+        obstacles = []
+        for shape in self.subset(SHAPES, least=1):
+            entry = {"shape": shape, "position": self.vector(1.5, 2.0, 3)}
+            sizes = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length")}[shape]
+            for size in sizes:
+                entry[size] = self.vector(0.05, 0.3, 3) if size == "size" else self.number(0.05, 0.3)
+            if self.chance():
+                entry["name"] = f"a {shape}"
+            if self.chance():
+                angles = self.random.uniform(-3.0, 3.0, 3)
+                plain = SHAPES[shape](**{k: v for k, v in entry.items() if k != "shape"} | {"rpy": tuple(angles)})
+                entry |= self.choice([{"rpy": self.listed(angles)}, {"rotation": self.listed(plain.rotation)}])
+            obstacles.append(entry)
+        data = {"obstacles": self.choice([list, tuple])(obstacles), "clearance": self.number(0.0, 0.02)}
+        return data if self.chance() else Scene.of(data)
+
+    def parameters(self, constraints, robot, with_scene):
+        """Parameters of limits by name; every parameter of trajevo's own has a generator here."""
+        made = {
+            "effort_margin": lambda: self.number(0.0, 0.3) if "effort" in constraints else 0,
+            "overshoot": lambda: self.number(0.1, 0.5),
+            "tool_speed": lambda: self.number(0.5, 3.0),
+            "tool_height": lambda: self.number(-0.5, 0.1),
+            "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
+            "scene": self.scene,
+        }
+        known = parameters_of(KINDS)
+        assert set(made) == set(known), "a parameter of a limit has no generator"
+        given = {name: make() for name, make in made.items() if self.chance(0.4)}
+        if not with_scene:
+            given.pop("scene", None)
+        return given | {
+            name: None for name in known if name not in given and known[name].default is None and self.chance(0.2)
+        }
+
+
+def via_points(draw):
+    robot, dof = draw.robot()
+    points, count = draw.points(robot, dof)
+    unused = draw.chance(0.25)
+    objectives = draw.subset(name for name in OBJECTIVES if name != "unused_payload" and name != "effort_ratio")
+    objectives = [*objectives, "unused_payload"] if unused else [*objectives, "time"][: max(1, len(objectives))]
+    constraints = draw.subset(name for name, kind in KINDS.items() if kind.by_name)
+    if unused and "effort" not in constraints:
+        constraints = (*constraints, "effort")
+    data = {
+        "robot": robot,
+        "points": points,
+        "duration_bounds": draw.choice([(0.3, 4.0), [np.float64(0.1) * 3, 4], np.array([1, 3])]),
+        "interpolant": draw.choice([*THROUGH_POINTS]),
+        "moving": draw.moving(dof, count) if draw.chance(0.4) else (),
+        "objectives": objectives,
+        "constraints": constraints,
+        "limits": draw.choice(["sampled", "certified"]),
+        "payload": draw.payload(),
+        "payload_range": draw.choice([(0.0, 3.0), [0, np.float32(1.5)]]) if unused else None,
+        "reference_point": draw.choice([None, draw.vector(1.0, 50.0, len(objectives))]),
+        "samples": draw.whole(4, 8),
+        "threads": draw.whole(1, 2),
+    }
+    return data | draw.parameters(constraints, robot, with_scene=dof > 2)
+
+
+def pointing(draw):
+    rows = np.radians([[30.0, 30.0], [75.0, 15.0], [120.0, 2.0], [165.0, 15.0], [210.0, 30.0]])
+    return {
+        "interpolant": draw.choice(["smooth", "printed", "quintic", "septic_spline"]),
+        "points": draw.choice([None, draw.listed(rows + draw.random.uniform(-0.02, 0.02, rows.shape))]),
+        "duration_bounds": draw.listed([draw.random.uniform(0.5, 1.0), 9.0]),
+        "limits": draw.choice(["sampled", "certified"]),
+    }
+
+
+def hybrid(draw):
+    model = draw.choice([*LOAD_MODELS])
+    objectives = draw.choice(["all", "cost", draw.subset(["time", "energy", "jerk", "acceleration"], least=1)])
+    if draw.chance(0.3):
+        objectives = ("time", "unused_payload")
+    return {
+        "payload": draw.payload(9.0, model=model),
+        "convention": draw.choice(["continuous", "printed", "as_run"]),
+        "payload_model": None,
+        "payload_bounds": draw.choice([(0.0, 10.0), [0, np.float32(9.5)]]),
+        "objectives": objectives,
+        "positions": draw.choice([None, draw.listed(via_positions())]),
+        "duration_bounds": draw.listed([draw.random.uniform(0.005, 0.1), 1.5]),
+        "limits": draw.choice(["sampled", "certified"]),
+        "samples": draw.whole(4, 8),
+        "threads": draw.whole(1, 2),
+    }
+
+
+def pick_place(draw):
+    moved = TABLE_1_JOINTS + draw.random.uniform(-0.02, 0.0, np.shape(TABLE_1_JOINTS))
+    return {
+        "interpolant": draw.choice(["septic", *THROUGH_POINTS]),
+        "payload": draw.payload(),
+        "points": draw.choice([None, draw.listed(moved)]),
+        "duration_bounds": draw.listed([draw.random.uniform(0.3, 0.6), 6.0]),
+        "position_limits": draw.choice([True, np.False_]),
+        "overshoot": draw.choice([None, draw.number(0.1, 0.5)]),
+        "limits": draw.choice(["sampled", "certified"]),
+        "samples": draw.whole(6, 12),
+        "threads": draw.whole(1, 2),
+    }
+
+
+def reparam(draw):
+    u = np.linspace(0.0, 1.0, 9)
+    rows = np.stack([0.05 * np.cos(2.0 * u), 0.03 * np.sin(3.0 * u)], axis=1) + draw.random.uniform(-1e-3, 1e-3, (9, 2))
+    own = draw.chance()
+    linear, shape = draw.chance(0.2), draw.chance(0.3)
+    effort = not shape and draw.chance(0.3)
+    robot = load_robot("feed_drive", limits={"effort": 500.0}) if effort else None
+    return {
+        "path": draw.choice([draw.listed(rows), GeometricPath.through(rows)]) if own else draw.choice(["gemini", "s"]),
+        "path_control_points": None,
+        "robot": robot
+        or draw.choice([None, "feed_drive", {"name": "feed_drive", "gravity": draw.vector(-9.0, 9.0, 3)}]),
+        "limits": draw.choice(["tight", "hull"] if not effort else ["tight", "certified"]),
+        "velocity": draw.choice(["150 mm/s", 0.15, draw.listed([0.1, 0.2]), [0.2, "inf"]]),
+        "acceleration": draw.choice([1.0, "1000 mm/s^2", np.float32(1.0)]),
+        "jerk": draw.choice([30.0, np.array([30.0, 25.0]), [np.inf, 30]]),
+        "longest_time": draw.choice([30.0, "25 s", np.int64(28)]),
+        "encoding": "shape" if shape and not linear else "plain",
+        "interpolant": "linear" if linear else "bspline",
+        "quadrature": draw.choice(["gauss", "trapezoid"]),
+        "control_points": int(draw.random.integers(12, 16)),
+        "order": 6,
+        "tolerance": draw.choice([1e-6, np.float64(1e-5)]),
+        "effort": effort,
+        "payload": draw.payload(),
+        "samples": draw.whole(4, 6),
+        "threads": 1,
+    }
+
+
+GENERATORS = {
+    "pointing": pointing,
+    "hybrid": hybrid,
+    "pick-place": pick_place,
+    "reparam": reparam,
+    "via-points": via_points,
+}
+
+
+def made(name, seed, folder):
+    """A random problem; draws that the problem refuses are drawn again."""
+    for attempt in range(40):
+        try:
+            arguments = GENERATORS[name](Draw((seed, attempt), folder))
+            missing = set(inspect.signature(problem_class(name)).parameters) - {*arguments, *parameters_of(KINDS)}
+            assert not missing, f"no generator for {missing}"
+            return load_problem(name, **arguments)
+        except TrajevoError as error:
+            said = error
+    raise AssertionError(f"forty draws were refused, the last: {said}")
+
+
+def front_of(problem, X):
+    """The feasible ones of some individuals as a front, empty if there are none."""
+    F, G = problem.evaluate(X, return_values_of=["F", "G"])
+    good = (G <= 0.0).all(axis=1) & np.isfinite(F).all(axis=1)
+    run = Run(
+        algorithm="none", settings={"of": (1, np.float64(2.0))}, seed=1, generations=1, evaluations=len(X), failures=0,
+        first_failure="", interrupted=False, seconds=0.0, versions=installed_versions(),
+    )  # fmt: skip
+    history = History(
+        reference_point=None, evaluations=(len(X),), hypervolume=(0.0,), least_violation=(0.0,), front_size=(1,)
+    )
+    return Front(
+        X[good], F[good], G[good], ProblemRecord.of(problem), run, history,
+        None if good.any() else Blocking(x=(), violations={}), _problem=problem,
+    )  # fmt: skip
+
+
+def check_round_trip(problem, folder):
+    again = load_problem(problem.registered_name, **json.loads(json.dumps(problem.settings)))
+    record = ProblemRecord.of(problem)
+    assert ProblemRecord.of(again) == record
+    assert ProblemRecord.model_validate_json(record.model_dump_json()) == record
+    assert not record.difference(again)
+    X = np.random.default_rng(0).uniform(problem.xl, problem.xu, (4, problem.n_var))
+    for one, other in zip(*(each.evaluate(X, return_values_of=["F", "G"]) for each in (problem, again)), strict=True):
+        np.testing.assert_array_equal(one, other)
+    front = front_of(problem, X)
+    front.save(folder / "front.json")
+    back = Front.load(folder / "front.json")
+    assert back == front
+    assert back.problem.settings == problem.settings
+    if len(back):
+        back.choices()
+    return len(back)
+
+
+def test_every_problem_has_a_generator():
+    assert set(GENERATORS) == set(list_problems())
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", GENERATORS)
+def test_settings_survive_json(name, seed, tmp_path):
+    check_round_trip(made(name, seed, tmp_path), tmp_path)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", GENERATORS)
+def test_settings_of_many_problems_survive_json(name, tmp_path):
+    count = 60 if name == "via-points" else 20
+    feasible = sum(check_round_trip(made(name, seed, tmp_path), tmp_path) for seed in range(100, 100 + count))
+    assert feasible > count // 4
