@@ -10,6 +10,7 @@ from typing import Annotated, Any, final
 import typer
 from rich.box import SIMPLE
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from trajevo.cli.results import PLOTS_FOLDER, PicturesOption, ReportOption, RunArgument, front_of, write_results
@@ -95,6 +96,8 @@ def solve(
         settings = Search(seed=1).updated(**search)
     how.check(search, to_solve)
     algorithm_for(decided(settings, to_solve), to_solve)  # refuses invalid settings before the folder is touched
+    for note in to_solve.notes:
+        _err.print(f"note: {escape(note)}")
     _claim(folder, overwrite)
     seed = settings.seed or 0
     if how.name == "nnc":
