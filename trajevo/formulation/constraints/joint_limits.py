@@ -18,6 +18,10 @@ from trajevo.trajectory.batch import DERIVATIVES
 #: Share of a joint's range or position by which rounding may take it beyond a limit on which a point lies.
 _ROUNDING = 1e-12
 
+#: The same for the terms that gradient solvers see. Whatever the times, such a joint touches its limit, so that the
+#: margin of 1e-7 by which these solvers tighten limits would be broken everywhere.
+_TOUCHING = 1.01e-7
+
 
 def position_limits(robot: Robot, points: ViaPoints | None = None) -> Constraint:
     """How far the exact extremes of every joint leave its range, divided by half the range.
@@ -32,7 +36,8 @@ def position_limits(robot: Robot, points: ViaPoints | None = None) -> Constraint
     """
     kept = _bounded(robot)
     slack = _slack(robot, points)[kept]
-    excess, terms = (partial(function, slack=slack) for function in (_position_excess, _position_terms))
+    excess = partial(_position_excess, slack=slack)
+    terms = partial(_position_terms, slack=np.where(slack > 0.0, _TOUCHING, 0.0))
     return Constraint(
         limit_names("position", robot, kept),
         robot.reference,

@@ -94,11 +94,10 @@ def checked_rests(at_rest: Any, points: ViaPoints) -> tuple[tuple[int, int], ...
     """
     last, joints = len(points) - 1, points.n_joints
     try:
-        pairs = np.asarray(list(at_rest)).reshape(-1, 2) if len(at_rest) else np.empty((0, 2), dtype=int)
-        whole = np.issubdtype(pairs.dtype, np.integer)
+        pairs = np.asarray(list(at_rest) or np.empty((0, 2), dtype=np.intp))
     except (TypeError, ValueError):
-        whole = False
-    if not whole:
+        pairs = np.empty(0)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or not np.issubdtype(pairs.dtype, np.integer):
         raise InvalidInputError(f"at_rest: expected pairs (point, joint) of whole numbers, got {at_rest!r}")
     for point, joint in pairs.tolist():
         if not 0 < point < last:
