@@ -7,7 +7,7 @@ from pymoo.optimize import minimize
 
 from tests.helpers import POINTS, failing_when_slow, nan_when_slow, small_problem
 from tests.reference import TABLE_4_DURATIONS
-from trajevo import TrajevoError, load_problem
+from trajevo import TrajevoError, ViaPointProblem, load_problem
 from trajevo.base import plugins
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
@@ -132,3 +132,18 @@ def test_objectives_are_equation_25():
     motion = rollout.trajectory.sample(200001)
     mean_square = np.trapezoid(motion.j**2, motion.t[0], axis=1) / motion.t[0, -1]
     assert summed_rms_jerk(rollout)[0] == pytest.approx(np.sqrt(mean_square).sum(), rel=1e-8)
+
+
+def test_rollouts_of_a_problem_carry_the_limits_that_it_keeps():
+    robot = load_robot("ur5", tool="tool0", limits={"acceleration": 10.0, "jerk": 100.0})
+    points = [[0.0, -1.5, 1.5, -1.5, -1.5, 0.0], [0.5, -1.2, 1.4, -1.7, -1.5, 0.2], [0.9, -1.4, 1.5, -1.6, -1.5, 0.0]]
+    given = {"duration_bounds": (0.3, 4.0), "objectives": ["time"]}
+    whole = ViaPointProblem(robot=robot, points=points, constraints=["velocity", "effort"], **given)
+    with_margin = ViaPointProblem(
+        robot=robot, points=points, constraints=["velocity", "effort"], effort_margin=0.2, **given
+    )
+    x = 0.5 * (whole.xl + whole.xu)
+    assert whole.rollout(x).limits is robot.limits
+    kept = with_margin.rollout(x).limits
+    np.testing.assert_allclose(kept.effort, 0.8 * robot.limits.effort, rtol=1e-15)
+    np.testing.assert_array_equal(kept.velocity, robot.limits.velocity)

@@ -1,4 +1,4 @@
-"""Joints at rest at inner points: their velocity is exactly 0 there for all times, and nothing else is lost than told."""
+"""Joints at rest at inner points: their velocity is 0 there for all times, and nothing else is lost than told."""
 
 import numpy as np
 import pytest

@@ -267,7 +267,7 @@ def sampled_motion(motion: Solution | Rollout | WeightedOptimum, samples: int) -
     """
     rollout = rollout_of(motion)
     trajectory = rollout.trajectory if len(rollout.trajectory) == 1 else rollout.trajectory[0]
-    return Rollout(rollout.dynamics.sampled(samples), trajectory)
+    return Rollout(rollout.dynamics.sampled(samples), trajectory, kept_limits=rollout.kept_limits)
 
 
 def _efforts(motion: Any, samples: int) -> _Efforts:

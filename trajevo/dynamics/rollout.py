@@ -11,6 +11,7 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.inverse_dynamics import _ROUNDING, Dynamics
 from trajevo.errors import InvalidInputError
+from trajevo.robot.joints import JointLimits
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 
@@ -42,6 +43,7 @@ class Rollout:
         dynamics: robot, payload, samples per segment.
         trajectory: B trajectories of its joints.
         masses: payload mass of each trajectory, shape (B,) [kg]; the payload's own if None.
+        kept_limits: limits of the joints that the motions are meant to keep; the robot's own if None.
 
     Raises:
         InvalidInputError: the trajectory has another number of joints than the robot.
@@ -50,6 +52,7 @@ class Rollout:
     dynamics: Dynamics
     trajectory: TrajectoryBatch
     masses: Array | None = None
+    kept_limits: JointLimits | None = None
 
     def __post_init__(self) -> None:
         if self.trajectory.n_joints != self.robot.dof:
@@ -62,6 +65,11 @@ class Rollout:
     def robot(self) -> Robot:
         """The robot that moves."""
         return self.dynamics.robot
+
+    @property
+    def limits(self) -> JointLimits:
+        """Limits that the motions are measured against: a problem's margin is already taken off."""
+        return self.robot.limits if self.kept_limits is None else self.kept_limits
 
     @cached_property
     def t(self) -> Array:

@@ -16,9 +16,11 @@ from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint, in_terms
+from trajevo.formulation.constraints.joint_limits import kept_limits
 from trajevo.formulation.evaluation import TimeLimited, evaluate_each
 from trajevo.formulation.objectives import Objective
 from trajevo.formulation.search import USUAL, Search
+from trajevo.robot.joints import JointLimits
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -183,7 +185,12 @@ class TrajectoryProblem(Problem):
     def rollout(self, x: Array) -> Rollout:
         """The robot on the trajectories of decision vectors, shape (B, n_var) or one vector (n_var,)."""
         masses = None if self.payload_range is None else np.atleast_2d(x)[:, -1]
-        return Rollout(self.dynamics, self.decode(x), masses)
+        return Rollout(self.dynamics, self.decode(x), masses, self.kept_limits)
+
+    @property
+    def kept_limits(self) -> JointLimits:
+        """Limits that motions of this problem keep: the robot's, less the margins of the problem's constraints."""
+        return kept_limits(self.robot, self.constraints)
 
     def via_times(self, x: Array) -> Array:
         """Instants at which the via points are passed, (B, n_var) or one vector -> (B, n_points) [s]."""

@@ -24,7 +24,6 @@ from trajevo.capacity.sensitivity import Sensitivity
 from trajevo.capacity.slowdown import SlowdownCurve
 from trajevo.capacity.uncertainty import UncertaintyPrice
 from trajevo.capacity.workspace import ToolPlane, WorkspaceCapacity
-from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front
@@ -32,9 +31,9 @@ from trajevo.front.records import installed_versions
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.solvers.rivals import Rival
 from trajevo.trajectory.polynomial import PolynomialBatch
-from trajevo.verification.certify import Certificate, Proof
+from trajevo.verification.certificate import Certificate, Proof, Uncovered
 
-_FORMAT, _VERSION = "trajevo analyses", 1
+_FORMAT, _VERSION = "trajevo analyses", 2
 
 #: Classes of the records that analyses consist of, by their names in files.
 _RECORDS: dict[str, Any] = {
@@ -42,7 +41,7 @@ _RECORDS: dict[str, Any] = {
     for record in (
         *(AllowedRegions, AroundMotion, Capacities, Capacity, Carried, Certificate, EffortAlong, LeastTimes),
         *(PayloadCurve, PayloadDiagram, PolynomialBatch, Pose, Proof, Rival, RobustCurve, Sensitivity),
-        *(SlowdownCurve, ToolPlane, UncertaintyPrice, WorkspaceCapacity),
+        *(SlowdownCurve, ToolPlane, UncertaintyPrice, Uncovered, WorkspaceCapacity),
     )
 }
 
@@ -125,10 +124,6 @@ class _Reader:
     def __init__(self, arrays: Any, front: Front) -> None:
         self._arrays, self._front = arrays, front
 
-    @property
-    def _dynamics(self) -> Dynamics:
-        return self._front.problem.dynamics
-
     def value(self, tree: Any) -> Any:
         if isinstance(tree, list):
             return tuple(self.value(each) for each in tree)
@@ -139,5 +134,6 @@ class _Reader:
         if "mapping" in tree:
             return {key: self.value(each) for key, each in tree["mapping"]}
         if "rollout" in tree:
-            return Rollout(self._dynamics, self.value(tree["rollout"]))
+            problem = self._front.problem
+            return Rollout(problem.dynamics, self.value(tree["rollout"]), kept_limits=problem.kept_limits)
         return _RECORDS[tree["record"]](**{name: self.value(each) for name, each in tree["fields"].items()})

@@ -6,7 +6,7 @@ The interpolants that are compared are called rivals.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -141,7 +141,7 @@ def compare_rivals(
 
 
 def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
-    """Compare all interpolants through the via points of a problem, with its robot and payload.
+    """Compare all interpolants through the via points of a problem, with its robot, payload and margins.
 
     Position limits are not kept.
 
@@ -151,7 +151,8 @@ def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
     points = getattr(problem.interpolant, "points", None)
     if not isinstance(points, ViaPoints):
         raise InvalidInputError(f"rivals: the interpolant of {problem.title!r} has no via points")
-    return compare_rivals(problem.dynamics, points)
+    kept = replace(problem.robot, limits=problem.kept_limits)
+    return compare_rivals(replace(problem.dynamics, robot=kept), points)
 
 
 def rivals_table(rivals: Iterable[Rival]) -> tuple[list[str], list[list[str]]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,8 +13,18 @@ from trajevo.base.arrays import Array, scaled
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter, share_kept_free
 from trajevo.path.via_points import ViaPoints
+from trajevo.robot.joints import JointLimits
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import DERIVATIVES
+
+#: Quantity of a constraint -> field of :class:`~trajevo.robot.joints.JointLimits` of which it keeps a share.
+LIMITED_BY = {
+    "velocity": "velocity",
+    "acceleration": "acceleration",
+    "jerk": "jerk",
+    "effort": "effort",
+    "effort of every payload": "effort",
+}
 
 #: Share of a joint's range or position by which rounding may take it beyond a limit on which a point lies.
 _ROUNDING = 1e-12
@@ -91,6 +102,20 @@ def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
         limit=tuple((robot.limits.effort * share)[kept].tolist()),
         share=share,
     )
+
+
+def kept_limits(robot: Robot, constraints: Iterable[Constraint]) -> JointLimits:
+    """The robot's limits, each times the least share of it that a constraint lets a motion use.
+
+    A limit that no constraint keeps is the robot's own, since it holds for the robot in any case.
+    """
+    shares: dict[str, float] = {}
+    for constraint in constraints:
+        field = LIMITED_BY.get(constraint.quantity)
+        if field is not None and constraint.share is not None:
+            shares[field] = min(constraint.share, shares.get(field, 1.0))
+    changed = {field: getattr(robot.limits, field) * share for field, share in shares.items() if share < 1.0}
+    return replace(robot.limits, **changed) if changed else robot.limits
 
 
 def _effort_excess(rollout: Rollout, *, share: float) -> Array:
