@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 #: Standard gravity [m/s²], from which the motors are sized.
 _G = 9.80665
+
+#: Whether robots with links without mass can be loaded.
+CAN_TELL = "allow_massless" in inspect.signature(load_robot).parameters
 
 #: Directions of axes, placements and gravity that people choose, among which there are many special cases.
 _AXES = ("1 0 0", "0 1 0", "0 0 1", "-1 0 0", "0 0 -1")
@@ -61,13 +65,14 @@ def random_task(seed: int, folder: Path) -> dict[str, Any]:
     joints = int(generator.integers(2, 9))
     file = folder / f"random_{seed}.urdf"
     kinds = (("revolute", "prismatic"), ("revolute",), ("prismatic",))[int(generator.choice(3, p=[0.7, 0.2, 0.1]))]
-    file.write_text(random_urdf(generator, joints, kinds=kinds), encoding="utf-8")
+    massless = CAN_TELL and bool(generator.random() < 0.15)
+    file.write_text(random_urdf(generator, joints, kinds=kinds, massless=massless), encoding="utf-8")
     gravity = [[0.0, 0.0, -_G], [0.0, 0.0, 0.0], [0.0, -_G, 0.0]][int(generator.choice(3, p=[0.7, 0.15, 0.15]))]
     limits: dict[str, Any] = {
         "acceleration": float(generator.uniform(2.0, 20.0)),
         "jerk": float("inf") if generator.random() < 0.15 else float(generator.uniform(20.0, 500.0)),
     }
-    robot = {"name": str(file), "limits": limits, "gravity": gravity}
+    robot = {"name": str(file), "limits": limits, "gravity": gravity, **({"allow_massless": True} if massless else {})}
     constraints = ["position", "velocity", "acceleration", "jerk"] + ["effort"] * (generator.random() < 0.7)
     objectives = [["time", "jerk"], ["time", "energy"], ["time", "square_effort", "tool_path"]][
         int(generator.integers(3))

@@ -20,6 +20,9 @@ SMALL = {"population": 12, "generations": 5, "progress": False}
 #: Every so many robots have their dynamics compiled, which takes many times as long as the rest.
 COMPILED = 25
 
+#: Every so many fronts are polished.
+POLISHED = 3
+
 #: Shares of every segment at which motions are sampled, and share of a bound that rounding may add to a sample.
 DENSE, ROUNDING = np.linspace(0.0, 1.0, 401), 1e-9
 
@@ -38,7 +41,7 @@ def check(seed: int, folder: Path) -> str:
     problem = ViaPointProblem(**random_task(seed, folder))
     again = ViaPointProblem(**json.loads(json.dumps(problem.settings)))
     assert again.settings == problem.settings
-    front = optimise(problem, seed=seed, **SMALL)
+    front = optimise(problem, seed=seed, polish=seed % POLISHED == 0, **SMALL)
     front.save(folder / "front.json")
     saved = Front.load(folder / "front.json")
     np.testing.assert_array_equal(saved.F, front.F)
@@ -99,7 +102,7 @@ def dense_samples(rollout: Rollout) -> dict[str, np.ndarray]:
 
 
 def check_capacity(best) -> None:
-    """With the largest payload no effort limit is broken at the samples that it was found at."""
+    """With the largest payload no effort limit is broken at any dense sample."""
     capacity = dlcc(best)
     assert not np.isnan(capacity.mass)
     if not np.isfinite(capacity.mass) or not capacity.feasible:
@@ -109,7 +112,7 @@ def check_capacity(best) -> None:
     carrying = replace(rollout.dynamics, payload=payload)
     effort = carrying.effort(*(rollout.trajectory.at_shares(DENSE, order)[0] for order in range(3)))
     share = (np.abs(effort) / rollout.robot.limits.effort).max()
-    assert share <= 1.001, share
+    assert share <= 1.0 + (ROUNDING if getattr(capacity, "method", "sampled") == "guaranteed" else 0.01), share
 
 
 def check_slowdown(best) -> None:
