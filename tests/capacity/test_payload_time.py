@@ -7,7 +7,7 @@ import pytest
 
 from tests.capacity.test_dlcc import with_effort
 from tests.guo2016 import GUO2016, TABLE_7
-from trajevo import optimise
+from trajevo import optimise, plots
 from trajevo.capacity import payload_time
 from trajevo.capacity.dlcc import dlcc
 from trajevo.capacity.payload_time import capacity_front, largest_payload, least_times, max_payload_problem
@@ -136,6 +136,42 @@ def test_a_problem_without_effort_limits_has_no_largest_payload():
         largest_payload(HybridManipulator(), within=0.0, seed=1)
     with pytest.raises(InvalidInputError, match="expected a feasible motion, none found from 1 starts"):
         largest_payload(HybridManipulator(), within=0.5, seed=1, starts=1)
+
+
+UR5 = {
+    "robot": {"name": "ur5", "tool": "tool0", "limits": {"acceleration": 20.0, "jerk": 500.0}},
+    "points": [
+        [0.0, -1.2, 1.4, -1.7, -1.57, 0.0],
+        [0.5, -1.0, 1.2, -1.8, -1.4, 0.4],
+        [1.0, -0.9, 1.2, -1.9, -1.2, 0.8],
+    ],
+    "duration_bounds": (0.3, 4.0),
+    "objectives": ("time",),
+    "constraints": ("position", "velocity", "acceleration", "jerk", "effort"),
+}
+
+
+@pytest.mark.parametrize("limits", ["sampled", "certified"])
+def test_a_margin_is_kept_and_the_full_limits_are_told(limits):
+    with_margin, whole = (ViaPointProblem(**UR5, limits=limits, effort_margin=margin) for margin in (0.2, 0.0))
+    found, full = (largest_payload(problem, within=2.0, seed=1, starts=1) for problem in (with_margin, whole))
+    assert found.at_full_limits.mass == pytest.approx(full.mass, rel=1e-5)
+    assert full.at_full_limits is None
+    assert found.at_rest < found.at_full_limits.at_rest == pytest.approx(full.at_rest, rel=1e-12)
+    assert found.mass < min(found.at_rest, full.mass)
+    fine = found.rollout.dynamics.sampled(6 if limits == "sampled" else 50)
+    used = np.abs(replace(found.rollout, dynamics=fine).effort[0]) / whole.robot.limits.effort
+    assert used.max() == pytest.approx(0.8, rel=1e-4)
+    assert str(found).startswith("with your margin of 20 %: ")
+    assert f"; at the robot's full limits: {found.at_full_limits}" in str(found)
+    masses = [1.0, float(f"{0.98 * found.mass:.4g}")]
+    curve, at_full = (capacity_front(problem, masses, seed=1, starts=1) for problem in (with_margin, whole))
+    assert curve.effort_margin == pytest.approx(0.2)
+    assert curve.at_full_limits.times == pytest.approx(at_full.times, rel=1e-5)
+    assert curve.times[0] == pytest.approx(at_full.times[0], rel=1e-5)  # a light one is bound by other limits
+    assert curve.times[1] > 1.05 * at_full.times[1]
+    labels = [text.get_text() for text in plots.payload_curve(curve).get_legend().get_texts()]
+    assert labels == ["with your margin of 20 %", "at the robot's full limits"]
 
 
 def test_where_the_optimiser_missed_a_faster_motion_the_heavier_payloads_is_taken(monkeypatch):

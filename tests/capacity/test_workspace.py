@@ -210,6 +210,38 @@ def test_centre_of_mass_and_a_heavy_robot():
     assert (unlimited.joint == -1).all()
 
 
+def test_a_margin_is_kept_and_the_full_limits_are_told(tmp_path):
+    robot, whole = found_for("ur5", 3)
+    _, found = found_for("ur5", 3, effort_margin=0.2)
+    limits = ROBOTS["ur5"]["limits"] | {"effort": (0.8 * robot.limits.effort).tolist()}
+    weaker = workspace_capacity(load_robot("ur5", **(ROBOTS["ur5"] | {"limits": limits})), found.plane)
+    np.testing.assert_allclose(found.mass, weaker.mass, rtol=1e-9)
+    np.testing.assert_array_equal(found.at_full_limits.mass, whole.mass)
+    assert (found.mass[found.reached] < whole.mass[found.reached]).all()
+    assert whole.at_full_limits is None
+    assert str(found).startswith("with your margin of 20 %: ")
+    assert f"; at the robot's full limits: {whole}" in str(found)
+    assert plots.workspace_capacity(found).get_title().endswith(", your margin of 20 % kept")
+    options = [
+        "--position",
+        0.5,
+        0.0,
+        0.4,
+        "--cells",
+        2,
+        "--reach",
+        0.1,
+        "--tool",
+        "tool0",
+        "--out",
+        tmp_path / "m.png",
+    ]
+    told = trajevo("workspace-capacity", "ur5", *options, "--effort-margin", 0.2)
+    assert told.returncode == 0, told.stderr
+    assert "ur5: with your margin of 20 %:" in told.stdout
+    refused(lambda: found_for("ur5", 2, effort_margin=1.0), "effort_margin: expected a share from 0 to below 1")
+
+
 def test_coordinates_of_a_plane():
     plane = ToolPlane({"position": [9.0, 0.2, 0.3]}, "zx", [0.1, 0.4, 0.5], [1.0, 2.0])
     assert plane.positions.shape == (2, 3, 3)

@@ -9,13 +9,14 @@ import pytest
 
 from tests.helpers import refused
 from trajevo import Front, analyse, optimise
+from trajevo.capacity.slowdown import slowdown_curve
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.records import ProblemRecord
 from trajevo.plots import analyses as module
 from trajevo.plots import pictures
 from trajevo.plots.analyses import ANALYSES, KINDS, analysed
-from trajevo.plots.analyses_file import read_analyses
+from trajevo.plots.analyses_file import read_analyses, write_analyses
 from trajevo.plots.pictures import draw_all, save_pictures
 from trajevo.plots.report import report
 from trajevo.problems import PickAndPlace, PointingMechanism
@@ -74,6 +75,16 @@ def test_what_is_kept_comes_back_to_the_bit_and_is_not_computed_again(kept, no_s
     for name in ANALYSES:
         assert same(read[name], computed[name]), name
     assert read["rivals"][0].rollout.robot.name == "puma560"
+
+
+def test_what_holds_at_the_full_limits_comes_back_too(kept, tmp_path):
+    front = Front.load(kept[0])
+    rollout = front.knee().rollout
+    margin = dataclasses.replace(rollout.robot.limits, effort=0.8 * rollout.robot.limits.effort)
+    curve = slowdown_curve(dataclasses.replace(rollout, kept_limits=margin), [0.0, 1.0])
+    assert curve.at_full_limits is not None
+    write_analyses(tmp_path / "curve.npz", front, {"slowdown": curve})
+    assert same(read_analyses(tmp_path / "curve.npz", front)["slowdown"], curve)
 
 
 def test_a_report_makes_the_problem_once_and_decodes_a_few_rows(kept, tmp_path, no_solver, monkeypatch):

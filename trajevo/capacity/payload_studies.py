@@ -16,8 +16,9 @@ from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram, all
 from trajevo.capacity.payload_effort import PayloadEffort, payload_effort
 from trajevo.capacity.payload_time import PayloadCurve, capacity_front, largest_payload, payloads_up_to
 from trajevo.capacity.robust import RobustCurve, robust_curve
+from trajevo.capacity.scaled_path import ScaledPath
 from trajevo.capacity.sensitivity import Sensitivity, sensitivity
-from trajevo.capacity.slowdown import ScaledPath, SlowdownCurve, slowdown_curve
+from trajevo.capacity.slowdown import SlowdownCurve, slowdown_curve
 from trajevo.capacity.uncertainty import UncertaintyPrice, price_along_path
 from trajevo.capacity.workspace import ToolPlane, WorkspaceCapacity, workspace_capacity
 from trajevo.errors import InvalidInputError
@@ -207,7 +208,8 @@ def _workspace(of: Studied) -> AroundMotion | None:
     middle = _PATH // 2
     pose = Pose(positions[middle], rotations[middle])
     square = ToolPlane.around(pose, plane, reach=_MAP_REACH, cells=_MAP_CELLS)
-    found = workspace_capacity(robot, square, payload=rollout.dynamics.payload, start=q[middle])
+    margin = rollout.effort_margin
+    found = workspace_capacity(robot, square, payload=rollout.dynamics.payload, start=q[middle], effort_margin=margin)
     return AroundMotion(found, frozen(positions[:, ["xyz".index(axis) for axis in plane]]))
 
 

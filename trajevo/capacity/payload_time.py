@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import copy
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import final
 
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.capacity.scaled_constraints import told_both
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.formulation.constraints.certified import certified
+from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.motion_limits import time_limit
 from trajevo.formulation.payload_variable import PayloadVariable
 from trajevo.formulation.problem import TrajectoryProblem, Weights
@@ -31,18 +36,24 @@ class PayloadCurve:
         times: least duration, inf where no feasible motion was found, shape (N,) [s].
         X: decision vectors, shape (N, n_var); the last one tried where none is feasible.
         payload_model: how the payload acts.
+        effort_margin: share of the effort limits that the problem keeps free.
+        at_full_limits: the same against the robot's full limits; None if the problem has no margins.
     """
 
     payloads: Array
     times: Array
     X: Array
     payload_model: str
+    effort_margin: float = 0.0
+    at_full_limits: PayloadCurve | None = None
 
 
 def capacity_front(
     problem: TrajectoryProblem, payloads: Sequence[float], *, seed: int, starts: int = 4
 ) -> PayloadCurve:
     """Re-optimise for least time at each payload, by SLSQP from random starts and from the neighbour's solution.
+
+    Limits are those that the problem keeps, less its margins; if it has margins, the curve without them is added.
 
     The least time does not decrease with the payload. So if a faster motion was found for a heavier payload and is
     feasible for a lighter one too, it is taken for the latter.
@@ -65,7 +76,50 @@ def capacity_front(
     shape = problem.dynamics.payload
     loaded = [problem.with_payload(shape.with_mass(mass)) for mass in masses.tolist()]
     times, X = least_times(loaded, seed=seed, starts=starts)
-    return PayloadCurve(frozen(masses), times, X, shape.model)
+    kept = _example(problem)
+    curve = PayloadCurve(frozen(masses), times, X, shape.model, kept.effort_margin)
+    if not kept.keeps_margins:
+        return curve
+    full = [without_margins(one) for one in loaded]
+    best_times, best_X = (values.copy() for values in least_times(full, seed=seed, starts=starts))
+    for i in np.flatnonzero(best_times > times):  # what keeps the margin keeps the full limits too
+        warm = minimise_weighted(full[i], _time_alone(full[i]), seed=seed, initial=X[i][None])
+        best_times[i], best_X[i] = min((times[i], X[i]), (warm.cost, warm.x), key=lambda found: found[0])
+    return replace(curve, at_full_limits=PayloadCurve(frozen(masses), frozen(best_times), frozen(best_X), shape.model))
+
+
+def _example(problem: TrajectoryProblem) -> Rollout:
+    """A motion of a problem, which tells its margins."""
+    return problem.rollout(0.5 * (problem.xl + problem.xu))
+
+
+def without_margins(problem: TrajectoryProblem) -> TrajectoryProblem:
+    """The same problem against the robot's full limits."""
+    other = copy.copy(problem)
+    other.constraints = tuple(_without_margin(constraint) for constraint in problem.constraints)
+    return other
+
+
+def _without_margin(constraint: Constraint) -> Constraint:
+    share = constraint.share
+    if share is None or share == 1.0:
+        return constraint
+    at_samples = constraint.at_samples
+    function, terms = at_samples.function, at_samples.terms
+    full = replace(
+        at_samples,
+        function=partial(_excess_of_all, function=function, share=share),
+        terms=None if terms is None else partial(_excess_of_all, function=terms, share=share),
+        limit=None if at_samples.limit is None else tuple((np.atleast_1d(at_samples.limit) / share).tolist()),
+        share=1.0,
+    )
+    return full if constraint.sampled is None else certified(full)
+
+
+def _excess_of_all(rollout: Rollout, *, function: Callable[[Rollout], Array], share: float) -> Array:
+    """Excess over a whole limit, from a function that gives that over a share of it."""
+    excess: Array = (1.0 + function(rollout)) * share - 1.0
+    return excess
 
 
 def payloads_up_to(problem: TrajectoryProblem, greatest: float) -> tuple[list[float], str]:
@@ -143,7 +197,8 @@ def max_payload_problem(
     Args:
         problem: the problem; its payload gives shape and model.
         payload_range: least and greatest mass [kg]; if None, from 0 to the greatest mass that the robot can hold at
-            rest at the first and the last point. No motion that rests there can carry more.
+            rest at the first and the last point within the limits that the problem keeps. No motion that rests there
+            can carry more.
         objectives: names of the problem's objectives to keep, such as ``["time", "energy"]``; all if None.
 
     Raises:
@@ -152,6 +207,9 @@ def max_payload_problem(
     """
     names = problem.objective_names if objectives is None else tuple(objectives)
     kept = [problem.objective_names.index(checked_name("objective", name, problem.objective_names)) for name in names]
+    if payload_range is None:
+        within = replace(problem.dynamics, robot=replace(problem.robot, limits=problem.kept_limits))
+        payload_range = PayloadVariable.of(within, problem.interpolant).range
     variable = PayloadVariable.of(problem.dynamics, problem.interpolant, payload_range)
     corner = problem.reference_point
     return TrajectoryProblem(
@@ -178,6 +236,7 @@ class LargestPayload:
             more.
         x: decision vector of the motion, shape (n_var,).
         rollout: the robot on the motion, carrying the payload.
+        at_full_limits: the same against the robot's full limits; None if the problem has no margins.
     """
 
     mass: float
@@ -185,15 +244,21 @@ class LargestPayload:
     at_rest: float
     x: Array
     rollout: Rollout
+    at_full_limits: LargestPayload | None = None
 
     def __str__(self) -> str:
-        return f"{self.mass:.6f} kg in {self.time:.4f} s; held at rest at both ends: {self.at_rest:.6f} kg"
+        told = f"{self.mass:.6f} kg in {self.time:.4f} s; held at rest at both ends: {self.at_rest:.6f} kg"
+        if self.at_full_limits is None:
+            return told
+        return told_both(told, str(self.at_full_limits), self.rollout.effort_margin)
 
 
 def largest_payload(
     problem: TrajectoryProblem, *, within: float | None = None, seed: int, starts: int = 4
 ) -> LargestPayload:
     """The largest payload that any motion through the points can carry, by SLSQP from random starts.
+
+    Limits are those that the problem keeps, less its margins; if it has margins, the payload without them is added.
 
     Args:
         problem: the problem, which gives limits and the payload's shape and model; its objectives are not used.
@@ -204,16 +269,24 @@ def largest_payload(
     Raises:
         InvalidInputError: a time that is not positive, a payload that nothing limits, or no feasible motion found.
     """
+    if within is not None and not float(numbers(within, name="within", shape=())) > 0.0:
+        raise InvalidInputError(f"within: expected a positive time [s], got {within!r}")
+    found = _largest(problem, within, seed=seed, starts=starts)
+    if not found.rollout.keeps_margins:
+        return found
+    full = _largest(without_margins(problem), within, seed=seed, starts=starts)
+    return replace(found, at_full_limits=full)
+
+
+def _largest(problem: TrajectoryProblem, within: float | None, *, seed: int, starts: int) -> LargestPayload:
     loaded = max_payload_problem(problem, objectives=())
     if within is not None:
-        longest = float(numbers(within, name="within", shape=()))
-        if not longest > 0.0:
-            raise InvalidInputError(f"within: expected a positive time [s], got {within!r}")
+        limit = replace(time_limit(float(within)), names=("largest payload within",))
         loaded = TrajectoryProblem(
             dynamics=loaded.dynamics,
             interpolant=loaded.interpolant,
             objectives=loaded.objectives,
-            constraints=(*loaded.constraints, replace(time_limit(longest), names=("largest payload within",))),
+            constraints=(*loaded.constraints, limit),
             payload_range=loaded.payload_range,
         )
     best = minimise_weighted(loaded, Weights((1.0,)), seed=seed, starts=starts)
@@ -223,13 +296,12 @@ def largest_payload(
             f"problem: expected a feasible motion, none found from {starts} starts; the last exceeds {name!r} by "
             f"{100.0 * excess:.3g} %"
         )
-    mass = float(best.x[-1])
-    rollout = best.rollout
-    carried = Rollout(replace(rollout.dynamics, payload=rollout.dynamics.payload.with_mass(mass)), rollout.trajectory)
+    mass, rollout = float(best.x[-1]), best.rollout
+    payload = rollout.dynamics.payload.with_mass(mass)
     return LargestPayload(
         mass=mass,
         time=float(rollout.trajectory.duration[0]),
         at_rest=loaded.payload_range[1] if loaded.payload_range else np.inf,
         x=frozen(best.x[:-1].copy()),
-        rollout=carried,
+        rollout=replace(rollout, dynamics=replace(rollout.dynamics, payload=payload), masses=None),
     )

@@ -19,8 +19,10 @@ from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.intervals import greatest_quadratic, interval, mass_interval
 from trajevo.capacity.dlcc import SAMPLES, sampled_motion
 from trajevo.capacity.payload_effort import PayloadEffort, limited_efforts, payload_effort, quadratic_forms
-from trajevo.capacity.slowdown import Slowdown, slowdown_for
-from trajevo.dynamics.rollout import Rollout
+from trajevo.capacity.scaled_constraints import told_both
+from trajevo.capacity.scaled_path import LeastFactor, ScaledPath, least_factor
+from trajevo.capacity.slowdown import TOLD, Slowdown, slowdown_of, why_not
+from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.robot.payload import Payload
@@ -219,23 +221,56 @@ _PAYLOADS = 100
 class RobustSlowdown:
     """The least time in which a motion along a fixed path carries every payload in given intervals.
 
+    What is proven is so for the payloads that were examined. That they are the worst of the intervals was found at
+    instants, and is not proven between them.
+
     Attributes:
         factor: least duration over that of the original motion; below 1 if the motion can be faster.
+        sampled_factor: the least factor with which the limits are kept at instants.
+        proven: whether every limit is proven to be kept at every instant with each of ``payloads``.
         duration: least duration [s].
         payloads: the payloads that were examined; together they allow no smaller factor.
         binding: slowdown for the one of them that alone needs the greatest factor.
+        not_kept: as :attr:`~trajevo.capacity.slowdown.Slowdown.not_kept`.
+        instants: number of instants at which the worst payloads were sought.
+        effort_margin: share of the effort limits that the motion's problem keeps free.
+        at_full_limits: the same against the robot's full limits; None if the problem has no margins.
     """
 
     factor: float
+    sampled_factor: float
+    proven: bool
     duration: float
     payloads: tuple[Payload, ...]
     binding: Slowdown
+    not_kept: tuple[str, ...]
+    instants: int
+    effort_margin: float
+    at_full_limits: RobustSlowdown | None = None
+
+    def __str__(self) -> str:
+        full = self.at_full_limits
+        if full is None or abs(full.factor / self.factor - 1.0) <= TOLD:
+            return self._told
+        return told_both(self._told, str(full), self.effort_margin)
+
+    @property
+    def _told(self) -> str:
+        count = len(self.payloads)
+        kept = "proven at every instant" if self.proven else "not proven, only checked at instants,"
+        told = f"takes at least {self.duration:.4f} s with every payload; {kept} with the worst {count}"
+        told += f" of them, which were found at {self.instants} instants"
+        return told + (
+            f"; not kept at this speed or any slower one tried: {', '.join(self.not_kept)}" if self.not_kept else ""
+        )
 
 
 def robust_slowdown(
     motion: Solution | Rollout | WeightedOptimum, *, mass: Any, com: Any, samples: int = SAMPLES
 ) -> RobustSlowdown:
     """The least uniform scaling of time with which a motion carries every payload in given intervals.
+
+    Limits and constraints are those of :func:`trajevo.capacity.slowdown.slowdown_for`.
 
     Args:
         motion: as for :func:`trajevo.capacity.slowdown.slowdown_for`; its payload gives the model and the inertia per
@@ -249,35 +284,63 @@ def robust_slowdown(
             intervals that cannot be carried at any speed along the path, or no factor that allows all payloads.
     """
     masses, box = mass_interval(mass), interval(com, "com", (2, 3))
-    path = sampled_motion(motion, samples)
-    at, worst_com = masses[1], tuple(box.mean(axis=0).tolist())
-    found: list[Slowdown] = []
+    found = _robust(motion, masses, box, samples, full=False)
+    if not rollout_of(motion).keeps_margins:
+        return found
+    return replace(found, at_full_limits=_robust(motion, masses, box, samples, full=True))
+
+
+def _robust(motion: Any, masses: tuple[float, float], box: Array, samples: int, *, full: bool) -> RobustSlowdown:
+    given = sampled_motion(motion, samples)
+    # The worst payload is sought against the limits that are meant.
+    kept = replace(given.robot, limits=given.robot.limits if full else given.limits)
+    path = replace(given, dynamics=replace(given.dynamics, robot=kept), kept_limits=None)
+    payload = replace(path.dynamics.payload.with_mass(masses[1]), com=tuple(box.mean(axis=0).tolist()))
+    payloads: list[Payload] = []
+    paths: list[ScaledPath] = []
     factor = 0.0
     for _ in range(_PAYLOADS):
-        found.append(slowdown_for(path, replace(path.dynamics.payload.with_mass(at), com=worst_com), samples=samples))
-        factor, before = _least_common([slowdown.allowed for slowdown in found]), factor
-        slower = Rollout(path.dynamics, path.trajectory.slowed(factor))
+        payloads.append(payload)
+        paths.append(ScaledPath(motion, samples, payload, full=full))
+        common, before = _least(paths, payloads, prove=False).factor, factor
+        slower = replace(path, trajectory=path.trajectory.slowed(common))
         worst = worst_case(payload_effort(slower, samples=samples), mass=masses, com=box)
-        known = any((one.payload.mass, one.payload.com) == (worst.mass, worst.com) for one in found)
+        factor, payload = common, replace(payload.with_mass(worst.mass), com=worst.com)
+        known = any((one.mass, one.com) == (worst.mass, worst.com) for one in payloads)
         if worst.used < _CLOSE or known or factor == before:
-            return RobustSlowdown(
-                factor=factor,
-                duration=factor * float(path.trajectory.duration[0]),
-                payloads=tuple(slowdown.payload for slowdown in found),
-                binding=max(found, key=lambda slowdown: slowdown.factor),
-            )
-        at, worst_com = worst.mass, worst.com
+            return _record(paths, payloads, motion)
     raise InvalidInputError(f"com: no factor of time found that suits all payloads after {_PAYLOADS} of them")
 
 
-def _least_common(allowed: Sequence[Array]) -> float:
-    """The least number that is in every one of several unions of closed intervals, each (K, 2) and ascending."""
-    least, before = 0.0, -1.0
-    while least != before:
-        before = least
-        for intervals in allowed:
-            reached = np.flatnonzero(intervals[:, 1] >= least)
-            if not len(reached):
-                raise InvalidInputError("com: expected payloads that one speed along this path suits, none suits all")
-            least = max(least, float(intervals[reached[0], 0]))
-    return least
+def _least(paths: Sequence[ScaledPath], payloads: Sequence[Payload], *, prove: bool) -> LeastFactor:
+    """The least factor for several payloads.
+
+    Raises:
+        InvalidInputError: a payload that cannot be carried, or no factor that allows all of them.
+    """
+    for path, payload in zip(paths, payloads, strict=True):
+        if not path.held(payload.mass):
+            raise InvalidInputError(f"payload: {why_not(path, payload)}")
+    found = least_factor(paths, payloads, prove=prove)
+    if found is None:
+        for path, payload in zip(paths, payloads, strict=True):
+            if least_factor([path], [payload], prove=False) is None:
+                raise InvalidInputError(f"payload: {why_not(path, payload)}")
+        raise InvalidInputError("com: expected payloads that one speed along this path suits, none suits all")
+    return found
+
+
+def _record(paths: Sequence[ScaledPath], payloads: Sequence[Payload], motion: Any) -> RobustSlowdown:
+    found = _least(paths, payloads, prove=True)
+    each = [slowdown_of(path, payload, motion) for path, payload in zip(paths, payloads, strict=True)]
+    return RobustSlowdown(
+        factor=found.factor,
+        sampled_factor=found.sampled,
+        proven=found.proven,
+        duration=found.factor * float(paths[0].rollout.trajectory.duration[0]),
+        payloads=tuple(payloads),
+        binding=max(each, key=lambda slowdown: slowdown.factor),
+        not_kept=found.not_kept,
+        instants=paths[0].rollout.t.shape[1],
+        effort_margin=paths[0].rollout.effort_margin,
+    )

@@ -7,15 +7,17 @@ effort of all postures is computed in one batched call and is affine in the mass
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers, read_only
+from trajevo.capacity.scaled_constraints import told_both
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.formulation.constraints.constraint import share_kept_free
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.postures import Postures, find_postures
@@ -117,6 +119,8 @@ class WorkspaceCapacity:
             kinematics within the limits; for a redundant arm, a sample of its infinitely many postures.
         acceleration: acceleration of the tool, from rest, in the base frame, shape (3,) [m/s²].
         payload_model: how the payload acts.
+        effort_margin: share of the effort limits that is kept free.
+        at_full_limits: the same without this margin; None if there is none.
     """
 
     plane: ToolPlane
@@ -128,6 +132,8 @@ class WorkspaceCapacity:
     postures: Array
     acceleration: Array
     payload_model: str
+    effort_margin: float = 0.0
+    at_full_limits: WorkspaceCapacity | None = None
 
     @property
     def reached(self) -> Array:
@@ -135,6 +141,12 @@ class WorkspaceCapacity:
         return np.asarray(np.isfinite(self.q).all(axis=-1))
 
     def __str__(self) -> str:
+        if self.at_full_limits is None:
+            return self._told
+        return told_both(self._told, str(self.at_full_limits), self.effort_margin)
+
+    @property
+    def _told(self) -> str:
         known = self.mass[~np.isnan(self.mass)]
         if not len(known):
             return f"none of {self.mass.size} cells is reached"
@@ -149,6 +161,7 @@ def workspace_capacity(
     *,
     payload: Payload | None = None,
     acceleration: Sequence[float] = (0.0, 0.0, 0.0),
+    effort_margin: float = 0.0,
     start: Sequence[float] | None = None,
     seed: int = 0,
     starts: int | None = None,
@@ -166,6 +179,8 @@ def workspace_capacity(
         payload: payload that gives shape and model; a point mass at the tool if None.
         acceleration: acceleration of the tool, from rest and without rotation, in the base frame, shape (3,) [m/s²];
             the joint accelerations are the least ones that yield it.
+        effort_margin: share of the effort limits that is kept free, from 0 to below 1, such as that of a problem,
+            :attr:`~trajevo.dynamics.rollout.Rollout.effort_margin`; with one, the map at the full limits is added.
         start: joint positions to begin with, shape (n_joints,) [rad or m]; among postures that carry the same, the one
             nearest to them is taken. The middle of the joint ranges if None.
         seed: seed of the random starts.
@@ -178,7 +193,26 @@ def workspace_capacity(
     if not isinstance(plane, ToolPlane):
         raise InvalidInputError(f"plane: expected a ToolPlane, got {type(plane).__name__}")
     wanted = read_only(numbers(acceleration, name="acceleration", shape=(3,)))
-    carried = _Carried(robot, Dynamics(robot, payload or Payload(1.0)), wanted, plane.pose.rotation is None)
+    margin = share_kept_free("effort_margin", effort_margin, "1")
+    search: dict[str, Any] = {"start": start, "seed": seed, "starts": starts}
+    found = _capacity(robot, plane, payload, wanted, margin, search)
+    if not margin:
+        return found
+    return replace(found, at_full_limits=_capacity(robot, plane, payload, wanted, 0.0, search))
+
+
+def _capacity(
+    robot: Robot,
+    plane: ToolPlane,
+    payload: Payload | None,
+    acceleration: Array,
+    margin: float,
+    search: Mapping[str, Any],
+) -> WorkspaceCapacity:
+    """As :func:`workspace_capacity`, with one margin."""
+    limit = (1.0 - margin) * robot.limits.effort
+    dynamics, turning = Dynamics(robot, payload or Payload(1.0)), plane.pose.rotation is None
+    carried, start = _Carried(robot, dynamics, acceleration, turning, limit), search["start"]
     positions = plane.positions
     found = find_postures(
         robot,
@@ -186,9 +220,7 @@ def workspace_capacity(
         plane.pose.rotation,
         neighbours=_neighbours(positions.shape[:2]),
         worth=carried.most,
-        start=start,
-        seed=seed,
-        starts=starts,
+        **search,
     )
     q = np.full((*positions.shape[:2], robot.dof), np.nan)
     per_joint = q.copy()
@@ -208,8 +240,9 @@ def workspace_capacity(
         joint=joint,
         per_joint=frozen(per_joint),
         postures=postures,
-        acceleration=wanted,
+        acceleration=acceleration,
         payload_model="rigid" if payload is None else payload.model,
+        effort_margin=margin,
     )
 
 
@@ -247,6 +280,7 @@ class _Carried:
     dynamics: Dynamics
     acceleration: Array
     turning: bool
+    limit: Array
 
     def __call__(self, q: Array) -> Array:
         """Largest payload by each joint alone, (P, n_joints) [kg]; NaN if the tool cannot have the acceleration."""
@@ -256,7 +290,7 @@ class _Carried:
         still = np.zeros_like(q)
         unloaded = self.dynamics.unloaded_effort(q, still, a)
         per_kilogram = self.dynamics.effort_per_kilogram(q, still, a)
-        least, greatest = mass_bounds(unloaded, per_kilogram, self.robot.limits.effort)
+        least, greatest = mass_bounds(unloaded, per_kilogram, self.limit)
         # A joint that is over its limit without payload allows none, unless a counterweight satisfies all joints.
         held = least.max(axis=1) <= greatest.min(axis=1)
         each = np.where(held[:, None] | (least == 0.0), greatest, 0.0)

@@ -18,7 +18,7 @@ from trajevo import plots
 from trajevo.capacity.dlcc import dlcc
 from trajevo.capacity.payload_diagram import PayloadDiagram, payload_diagram
 from trajevo.capacity.payload_effort import PayloadEffort, payload_effort
-from trajevo.capacity.payload_time import capacity_front, largest_payload, payloads_up_to
+from trajevo.capacity.payload_time import PayloadCurve, capacity_front, largest_payload, payloads_up_to
 from trajevo.capacity.robust import robust_capacity
 from trajevo.capacity.sensitivity import sensitivity
 from trajevo.capacity.slowdown import SlowdownCurve, slowdown_curve, slowdown_for
@@ -152,15 +152,22 @@ def payload_time(
     if refusal:
         _out.print(f"heavier ones left out: {refusal}")
     curve = capacity_front(problem, masses, seed=seed, starts=starts)
-    table = table_with_units("payload [kg]", "least time [s]", box=SIMPLE)
-    for mass, least in zip(curve.payloads, curve.times, strict=True):
-        table.add_row(f"{mass:.4g}", f"{least:.4f}" if np.isfinite(least) else "none found")
-    _out.print(table)
+    _out.print(_least_times(curve))
     figure = plots.payload_curve(curve, at_rest=largest.at_rest).figure
     target = out or beside(run, CURVE_PICTURE)
     _out.print(f"written: {save_figure(figure, target)}")
     if tolerance is not None:
         _print_price(problem, tolerance, seed, starts, target.with_stem(target.stem + PRICE_SUFFIX))
+
+
+def _least_times(curve: PayloadCurve) -> Table:
+    full, headings = curve.at_full_limits, ["payload [kg]", "least time [s]"]
+    title = f"with your margin of {100.0 * curve.effort_margin:.4g} %" if curve.effort_margin else None
+    table = table_with_units(*headings, *(["at full limits [s]"] if full else []), box=SIMPLE, title=title)
+    for k, mass in enumerate(curve.payloads):
+        times = [curve.times[k], *([full.times[k]] if full else [])]
+        table.add_row(f"{mass:.4g}", *(f"{least:.4f}" if np.isfinite(least) else "none found" for least in times))
+    return table
 
 
 def _print_price(problem: TrajectoryProblem, tolerance: float, seed: int, starts: int, file: Path) -> None:
@@ -269,6 +276,10 @@ def workspace(
     acceleration: Annotated[
         tuple[float, float, float], typer.Option(help="Acceleration of the tool from rest, in the base frame [m/s²].")
     ] = (0.0, 0.0, 0.0),
+    effort_margin: Annotated[
+        float,
+        typer.Option(help="Share of the effort limits that is kept free, 0 to below 1."),
+    ] = 0.0,
     lock: Annotated[
         list[str] | None, typer.Option(help="JOINT=POSITION [rad or m] of a joint to hold still; may be repeated.")
     ] = None,
@@ -281,7 +292,7 @@ def workspace(
     loaded = load_robot(robot, lock=_locked(lock or ()), tool=tool, limits=unlimited)
     given: dict[str, Any] = {"position": position} | ({} if rpy is None else {"rpy": rpy})
     square = ToolPlane.around(Pose.of(given), plane, reach=reach, cells=cells)
-    found = workspace_capacity(loaded, square, acceleration=acceleration)
+    found = workspace_capacity(loaded, square, acceleration=acceleration, effort_margin=effort_margin)
     _out.print(f"{loaded.name}: {found}")
     if found.reached.any():
         counts = found.postures[found.reached]
@@ -295,13 +306,24 @@ def workspace(
 
 
 def _table(curve: SlowdownCurve) -> Table:
-    table = table_with_units("payload [kg]", "least time [s]", "change", "limit", "joint", box=SIMPLE)
+    """Some payloads of a curve, with the times at the robot's full limits and broken constraints if there are any."""
+    full = curve.at_full_limits
+    headings = ["payload [kg]", "least time [s]", "change", "limit", "joint"]
+    headings += ["at full limits [s]"] if full else []
+    headings += ["not kept"] if any(curve.not_kept) else []
+    margin = f", with your margin of {100.0 * curve.effort_margin:.4g} %" if curve.effort_margin else ""
+    title = f"least time along the same path{margin}; effort sampled at {curve.instants} instants"
+    table = table_with_units(*headings, box=SIMPLE, title=title, title_justify="left")
     step = -(-len(curve.payloads) // _ROWS)
     for k in range(len(curve.payloads) - 1, -1, -step)[::-1]:
         change = f"{100.0 * (curve.factors[k] - 1.0):+.2f} %"
-        cells = (f"{curve.payloads[k]:.4g}", f"{curve.durations[k]:.4f}", change, curve.limits[k], curve.joints[k])
-        table.add_row(*cells)
+        cells = [f"{curve.payloads[k]:.4g}", f"{curve.durations[k]:.4f}", change, curve.limits[k], curve.joints[k]]
+        cells += [f"{full.durations[k]:.4f}"] if full else []
+        cells += [curve.not_kept[k]] if any(curve.not_kept) else []
+        table.add_row(*map(escape, cells))
     table.add_row(f"{curve.static_bound:.4g}", "at rest", "", "", "")
+    if full:
+        table.add_row(f"{full.static_bound:.4g}", "", "", "", "", "at rest")
     return table
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from typing import Any, final
 
@@ -70,6 +70,21 @@ class Rollout:
     def limits(self) -> JointLimits:
         """Limits that the motions are measured against: a problem's margin is already taken off."""
         return self.robot.limits if self.kept_limits is None else self.kept_limits
+
+    @property
+    def effort_margin(self) -> float:
+        """Greatest share of a joint's effort limit that is kept free, 0 for none."""
+        limited = np.isfinite(self.robot.limits.effort)
+        kept: Array = self.limits.effort[limited] / self.robot.limits.effort[limited]
+        return 1.0 - float(kept.min(initial=1.0))
+
+    @property
+    def keeps_margins(self) -> bool:
+        """Whether some limit that the motions are measured against is not the robot's own."""
+        return any(
+            not np.array_equal(getattr(self.limits, field.name), getattr(self.robot.limits, field.name))
+            for field in fields(JointLimits)
+        )
 
     @cached_property
     def t(self) -> Array:

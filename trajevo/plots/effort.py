@@ -165,10 +165,14 @@ def payload_curve(curve: PayloadCurve, *, at_rest: float | None = None, ax: Axes
         ax: axes.
     """
     ax = ax or plt.subplots(figsize=(6.4, 4.2), layout="constrained")[1]
-    ax.plot(curve.times, curve.payloads, "o-")
+    full, margin = curve.at_full_limits, f"with your margin of {100.0 * curve.effort_margin:.4g} %"
+    ax.plot(curve.times, curve.payloads, "o-", label=margin if curve.effort_margin else None)
+    if full is not None:
+        ax.plot(full.times, full.payloads, "o-.", color="0.5", label="at the robot's full limits")
     if at_rest is not None:
         label = f"held at rest: {at_rest:.4f} kg"
         ax.axhline(at_rest, color="black", linestyle=":", linewidth=1.0, label=label)
+    if at_rest is not None or full is not None:
         ax.legend()
     ax.set(xlabel="least time [s]", ylabel=f"payload [kg] ({curve.payload_model})")
     ax.grid(alpha=0.3)

@@ -247,18 +247,33 @@ SHOWN = ("mass", "joint")
 
 
 def slowdown_curve(curve: SlowdownCurve, *, ax: Axes | None = None) -> Axes:
-    """Payload against the least duration along the same path; the colour is what binds, dashed the original motion."""
+    """Payload against the least duration along the same path; the colour is what binds, dashed the original motion.
+
+    Payloads whose motion breaks a constraint of its problem are hollow; the curve at the robot's full limits is grey.
+    """
     ax = ax or plt.subplots(figsize=(6.8, 4.2), layout="constrained")[1]
     ax.plot(curve.durations, curve.payloads, color="0.75", linewidth=1.0, zorder=1)
-    bound = list(zip(curve.limits, curve.joints, strict=True))
+    bound, kept = list(zip(curve.limits, curve.joints, strict=True)), np.array([not text for text in curve.not_kept])
     for limit, joint in dict.fromkeys(pair for pair in bound if pair[0]):
         chosen = np.array([pair == (limit, joint) for pair in bound])
-        ax.plot(curve.durations[chosen], curve.payloads[chosen], ".", label=f"{limit} of {joint}")
+        label = f"{limit} of {joint}" if joint else limit
+        (line,) = ax.plot(curve.durations[chosen & kept], curve.payloads[chosen & kept], ".", label=label)
+        broken = ax.plot(curve.durations[chosen & ~kept], curve.payloads[chosen & ~kept], "o", markersize=4.0)
+        broken[0].set(color=line.get_color(), markerfacecolor="white")
+    for names in dict.fromkeys(text for text in curve.not_kept if text):
+        ax.plot([], [], "o", markersize=4.0, color="black", markerfacecolor="white", label=f"not kept: {names}")
     ax.axvline(curve.present_duration, color="black", linestyle="--", linewidth=0.8, label="the motion as it is")
+    full = curve.at_full_limits
+    if full is not None:
+        label = "at the robot's full limits"
+        ax.plot(full.durations, full.payloads, color="0.5", linestyle="-.", linewidth=1.0, label=label)
     if np.isfinite(curve.static_bound):
         label = f"held at rest: {curve.static_bound:.3f} kg"
         ax.axhline(curve.static_bound, color="black", linestyle=":", linewidth=1.0, label=label)
+    margin = f"your margin of {100.0 * curve.effort_margin:.4g} % kept; " if curve.effort_margin else ""
+    title = f"{margin}effort sampled at {curve.instants} instants"
     ax.set(xlabel="least time along the same path [s]", ylabel=f"payload [kg] ({curve.payload_model})")
+    ax.set_title(title, fontsize="small")
     ax.grid(alpha=0.3)
     ax.legend()
     return ax
@@ -305,6 +320,8 @@ def workspace_capacity(
     accelerated = f"accelerated at ({', '.join(f'{value:g}' for value in found.acceleration)}) m/s²"
     moving = accelerated if found.acceleration.any() else "held at rest"
     title = f"{moving}, tool {'xyz'[third]} = {plane.pose.position[third]:.4g} m"
+    if found.effort_margin:
+        title += f", your margin of {100.0 * found.effort_margin:.4g} % kept"
     ax.set(xlabel=f"tool {plane.axes[0]} [m]", ylabel=f"tool {plane.axes[1]} [m]", title=title, aspect="equal")
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.12), ncols=3, frameon=False)
     return ax
