@@ -35,7 +35,8 @@ class ViaPointProblem(TrajectoryProblem):
             :func:`~trajevo.robot.robot.load_robot` as a mapping.
         points: the points to visit, in order: an array (K, n_joints) [rad or m], a list of joint positions and tool
             poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
-            CSV file with a column for each joint, with its unit.
+            CSV file with a column for each joint, with its unit. Where an inner point lies on a joint's position limit,
+            the joint is at rest, if the interpolant can hold it; :attr:`notes` tell it.
         duration_bounds: least and greatest time between two points [s].
         interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or an interpolant of another
             package.
