@@ -65,7 +65,7 @@ def random_task(seed: int, folder: Path) -> dict[str, Any]:
     joints = int(generator.integers(2, 9))
     file = folder / f"random_{seed}.urdf"
     kinds = (("revolute", "prismatic"), ("revolute",), ("prismatic",))[int(generator.choice(3, p=[0.7, 0.2, 0.1]))]
-    massless = CAN_TELL and bool(generator.random() < 0.15)
+    massless = bool(generator.random() < 0.15) and CAN_TELL
     file.write_text(random_urdf(generator, joints, kinds=kinds, massless=massless), encoding="utf-8")
     gravity = [[0.0, 0.0, -_G], [0.0, 0.0, 0.0], [0.0, -_G, 0.0]][int(generator.choice(3, p=[0.7, 0.15, 0.15]))]
     limits: dict[str, Any] = {

@@ -33,7 +33,8 @@ DENSE, ROUNDING = np.linspace(0.0, 1.0, 401), 1e-9
 def test_claims_about_random_robots_hold(seed, tmp_path, monkeypatch):
     if seed % COMPILED != COMPILED - 1:
         monkeypatch.setattr(jit, "can_compile", lambda: False)
-    check(seed, tmp_path)
+    found = check(seed, tmp_path)
+    assert found == "proven" or seed >= FEW, "the first problems have solutions, or nothing would be checked"
 
 
 def check(seed: int, folder: Path) -> str:
