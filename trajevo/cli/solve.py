@@ -9,6 +9,7 @@ from typing import Annotated, Any, final
 import typer
 from rich.box import SIMPLE
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from trajevo.cli.problem_options import (
@@ -98,6 +99,8 @@ def solve(
     folder = out or Path("runs") / (Path(problem).stem if is_task(problem) else problem)
     how.check(search, to_solve)
     algorithm_for(decided(settings, to_solve), to_solve)  # refuses invalid settings before the folder is touched
+    for note in to_solve.notes:
+        _err.print(f"note: {escape(note)}")
     _tell(check(to_solve), quiet=quiet)
     _claim(folder, overwrite)
     seed = settings.seed or 0

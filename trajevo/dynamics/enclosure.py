@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
@@ -30,6 +31,9 @@ _MOST_UNDECIDED = 256
 _SLACKS, _SLACK_SHARE = 4.0, 0.01
 #: Share of the greatest value of all joints below which values without a limit are not resolved.
 _NEGLIGIBLE = 1e-3
+#: Share of their coarse bound below which samples are nothing but rounding, such as the speed of a tool on the axis
+#: about which it turns. The square root of a tool's squared speed loses half the digits.
+_NOTHING = 1e-6
 #: Excess of a bound over a limit that samples keep, as a share of the limit, below which no piece is halved.
 _FINEST = 1e-9
 
@@ -45,7 +49,8 @@ class Enclosure:
         instants: instants of these samples, the same shape [s].
         pieces: number of pieces that each motion was cut into, shape (B,).
         scale: what the tolerance is a share of, shape (B, 2 n_joints + 1): the limit or, without one, the greatest
-            exhibited value, but no less than a thousandth of the greatest of all joints.
+            exhibited value, but no less than a thousandth of the greatest of all joints. If that is nothing but
+            rounding, a coarse bound from the sizes of the robot and its motion.
     """
 
     bound: Array
@@ -67,7 +72,10 @@ def enclose(rollout: Rollout, limits: Array, *, tolerance: float) -> Enclosure:
     Returns:
         Bounds and exhibited values.
     """
-    return _enclosed(PieceBounds.of(rollout).everything, rollout, limits, _scale, tolerance)
+    bounds, pieces = PieceBounds.of(rollout), Pieces.of(rollout, _NODES)
+    coarse = np.zeros((len(rollout.trajectory), len(limits)))
+    np.maximum.at(coarse, pieces.owner, bounds.magnitudes(pieces))
+    return _enclosed(bounds.everything, rollout, limits, partial(_scale, coarse=coarse), tolerance)
 
 
 def enclose_height(rollout: Rollout, least: float, *, tolerance: float) -> tuple[Array, Array, Array]:
@@ -124,12 +132,13 @@ def _enclosed(
     return Enclosure(frozen(bound), frozen(best), frozen(instants), used, frozen(scale(best, limits)))
 
 
-def _scale(best: Array, limits: Array) -> Array:
+def _scale(best: Array, limits: Array, coarse: Array) -> Array:
     """As :attr:`Enclosure.scale`."""
     n = len(limits) // 2
     joints = [best[:, part].max(axis=1, keepdims=True) for part in (slice(0, n), slice(n, 2 * n))]
     least = np.concatenate([np.repeat(_NEGLIGIBLE * most, n, axis=1) for most in joints], axis=1)
     shown = np.maximum(best, np.concatenate([least, np.zeros((len(best), 1))], axis=1))
+    shown = np.where(np.isfinite(coarse) & (shown <= _NOTHING * coarse), coarse, shown)
     return np.where(np.isfinite(limits), limits, shown)
 
 

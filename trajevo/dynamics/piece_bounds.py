@@ -140,6 +140,18 @@ class PieceBounds:
         parts = self._joints(pieces, reach, powers=True), self._tool(pieces, reach)
         return Over(*(np.concatenate(both, axis=-1) for both in zip(*parts, strict=True)))
 
+    def magnitudes(self, pieces: Pieces) -> Array:
+        """Coarse bounds of the same quantities, from the sizes of the robot and its motion alone, (K, 2 n_joints + 1).
+
+        They do not see that terms cancel or that a lever has another direction; NaN or inf where there is no bound.
+        """
+        reach = Bounds(*(bound[:, 0] for bound in self._reach(pieces.states)))
+        dry = np.maximum(self.friction.dry(np.ones(reach.v.shape[1])), -self.friction.dry(-np.ones(reach.v.shape[1])))
+        effort = self._effort_reach(pieces.owner, reach, axes=2) + dry
+        with np.errstate(over="ignore", invalid="ignore"):
+            speed = np.sqrt(self.reach.squared_tool_speed(reach))[:, None]
+            return np.concatenate([effort, effort * reach.v, speed], axis=1)
+
     def efforts(self, pieces: Pieces) -> Over:
         """Efforts alone, Q = n_joints."""
         return self._joints(pieces, self._reach(pieces.states), powers=False)
@@ -198,8 +210,8 @@ class PieceBounds:
         effort: Array = self.smooth.unloaded_effort(q, v, a) + mass * self.smooth.effort_per_kilogram(q, v, a)
         return effort
 
-    def _effort_reach(self, owner: Array, reach: Bounds) -> Array:
-        masses = None if self.masses is None else self.masses[owner][:, None, None]
+    def _effort_reach(self, owner: Array, reach: Bounds, *, axes: int = 3) -> Array:
+        masses = None if self.masses is None else self.masses[owner].reshape(-1, *[1] * (axes - 1))
         with np.errstate(over="ignore", invalid="ignore"):
             magnitude: Array = self.reach.effort(reach, masses)
         return magnitude

@@ -9,7 +9,7 @@ more column of the points.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -23,7 +23,13 @@ from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, LinearBlends, Variable
-from trajevo.trajectory.interpolants.interpolant import PassesNearby, decision_vectors
+from trajevo.trajectory.interpolants.interpolant import (
+    AtRest,
+    PassesNearby,
+    alike,
+    checked_rests,
+    decision_vectors,
+)
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Greatest error allowed for the pose of a moved point [m or rad].
@@ -45,6 +51,7 @@ class MovingPoints(Interpolant):
         robot: the robot, whose joint limits clip boxes in joint space and whose tool moves in Cartesian boxes.
         duration_bounds: least and greatest time of a segment [s].
         ends: whether the first and the last point may move too.
+        at_rest: joints at rest at inner points, pairs (point, joint) from 0; only for interpolants that take them.
 
     Raises:
         UnknownNameError: no such interpolant.
@@ -59,10 +66,12 @@ class MovingPoints(Interpolant):
     robot: Robot = field(kw_only=True)
     duration_bounds: tuple[float, float] = field(kw_only=True)
     ends: bool = field(default=False, kw_only=True)
+    at_rest: AtRest = field(default=(), kw_only=True)
     _inner: Interpolant = field(init=False, repr=False)
     _kinematics: ToolKinematics = field(init=False, repr=False)
     _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
     _starts: tuple[int, ...] = field(init=False, repr=False)
+    _group: tuple[int, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         NAMED_INTERPOLANTS.find(self.kind)
@@ -73,8 +82,8 @@ class MovingPoints(Interpolant):
         self._check_boxes()
         object.__setattr__(self, "_kinematics", ToolKinematics.of(self.robot))
         object.__setattr__(self, "_offsets", tuple(self._offsets_of(box) for box in self.boxes))
-        indicators = np.eye(len(self.points))[:, [box.point for box in self.boxes]]
-        object.__setattr__(self, "_inner", self._made(np.hstack([self.points.positions, indicators])))
+        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
+        object.__setattr__(self, "_inner", self._with_indicators())
         object.__setattr__(self, "_starts", self._segments())
         self._check_linear()
 
@@ -87,9 +96,29 @@ class MovingPoints(Interpolant):
         """Motions through the moved points for decision vectors of shape (B, n_variables)."""
         timing, deltas = self._decoded(x)
         whole = _polynomials(self._inner(timing), self.kind)
+        return PolynomialBatch(whole.breaks, self._moved(whole, deltas))
+
+    def _moved(self, whole: PolynomialBatch, deltas: Array) -> Array:
+        """Coefficients of the motions whose points are moved by (B, M, n_joints) [rad or m]."""
         n = self.points.n_joints
         base, basis = whole.coefficients[:, :, :n], whole.coefficients[:, :, n:]
-        return PolynomialBatch(whole.breaks, base + np.einsum("bmj,bsmd->bsjd", deltas, basis))
+        if not any(self._group):
+            moved: Array = base + np.einsum("bmj,bsmd->bsjd", deltas, basis)
+            return moved
+        groups = basis.reshape(*basis.shape[:2], -1, len(self.boxes), basis.shape[-1])
+        own: Array = base + np.einsum("bmj,bsjmd->bsjd", deltas, groups[:, :, list(self._group)])
+        return own
+
+    def _with_indicators(self) -> Interpolant:
+        """The interpolant through the points, and through indicators for every group of joints that rest alike."""
+        n, indicators = self.points.n_joints, np.eye(len(self.points))[:, [box.point for box in self.boxes]]
+        groups, rests = alike(self.at_rest, n), list(self.at_rest)
+        owner = {joint: g for g, (joints, _) in enumerate(groups) for joint in joints}
+        object.__setattr__(self, "_group", tuple(owner[joint] for joint in range(n)))
+        for g, (_, stops) in enumerate(groups):
+            columns = range(n + g * len(self.boxes), n + (g + 1) * len(self.boxes))
+            rests += [(point, column) for point in stops for column in columns]
+        return self._made(np.hstack([self.points.positions, *([indicators] * len(groups))]), rests)
 
     def via_times(self, x: Array) -> Array:
         """When the points are passed, (B, n_variables) -> (B, K) [s]."""
@@ -173,8 +202,9 @@ class MovingPoints(Interpolant):
         names, units = self.robot.joint_names, self.robot.joint_units
         return tuple(Variable(f"q_{box.point} of {names[k]}", units[k], lower[k], upper[k]) for k in free)
 
-    def _made(self, positions: Array) -> Interpolant:
-        return NAMED_INTERPOLANTS.find(self.kind)(ViaPoints(positions), duration_bounds=self.duration_bounds)
+    def _made(self, positions: Array, rests: AtRest) -> Interpolant:
+        given: dict[str, Any] = {"at_rest": rests} if rests else {}
+        return NAMED_INTERPOLANTS.find(self.kind)(ViaPoints(positions), duration_bounds=self.duration_bounds, **given)
 
     def _check_boxes(self) -> None:
         if not self.boxes:
@@ -213,9 +243,9 @@ class MovingPoints(Interpolant):
         moves = np.random.default_rng(0).uniform(0.01, 0.1, (1, len(self.boxes), self.points.n_joints))
         positions = self.points.positions.copy()
         positions[[box.point for box in self.boxes]] += moves[0]
-        x, n = self._example(), self.points.n_joints
-        moved, whole = (_polynomials(made(x), self.kind) for made in (self._made(positions), self._inner))
-        total = whole.coefficients[:, :, :n] + np.einsum("bmj,bsmd->bsjd", moves, whole.coefficients[:, :, n:])
+        x, made = self._example(), self._made(positions, self.at_rest)
+        moved, whole = (_polynomials(interpolant(x), self.kind) for interpolant in (made, self._inner))
+        total = self._moved(whole, moves)
         scale = 1e-9 * np.abs(total).max()
         if moved.coefficients.shape != total.shape or np.abs(moved.coefficients - total).max() > scale:
             raise InvalidInputError(f"interpolant: expected one that is linear in its points, got {self.kind!r}")

@@ -172,6 +172,11 @@ class TrajectoryProblem(Problem):
         """Keyword arguments that make an equal problem, as plain data; registered problems override this."""
         return {}
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What to know before the problem is solved, a sentence each; problems that have any override this."""
+        return ()
+
     def decode(self, x: Array) -> TrajectoryBatch:
         """Trajectories of decision vectors, shape (B, n_var) or one vector (n_var,)."""
         return self.interpolant(self._timing(x))

@@ -18,12 +18,13 @@ from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraint
 from trajevo.formulation.moving_points import MovingPoints
 from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of
 from trajevo.formulation.payload_variable import PayloadVariable
+from trajevo.formulation.points_on_limits import notes_on_height, notes_on_turning, turning
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.path.boxes import CartesianBox, JointBox
-from trajevo.path.via_points import ViaPoints, joint_points
+from trajevo.path.via_points import OnLimit, ViaPoints, joint_points
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
-from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant
+from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, price_of_rest
 
 
 @final
@@ -35,7 +36,8 @@ class ViaPointProblem(TrajectoryProblem):
             :func:`~trajevo.robot.robot.load_robot` as a mapping.
         points: the points to visit, in order: an array (K, n_joints) [rad or m], a list of joint positions and tool
             poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
-            CSV file with a column for each joint, with its unit.
+            CSV file with a column for each joint, with its unit. Where an inner point lies on a joint's position limit,
+            the joint is at rest, if the interpolant can hold it; :attr:`notes` tell it.
         duration_bounds: least and greatest time between two points [s].
         interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or an interpolant of another
             package.
@@ -90,7 +92,10 @@ class ViaPointProblem(TrajectoryProblem):
         via = joint_points(points, named)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
-        decoder, boxes = _interpolant(interpolant, via, named, bounds, moving)
+        boxes = _boxes(moving)
+        kept = isinstance(constraints, Sequence) and "position" in constraints
+        turns = turning(via, named, boxes) if kept else ()
+        decoder = _interpolant(interpolant, via, named, bounds, boxes, turns)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
@@ -103,12 +108,14 @@ class ViaPointProblem(TrajectoryProblem):
             reference_point=reference_point,
             length=length_unit(named),
         )
+        told = notes_on_turning(turns, named, interpolant, price_of_rest(interpolant))
+        self._notes = (*told, *notes_on_height(via, named, held))
         given = {
             "robot": named.settings,
             "points": via.positions.tolist(),
             "duration_bounds": list(bounds),
             "interpolant": interpolant,
-            "moving": boxes,
+            "moving": [_box_settings(box) for box in boxes],
             "objectives": list(objectives),
             "constraints": list(constraints),
             **_settings_of_limits(parameters, limits),
@@ -124,6 +131,11 @@ class ViaPointProblem(TrajectoryProblem):
     def settings(self) -> dict[str, Any]:
         """Keyword arguments that make an equal problem."""
         return dict(self._settings)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Points that lie on a joint's limit, and what follows from it."""
+        return self._notes
 
 
 #: Its own arguments; the others are parameters of limits.
@@ -207,16 +219,25 @@ def _payload_variable(
 
 
 def _interpolant(
-    kind: str, via: ViaPoints, robot: Robot, bounds: tuple[float, ...], moving: Sequence[Any]
-) -> tuple[Interpolant, list[dict[str, Any]]]:
-    """The interpolant, and the boxes as plain data."""
-    if not moving:
-        return NAMED_INTERPOLANTS.find(kind)(via, duration_bounds=bounds), []
+    kind: str,
+    via: ViaPoints,
+    robot: Robot,
+    bounds: tuple[float, ...],
+    boxes: Sequence[JointBox | CartesianBox],
+    turns: Sequence[OnLimit],
+) -> Interpolant:
+    """The interpolant, with joints at rest where they turn, if it can."""
+    found = NAMED_INTERPOLANTS.find(kind)
+    rests = () if price_of_rest(kind) is None else tuple((at.point, at.joint) for at in turns)
+    if boxes:
+        return MovingPoints(kind, via, tuple(boxes), robot=robot, duration_bounds=(bounds[0], bounds[1]), at_rest=rests)
+    return found(via, duration_bounds=bounds, at_rest=rests) if rests else found(via, duration_bounds=bounds)
+
+
+def _boxes(moving: Sequence[Any]) -> list[JointBox | CartesianBox]:
     if isinstance(moving, Mapping | str) or not isinstance(moving, Sequence):
         raise InvalidInputError(f"moving: expected a list of boxes, got {moving!r}")
-    boxes = tuple(_box(k, given) for k, given in enumerate(moving))
-    decoder = MovingPoints(kind, via, boxes, robot=robot, duration_bounds=(bounds[0], bounds[1]))
-    return decoder, [_box_settings(box) for box in boxes]
+    return [_box(k, given) for k, given in enumerate(moving)]
 
 
 def _box(place: int, given: Any) -> JointBox | CartesianBox:

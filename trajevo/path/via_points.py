@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,19 @@ from trajevo.robot.robot import Robot
 
 #: Points closer than this in every joint are the same point [rad or m].
 SAME_POINT = 1e-9
+
+
+#: Distance from a joint's limit below which a point counts as on it, as a share of half the joint's range: limits and
+#: points are often written with five or six digits.
+ON_LIMIT = 1e-5
+
+
+class OnLimit(NamedTuple):
+    """A point on a joint's limit: both counted from 0, and whether it is the upper limit."""
+
+    point: int
+    joint: int
+    upper: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +96,12 @@ class ViaPoints:
                 f"outside its range {low:.6g} to {high:.6g} {unit}"
             )
         return points
+
+    def on_limits(self, robot: Robot) -> tuple[OnLimit, ...]:
+        """The points that lie on a limit of one of the robot's joints or nearer to it than 1e-5 of half the range."""
+        q, limits = self.positions, robot.limits
+        found = np.argwhere(limits.range_used(q) >= 1.0 - ON_LIMIT).tolist()
+        return tuple(OnLimit(k, j, bool(limits.upper[j] - q[k, j] <= q[k, j] - limits.lower[j])) for k, j in found)
 
 
 _POSITION = {"x": "m", "y": "m", "z": "m"}

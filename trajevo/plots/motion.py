@@ -24,6 +24,9 @@ _FAR_AWAY = 3.0
 #: Widths of the panels of profiles, of a legend entry's line with gaps, and of a letter [inch].
 _WIDTH, _HANDLE, _LETTER = 6.4, 0.6, 0.08
 
+#: Half the least length of an axis of a picture in space [m], for a tool that stays where it is.
+_LEAST_REACH = 1e-6
+
 
 def profiles(
     motion: Solution | Rollout,
@@ -125,7 +128,8 @@ def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None)
 def equal_axes(ax: Any, positions: Array) -> None:
     """Give 3D axes labels and one scale, around positions of shape (K, 3) [m]."""
     ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-    centre, reach = 0.5 * (positions.max(axis=0) + positions.min(axis=0)), 0.55 * np.ptp(positions, axis=0).max()
+    centre = 0.5 * (positions.max(axis=0) + positions.min(axis=0))
+    reach = max(0.55 * np.ptp(positions, axis=0).max(), _LEAST_REACH)
     ax.set(**{f"{name}lim": (c - reach, c + reach) for name, c in zip("xyz", centre, strict=True)})
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.set_major_locator(MaxNLocator(4))

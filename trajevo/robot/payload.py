@@ -150,7 +150,8 @@ def tool_regressor(robot: Robot, q: Array, v: Array, a: Array) -> Array:
     body = slice(10 * (frame.parentJoint - 1), 10 * frame.parentJoint)
     at_joint = np.empty((*q.shape, 10))
     for i, state in enumerate(zip(q, v, a, strict=True)):
-        at_joint[i] = pin.computeJointTorqueRegressor(model, data, *state)[:, body]
+        rows = pin.computeJointTorqueRegressor(model, data, *state).reshape(model.nv, -1)  # one row comes flat
+        at_joint[i] = rows[:, body]
     return at_joint @ _at_joint(frame.placement.rotation, frame.placement.translation)
 
 

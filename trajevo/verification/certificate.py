@@ -38,7 +38,8 @@ class Proof:
             where the least value is just kept.
         exhibited_share: share of the limit that the sample uses.
         gap: how far the bound lies above the exhibited value, as a share of the limit. If there is no limit, as a share
-            of the exhibited value or of a thousandth of the greatest of all joints, whichever is more.
+            of the exhibited value or of a thousandth of the greatest of all joints, whichever is more; if that is only
+            rounding, of a coarse bound from the sizes of the robot and its motion.
         full_limit: the robot's own limit where the problem keeps less of it; otherwise as ``limit``.
         least: whether the limit is a least value, as for a clearance or a height.
         between: for a clearance the two solids that come closest, otherwise empty.

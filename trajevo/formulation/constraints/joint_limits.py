@@ -12,6 +12,7 @@ import numpy as np
 from trajevo.base.arrays import Array, scaled
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter, share_kept_free
+from trajevo.path.via_points import ViaPoints
 from trajevo.robot.joints import JointLimits
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import DERIVATIVES
@@ -25,18 +26,34 @@ LIMITED_BY = {
     "effort of every payload": "effort",
 }
 
+#: Share of a joint's range or position by which rounding may take it beyond a limit on which a point lies.
+_ROUNDING = 1e-12
 
-def position_limits(robot: Robot) -> Constraint:
+#: The same for the terms that gradient solvers see. Whatever the times, such a joint touches its limit, so that the
+#: margin of 1e-7 by which these solvers tighten limits would be broken everywhere.
+_TOUCHING = 1.01e-7
+
+
+def position_limits(robot: Robot, points: ViaPoints | None = None) -> Constraint:
     """How far the exact extremes of every joint leave its range, divided by half the range.
 
-    If one end of the range is infinite, the divisor is the magnitude of the other, or 1 rad or m if that is 0.
+    If one end of the range is infinite, the divisor is the magnitude of the other, or 1 rad or m if that is 0. A joint
+    with a point on its limit may leave its range by the rounding of a motion that touches the limit: 1e-12 of half the
+    range or of the limit, whichever is more.
+
+    Args:
+        robot: the robot.
+        points: the points that it visits, if known.
     """
     kept = _bounded(robot)
+    slack = _slack(robot, points)[kept]
+    excess = partial(_position_excess, slack=slack)
+    terms = partial(_position_terms, slack=np.where(slack > 0.0, _TOUCHING, 0.0))
     return Constraint(
         limit_names("position", robot, kept),
         robot.reference,
-        _position_excess,
-        _position_terms,
+        excess,
+        terms,
         quantity="position",
         share=1.0,
         proof="extremes",
@@ -141,25 +158,39 @@ def _peak_limits(robot: Robot, derivative: int) -> Constraint:
     )
 
 
-def _position_excess(rollout: Rollout) -> Array:
-    return _outside(rollout.robot, *rollout.trajectory.extremes(0))
+def _position_excess(rollout: Rollout, *, slack: Array) -> Array:
+    return _outside(rollout.robot, *rollout.trajectory.extremes(0)) - slack
 
 
-def _position_terms(rollout: Rollout) -> Array:
-    outside = _outside(rollout.robot, *rollout.trajectory.segment_extremes(0))
+def _position_terms(rollout: Rollout, *, slack: Array) -> Array:
+    outside = _outside(rollout.robot, *rollout.trajectory.segment_extremes(0)) - slack
     return outside.reshape(len(outside), -1)
+
+
+def _slack(robot: Robot, points: ViaPoints | None) -> Array:
+    """Share of half its range by which rounding may take every joint beyond a limit, shape (n_joints,)."""
+    slack = np.zeros(robot.dof)
+    for at in () if points is None else points.on_limits(robot):
+        end = (robot.limits.upper if at.upper else robot.limits.lower)[at.joint]
+        size = _size(robot.limits.lower[at.joint], robot.limits.upper[at.joint])
+        slack[at.joint] = max(slack[at.joint], _ROUNDING * max(1.0, abs(end) / size))
+    return slack
 
 
 def _outside(robot: Robot, least: Array, greatest: Array) -> Array:
     """Normalised excess of least and greatest positions (..., n_joints) over the ranges of joints that have one."""
     kept = _bounded(robot)
     lower, upper = robot.limits.lower[kept], robot.limits.upper[kept]
+    excess: Array = np.maximum(greatest[..., kept] - upper, lower - least[..., kept]) / _size(lower, upper)
+    return excess
+
+
+def _size(lower: Array, upper: Array) -> Array:
+    """What an excess over an end of a range is divided by [rad or m]."""
     finite = np.where(np.isfinite(lower), lower, upper)
     one_sided = np.where(finite != 0.0, np.abs(finite), 1.0)
     both = np.isfinite(lower) & np.isfinite(upper)
-    size = np.where(both, 0.5 * (np.where(both, upper, 0.0) - np.where(both, lower, 0.0)), one_sided)
-    excess: Array = np.maximum(greatest[..., kept] - upper, lower - least[..., kept]) / size
-    return excess
+    return np.where(both, 0.5 * (np.where(both, upper, 0.0) - np.where(both, lower, 0.0)), one_sided)
 
 
 def _peak_excess(rollout: Rollout, *, derivative: int) -> Array:
@@ -197,7 +228,9 @@ def limit_names(quantity: str, robot: Robot, kept: Iterable[int]) -> tuple[str, 
 
 
 POSITION = LimitKind(
-    "position", "joints stay in their ranges, at every instant", lambda limited: position_limits(limited.robot)
+    "position",
+    "joints stay in their ranges, at every instant",
+    lambda limited: position_limits(limited.robot, limited.points),
 )
 
 VELOCITY = LimitKind(

@@ -1,6 +1,7 @@
 """Interpolants: decision vectors in, batches of trajectories out; one file per family."""
 
 from collections.abc import Callable
+from typing import Any
 
 from trajevo.base.plugins import Registry
 from trajevo.trajectory.interpolants.cubic import CubicSpline
@@ -32,6 +33,18 @@ NAMED_INTERPOLANTS: Registry[Callable[..., Interpolant]] = Registry(
     fits=lambda found: isinstance(found, type) and issubclass(found, Interpolant),
 )
 
+
+def price_of_rest(name: str) -> str | None:
+    """What an interpolant's rests at inner points cost, see :class:`Interpolant`; None if it does not take any.
+
+    Raises:
+        UnknownNameError: no such interpolant.
+    """
+    found: Any = NAMED_INTERPOLANTS.find(name)
+    price: str | None = found.price_of_rest
+    return price
+
+
 __all__ = [
     "NAMED_INTERPOLANTS",
     "THROUGH_POINTS",
@@ -47,6 +60,7 @@ __all__ = [
     "SinglePolynomial",
     "State",
     "Variable",
+    "price_of_rest",
     "slowness",
     "stop_and_go",
 ]

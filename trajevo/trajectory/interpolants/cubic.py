@@ -7,22 +7,25 @@ positions are free, the second and the last but one, make up for it: m = m₀ + 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
-from trajevo.base import jit
+from trajevo.base import jit, polynomials
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.base.jit import fast
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import (
+    AtRest,
     Interpolant,
     Variable,
+    alike,
     breaks_of,
     check_durations,
     checked_bounds,
     checked_points,
+    checked_rests,
     duration_variables,
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
@@ -100,7 +103,11 @@ class CubicSpline(Interpolant):
         start_acceleration: [rad/s² or m/s²].
         end_velocity: [rad/s or m/s].
         end_acceleration: [rad/s² or m/s²].
+        at_rest: joints at rest at inner points, pairs (point, joint) from 0. Half-way through the interval after such
+            a point these joints have one more virtual knot.
     """
+
+    price_of_rest: ClassVar[str | None] = "its jerk may jump half-way through the next interval"
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
@@ -108,6 +115,7 @@ class CubicSpline(Interpolant):
     start_acceleration: Array | None = field(default=None, kw_only=True)
     end_velocity: Array | None = field(default=None, kw_only=True)
     end_acceleration: Array | None = field(default=None, kw_only=True)
+    at_rest: AtRest = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the cubic spline")
@@ -117,6 +125,7 @@ class CubicSpline(Interpolant):
             given: Any = getattr(self, name)
             values = np.zeros(joints) if given is None else numbers(given, name=name, shape=(joints,))
             object.__setattr__(self, name, read_only(values))
+        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -126,6 +135,8 @@ class CubicSpline(Interpolant):
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for interval lengths of shape (B, m - 1) [s]."""
         h = check_durations(x, len(self.points) + 1)
+        if self.at_rest:
+            return self._with_stops(h)
         if jit.can_compile():
             return self._by_loops(np.ascontiguousarray(h))
         q, a = self._knots(h)
@@ -146,6 +157,53 @@ class CubicSpline(Interpolant):
         """Instants of all knots but the two virtual ones, (B, m - 1) -> (B, m₀) [s]."""
         times = breaks_of(check_durations(x, len(self.points) + 1))
         return np.delete(times, [1, times.shape[1] - 2], axis=1)
+
+    def _with_stops(self, h: Array) -> TrajectoryBatch:
+        """Splines whose intervals after stops of any joint are cut in two, for all joints alike."""
+        cut = {point + 1 for point, _ in self.at_rest}
+        common = _halved(h, cut)
+        coefficients = np.empty((*common.shape, self.points.n_joints, 4), dtype=h.dtype)
+        for joints, stops in alike(self.at_rest, self.points.n_joints):
+            own = {point + 1 for point in stops}
+            q, a, step = self._knots_with_stops(h, joints, own)
+            velocity = (q[:, 1:] - q[:, :-1]) / step - step * (2.0 * a[:, :-1] + a[:, 1:]) / 6.0
+            velocity[:, [k + sum(other < k for other in own) for k in own]] = 0.0  # exactly
+            pieces = np.stack([q[:, :-1], velocity, 0.5 * a[:, :-1], (a[:, 1:] - a[:, :-1]) / (6.0 * step)], axis=-1)
+            coefficients[:, :, joints] = _split(pieces, h, own, cut)
+        return PolynomialBatch(breaks_of(common), coefficients)
+
+    def _knots_with_stops(self, h: Array, joints: list[int], stops: set[int]) -> tuple[Array, Array, Array]:
+        """Positions and accelerations (B, knots, n) of joints at rest at knots ``stops``, and interval lengths.
+
+        Positions are ``known + share @ a``: that of a virtual knot, after the start or a stop or before the end,
+        depends on its own acceleration and that of the knot next to it.
+        """
+        p, h = self.points.positions[:, joints], _halved(h, stops)
+        count = h.shape[1] + 1
+        ends = (self.start_velocity, self.start_acceleration, self.end_velocity, self.end_acceleration)
+        v0, a0, v1, a1 = (np.asarray(end)[joints] for end in ends)
+        after = [0, *sorted(k + sum(other < k for other in stops) for k in stops)]
+        virtual = [*(k + 1 for k in after), count - 2]
+        known = np.empty((len(h), count, len(joints)), dtype=h.dtype)
+        known[:, np.setdiff1d(np.arange(count), virtual)] = p
+        share = np.zeros((len(h), count, count), dtype=h.dtype)
+        for k, velocity in zip(after, [v0, *(0.0 * v0 for _ in stops)], strict=True):
+            known[:, k + 1] = known[:, k] + h[:, k, None] * velocity
+            share[:, k + 1, k], share[:, k + 1, k + 1] = h[:, k] ** 2 / 3.0, h[:, k] ** 2 / 6.0
+        known[:, -2] = known[:, -1] - h[:, -1, None] * v1
+        share[:, -2, -1], share[:, -2, -2] = h[:, -1] ** 2 / 3.0, h[:, -1] ** 2 / 6.0
+        rise, spread = (np.zeros((len(h), count, count), dtype=h.dtype) for _ in range(2))
+        inner = np.arange(1, count - 1)
+        before, beyond = h[:, :-1], h[:, 1:]
+        rise[:, inner, inner - 1], rise[:, inner, inner + 1] = 6.0 / before, 6.0 / beyond
+        rise[:, inner, inner] = -6.0 / before - 6.0 / beyond
+        spread[:, inner, inner - 1], spread[:, inner, inner + 1] = before, beyond
+        spread[:, inner, inner] = 2.0 * (before + beyond)
+        spread[:, 0, 0] = spread[:, -1, -1] = 1.0
+        drive = rise @ known
+        drive[:, 0], drive[:, -1] = a0, a1
+        a = np.linalg.solve(spread - rise @ share, drive)
+        return known + share @ a, a, h[..., None]
 
     def _knots(self, h: Array) -> tuple[Array, Array]:
         """Positions and accelerations at all knots, each (m, B, n_joints).
@@ -172,6 +230,26 @@ class CubicSpline(Interpolant):
         drive[-1] -= after[-1] * a[-1]
         a[1:-1] = _tridiagonal(lower, diagonal, upper, drive)
         return known + share * a, a
+
+
+def _halved(h: Array, cut: set[int]) -> Array:
+    """Interval lengths (B, N) with the intervals ``cut`` divided in two."""
+    parts = np.array([2 if k in cut else 1 for k in range(h.shape[1])])
+    halved: Array = np.repeat(h / parts, parts, axis=1)
+    return halved
+
+
+def _split(pieces: Array, h: Array, own: set[int], cut: set[int]) -> Array:
+    """Pieces (B, N, n, 4) of splines whose intervals ``own`` are halved, with those of ``cut`` halved too."""
+    found, piece = [], iter(np.moveaxis(pieces, 1, 0))
+    for k in range(h.shape[1]):
+        found.append(next(piece))
+        if k in own:
+            found.append(next(piece))
+        elif k in cut:
+            by = 0.5 * h[:, k, None]
+            found.append(np.moveaxis(polynomials.shifted(np.moveaxis(found[-1], -1, 0), by), 0, -1))
+    return np.stack(found, axis=1)
 
 
 def _tridiagonal(lower: Array, diagonal: Array, upper: Array, drive: Array) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
-from trajevo.trajectory.interpolants.interpolant import breaks_of
+from trajevo.trajectory.interpolants.interpolant import AtRest, alike, breaks_of
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 
@@ -48,27 +48,36 @@ def hermite_segments(start: Array, end: Array, durations: Array) -> Array:
     return coefficients
 
 
-def odd_spline(points: ViaPoints, durations: Array, r: int) -> TrajectoryBatch:
+def odd_spline(points: ViaPoints, durations: Array, r: int, at_rest: AtRest = ()) -> TrajectoryBatch:
     """The C^(2r-2) spline of degree 2r - 1 through the points, at rest at both ends up to derivative r - 1.
 
     The free states at the inner points follow from the continuity of derivatives r to 2r - 2 there: a block
-    tridiagonal system with blocks of r - 1, eliminated along the points for the whole population at once.
+    tridiagonal system with blocks of r - 1, eliminated along the points for the whole population at once. Where a joint
+    is at rest at an inner point, zero velocity replaces the continuity of the highest of these derivatives.
 
     Args:
         points: K points.
         durations: shape (B, K - 1) [s].
         r: 3 for the quintic, 4 for the septic spline.
+        at_rest: joints at rest at inner points.
     """
     population, segments = durations.shape
     states = np.zeros((population, segments + 1, points.n_joints, r), dtype=durations.dtype)
     states[..., 0] = points.positions
-    if segments > 1:
-        states[:, 1:-1, :, 1:] = _inner_derivatives(points.positions, durations, r)
+    if segments > 1 and not at_rest:
+        states[:, 1:-1, :, 1:] = _inner_derivatives(points.positions, durations, r, [])
+    for joints, stops in alike(at_rest, points.n_joints) if at_rest else []:
+        states[:, 1:-1, joints, 1:] = _inner_derivatives(points.positions[:, joints], durations, r, stops)
+        for joint in joints:
+            states[:, stops, joint, 1] = 0.0  # exactly, as rounding would carry the joint past the point
     return PolynomialBatch(breaks_of(durations), hermite_segments(states[:, :-1], states[:, 1:], durations))
 
 
-def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:
-    """Taylor coefficients 1 to r - 1 at the inner points, shape (B, K - 2, n_joints, r - 1)."""
+def _inner_derivatives(positions: Array, durations: Array, r: int, stops: list[int]) -> Array:
+    """Taylor coefficients 1 to r - 1 at the inner points, shape (B, K - 2, n_joints, r - 1).
+
+    At the points ``stops`` the velocity is 0.
+    """
     at_start = hermite_matrix(r)[r : 2 * r - 1]
     shift = np.array([[comb(power, k) for power in range(2 * r)] for k in range(r, 2 * r - 1)], dtype=np.float64)
     at_end = shift @ hermite_matrix(r)
@@ -90,6 +99,9 @@ def _inner_derivatives(positions: Array, durations: Array, r: int) -> Array:
     # A neighbouring point has its own unit of time.
     ratio = (scale[:, :-1] / scale[:, 1:])[..., None, None]
     left, right = left * ratio**-known, right * ratio**known
+    for inner in (point - 1 for point in stops):
+        diagonal[:, inner, -1], drive[:, inner, -1] = np.eye(r - 1)[0], 0.0
+        left[:, inner - 1 : inner, -1] = right[:, inner : inner + 1, -1] = 0.0
     unit = _solve_block_tridiagonal(left, diagonal, right, drive)
     return np.moveaxis(unit / (scale[..., None, None] ** known[:, None]), -1, -2)
 

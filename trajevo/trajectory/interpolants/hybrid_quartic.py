@@ -15,7 +15,7 @@ end at rest. Two forms differ only in where the control points lie:
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -25,12 +25,14 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.hermite import hermite_segments
 from trajevo.trajectory.interpolants.interpolant import (
+    AtRest,
     Interpolant,
     Variable,
     breaks_of,
     check_durations,
     checked_bounds,
     checked_points,
+    checked_rests,
     duration_variables,
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
@@ -68,20 +70,26 @@ class HybridQuartic(Interpolant):
         points: at least 3 via points, 4 for ``"printed"``.
         form: ``"smooth"`` or ``"printed"``, see the module.
         duration_bounds: least and greatest time of a segment [s].
+        at_rest: joints at rest at inner points, pairs (point, joint) from 0; there the joint's four control points
+            coincide, so that its acceleration and jerk are 0 too.
 
     Raises:
         UnknownNameError: no such form.
-        InvalidInputError: too few points.
+        InvalidInputError: too few points, or a joint at rest that does not exist.
     """
+
+    price_of_rest: ClassVar[str | None] = "its acceleration and jerk are 0 there too"
 
     points: ViaPoints
     form: str = field(default="smooth", kw_only=True)
     duration_bounds: tuple[float, float] = field(kw_only=True)
+    at_rest: AtRest = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         checked_name("form of the hybrid quartic", self.form, OFFSETS)
         checked_points(self.points, LEAST_POINTS[self.form], f"the {self.form} hybrid quartic")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
+        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -113,9 +121,13 @@ class HybridQuartic(Interpolant):
         p = self.points.positions
         if self.form == "smooth":
             slope = (p[2:] - p[:-2]) / (durations[:, :-1] + durations[:, 1:])[..., None]
-            return slope, slope
-        chord = np.diff(p, axis=0)[1:]  # p_{i+1} - p_i at the inner points, eq. (20)
-        return chord / durations[:, :-1, None], chord / durations[:, 1:, None]
+            before = after = slope
+        else:
+            chord = np.diff(p, axis=0)[1:]  # p_{i+1} - p_i at the inner points, eq. (20)
+            before, after = chord / durations[:, :-1, None], chord / durations[:, 1:, None]
+        for point, joint in self.at_rest:
+            before[:, point - 1, joint] = after[:, point - 1, joint] = 0.0
+        return before, after
 
     def _spline_pieces(self, start: Array, end: Array, durations: Array) -> Array:
         """The quartic pieces of all spline segments, (B, 4 (K - 3), n_joints, 8) [rad/s^k or m/s^k]."""

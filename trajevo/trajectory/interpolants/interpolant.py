@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -30,8 +31,20 @@ class Variable:
             )
 
 
+#: Joints at rest at inner points, as pairs (point, joint), both counted from 0: there the joint's velocity is 0 for all
+#: decision vectors.
+AtRest = Sequence[tuple[int, int]]
+
+
 class Interpolant(ABC):
-    """A map from decision vectors to trajectories, for a whole population at once."""
+    """A map from decision vectors to trajectories, for a whole population at once.
+
+    Attributes:
+        price_of_rest: what else changes where a joint rests at an inner point, in a few words; None for an interpolant
+            that does not take ``at_rest``, see :data:`AtRest`.
+    """
+
+    price_of_rest: ClassVar[str | None] = None
 
     @property
     @abstractmethod
@@ -79,6 +92,35 @@ def checked_points(points: Any, least: int, what: str) -> None:
         raise InvalidInputError(f"points: {what} needs ViaPoints, got {type(points).__name__}")
     if len(points) < least:
         raise InvalidInputError(f"points: {what} needs at least {least} points, got {len(points)}")
+
+
+def checked_rests(at_rest: Any, points: ViaPoints) -> tuple[tuple[int, int], ...]:
+    """Pairs (point, joint) of joints at rest at inner points, sorted, each once.
+
+    Raises:
+        InvalidInputError: something else than such pairs, or a point or joint that does not exist.
+    """
+    last, joints = len(points) - 1, points.n_joints
+    try:
+        pairs = np.asarray(list(at_rest) or np.empty((0, 2), dtype=np.intp))
+    except (TypeError, ValueError):
+        pairs = np.empty(0)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or not np.issubdtype(pairs.dtype, np.integer):
+        raise InvalidInputError(f"at_rest: expected pairs (point, joint) of whole numbers, got {at_rest!r}")
+    for point, joint in pairs.tolist():
+        if not 0 < point < last:
+            raise InvalidInputError(f"at_rest: expected inner points, 1 to {last - 1}, got point {point}")
+        if not 0 <= joint < joints:
+            raise InvalidInputError(f"at_rest: expected joints 0 to {joints - 1}, got joint {joint}")
+    return tuple(sorted({(point, joint) for point, joint in pairs.tolist()}))
+
+
+def alike(at_rest: AtRest, n_joints: int) -> list[tuple[list[int], list[int]]]:
+    """Joints that rest at the same points, and these points; the joints of all groups together are all joints."""
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for joint in range(n_joints):
+        groups.setdefault(tuple(point for point, other in at_rest if other == joint), []).append(joint)
+    return [(joints, list(points)) for points, joints in groups.items()]
 
 
 def duration_variables(count: int, bounds: tuple[float, float], symbol: str = "dt") -> tuple[Variable, ...]:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import final
+from typing import ClassVar, final
 
 from trajevo.base.arrays import Array
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.hermite import odd_spline
 from trajevo.trajectory.interpolants.interpolant import (
+    AtRest,
     Interpolant,
     Variable,
     breaks_of,
     check_durations,
     checked_bounds,
     checked_points,
+    checked_rests,
     duration_variables,
 )
 
@@ -28,14 +30,20 @@ class QuinticSpline(Interpolant):
     Attributes:
         points: at least 3 via points.
         duration_bounds: least and greatest time of a segment [s].
+        at_rest: joints at rest at inner points, pairs (point, joint) from 0; there the joint's fourth derivative may
+            jump.
     """
+
+    price_of_rest: ClassVar[str | None] = "its fourth derivative may jump there"
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
+    at_rest: AtRest = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         checked_points(self.points, 3, "the quintic spline")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
+        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -44,7 +52,7 @@ class QuinticSpline(Interpolant):
 
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for segment times of shape (B, n_segments) [s]."""
-        return odd_spline(self.points, check_durations(x, len(self.points) - 1), 3)
+        return odd_spline(self.points, check_durations(x, len(self.points) - 1), 3, self.at_rest)
 
     def via_times(self, x: Array) -> Array:
         """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
@@ -59,14 +67,20 @@ class SepticSpline(Interpolant):
     Attributes:
         points: at least 3 via points.
         duration_bounds: least and greatest time of a segment [s].
+        at_rest: joints at rest at inner points, pairs (point, joint) from 0; there the joint's sixth derivative may
+            jump.
     """
+
+    price_of_rest: ClassVar[str | None] = "its sixth derivative may jump there"
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
+    at_rest: AtRest = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         checked_points(self.points, 3, "the septic spline")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
+        object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -75,7 +89,7 @@ class SepticSpline(Interpolant):
 
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for segment times of shape (B, n_segments) [s]."""
-        return odd_spline(self.points, check_durations(x, len(self.points) - 1), 4)
+        return odd_spline(self.points, check_durations(x, len(self.points) - 1), 4, self.at_rest)
 
     def via_times(self, x: Array) -> Array:
         """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
