@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trajevo import plots
-    from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative
+    from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
@@ -126,7 +126,7 @@ _NAMES = {
     "front.front": ("Front", "Solution"),
     "solvers.rivals": ("rivals_of", "rivals_table"),
     # What a motion can carry
-    "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative"),
+    "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
     "capacity.payload_effort": ("payload_effort",),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -209,6 +209,7 @@ __all__ = [
     "collect",
     "dlcc",
     "dlcc_iterative",
+    "dlcc_sampled",
     "export",
     "largest_payload",
     "load_problem",
