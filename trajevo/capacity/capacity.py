@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.robot.robot import Robot
 
 #: How a capacity was found.
 GUARANTEED, SAMPLED, ITERATED = "guaranteed", "sampled", "iterated"
@@ -79,11 +80,7 @@ class Capacity:
         if self.at_full_limit is None:
             return self._text
         full = self._down(self.at_full_limit)
-        return f"with the margin of {self._margin}: {self._text}; at the robot's full limit: {full} kg"
-
-    @property
-    def _margin(self) -> str:
-        return f"{100.0 * (1.0 - self.kept):.4g} %"
+        return f"with the margin of {margin_of(self.kept)}: {self._text}; at the robot's full limit: {full} kg"
 
     @property
     def _text(self) -> str:
@@ -99,10 +96,10 @@ class Capacity:
         if not self.feasible:
             return self._infeasible
         carried = f"{self._up(self.least)} to {self._down(self.mass)}" if counterweight else self._down(self.mass)
-        known = f"at {self.samples} instants per segment, not between them"
+        told = f"{carried} kg ({model} payload), limited by {self.joint} at {self.time:.4f} s"
         if self.method == GUARANTEED:
-            known = f"guaranteed at every instant; more than {self._up(self.upper)} kg is too much"
-        return f"{carried} kg ({model} payload), limited by {self.joint} at {self.time:.4f} s; {known}"
+            return f"{told}; {known(None)}; more than {self._up(self.upper)} kg is too much"
+        return f"{told}; {known(self.samples)}"
 
     @property
     def _infeasible(self) -> str:
@@ -111,7 +108,7 @@ class Capacity:
                 f"0 kg: no payload is proven to keep the limits at every instant, although {self._up(self.lower)} to "
                 f"{self._down(self.upper)} kg ({self.payload_model} payload) keeps them at the samples"
             )
-        limit = "its effort limit" if self.at_full_limit is None else f"its effort limit less {self._margin}"
+        limit = "its effort limit" if self.at_full_limit is None else f"its effort limit less {margin_of(self.kept)}"
         return (
             f"0 kg: even without payload {self.joint} exceeds {limit} by "
             f"{-100.0 * self.margin.min():.3g} %, at {self.time:.4f} s"
@@ -122,6 +119,23 @@ class Capacity:
 
     def _up(self, mass: float) -> str:
         return rounded(mass, ceil) if self.method == GUARANTEED else f"{mass:.6f}"
+
+
+def known(samples: int | None) -> str:
+    """Text that says at which instants something holds: at samples, or None for every instant."""
+    return "guaranteed at every instant" if samples is None else f"at {samples} instants per segment, not between them"
+
+
+def margin_of(kept: float) -> str:
+    """Text for the share of the limits that a problem does not use, such as "20 %"."""
+    return f"{100.0 * (1.0 - kept):.4g} %"
+
+
+def kept_share(robot: Robot, effort_limits: Array) -> float:
+    """Least share of a robot's effort limits that other limits are, shape (n_joints,) [N·m or N]."""
+    full = robot.limits.effort
+    limited = np.isfinite(full)
+    return float((effort_limits[limited] / full[limited]).min(initial=1.0))
 
 
 def rounded(mass: float, side: Callable[[float], int]) -> str:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
-from trajevo.capacity.capacity import GUARANTEED, ITERATED, SAMPLED, Capacities, Capacity, EffortAlong
+from trajevo.capacity.capacity import GUARANTEED, ITERATED, SAMPLED, Capacities, Capacity, EffortAlong, kept_share
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.mass_enclosure import enclose_masses
 from trajevo.dynamics.payload_masses import mass_bounds
@@ -160,7 +160,7 @@ def capacities(motions: Front | Rollout, *, tolerance: float = TOLERANCE, sample
         joint_names=given.robot.joint_names,
         payload_model=given.dynamics.payload.model,
     )
-    kept = _kept(given)
+    kept = kept_share(given.robot, given.limits.effort)
     if kept == 1.0:
         return one
     full = capacities(replace(given, kept_limits=None), tolerance=tolerance, samples=samples)
@@ -227,16 +227,9 @@ def _share(tolerance: Any) -> float:
     return share
 
 
-def _kept(rollout: Rollout) -> float:
-    """Least share of the robot's effort limits that a rollout's limits are."""
-    full = rollout.robot.limits.effort
-    limited = np.isfinite(full)
-    return float((rollout.limits.effort[limited] / full[limited]).min(initial=1.0))
-
-
 def _and_at_full_limit(found: Capacity, rollout: Rollout, again: Callable[[Rollout], Capacity]) -> Capacity:
     """The capacity with that at the robot's full limits, where the problem keeps less of them."""
-    kept = _kept(rollout)
+    kept = kept_share(rollout.robot, rollout.limits.effort)
     if kept == 1.0:
         return found
     return replace(found, kept=kept, at_full_limit=again(replace(rollout, kept_limits=None)).mass)
