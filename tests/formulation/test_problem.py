@@ -138,8 +138,10 @@ def test_rollouts_of_a_problem_carry_the_limits_that_it_keeps():
     robot = load_robot("ur5", tool="tool0", limits={"acceleration": 10.0, "jerk": 100.0})
     points = [[0.0, -1.5, 1.5, -1.5, -1.5, 0.0], [0.5, -1.2, 1.4, -1.7, -1.5, 0.2], [0.9, -1.4, 1.5, -1.6, -1.5, 0.0]]
     given = {"duration_bounds": (0.3, 4.0), "objectives": ["time"]}
-    whole = ViaPointProblem(robot, points, constraints=["velocity", "effort"], **given)
-    with_margin = ViaPointProblem(robot, points, constraints=["velocity", "effort"], effort_margin=0.2, **given)
+    whole = ViaPointProblem(robot=robot, points=points, constraints=["velocity", "effort"], **given)
+    with_margin = ViaPointProblem(
+        robot=robot, points=points, constraints=["velocity", "effort"], effort_margin=0.2, **given
+    )
     x = 0.5 * (whole.xl + whole.xu)
     assert whole.rollout(x).limits is robot.limits
     kept = with_margin.rollout(x).limits

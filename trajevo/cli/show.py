@@ -13,7 +13,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from trajevo.base.units import pretty
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.sensitivity import sensitivity
 from trajevo.cli.results import (
@@ -35,7 +34,8 @@ from trajevo.plots.analyses_file import read_analyses
 from trajevo.plots.animation import animate
 from trajevo.plots.pictures import draw_all
 from trajevo.plots.report import report as write_report
-from trajevo.verification.certify import Certificate, certify, certify_all
+from trajevo.verification.certificate import Certificate
+from trajevo.verification.certify import certify, certify_all
 from trajevo.verification.verify import verify, verify_all
 
 _out = Console(soft_wrap=True, highlight=False)
@@ -184,15 +184,17 @@ def certificate(
 
 
 def _table(certificate: Certificate) -> Table:
-    """Table of each quantity's row that is nearest to its limit, and of all other rows that are not proven."""
-    columns = ("quantity", "greatest sample", "at", "proven at most", "limit", "proven share")
+    """Table of each quantity's row nearest to its limit, of all other rows not proven, and of what is not covered."""
+    columns = ("quantity", "nearest sample", "at", "proven", "limit", "proven share")
     table = Table(*columns, box=SIMPLE)
     for row in certificate.rows:
         if row not in certificate.by_quantity and row.proven:
             continue
-        unit = pretty(row.unit)
         limited = bool(np.isfinite(row.limit))
-        limit = (f"{row.limit:g} {unit}", f"{100.0 * row.share:.3f} %") if limited else ("none", "")
-        cells = (row.name, f"{row.exhibited:.6g} {unit}", f"{row.instant:.4f} s", f"{row.bound:.6g} {unit}", *limit)
+        share = f"{100.0 * row.share:.3f} %" if limited and not row.least else ""
+        cells = (row.name, row.shown(row.exhibited), row.at, row.bound_shown, row.limit_shown, share)
         table.add_row(*map(escape, cells), style="bold red" if row.violated else "green" if limited else None)
+    for one in certificate.uncovered:
+        cells = (one.name, f"{100.0 * one.share:.3f} %" if one.samples else "", "", "not covered", "", "")
+        table.add_row(*map(escape, cells), style="bold red" if one.violated else "yellow")
     return table

@@ -16,16 +16,18 @@ from trajevo.errors import InvalidInputError
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.constraints.kinds import NAMED_KINDS
+from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.objectives import NAMED_OBJECTIVES
 from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front
 from trajevo.plots.report import objective_headers, run_facts
 from trajevo.robot.examine import RobotExamination
 from trajevo.robot.locate import list_example_robots, list_robots
-from trajevo.robot.robot import load_robot
+from trajevo.robot.robot import load_robot, position_unit
 from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS
+from trajevo.verification.shares import shares_of_rows
 from trajevo.verification.verify import Utilisation, Verification
 
 
@@ -101,12 +103,19 @@ def print_run(out: Console, front: Front, angle: str | None) -> None:
     table = Table(Column("solution", no_wrap=True), box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
     for header, _ in headers:
         table.add_column(escape(header), min_width=max(map(len, header.split())))
+    choices = front.choices()
+    rows = [one.index for one in choices]
+    missed = via_errors(front.problem.interpolant, front.problem.decode(front.X[rows])).max(axis=2)
+    if missed.shape[1]:
+        unit = position_unit(front.problem.robot)
+        table.add_column(escape(f"via error [{unit}]"), min_width=len(unit) + 2)
     table.add_column("closest limit", no_wrap=True)
-    for solution in front.choices():
+    for k, (solution, shares) in enumerate(zip(choices, shares_of_rows(front, rows), strict=True)):
         values = [f"{value * factor:.5g}" for value, (_, factor) in zip(solution.F.values(), headers, strict=True)]
-        closest = max(solution.G, key=lambda name: solution.G[name], default="")
-        share = f"{100.0 * (1.0 + solution.G[closest]):.1f} % {closest}" if closest else "none"
-        table.add_row(solution.rule, *values, share)
+        closest = max(shares, key=lambda name: shares[name], default="")
+        share = f"{100.0 * shares[closest]:.1f} % {closest}" if closest else "none"
+        passed = [f"{missed[k].max():.3g}"] if missed.shape[1] else []
+        table.add_row(solution.rule, *values, *passed, share)
     out.print(table)
 
 
@@ -128,10 +137,14 @@ def print_verifications(out: Console, found: Sequence[Verification]) -> None:
     table = Table("limit", "joint", "used", "at", *(["solution"] if several else []), box=SIMPLE)
     for verification, row in _shown(found):
         style = None if row in verification.exceeded else "green"
-        cells = [row.limit, row.joint or "", f"{100.0 * row.share:.2f} %"]
+        own = "" if row.full_share is None else f" (robot's: {100.0 * row.full_share:.2f} %)"
+        cells = [row.limit, row.joint or "", f"{100.0 * row.share:.2f} %{own}"]
         cells += ["" if row.instant is None else f"{row.instant:.4f} s", *([verification.solution] if several else [])]
         table.add_row(*map(escape, cells), style=style or "bold red")
     out.print(table)
+    missed = max(one.via_error for one in found)
+    if missed:
+        out.print(f"via error: a joint passes an inner point at up to {missed:.4g} {found[0].via_unit}")
     difference = max(one.effort_difference for one in found)
     out.print(f"effort here and by Pinocchio: at most {difference:.3g} (N·m or N) apart")
     failed = [one for one in found if not one.passed]

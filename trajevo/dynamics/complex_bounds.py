@@ -131,6 +131,18 @@ class EffortReach:
         speed: Array = found.speed[carrier] + found.spin[carrier] * float(np.linalg.norm(frame.placement.translation))
         return speed**2
 
+    def tool_distance(self, motion: Bounds) -> Array:
+        """Bounds of the magnitude of the tool's position in the base frame, shapes (..., n_joints) -> (...) [m]."""
+        model = self.dynamics.robot.model
+        found = _outward(model, Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
+        frame = model.frames[model.getFrameId(self.dynamics.robot.tool)]
+        joint = int(frame.parentJoint)
+        distance = float(np.linalg.norm(frame.placement.translation)) + np.zeros(motion.v.shape[:-1])
+        while joint:  # outwards to inwards: what lies beyond a joint is turned by it, then carried by its arm
+            distance = found.turned[joint] * distance + found.arm[joint]
+            joint = int(model.parents[joint])
+        return distance
+
 
 def _outward(model: Any, motion: Bounds, gravity: float) -> _Outward:
     """Recursion from the base to the tips; the loop runs over joints, each carried by its parent."""

@@ -14,6 +14,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.dynamics.complex_bounds import Bounds
 from trajevo.dynamics.piece_bounds import LEAST_WIDTH, Over, PieceBounds, Pieces
 from trajevo.dynamics.rollout import Rollout
 from trajevo.trajectory.bernstein import gauss
@@ -66,16 +67,50 @@ def enclose(rollout: Rollout, limits: Array, *, tolerance: float) -> Enclosure:
     Returns:
         Bounds and exhibited values.
     """
-    functions = PieceBounds.of(rollout)
+    return _enclosed(PieceBounds.of(rollout).everything, rollout, limits, _scale, tolerance)
+
+
+def enclose_height(rollout: Rollout, least: float, *, tolerance: float) -> tuple[Array, Array, Array]:
+    """Bound the height of the tool at every instant from below.
+
+    Args:
+        rollout: one robot on B motions.
+        least: height that is to be kept [m].
+        tolerance: how far the bound may lie below the samples [m].
+
+    Returns:
+        Lower bound, least sample, shapes (B,) [m], and its instant, shape (B,) [s].
+    """
+    bounds = PieceBounds.of(rollout)
+    peaks = rollout.trajectory.peak(0).real.max(axis=0)
+    none = np.zeros_like(peaks)
+    # No position is further from the base: the magnitudes that are enclosed below are never negative.
+    height = float(bounds.reach.tool_distance(Bounds(none, peaks, none, none))) + abs(least)
+
+    def below(pieces: Pieces) -> Over:
+        return bounds.tool_below(pieces, height)
+
+    limit = np.array([height - least])
+    found = _enclosed(below, rollout, limit, lambda best, limits: np.ones_like(best), tolerance)
+    return height - found.bound[:, 0], height - found.exhibited[:, 0], found.instants[:, 0]
+
+
+def _enclosed(
+    over: Callable[[Pieces], Over],
+    rollout: Rollout,
+    limits: Array,
+    scale: Callable[[Array, Array], Array],
+    tolerance: float,
+) -> Enclosure:
     count = len(rollout.trajectory)
     bound, best, instants = (np.zeros((count, len(limits))) for _ in range(3))
     used = np.zeros(count, dtype=np.intp)
     pieces = Pieces.of(rollout, _NODES)
     shortest = LEAST_WIDTH * rollout.trajectory.duration
     while len(pieces.owner):
-        above, slack, found = functions.everything(pieces)
+        above, slack, found = over(pieces)
         _remember(pieces, found, best, instants)
-        allowed = tolerance * _scale(best, limits)[pieces.owner]
+        allowed = tolerance * scale(best, limits)[pieces.owner]
         known = best[pieces.owner] + np.minimum(_SLACKS * slack, _SLACK_SHARE * allowed)
         most = known + allowed
         undecided = (best[pieces.owner] <= limits) & (most > limits)
@@ -86,7 +121,7 @@ def enclose(rollout: Rollout, limits: Array, *, tolerance: float) -> Enclosure:
         np.maximum.at(bound, pieces.owner[~open_], above[~open_])
         np.add.at(used, pieces.owner[~open_], 1)
         pieces = pieces.rows(open_).halved()
-    return Enclosure(frozen(bound), frozen(best), frozen(instants), used, frozen(_scale(best, limits)))
+    return Enclosure(frozen(bound), frozen(best), frozen(instants), used, frozen(scale(best, limits)))
 
 
 def _scale(best: Array, limits: Array) -> Array:

@@ -148,6 +148,15 @@ class PieceBounds:
         """The tool's speed alone, Q = 1."""
         return self._tool(pieces, motion_bounds(pieces.states, self.degree))
 
+    def tool_below(self, pieces: Pieces, height: float) -> Over:
+        """How far the tool is below a height that it never exceeds, Q = 1 [m]."""
+        q = np.split(pieces.states, 3, axis=-1)[0]
+        below = height - self.kinematics.pose(q)[0][..., 2:]
+        with np.errstate(over="ignore", invalid="ignore"):
+            magnitude = height + self.reach.tool_distance(self._reach(pieces.states))[..., None]
+        error, slack = _errors([magnitude], pieces.states.shape[1])
+        return Over(hull(np.moveaxis(below, 1, -1))[1] + error, slack, below)
+
     def _joints(self, pieces: Pieces, reach: Bounds, *, powers: bool) -> Over:
         """Efforts, and with ``powers`` mechanical powers after them."""
         q, v, a = np.split(pieces.states, 3, axis=-1)

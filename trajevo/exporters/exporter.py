@@ -10,6 +10,7 @@ from typing import Any, Literal, final
 
 from trajevo.front.front import Solution
 from trajevo.verification.certify import certify
+from trajevo.verification.shares import shares_used
 
 #: First bytes of a file that starts with :func:`comments`.
 COMMENTED = b"# problem: {"
@@ -67,7 +68,7 @@ def about(solution: Solution) -> dict[str, Any]:
             "reason": solution.reason,
             "x": solution.x.tolist(),
             "objectives": solution.F,
-            "constraints": solution.G,
+            "constraints": {name: share - 1.0 for name, share in shares_used(solution).items()},
         },
         "certificate": certify(solution).summary,
     }

@@ -23,7 +23,7 @@ from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, LinearBlends, Variable
-from trajevo.trajectory.interpolants.interpolant import decision_vectors
+from trajevo.trajectory.interpolants.interpolant import PassesNearby, decision_vectors
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Greatest error allowed for the pose of a moved point [m or rad].
@@ -111,14 +111,17 @@ class MovingPoints(Interpolant):
         Lines with blends cut the corners; their points are where the lines would meet.
         """
         motion = _polynomials(trajectory, self.kind)
-        corners = isinstance(self._inner, LinearBlends)
-        starts = list(self._starts) if corners else list(self._starts[:-1])
-        points = motion.coefficients[..., 0][:, starts]
-        if corners:  # a blend begins half its time before the corner, at the velocity of the line before it
-            velocity = motion.coefficients[..., 1][:, starts]
-            return np.asarray(points + 0.5 * velocity * motion.segment_durations[:, starts, None])
+        if isinstance(self._inner, LinearBlends):
+            return self._inner.corners(motion)
+        points = motion.coefficients[..., 0][:, list(self._starts[:-1])]
         last = motion.segment_durations[:, -1, None, None] ** np.arange(motion.degree + 1)
         return np.concatenate([points, (motion.coefficients[:, -1] * last).sum(axis=-1)[:, None]], axis=1)
+
+    def via_errors(self, trajectory: TrajectoryBatch) -> Array:
+        """How far motions pass their moved points, (B, K, n_joints) [rad or m]; 0 if the interpolant meets them."""
+        if isinstance(self._inner, PassesNearby):
+            return self._inner.via_errors(trajectory)
+        return np.zeros((len(trajectory), *self.points.positions.shape))
 
     def _reach_excess(self, rollout: Rollout) -> Array:
         boxes, points = self._cartesian(), self.points_of(rollout.trajectory)
@@ -200,9 +203,7 @@ class MovingPoints(Interpolant):
         return np.array([[v.lower + share * (v.upper - v.lower) for v, share in zip(own, shares, strict=True)]])
 
     def _segments(self) -> tuple[int, ...]:
-        """Index of the break at which each point is passed; for lines with blends, of the segment that is its blend."""
-        if isinstance(self._inner, LinearBlends):
-            return tuple(range(0, 2 * len(self.points), 2))
+        """Index of the break at which each point is passed; lines with blends pass none."""
         x = self._example()
         times, breaks = self._inner.via_times(x)[0], self._inner(x).breaks[0]
         return tuple(int(k) for k in np.abs(times[:, None] - breaks).argmin(axis=1))

@@ -31,9 +31,9 @@ from trajevo.front.records import installed_versions
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.solvers.rivals import Rival
 from trajevo.trajectory.polynomial import PolynomialBatch
-from trajevo.verification.certify import Certificate, Proof
+from trajevo.verification.certificate import Certificate, Proof, Uncovered
 
-_FORMAT, _VERSION = "trajevo analyses", 1
+_FORMAT, _VERSION = "trajevo analyses", 2
 
 #: Classes of the records that analyses consist of, by their names in files.
 _RECORDS: dict[str, Any] = {
@@ -41,7 +41,7 @@ _RECORDS: dict[str, Any] = {
     for record in (
         *(AllowedRegions, AroundMotion, Capacities, Capacity, Carried, Certificate, EffortAlong, LeastTimes),
         *(PayloadCurve, PayloadDiagram, PolynomialBatch, Pose, Proof, Rival, RobustCurve, Sensitivity),
-        *(SlowdownCurve, ToolPlane, UncertaintyPrice, WorkspaceCapacity),
+        *(SlowdownCurve, ToolPlane, UncertaintyPrice, Uncovered, WorkspaceCapacity),
     )
 }
 

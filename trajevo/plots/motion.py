@@ -16,7 +16,6 @@ from trajevo.front.front import Solution
 from trajevo.plots.pareto import (
     _panels,
 )
-from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import DERIVATIVES
 
 #: Ends of a position range are not drawn if they are further from all curves than this many times the curves' extent.
@@ -56,7 +55,7 @@ def profiles(
     panels = _panels(axes, 4, 4, (7.2, 9.0))
     sampled, robot = rollout.trajectory[0].sample(samples), rollout.robot
     for order, (panel, values) in enumerate(zip(panels, (sampled.q, sampled.v, sampled.a, sampled.j), strict=True)):
-        (lower, upper), offset, factor, label = _joint_axis(robot, order, angle or "rad", length)
+        (lower, upper), offset, factor, label = _joint_axis(rollout, order, angle or "rad", length)
         drawn = (values[0] - offset) * factor
         low, high = (lower - offset) * factor, (upper - offset) * factor
         if order == 0:
@@ -89,12 +88,12 @@ def _without_far_away(drawn: Array, low: Array, high: Array) -> tuple[Array, Arr
     )
 
 
-def _joint_axis(robot: Robot, order: int, angle: str, length: str) -> tuple[tuple[Array, Array], Array, Array, str]:
+def _joint_axis(rollout: Rollout, order: int, angle: str, length: str) -> tuple[tuple[Array, Array], Array, Array, str]:
     """Limits of a derivative, and offset, factor and label that bring all joints onto one axis.
 
     Joints of one unit are shown in this unit; joints of different units as a share of each joint's limit.
     """
-    limits = robot.limits
+    limits, robot = rollout.limits, rollout.robot
     peak = (limits.upper, limits.velocity, limits.acceleration, limits.jerk)[order]
     bounds = (limits.lower, peak) if order == 0 else (-peak, peak)
     units = [display(per_time(unit, order), angle=angle, length=length) for unit in robot.joint_units]

@@ -19,7 +19,8 @@ from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
 from trajevo.robot.payload import LOAD_MODELS
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
-from trajevo.verification.certify import Certificate
+from trajevo.verification.certificate import Certificate
+from trajevo.verification.shares import shares_used
 
 _TEMPLATE = Path(__file__).with_name("report.html")
 
@@ -164,7 +165,7 @@ def _choices_table(front: Front) -> str:
 
 
 def _limits_table(solution: Solution) -> str:
-    rows = [(escape(name), f"{100.0 * (1.0 + value):.2f} %") for name, value in solution.G.items()]
+    rows = [(escape(name), f"{100.0 * share:.2f} %") for name, share in shares_used(solution).items()]
     return _table(("limit", "used"), rows, numbers=1)
 
 
@@ -172,11 +173,13 @@ def _certificate(certificate: Certificate) -> list[str]:
     """What is proven at every instant, for each quantity's joint that is nearest to its limit."""
     rows = []
     for row in certificate.by_quantity:
-        limited = np.isfinite(row.limit)
-        values = [f"{row.exhibited:.6g}", f"{row.instant:.4f}", f"{row.bound:.6g}"]
-        limit = [f"{row.limit:g}", f"{100.0 * row.share:.3f} %"] if limited else ["none", ""]
-        rows.append((escape(row.name), *values, *limit, escape(pretty(row.unit))))
-    headers = ("quantity", "greatest sample", "at [s]", "proven at most", "limit", "proven share", "unit")
+        share = f"{100.0 * row.share:.3f} %" if np.isfinite(row.limit) and not row.least else ""
+        cells = (row.name, row.shown(row.exhibited), row.at, row.bound_shown, row.limit_shown, share)
+        rows.append(tuple(map(escape, cells)))
+    for one in certificate.uncovered:
+        shown = f"{100.0 * one.share:.3f} %" if one.samples else ""
+        rows.append((escape(one.name), shown, "", "not covered", escape(one.reason), ""))
+    headers = ("quantity", "nearest sample", "at", "proven", "limit", "proven share")
     alert = "" if certificate.proven else ' class="alert"'
     return [f"<p{alert}>{escape(str(certificate))}</p>", _table(headers, rows, numbers=5)]
 

@@ -301,3 +301,8 @@ def _tool(model: Any, tool: str | None, text: str, urdf: Path, file: RobotFile |
 def length_unit(robot: Robot) -> str:
     """Unit in which lengths of a robot are shown: mm if all joints are linear, as of machine tools, otherwise m."""
     return "mm" if set(robot.joint_units) == {"m"} else "m"
+
+
+def position_unit(robot: Robot) -> str:
+    """Unit of a position of any joint: rad, m, or both if the robot has revolute and prismatic joints."""
+    return " or ".join(sorted(set(robot.joint_units), reverse=True))

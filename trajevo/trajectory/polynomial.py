@@ -190,10 +190,11 @@ class PolynomialBatch(TrajectoryBatch):
         if order not in known:
             together = order < _TOGETHER and (order > 0 or len(shares) > 2)
             orders = range(_TOGETHER) if together else range(order, order + 1)
+            instants = self.segment_durations.shape[1] * len(shares)
             at = np.empty((len(orders), *self.segment_durations.shape, len(shares) * self.n_joints), dtype=self._kind)
             loop = polynomial_loops.samples if self._kind == np.float64 else polynomial_loops.complex_samples
             loop(*self._for_loops, np.array(shares), orders.start, at)
-            known.update(zip(orders, frozen(at.reshape(len(orders), len(self), -1, self.n_joints)), strict=True))
+            known.update(zip(orders, frozen(at.reshape(len(orders), len(self), instants, self.n_joints)), strict=True))
         return known[order]
 
     @cached_property

@@ -1,7 +1,8 @@
 """Verify a solution: sample its motion densely, compute its effort by a second recursion, and check every limit.
 
-Only the resulting motion is checked, not how it was found: the robot's limits are checked whether or not the problem
-includes them, and the recorded objectives must be those of the decision variables.
+Only the resulting motion is checked, not how it was found. The limits are those that the problem keeps, less its
+margins, and the robot's own where the problem keeps none. The recorded objectives must be those of the decision
+variables.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError
+from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.front.front import Front, Solution
-from trajevo.robot.robot import Robot
+from trajevo.robot.robot import position_unit
 from trajevo.trajectory.batch import DERIVATIVES, Motion, TrajectoryBatch
 from trajevo.verification.newton_euler import NewtonEuler
 
@@ -26,6 +28,9 @@ TOLERANCE = 0.001
 
 #: Greatest density of samples: more take long and show nothing new.
 MOST_DENSE = 200
+
+#: Quantities whose limits are checked joint by joint.
+_OF_JOINTS = (*DERIVATIVES, "effort")
 
 #: Step of the finite differences, as a share of a segment: truncation and rounding are both far below the tolerance.
 _STEP = 1e-3
@@ -48,17 +53,21 @@ class Utilisation:
         share: share of the limit, 1 if it is reached; for a position the share of half its range, measured from the
             middle.
         instant: time at which it is used [s], or None for one of the problem's own constraints.
+        full_share: share of the robot's own limit where the problem keeps less of it, otherwise None.
     """
 
     limit: str
     joint: str | None
     share: float
     instant: float | None
+    full_share: float | None = None
 
     def __str__(self) -> str:
         name = self.limit if self.joint is None else f"{self.limit} of {self.joint}"
         when = "" if self.instant is None else f" at {self.instant:.3f} s"
-        return f"{name}: {100.0 * self.share:.2f} % of the limit{when}"
+        full = 0.0 if self.full_share is None else 100.0 * self.full_share
+        own = f" that the problem keeps, {full:.2f} % of the robot's" if full else ""
+        return f"{name}: {100.0 * self.share:.2f} % of the limit{own}{when}"
 
 
 @final
@@ -76,6 +85,8 @@ class Verification:
         effort_mismatch: the same as a share of the joint's greatest effort.
         record_mismatch: greatest difference of the recorded objectives from those of the decision variables, as a share
             of the greatest value on the front.
+        via_error: greatest distance of any joint from an inner point when it is passed, 0 if all are met.
+        via_unit: unit of this distance, rad or m, or both where joints differ.
     """
 
     solution: str
@@ -85,6 +96,8 @@ class Verification:
     effort_difference: float
     effort_mismatch: float
     record_mismatch: float
+    via_error: float
+    via_unit: str
 
     @property
     def exceeded(self) -> tuple[Utilisation, ...]:
@@ -129,7 +142,8 @@ class Verification:
         if self.doubts:
             return f"{self.solution} FAILS: {'; '.join(self.doubts)}."
         closest = "nothing is limited" if self.worst is None else f"closest is {self.worst}"
-        return f"{self.solution} keeps every limit at {self.instants} instants: {closest}."
+        missed = f"; a joint passes an inner point at {self.via_error:.4g} {self.via_unit}" if self.via_error else ""
+        return f"{self.solution} keeps every limit at {self.instants} instants: {closest}{missed}."
 
 
 def verify(solution: Solution, *, density: int = 20) -> Verification:
@@ -162,11 +176,13 @@ def verify(solution: Solution, *, density: int = 20) -> Verification:
     return Verification(
         solution=f"row {solution.index}" + ("" if solution.rule == "row" else f" ({solution.rule})"),
         instants=len(motion.t),
-        rows=(*_robot_rows(rollout.robot, motion, effort), *_problem_rows(solution, dense)),
+        rows=(*_robot_rows(rollout, motion, effort), *_problem_rows(solution, dense)),
         derivative_mismatch=_derivative_mismatch(rollout.trajectory, motion, shares),
         effort_difference=float(apart.max()),
         effort_mismatch=float((apart / np.maximum(np.abs(effort).max(axis=0), 1e-6)).max()),
         record_mismatch=_record_mismatch(solution, rollout),
+        via_error=float(via_errors(solution.front.problem.interpolant, rollout.trajectory).max(initial=0.0)),
+        via_unit=position_unit(rollout.robot),
     )
 
 
@@ -197,8 +213,8 @@ def _efforts(rollout: Rollout, motion: Motion) -> tuple[Array, Array]:
     return ours, replace(rollout.dynamics, payload=payload).effort(motion.q, motion.v, motion.a)
 
 
-def _robot_rows(robot: Robot, motion: Motion, effort: Array) -> Iterator[Utilisation]:
-    limits = robot.limits
+def _robot_rows(rollout: Rollout, motion: Motion, effort: Array) -> Iterator[Utilisation]:
+    limits, robot = rollout.limits, rollout.robot
     used = {"position": limits.range_used(motion.q)}
     for name, values in zip(
         ("velocity", "acceleration", "jerk", "effort"), (motion.v, motion.a, motion.j, effort), strict=True
@@ -208,13 +224,21 @@ def _robot_rows(robot: Robot, motion: Motion, effort: Array) -> Iterator[Utilisa
     for name, share in used.items():
         for joint in np.flatnonzero(~np.isneginf(share).all(axis=0)):
             worst = int(np.argmax(share[:, joint]))  # the first NaN, if there is one
-            yield Utilisation(name, robot.joint_names[joint], float(share[worst, joint]), float(motion.t[worst]))
+            greatest = float(share[worst, joint])
+            own = greatest if name == "position" else greatest * _share_kept(rollout, name, int(joint))
+            full = None if own == greatest else own
+            yield Utilisation(name, robot.joint_names[joint], greatest, float(motion.t[worst]), full)
+
+
+def _share_kept(rollout: Rollout, name: str, joint: int) -> float:
+    kept, own = (float(getattr(limits, name)[joint]) for limits in (rollout.limits, rollout.robot.limits))
+    return kept / own
 
 
 def _problem_rows(solution: Solution, dense: Rollout) -> Iterator[Utilisation]:
-    """Utilisation of the problem's own constraints, by their own functions."""
+    """Utilisation of the problem's constraints that are no limits of the joints, by their own functions."""
     for constraint in solution.front.problem.constraints:
-        if constraint.share is None:
+        if constraint.share is None or constraint.quantity not in _OF_JOINTS:
             for name, value in zip(constraint.names, constraint.at_samples.function(dense)[0].tolist(), strict=True):
                 yield Utilisation(name, None, 1.0 + value, None)
 

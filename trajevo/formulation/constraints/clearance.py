@@ -111,6 +111,25 @@ class ProvenClearance:
         stepped[:, columns] += 1j * stepped_bounds(self.collision, trajectory, real, which, deciding)
         return stepped
 
+    def closest(self, trajectory: TrajectoryBatch) -> tuple[Closest, ...]:
+        """The least distance of every kind of pair, sampled and proven to the tolerance, however much room there is."""
+        wanted = wanted_clearances(self.collision.scene)
+        search = ClearanceSearch(self.collision, trajectory, wanted, self.tolerance, to_the_end=True)
+        work = search.start()
+        while len(work.row):
+            work = search.halve(work)
+        return tuple(
+            Closest(
+                name=NAMES[kind],
+                wanted=float(wanted[kind]),
+                proven=frozen(np.minimum(search.proven.d[:, kind], search.sampled.d[:, kind])),
+                sampled=frozen(search.sampled.d[:, kind]),
+                instant=frozen(search.sampled.t[0, :, kind]),
+                pairs=tuple(self.collision.pairs[k] for k in search.sampled.pair[:, kind]),
+            )
+            for kind in self.kinds
+        )
+
     def _searched(self, trajectory: TrajectoryBatch) -> tuple[Array, Array, Array]:
         """Distances (B, 2) [m], the pairs that decide them (B, 2) and both ends of the interval, (2, B, 2) [s]."""
         wanted = wanted_clearances(self.collision.scene)
@@ -123,6 +142,28 @@ class ProvenClearance:
         both = search.sampled, search.proven
         d, pair = (np.stack([getattr(least, name) for least in both])[found, rows, kinds] for name in ("d", "pair"))
         return d, pair, np.stack([least.t for least in both], axis=1)[:, found, rows, kinds]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Closest:
+    """Where B motions come closest to obstacles, or to the robot itself.
+
+    Attributes:
+        name: name of the constraint's column.
+        wanted: clearance that is to be kept [m].
+        proven: distance that is kept at every instant, shape (B,) [m].
+        sampled: least distance found, shape (B,) [m].
+        instant: instant of this distance, shape (B,) [s].
+        pairs: the two solids of each motion that are so near, B of them.
+    """
+
+    name: str
+    wanted: float
+    proven: Array
+    sampled: Array
+    instant: Array
+    pairs: tuple[Pair, ...]
 
 
 @final

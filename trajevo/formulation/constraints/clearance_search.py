@@ -110,12 +110,21 @@ class Least:
 
 @dataclass(eq=False)
 class ClearanceSearch:
-    """Branch and bound for a batch: the least sampled and the least proven distances."""
+    """Branch and bound for a batch: the least sampled and the least proven distances.
+
+    Attributes:
+        collision: robot and scene.
+        trajectory: B trajectories.
+        wanted: clearance to obstacles and to itself, shape (2,) [m].
+        tolerance: how far a proven distance may be below the sampled one where that matters [m].
+        to_the_end: whether it matters everywhere, not only where it decides whether the clearance is kept.
+    """
 
     collision: Collision
     trajectory: TrajectoryBatch
     wanted: Array
     tolerance: float
+    to_the_end: bool = False
     sampled: Least = field(init=False)
     proven: Least = field(init=False)
     halvings: int = field(default=0, init=False)
@@ -179,10 +188,12 @@ class ClearanceSearch:
         kind, (bound, proof) = self.kind[work.pair], self._bound(work)
         sampled = self.sampled.d[work.row, kind]
         collides = sampled < self.wanted[kind]
+        near = np.where(collides, -np.inf, self.wanted[kind])
+        enough = np.maximum(sampled - self.tolerance, near) if self.to_the_end else self.wanted[kind]
         settled = np.where(
-            collides,
+            collides & (not self.to_the_end),
             (bound >= sampled) | (self.halvings >= _SEARCHED),
-            (bound >= self.wanted[kind]) | (0.5 * self._travel(work) <= self.tolerance),
+            (bound >= enough) | (0.5 * self._travel(work) <= self.tolerance),
         )
         self.proven.take(work.row[settled], kind[settled], work.pair[settled], bound[settled], proof[:, settled])
         return work.chosen(~settled)

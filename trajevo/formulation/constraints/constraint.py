@@ -40,6 +40,7 @@ class Constraint:
             constraint on an unknown quantity.
         limit: limit of the quantity [SI], the same for all columns or one for each; None if a column is not measured
             against a fixed limit.
+        unit: SI unit of the limit; ``"1"`` if the columns say only which share of it is used.
         share: share of the robot's joint limit that the motion may use, 1 for all of it; None if the constraint is not
             a limit of the robot's joints.
         proof: how the limit is known to hold between samples.
@@ -52,6 +53,7 @@ class Constraint:
     sampled: Constraint | None = None
     quantity: str = ""
     limit: float | tuple[float, ...] | None = None
+    unit: str = "1"
     share: float | None = None
     proof: Guarantee = "samples"
 

@@ -15,7 +15,7 @@ from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
 from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, LimitParameter
 from trajevo.formulation.constraints.joint_limits import ACCELERATION, EFFORT, JERK, POSITION, VELOCITY
-from trajevo.formulation.constraints.motion_limits import LONGEST_TIME, MEAN_VELOCITY, OVERSHOOT
+from trajevo.formulation.constraints.motion_limits import LONGEST_TIME, MEAN_VELOCITY, OVERSHOOT, VIA_ERROR
 from trajevo.formulation.constraints.tool import TOOL_HEIGHT, TOOL_SPEED
 
 #: Kinds of limits by name. Columns of kinds that a parameter switches on follow those of named kinds, in this order.
@@ -28,6 +28,7 @@ KINDS: dict[str, LimitKind] = {
         JERK,
         MEAN_VELOCITY,
         OVERSHOOT,
+        VIA_ERROR,
         EFFORT,
         TOOL_SPEED,
         TOOL_HEIGHT,

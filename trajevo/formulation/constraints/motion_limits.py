@@ -1,4 +1,4 @@
-"""Limits of the motion as a whole: mean velocities, overshoot beyond the via points, duration."""
+"""Limits of the motion as a whole: mean velocities, overshoot beyond the via points, distance from them, duration."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Li
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants import Interpolant
+from trajevo.trajectory.interpolants.interpolant import PassesNearby
 
 
 def mean_velocity_limits(robot: Robot) -> Constraint:
@@ -33,7 +35,13 @@ def overshoot_limit(points: ViaPoints, most: float) -> Constraint:
     """Exact overshoot of any joint beyond the range of the points over the limit ``most`` [rad or m], minus 1."""
     excess = partial(_overshoot_excess, points=points, most=most)
     return Constraint(
-        ("overshoot",), "range of the via points", excess, quantity="overshoot", limit=most, proof="extremes"
+        ("overshoot",),
+        "range of the via points",
+        excess,
+        quantity="overshoot",
+        limit=most,
+        unit="rad or m",
+        proof="extremes",
     )
 
 
@@ -49,11 +57,39 @@ def _overshoot_excess(rollout: Rollout, *, points: ViaPoints, most: float) -> Ar
     return worst
 
 
+def via_error_limit(interpolant: Interpolant, most: float) -> Constraint:
+    """Greatest distance of any joint from an inner point when it is passed, over ``most`` [rad or m], minus 1."""
+    excess = partial(_via_error_excess, interpolant=interpolant, most=most)
+    return Constraint(
+        ("via error",), "via points", excess, quantity="via error", limit=most, unit="rad or m", proof="extremes"
+    )
+
+
+def via_errors(interpolant: Interpolant, trajectory: TrajectoryBatch) -> Array:
+    """How far motions pass their points, shape (B, n_points, n_joints) [rad or m]; no points if all are met."""
+    if not isinstance(interpolant, PassesNearby):
+        return np.zeros((len(trajectory), 0, trajectory.n_joints))
+    return interpolant.via_errors(trajectory)
+
+
+def _via_error_excess(rollout: Rollout, *, interpolant: Interpolant, most: float) -> Array:
+    apart = via_errors(interpolant, rollout.trajectory).reshape(len(rollout.trajectory), -1)
+    none = np.zeros((len(apart), 1), dtype=apart.dtype)
+    excess: Array = np.concatenate([none, apart], axis=1).max(axis=1, keepdims=True) / most - 1.0
+    return excess
+
+
 def time_limit(longest: float) -> Constraint:
     """Duration divided by the longest duration allowed [s], minus 1."""
     excess = partial(_time_excess, longest=longest)
     return Constraint(
-        ("longest time",), "longest time allowed", excess, quantity="duration", limit=longest, proof="extremes"
+        ("longest time",),
+        "longest time allowed",
+        excess,
+        quantity="duration",
+        limit=longest,
+        unit="s",
+        proof="extremes",
     )
 
 
@@ -73,6 +109,13 @@ OVERSHOOT = LimitKind(
     "how far a joint leaves the range of the via points, at every instant",
     lambda limited, overshoot: overshoot_limit(limited.points, overshoot),
     (LimitParameter("overshoot", "rad or m", "how far a joint may leave the range of the points"),),
+)
+
+VIA_ERROR = LimitKind(
+    "via_error",
+    "how far inner points are passed by interpolants that do not meet them, as lines with blends",
+    lambda limited, via_error: via_error_limit(limited.interpolant, via_error),
+    (LimitParameter("via_error", "rad or m", "how far a joint may pass an inner point"),),
 )
 
 LONGEST_TIME = LimitKind(

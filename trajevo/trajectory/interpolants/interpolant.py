@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -55,6 +55,14 @@ class Interpolant(ABC):
     @abstractmethod
     def via_times(self, x: Array) -> Array:
         """Instants at which the via points are passed, (B, n_variables) -> (B, n_points) [s]."""
+
+
+@runtime_checkable
+class PassesNearby(Protocol):
+    """An interpolant whose motions pass inner points nearby, or may do so; any other one meets all its points."""
+
+    def via_errors(self, trajectory: TrajectoryBatch) -> Array:
+        """How far motions of this interpolant pass every joint of every point, (B, n_points, n_joints) [rad or m]."""
 
 
 def checked_bounds(bounds: Any) -> tuple[float, float]:

@@ -10,6 +10,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.hermite import hermite_segments
 from trajevo.trajectory.interpolants.interpolant import (
     Interpolant,
@@ -75,6 +76,19 @@ class LinearBlends(Interpolant):
         times = half[:, :1] + breaks_of(lines)
         times[:, 0], times[:, -1] = 0.0, times[:, -1] + half[:, -1]
         return times
+
+    def corners(self, trajectory: TrajectoryBatch) -> Array:
+        """Where the lines of motions of this interpolant would meet, their via points, (B, K, n_joints) [rad or m]."""
+        blends = slice(0, None, 2)
+        start, velocity = (trajectory.at_shares(np.zeros(1), order)[:, blends] for order in (0, 1))
+        return np.asarray(start + 0.5 * velocity * trajectory.segment_durations[:, blends, None])
+
+    def via_errors(self, trajectory: TrajectoryBatch) -> Array:
+        """How far motions pass their points, in the middle of every blend, (B, K, n_joints) [rad or m]."""
+        middle = trajectory.at_shares(np.array([0.5]), 0)[:, ::2]
+        apart = middle - self.corners(trajectory)
+        apart[:, [0, -1]] = 0.0
+        return np.asarray(apart * np.sign(apart.real))
 
     def _timing(self, x: Array) -> tuple[Array, Array]:
         """Times of the lines (B, K - 1), and half of every blend's time (B, K) [s]."""
