@@ -154,7 +154,7 @@ class PieceBounds:
         below = height - self.kinematics.pose(q)[0][..., 2:]
         with np.errstate(over="ignore", invalid="ignore"):
             magnitude = height + self.reach.tool_distance(self._reach(pieces.states))[..., None]
-        error, slack = _errors([magnitude], pieces.states.shape[1])
+        error, slack = interpolation_errors([magnitude], pieces.states.shape[1])
         return Over(hull(np.moveaxis(below, 1, -1))[1] + error, slack, below)
 
     def _joints(self, pieces: Pieces, reach: Bounds, *, powers: bool) -> Over:
