@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trajevo import plots
-    from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative
+    from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
-    from trajevo.capacity.payload_effort import payload_effort
+    from trajevo.capacity.payload_effort import payload_bounds, payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
     from trajevo.capacity.robust import robust_capacity, robust_curve, robust_slowdown, worst_case
     from trajevo.capacity.sensitivity import sensitivity
@@ -128,8 +128,8 @@ _NAMES = {
     "front.front": ("Front", "Solution"),
     "solvers.rivals": ("rivals_of", "rivals_table"),
     # What a motion can carry
-    "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative"),
-    "capacity.payload_effort": ("payload_effort",),
+    "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
+    "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
     "capacity.slowdown": ("slowdown_curve", "slowdown_for"),
@@ -212,6 +212,7 @@ __all__ = [
     "collect",
     "dlcc",
     "dlcc_iterative",
+    "dlcc_sampled",
     "export",
     "largest_payload",
     "load_problem",
@@ -222,6 +223,7 @@ __all__ = [
     "minimise_weighted",
     "optimise",
     "overshoot",
+    "payload_bounds",
     "payload_diagram",
     "payload_effort",
     "plots",

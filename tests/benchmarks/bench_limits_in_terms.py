@@ -8,7 +8,7 @@ import time
 import numpy as np
 
 from trajevo.problems import HybridManipulator
-from trajevo.solvers.gradient.sqp import FEASIBLE, WeightedSum, random_starts
+from trajevo.solvers.gradient.sqp import WeightedSum, random_starts
 
 PAYLOADS = (10.86, 12.0, 12.32)
 TIME_ALONE = np.array([1.0, 0.0, 0.0, 0.0])
@@ -22,7 +22,7 @@ def least_times(in_terms):
         search = WeightedSum(problem.in_terms() if in_terms else problem, TIME_ALONE)
         x = search.run(random_starts(problem, 1, 1)[0], 1e-9)
         F, G = problem.evaluate(x[None], return_values_of=["F", "G"])
-        found.append(float(F[0, 0]) if G.max() <= FEASIBLE else float("inf"))
+        found.append(float(F[0, 0]) if G.max() <= 0.0 else float("inf"))
         steps += search.evaluations
     return time.process_time() - began, steps, found
 

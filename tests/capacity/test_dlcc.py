@@ -1,4 +1,4 @@
-"""Payload capacity: the paper's motion, closed form against bisection and iteration, edge cases, curves and fronts."""
+"""Payload capacity at samples: the paper's motion, closed form against bisection and iteration, edge cases; fronts."""
 
 from dataclasses import replace
 
@@ -7,7 +7,8 @@ import pytest
 
 from tests.guo2016 import GUO2016, TABLE_7, bisected_capacity
 from trajevo import PolynomialBatch, load_robot, optimise
-from trajevo.capacity.dlcc import Capacity, capacities, dlcc, dlcc_iterative
+from trajevo.capacity.capacity import Capacity
+from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
@@ -46,7 +47,7 @@ def with_effort(limits):
 
 @every_model
 def test_capacity_of_table_7(model):
-    found = dlcc(table_7(model))
+    found = dlcc_sampled(table_7(model))
     assert found.mass == pytest.approx(GUO2016["dlcc_table7"][model], abs=1e-6)
     assert (found.joint, found.payload_model) == ("screw_3", model)
     assert found.time == pytest.approx({"rigid": 0.330, "weight_only": 0.330, "tool_axis": 6.190}[model], abs=1e-9)
@@ -54,11 +55,14 @@ def test_capacity_of_table_7(model):
     assert (found.margin[[0, 1, 3, 4]] > 0.0).all()
     assert found.per_joint[2] == found.mass == found.per_joint.min()
     assert found.history == ()
-    assert str(found) == f"{found.mass:.6f} kg ({model} payload), limited by screw_3 at {found.time:.4f} s"
+    assert str(found) == (
+        f"{found.mass:.6f} kg ({model} payload), limited by screw_3 at {found.time:.4f} s; at 50 instants per segment, "
+        "not between them"
+    )
 
 
 def test_capacity_of_every_joint_at_table_7():
-    force, rigid = dlcc(table_7("weight_only")).per_joint, dlcc(table_7("rigid")).per_joint
+    force, rigid = dlcc_sampled(table_7("weight_only")).per_joint, dlcc_sampled(table_7("rigid")).per_joint
     assert np.isinf(force[[0, 1, 3]]).all()
     assert force[4] == pytest.approx(30.725, abs=1e-3)
     assert rigid[[0, 1, 2, 4]] == pytest.approx([9327, 2925, 11.882180, 29.85], rel=1e-3)
@@ -68,7 +72,7 @@ def test_capacity_of_every_joint_at_table_7():
 @every_model
 def test_capacity_does_not_depend_on_the_mass_carried(model):
     masses = [
-        dlcc(Rollout(Dynamics(ROBOT, Payload(mass, model=model)), HybridManipulator().decode(TABLE_7))).mass
+        dlcc_sampled(Rollout(Dynamics(ROBOT, Payload(mass, model=model)), HybridManipulator().decode(TABLE_7))).mass
         for mass in (0.0, 1.0, 40.0)
     ]
     assert masses == pytest.approx([masses[0]] * 3, rel=1e-12)
@@ -78,20 +82,20 @@ def test_capacity_of_a_solution_and_of_an_optimum():
     problem = HybridManipulator()
     front = optimise(problem, seed=1, generations=30, population=20, progress=False, polish=False)
     solution = front.knee()
-    assert dlcc(solution).mass == dlcc(problem.rollout(solution.x)).mass
-    assert dlcc(solution, samples=6).mass >= 10.0
+    assert dlcc_sampled(solution).mass == dlcc_sampled(problem.rollout(solution.x)).mass
+    assert dlcc_sampled(solution, samples=6).mass >= 10.0
     optimum = minimise_weighted(problem, problem.paper_weights, seed=1, starts=1)
-    assert dlcc(optimum).mass == pytest.approx(11.7005, abs=2e-3)
+    assert dlcc_sampled(optimum).mass == pytest.approx(11.7005, abs=2e-3)
 
 
 @every_model
 def test_steps_of_the_iteration_at_table_7(model):
-    exact = dlcc(table_7(model)).mass
+    exact = dlcc_sampled(table_7(model)).mass
     for step in (0.01, 0.05, 0.1):
         found = dlcc_iterative(table_7(model), start=0.0, step=step)
         assert found.mass == pytest.approx(np.floor(exact / step) * step, abs=1e-9)
         assert (found.joint, found.payload_model) == ("screw_3", model)
-        assert found.time == pytest.approx(dlcc(table_7(model)).time)
+        assert found.time == pytest.approx(dlcc_sampled(table_7(model)).time)
 
 
 def test_the_papers_iteration_of_the_conjectured_convention_breaks_at_12_65():
@@ -114,7 +118,7 @@ def test_history_ends_infeasible():
 def test_closed_form_equals_bisection(model):
     outcomes = set()
     for rollout in random_rollouts(50, model, seed=MODELS.index(model)):
-        found = dlcc(rollout, samples=6)
+        found = dlcc_sampled(rollout, samples=6)
         unloaded, per_kilogram = efforts(rollout, 6)
         assert found.mass == pytest.approx(
             bisected_capacity(unloaded, per_kilogram, ROBOT.limits.effort), rel=1e-12, abs=1e-8
@@ -132,7 +136,7 @@ def test_closed_form_equals_bisection(model):
 @every_model
 def test_every_joints_capacity_equals_bisection(model):
     for rollout in random_rollouts(10, model, seed=20, low=0.3):
-        per_joint = dlcc(rollout, samples=4).per_joint
+        per_joint = dlcc_sampled(rollout, samples=4).per_joint
         unloaded, per_kilogram = efforts(rollout, 4)
         for joint, limit in enumerate(ROBOT.limits.effort):
             expected = bisected_capacity(unloaded[:, joint], per_kilogram[:, joint], limit, high=1e12, steps=90)
@@ -146,7 +150,7 @@ def test_iteration_agrees_within_its_step_on_1000_trajectories():
     step, positive = 0.1, 0
     for i, rollout in enumerate(random_rollouts(1000, "rigid", seed=9)):
         rollout = Rollout(Dynamics(ROBOT, Payload(1.0, model=MODELS[i % 3])), rollout.trajectory)
-        exact, stepped = dlcc(rollout, samples=2), dlcc_iterative(rollout, step=step, samples=2)
+        exact, stepped = dlcc_sampled(rollout, samples=2), dlcc_iterative(rollout, step=step, samples=2)
         assert stepped.mass <= exact.mass + 1e-9
         assert exact.mass < stepped.mass + step + 1e-9
         if exact.mass > 0.0:
@@ -161,7 +165,7 @@ def test_iteration_agrees_within_its_step_on_1000_trajectories():
 @pytest.mark.parametrize("model", MODELS)
 def test_unlimited_capacity(model):
     rollout = table_7(model, with_effort([np.inf] * 5))
-    closed, stepped = dlcc(rollout), dlcc_iterative(rollout, step=5.0)
+    closed, stepped = dlcc_sampled(rollout), dlcc_iterative(rollout, step=5.0)
     for found in (closed, stepped):
         assert found.mass == np.inf
         assert found.joint == ""
@@ -173,10 +177,10 @@ def test_unlimited_capacity(model):
 
 def test_only_joints_with_a_limit_bind():
     limits = np.array([np.inf, np.inf, np.inf, np.inf, 17.0])
-    found = dlcc(table_7("weight_only", with_effort(limits)))
+    found = dlcc_sampled(table_7("weight_only", with_effort(limits)))
     assert found.joint == "joint_5"
     assert found.mass == pytest.approx(30.725, abs=1e-3)
-    unlimited = dlcc(table_7("weight_only", with_effort([500.0, 500.0, np.inf, 17.0, np.inf])))
+    unlimited = dlcc_sampled(table_7("weight_only", with_effort([500.0, 500.0, np.inf, 17.0, np.inf])))
     assert unlimited.mass == np.inf  # the weight alone loads neither the upper screws nor joint 4
 
 
@@ -185,7 +189,7 @@ def test_zero_capacity():
     limits = ROBOT.limits.effort.copy()
     limits[2] = np.abs(unloaded[:, 2]).max()
     rollout = table_7(robot=with_effort(limits))
-    found = dlcc(rollout)
+    found = dlcc_sampled(rollout)
     assert found.mass == 0.0
     assert found.joint == "screw_3"
     assert found.margin.min() == pytest.approx(0.0, abs=1e-12)
@@ -199,14 +203,14 @@ def test_infeasible_without_payload(model):
     limits = ROBOT.limits.effort.copy()
     limits[2] = 300.0  # the links alone weigh 377 N
     rollout = table_7(model, with_effort(limits))
-    for found in (dlcc(rollout), dlcc_iterative(rollout)):
+    for found in (dlcc_sampled(rollout), dlcc_iterative(rollout)):
         assert (found.mass, found.joint) == (0.0, "screw_3")
         assert found.margin[2] < -0.25
         excess = -100.0 * found.margin[2]
         assert str(found) == (
             f"0 kg: even without payload screw_3 exceeds its effort limit by {excess:.3g} %, at {found.time:.4f} s"
         )
-    assert dlcc(rollout).per_joint[2] == 0.0
+    assert dlcc_sampled(rollout).per_joint[2] == 0.0
     assert len(dlcc_iterative(rollout).history) == 1
 
 
@@ -219,7 +223,7 @@ def test_a_payload_that_would_help_does_not_make_a_broken_limit_feasible():
             joint = int(np.argwhere(relieved)[0, 1])
             limits = np.full(5, np.inf)
             limits[joint] = 0.5 * np.abs(unloaded[:, joint][relieved[:, joint]]).max()
-            found = dlcc(Rollout(Dynamics(with_effort(limits), Payload(1.0)), rollout.trajectory), samples=4)
+            found = dlcc_sampled(Rollout(Dynamics(with_effort(limits), Payload(1.0)), rollout.trajectory), samples=4)
             assert (found.mass, found.joint) == (0.0, ROBOT.joint_names[joint])
             return
     pytest.fail("no motion in which a payload relieves a joint")
@@ -228,7 +232,7 @@ def test_a_payload_that_would_help_does_not_make_a_broken_limit_feasible():
 def test_capacity_is_that_of_the_first_of_a_batch():
     problem = HybridManipulator()
     both = problem.rollout(np.stack([TABLE_7, 0.7 * TABLE_7]))
-    assert dlcc(both).mass == dlcc(problem.rollout(TABLE_7)).mass
+    assert dlcc_sampled(both).mass == dlcc_sampled(problem.rollout(TABLE_7)).mass
 
 
 def test_capacity_at_rest_is_the_static_bound():
@@ -237,7 +241,7 @@ def test_capacity_at_rest_is_the_static_bound():
     coefficients = np.zeros((1, 1, 5, 2))
     coefficients[0, 0, :, 0] = q
     still = PolynomialBatch(np.array([[0.0, 1.0]]), coefficients)
-    found = dlcc(Rollout(Dynamics(ROBOT), still))
+    found = dlcc_sampled(Rollout(Dynamics(ROBOT), still))
     assert found.mass == pytest.approx(12.510810648896424, abs=1e-9)
 
 
@@ -253,7 +257,7 @@ def test_bad_start_and_step_are_refused(bad):
 
 def test_capacity_samples_are_checked():
     with pytest.raises(InvalidInputError, match="samples"):
-        dlcc(table_7(), samples=1)
+        dlcc_sampled(table_7(), samples=1)
 
 
 def test_a_start_that_is_infeasible():
@@ -263,7 +267,7 @@ def test_a_start_that_is_infeasible():
 
 
 def test_capacity_is_frozen_and_read_only():
-    found = dlcc(table_7())
+    found = dlcc_sampled(table_7())
     assert isinstance(found, Capacity)
     assert not found.margin.flags.writeable
     assert not found.per_joint.flags.writeable
@@ -280,14 +284,14 @@ def counterweighted():
             limits = np.full(5, np.inf)
             limits[joint] = 0.99 * abs(unloaded[worst, joint])
             weak = Rollout(Dynamics(with_effort(limits), Payload(1.0)), rollout.trajectory)
-            if dlcc(weak, samples=4).feasible:
+            if dlcc_sampled(weak, samples=4).feasible:
                 return weak, unloaded[:, joint], per_kilogram[:, joint], limits[joint]
     return pytest.fail("no motion on which a payload is a counterweight")
 
 
 def test_a_counterweight_gives_an_interval_and_the_iteration_says_where_to_start():
     weak, unloaded, per_kilogram, limit = counterweighted()
-    found = dlcc(weak, samples=4)
+    found = dlcc_sampled(weak, samples=4)
     assert 0.0 < found.least < found.mass
     for mass, feasible in (
         (0.0, False),
@@ -310,7 +314,7 @@ def test_a_counterweight_gives_an_interval_and_the_iteration_says_where_to_start
 
 @every_model
 def test_margins_over_time(model):
-    found = dlcc(table_7(model))
+    found = dlcc_sampled(table_7(model))
     unloaded, per_kilogram = efforts(table_7(model), 50)
     expected = 1.0 - np.abs(unloaded + found.mass * per_kilogram) / ROBOT.limits.effort
     np.testing.assert_allclose(found.margins, expected, rtol=1e-12, atol=1e-12)

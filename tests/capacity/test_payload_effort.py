@@ -9,12 +9,12 @@ import pytest
 from tests.guo2016 import TABLE_7
 from tests.helpers import refused
 from trajevo import Payload, PolynomialBatch, load_robot, optimise
-from trajevo.capacity.dlcc import dlcc
-from trajevo.capacity.payload_effort import com_features, payload_effort, quadratic_forms
+from trajevo.capacity.dlcc import dlcc_sampled
+from trajevo.capacity.payload_effort import payload_effort
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.problems import HybridManipulator
-from trajevo.robot.payload import PARAMETERS, entries_of, tensor_of, tool_regressor
+from trajevo.robot.payload import PARAMETERS, com_features, entries_of, quadratic_forms, tensor_of, tool_regressor
 
 FREE = {"acceleration": np.inf, "jerk": np.inf}
 ROBOTS = {
@@ -93,7 +93,7 @@ def test_capacity_where_nothing_is_broken_without_payload(name, model):
     rng, positive = np.random.default_rng(4), 0
     for _ in range(20):
         rollout, effort = random_effort(name, rng, speed=0.5, model=model, samples=6)
-        found, expected = effort.mass_range(np.zeros((1, 3))), dlcc(rollout, samples=6)
+        found, expected = effort.mass_range(np.zeros((1, 3))), dlcc_sampled(rollout, samples=6)
         if expected.mass > 0.0:
             positive += 1
             assert found.lower[0] == 0.0
@@ -136,7 +136,7 @@ def test_a_counterweight_is_an_interval_and_not_only_its_top():
     ):
         used = np.abs(effort.effort(Payload(mass, tuple(com)))) / limits
         assert (used.max() <= 1.0) == keeps
-    assert dlcc(rollout).mass == 0.0
+    assert dlcc_sampled(rollout).mass == 0.0
     in_front = effort.mass_range(-com[None])
     assert np.isnan(in_front.lower[0])
     assert np.isnan(in_front.upper[0])

@@ -8,7 +8,7 @@ import pytest
 
 from tests.capacity.test_payload_effort import ROBOTS, random_motion
 from trajevo import Payload
-from trajevo.capacity.dlcc import dlcc, dlcc_iterative
+from trajevo.capacity.dlcc import dlcc_iterative, dlcc_sampled
 from trajevo.capacity.payload_effort import payload_effort
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
@@ -69,7 +69,7 @@ def check(name, count, seed):
         limit, com = rollout.robot.limits.effort, rng.uniform(-1.0, 1.0, (COMS, 3))
         own = [replace(rollout.dynamics.payload, com=tuple(at)) for at in com]
         each = [Rollout(replace(rollout.dynamics, payload=payload), rollout.trajectory) for payload in own]
-        closed = [dlcc(one, samples=SAMPLES) for one in each]
+        closed = [dlcc_sampled(one, samples=SAMPLES) for one in each]
         unloaded, slopes = rollout.unloaded_effort[0], np.stack([one.effort_per_kilogram[0] for one in each])
         masses, least = np.array([one.mass for one in closed]), np.array([one.least for one in closed])
         some = ~np.isnan(least)

@@ -9,10 +9,11 @@ import pytest
 from tests.capacity.test_payload_effort import ROBOTS, every_com_model, random_effort
 from tests.helpers import refused
 from trajevo import Payload, PolynomialBatch
-from trajevo.capacity.payload_effort import com_features, payload_effort
+from trajevo.capacity.payload_effort import payload_effort
 from trajevo.capacity.robust import greatest_in_box, robust_capacity, worst_case
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
+from trajevo.robot.payload import com_features
 
 BOX = np.array([[-0.1, -0.05, 0.0], [0.15, 0.05, 0.2]])
 

@@ -8,7 +8,7 @@ import pytest
 from tests.guo2016 import TABLE_7
 from tests.helpers import refused, trajevo
 from trajevo import PolynomialBatch, ViaPoints, load_robot, optimise, plots
-from trajevo.capacity.dlcc import dlcc
+from trajevo.capacity.dlcc import dlcc, dlcc_sampled
 from trajevo.capacity.scaled_path import SCALED_LIMITS
 from trajevo.capacity.sensitivity import sensitivity
 from trajevo.capacity.slowdown import slowdown_curve, slowdown_for
@@ -146,7 +146,7 @@ def test_a_feasible_motion_can_be_run_as_it_is():
 
 def test_at_the_capacity_the_motion_needs_its_own_time():
     motion = table_7()
-    found = slowdown_for(motion, dlcc(motion).mass)
+    found = slowdown_for(motion, dlcc_sampled(motion).mass)
     assert found.sampled_factor == pytest.approx(1.0, abs=1e-9)
     assert found.factor == pytest.approx(1.0, abs=1e-7)
     assert (found.limit, found.joint) == ("effort", "screw_3")
@@ -308,14 +308,16 @@ def test_slowed_trajectories_are_the_same_path_in_another_time(factor):
 def test_sensitivity_equals_finite_differences(model):
     motion = table_7(model=model)
     found = sensitivity(motion)
-    assert (found.mass, found.joint) == (dlcc(motion).mass, dlcc(motion).joint)
+    assert (found.mass, found.joint) == (dlcc_sampled(motion).mass, dlcc_sampled(motion).joint)
 
     def raised(percent):
-        return dlcc(table_7(model=model, robot=with_limits(HYBRID, effort=(1 + 0.01 * percent) * HYBRID.limits.effort)))
+        return dlcc_sampled(
+            table_7(model=model, robot=with_limits(HYBRID, effort=(1 + 0.01 * percent) * HYBRID.limits.effort))
+        )
 
     def slower(seconds):
         longer = motion.trajectory.slowed(1.0 + seconds / 6.19)
-        return dlcc(Rollout(motion.dynamics, longer))
+        return dlcc_sampled(Rollout(motion.dynamics, longer))
 
     step = 1e-4
     by_effort = (raised(step).mass - raised(-step).mass) / (2 * step)
@@ -331,11 +333,11 @@ def test_sensitivity_with_friction_equals_finite_differences():
     compared = 0
     for seed in range(10):
         motion = random_motion(robot, seed)
-        if dlcc(motion).margin.min() < -1e-9:
+        if dlcc_sampled(motion).margin.min() < -1e-9:
             continue
         duration = float(motion.trajectory.duration[0])
         ends = [
-            dlcc(Rollout(motion.dynamics, motion.trajectory.slowed(1.0 + seconds / duration))).mass
+            dlcc_sampled(Rollout(motion.dynamics, motion.trajectory.slowed(1.0 + seconds / duration))).mass
             for seconds in (-1e-5, 1e-5)
         ]
         assert sensitivity(motion).per_second == pytest.approx((ends[1] - ends[0]) / 2e-5, rel=1e-5)

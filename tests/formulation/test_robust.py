@@ -10,12 +10,13 @@ from tests.capacity.test_payload_effort import ROBOTS, every_com_model, random_m
 from tests.helpers import refused
 from trajevo import Payload, PolynomialBatch
 from trajevo.base.intervals import greatest_quadratic
-from trajevo.capacity.payload_effort import com_features, payload_effort
+from trajevo.capacity.payload_effort import payload_effort
 from trajevo.capacity.robust import worst_case
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.joint_limits import effort_limits
 from trajevo.formulation.constraints.robust import robust_effort_limits
+from trajevo.robot.payload import com_features
 
 BOX = np.array([[-0.1, -0.05, 0.0], [0.15, 0.05, 0.2]])
 MASSES = (1.0, 3.0)

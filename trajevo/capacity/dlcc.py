@@ -1,117 +1,38 @@
 """Dynamic load-carrying capacity (DLCC): the largest payload of a motion, its binding joint and instant.
 
-Effort is affine in the payload's mass, τ = τ₀ + m τ₁, so the capacity has a closed form. The iteration of Guo 2016,
-section 5, is implemented too; it agrees with the closed form within its step.
+Effort is affine in the payload's mass, τ = τ₀ + m τ₁. :func:`dlcc` and :func:`capacities` enclose the largest mass that
+keeps every effort limit at every instant (:mod:`trajevo.dynamics.mass_enclosure`); :func:`dlcc_sampled` has it in
+closed form at sampled instants. :func:`dlcc_iterative` is the iteration of Guo 2016, section 5, at sampled instants
+too; it agrees with the closed form within its step. Limits are those that the motion's problem keeps.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, final
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.capacity.capacity import GUARANTEED, ITERATED, SAMPLED, Capacities, Capacity, EffortAlong, kept_share
 from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.mass_enclosure import enclose_masses
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front, Solution
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
-#: Default number of instants per segment at which a capacity is computed; optimisation uses fewer.
+#: Default number of instants per segment at which efforts are sampled; optimisation uses fewer.
 SAMPLES = 50
+
+#: Default gap between a guaranteed mass and the upper bound, as a share of it, and the least and greatest one.
+TOLERANCE, TOLERANCES = 1e-4, (1e-7, 0.1)
 
 #: Greatest number of steps of the iteration.
 MOST_STEPS = 1_000_000
-
-#: Excess over a limit, as a share of it, that counts as rounding.
-_ROUNDING = 1e-12
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Capacity:
-    """The largest payload of a motion.
-
-    Attributes:
-        mass: the largest payload [kg]; inf if no effort limit is ever reached, 0 if one is reached without any payload
-            or no payload is feasible.
-        joint: name of the binding joint, empty if there is none.
-        time: instant at which it binds [s], NaN if there is none.
-        margin: unused share of each joint's effort limit at ``mass``, shape (n_joints,); negative for joints over their
-            limit if no payload is feasible.
-        per_joint: largest payload that each joint alone allows, shape (n_joints,) [kg].
-        payload_model: how the payload acts, a key of :data:`trajevo.robot.payload.LOAD_MODELS`.
-        least: the least payload [kg]; above 0 if the motion keeps the limits only with a payload as counterweight, NaN
-            if no payload, not even 0, is feasible.
-        times: instants at which effort was computed, shape (T,) [s].
-        margins: unused share of each joint's effort limit over time, shape (T, n_joints), at ``mass`` or, if nothing
-            limits the mass, at ``least``.
-        joint_names: names of the robot's joints.
-        history: for the iteration, every (mass [kg], greatest effort over limit, joint) tried; the last is infeasible.
-    """
-
-    mass: float
-    joint: str
-    time: float
-    margin: Array
-    per_joint: Array
-    payload_model: str
-    least: float
-    times: Array
-    margins: Array
-    joint_names: tuple[str, ...]
-    history: tuple[tuple[float, float, str], ...] = ()
-
-    @property
-    def feasible(self) -> bool:
-        """Whether the motion keeps every effort limit at ``mass``."""
-        return bool(self.margin.min() >= -_ROUNDING)
-
-    def __str__(self) -> str:
-        model, counterweight = self.payload_model, self.least > 0.0
-        if not self.joint:
-            return f"unlimited: no joint has an effort limit that a {model} payload reaches on this motion" + (
-                f"; at least {self.least:.6f} kg, without which one is broken" if counterweight else ""
-            )
-        if len(self.history) == 1 and (self.history[0][0] > 0.0 or counterweight):
-            tried = self.history[0][0]
-            advice = f"start at {self.least:.6g} kg" if tried < self.least else "start lower"
-            return f"the first payload tried, {tried:g} kg, already breaks the limit of {self.joint}; {advice}"
-        if not self.feasible:
-            return (
-                f"0 kg: even without payload {self.joint} exceeds its effort limit by "
-                f"{-100.0 * self.margin.min():.3g} %, at {self.time:.4f} s"
-            )
-        carried = f"{self.least:.6f} to {self.mass:.6f} kg" if counterweight else f"{self.mass:.6f} kg"
-        return f"{carried} ({model} payload), limited by {self.joint} at {self.time:.4f} s"
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class EffortAlong:
-    """Effort along one motion as an affine function of the payload's mass, and the motion's capacity.
-
-    Attributes:
-        times: instants, shape (T,) [s].
-        unloaded: effort without payload, shape (T, n_joints) [N·m or N].
-        per_kilogram: effort that every kilogram of the payload adds, shape (T, n_joints) [N·m/kg or N/kg].
-        limit: effort limits, shape (n_joints,) [N·m or N]; inf for none.
-        mass: mass of the payload that is carried [kg].
-        capacity: the largest payload.
-        joint_names: names of the robot's joints.
-        robot: name of the robot.
-    """
-
-    times: Array
-    unloaded: Array
-    per_kilogram: Array
-    limit: Array
-    mass: float
-    capacity: Capacity
-    joint_names: tuple[str, ...]
-    robot: str
 
 
 def effort_along(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> EffortAlong:
@@ -122,21 +43,23 @@ def effort_along(motion: Solution | Rollout | WeightedOptimum, *, samples: int =
         samples: as for :func:`dlcc`.
     """
     rollout = rollout_of(motion)
-    efforts = _efforts(motion, samples)
+    efforts, capacity = _guaranteed(motion, TOLERANCE, samples)
     return EffortAlong(
         times=efforts.times,
         unloaded=efforts.unloaded,
         per_kilogram=efforts.per_kilogram,
-        limit=rollout.robot.limits.effort,
+        limit=efforts.limit,
         mass=rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0]),
-        capacity=_closed_form(efforts),
+        capacity=_and_at_full_limit(capacity, rollout, dlcc),
         joint_names=rollout.robot.joint_names,
         robot=rollout.robot.name,
     )
 
 
-def dlcc(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> Capacity:
-    """The largest payload of a motion in closed form: the least value of (±limit - τ₀)/τ₁ over joints and instants.
+def dlcc(
+    motion: Solution | Rollout | WeightedOptimum, *, tolerance: float = TOLERANCE, samples: int = SAMPLES
+) -> Capacity:
+    """The largest payload with which a motion is proven to keep every effort limit at every instant.
 
     If the motion breaks a limit without payload, a payload may help as a counterweight: the feasible masses are an
     interval, from ``least`` to ``mass``.
@@ -144,9 +67,28 @@ def dlcc(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES
     Args:
         motion: a solution of a front, an optimum, or the first trajectory of a rollout. Shape and model of the payload
             are those of the motion's rollout; its mass is not used.
+        tolerance: greatest gap between ``mass`` and ``upper``, and between ``lower`` and ``least``, as a share of the
+            mass, 1e-7 to 0.1. Where rounding ends the search earlier, the gap is wider.
+        samples: instants per segment for values over time, both ends included.
+
+    Raises:
+        InvalidInputError: a tolerance out of its range.
+    """
+    capacity = _guaranteed(motion, tolerance, samples)[1]
+    return _and_at_full_limit(capacity, rollout_of(motion), partial(dlcc, tolerance=tolerance, samples=samples))
+
+
+def dlcc_sampled(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> Capacity:
+    """The largest payload at sampled instants in closed form: the least value of (±limit - τ₀)/τ₁ over joints and them.
+
+    Between the samples a limit may be broken at this mass; :func:`dlcc` guarantees that none is.
+
+    Args:
+        motion: as for :func:`dlcc`.
         samples: instants per segment, both ends included.
     """
-    return _closed_form(_efforts(motion, samples))
+    capacity = _closed_form(_Efforts.of(sampled_motion(motion, samples)), samples)
+    return _and_at_full_limit(capacity, rollout_of(motion), partial(dlcc_sampled, samples=samples))
 
 
 def dlcc_iterative(
@@ -154,16 +96,18 @@ def dlcc_iterative(
 ) -> Capacity:
     """The largest payload by the iteration of Guo 2016, section 5, steps 7 to 9: add mass until a limit is broken.
 
+    As in the paper, limits are looked at in sampled instants, not between them.
+
     Args:
         motion: as for :func:`dlcc`.
         start: first payload tried [kg].
         step: mass added in each step [kg].
-        samples: as for :func:`dlcc`.
+        samples: as for :func:`dlcc_sampled`.
 
     Returns:
         The last feasible payload, or 0 if the first one is infeasible, for example because a counterweight is needed
         and ``start`` is lighter. ``history`` has every payload tried. If no payload ever reaches a limit, the result is
-        that of :func:`dlcc`.
+        that of :func:`dlcc_sampled`.
 
     Raises:
         InvalidInputError: a negative start, a step that is not positive, or one so small that it takes too many steps.
@@ -173,90 +117,96 @@ def dlcc_iterative(
         raise InvalidInputError(f"start: expected a mass from 0 on [kg], got {start}")
     if not step > 0.0:
         raise InvalidInputError(f"step: expected a positive mass [kg], got {step}")
-    efforts = _efforts(motion, samples)
-    closed = _closed_form(efforts)
+    efforts = _Efforts.of(sampled_motion(motion, samples))
+    again = partial(dlcc_iterative, start=start, step=step, samples=samples)
+    closed = _closed_form(efforts, samples)
     if np.isinf(closed.mass):
-        return closed
+        return _and_at_full_limit(closed, rollout_of(motion), again)
     if (closed.mass - start) / step > MOST_STEPS:
         raise InvalidInputError(f"step: {step} kg takes over {MOST_STEPS} steps to {closed.mass:.6g} kg")
     history: list[tuple[float, float, str]] = []
     while not history or history[-1][1] <= 1.0:
         mass = start + len(history) * step
-        used = efforts.used(mass)
-        instant, joint = (int(i) for i in np.unravel_index(used.argmax(), used.shape))
-        history.append((mass, float(used.max()), efforts.dynamics.robot.joint_names[joint]))
+        joint, time, used = efforts.most_used(mass)
+        history.append((mass, used, efforts.dynamics.robot.joint_names[joint]))
     feasible = history[-2][0] if len(history) > 1 else 0.0
-    found = _bound(efforts, feasible, joint, instant, closed.per_joint, closed.least)
-    return replace(found, history=tuple(history))
+    binding = _bound(efforts, feasible, closed.least, joint, time)
+    found = replace(closed, **binding, method=ITERATED, history=tuple(history))
+    return _and_at_full_limit(found, rollout_of(motion), again)
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class Capacities:
-    """The largest payloads of B motions.
-
-    Attributes:
-        mass: as :attr:`Capacity.mass`, shape (B,) [kg].
-        least: as :attr:`Capacity.least`, shape (B,) [kg].
-        duration: durations of the motions, shape (B,) [s].
-        joint: index of the binding joint, -1 if there is none, shape (B,).
-        joint_names: names of the robot's joints.
-        payload_model: how the payload acts.
-    """
-
-    mass: Array
-    least: Array
-    duration: Array
-    joint: Array
-    joint_names: tuple[str, ...]
-    payload_model: str
-
-
-def capacities(motions: Front | Rollout, *, samples: int = 12) -> Capacities:
+def capacities(motions: Front | Rollout, *, tolerance: float = TOLERANCE, samples: int = 12) -> Capacities:
     """:func:`dlcc` of every solution of a front, or of every trajectory of a rollout, in one batch.
 
     Args:
         motions: a front or a rollout.
-        samples: instants per segment, both ends included.
+        tolerance: as for :func:`dlcc`.
+        samples: instants per segment from which the search starts, both ends included.
 
     Raises:
-        InvalidInputError: motions of another type.
+        InvalidInputError: motions of another type, or a tolerance out of its range.
     """
     given = motions.rollouts if isinstance(motions, Front) else rollout_of(motions)
-    fine = Rollout(given.dynamics.sampled(samples), given.trajectory)
-    lower, upper = mass_bounds(fine.unloaded_effort, fine.effort_per_kilogram, given.robot.limits.effort)
-    least, each = lower.max(axis=(1, 2), initial=0.0), upper.min(axis=1)
-    most = each.min(axis=1)
-    never = least > most
-    joint = np.where(never | np.isinf(most), -1, each.argmin(axis=1))
+    fine = replace(given, dynamics=given.dynamics.sampled(samples))
+    found = enclose_masses(fine, given.limits.effort, tolerance=_share(tolerance))
+    joint = np.where(found.proven & np.isfinite(found.most), found.joint, -1)
     joint.setflags(write=False)
-    return Capacities(
-        mass=frozen(np.where(never, 0.0, most)),
-        least=frozen(np.where(never, np.nan, least)),
+    one = Capacities(
+        mass=frozen(np.where(found.proven, found.most, 0.0)),
+        least=frozen(np.where(found.proven, found.least, np.nan)),
+        upper=frozen(np.where(found.lower <= found.upper, found.upper, 0.0)),
         duration=frozen(given.trajectory.duration),
         joint=joint,
         joint_names=given.robot.joint_names,
         payload_model=given.dynamics.payload.model,
     )
+    kept = kept_share(given.robot, given.limits.effort)
+    if kept == 1.0:
+        return one
+    full = capacities(replace(given, kept_limits=None), tolerance=tolerance, samples=samples)
+    return replace(one, kept=kept, at_full_limit=full.mass)
 
 
 @dataclass(frozen=True, eq=False)
 class _Efforts:
-    """Effort without payload and per kilogram, (T, n_joints), instants (T,) [s], and the dynamics behind them."""
+    """Effort without payload and per kilogram, (T, n_joints), instants (T,) [s], effort limits, the dynamics behind."""
 
     unloaded: Array
     per_kilogram: Array
     times: Array
+    limit: Array
     dynamics: Dynamics
+
+    @classmethod
+    def of(cls, fine: Rollout, instants: Array | None = None) -> _Efforts:
+        """At the samples of one motion and at further instants (K,) [s], of which NaN and known ones are left out."""
+        times, unloaded, per_kilogram = fine.t[0], fine.unloaded_effort[0], fine.effort_per_kilogram[0]
+        more = np.empty(0) if instants is None else np.unique(instants[np.isfinite(instants)])
+        more = more[~np.isin(more, times)]
+        if len(more):
+            q, v, a = (fine.trajectory.evaluate(more[None], order) for order in range(3))
+            v = fine.without_rounding(v)
+            place = np.searchsorted(times, more)
+            times = frozen(np.insert(times, place, more))
+            unloaded = frozen(np.insert(unloaded, place, fine.dynamics.unloaded_effort(q, v, a)[0], axis=0))
+            each = fine.dynamics.effort_per_kilogram(q, v, a)[0]
+            per_kilogram = frozen(np.insert(per_kilogram, place, each, axis=0))
+        return cls(unloaded, per_kilogram, times, fine.limits.effort, fine.dynamics)
 
     def used(self, mass: float) -> Array:
         """Effort over limit with a payload [kg], shape (T, n_joints)."""
-        share: Array = np.abs(self.unloaded + mass * self.per_kilogram) / self.dynamics.robot.limits.effort
+        share: Array = np.abs(self.unloaded + mass * self.per_kilogram) / self.limit
         return share
+
+    def most_used(self, mass: float) -> tuple[int, float, float]:
+        """The joint (index) that uses most of its limit with a payload [kg], the instant [s], and the share used."""
+        used = self.used(mass)
+        instant, joint = (int(i) for i in np.unravel_index(used.argmax(), used.shape))
+        return joint, float(self.times[instant]), float(used[instant, joint])
 
 
 def sampled_motion(motion: Solution | Rollout | WeightedOptimum, samples: int) -> Rollout:
-    """The robot on one motion, with its payload unchanged.
+    """The robot on one motion, with its payload and limits unchanged.
 
     Args:
         motion: a solution of a front, an optimum, or the first trajectory of a rollout.
@@ -270,36 +220,80 @@ def sampled_motion(motion: Solution | Rollout | WeightedOptimum, samples: int) -
     return Rollout(rollout.dynamics.sampled(samples), trajectory, kept_limits=rollout.kept_limits)
 
 
-def _efforts(motion: Any, samples: int) -> _Efforts:
+def _share(tolerance: Any) -> float:
+    share = float(numbers(tolerance, name="tolerance", shape=()))
+    if not TOLERANCES[0] <= share <= TOLERANCES[1]:
+        raise InvalidInputError(f"tolerance: expected a share from {TOLERANCES[0]:g} to {TOLERANCES[1]:g}, got {share}")
+    return share
+
+
+def _and_at_full_limit(found: Capacity, rollout: Rollout, again: Callable[[Rollout], Capacity]) -> Capacity:
+    """The capacity with that at the robot's full limits, where the problem keeps less of them."""
+    kept = kept_share(rollout.robot, rollout.limits.effort)
+    if kept == 1.0:
+        return found
+    return replace(found, kept=kept, at_full_limit=again(replace(rollout, kept_limits=None)).mass)
+
+
+def _guaranteed(motion: Any, tolerance: float, samples: int) -> tuple[_Efforts, Capacity]:
+    """Efforts of a motion at samples and binding instants, and its guaranteed capacity."""
     fine = sampled_motion(motion, samples)
-    return _Efforts(fine.unloaded_effort[0], fine.effort_per_kilogram[0], fine.t[0], fine.dynamics)
+    found = enclose_masses(fine, fine.limits.effort, tolerance=_share(tolerance))
+    efforts = _Efforts.of(fine, found.instants[0])
+    proven = bool(found.proven[0])
+    most, least = (float(found.most[0]), float(found.least[0])) if proven else (0.0, np.nan)
+    ends = float(found.lower[0]), float(found.upper[0])
+    binding = int(found.joint[0]), float(found.instants[0, 1])
+    if ends[0] > ends[1]:
+        binding = efforts.most_used(0.0)[:2]
+    return efforts, _capacity(efforts, GUARANTEED, samples, (least, most), ends, binding)
 
 
-def _closed_form(efforts: _Efforts) -> Capacity:
-    lower, upper = mass_bounds(efforts.unloaded, efforts.per_kilogram, efforts.dynamics.robot.limits.effort)
+def _closed_form(efforts: _Efforts, samples: int) -> Capacity:
+    lower, upper = mass_bounds(efforts.unloaded, efforts.per_kilogram, efforts.limit)
+    least, joint = float(lower.max()), int(upper.min(axis=0).argmin())
+    most = float(upper[:, joint].min())
+    if least > most:
+        return _capacity(efforts, SAMPLED, samples, (np.nan, 0.0), (least, most), efforts.most_used(0.0)[:2])
+    binding = joint, float(efforts.times[upper[:, joint].argmin()])
+    return _capacity(efforts, SAMPLED, samples, (least, most), (least, most), binding)
+
+
+def _capacity(
+    efforts: _Efforts,
+    method: str,
+    samples: int,
+    masses: tuple[float, float],
+    ends: tuple[float, float],
+    binding: tuple[int, float],
+) -> Capacity:
+    """A capacity from its least and greatest masses, the bounds of these, and the binding joint and instant."""
+    lower, upper = mass_bounds(efforts.unloaded, efforts.per_kilogram, efforts.limit)
     most, needed = upper.min(axis=0), lower.max(axis=0)
-    per_joint = np.where(needed <= most, most, 0.0)
-    joint, least = int(most.argmin()), float(needed.max())
-    if least > most[joint]:
-        used = efforts.used(0.0)
-        instant, joint = (int(i) for i in np.unravel_index(used.argmax(), used.shape))
-        return _bound(efforts, 0.0, joint, instant, per_joint, float("nan"))
-    return _bound(efforts, float(most[joint]), joint, int(upper[:, joint].argmin()), per_joint, least)
-
-
-def _bound(efforts: _Efforts, mass: float, joint: int, instant: int, per_joint: Array, least: float) -> Capacity:
-    """The capacity with a binding joint and instant; without them if the mass is infinite."""
-    finite = bool(np.isfinite(mass))
-    margins = frozen(1.0 - efforts.used(mass if finite else least))
+    least, mass = masses
+    empty = ends[0] > ends[1]
     return Capacity(
-        mass=mass,
-        joint=efforts.dynamics.robot.joint_names[joint] if finite else "",
-        time=float(efforts.times[instant]) if finite else float("nan"),
-        margin=frozen(margins.min(axis=0)),
-        per_joint=frozen(per_joint),
+        **_bound(efforts, mass, least, *binding),
+        per_joint=frozen(np.where(needed <= most, most, 0.0)),
         payload_model=efforts.dynamics.payload.model,
         least=least,
+        lower=np.nan if empty else ends[0],
+        upper=0.0 if empty else ends[1],
         times=efforts.times,
-        margins=margins,
         joint_names=efforts.dynamics.robot.joint_names,
+        method=method,
+        samples=samples,
     )
+
+
+def _bound(efforts: _Efforts, mass: float, least: float, joint: int, time: float) -> dict[str, Any]:
+    """Fields of a capacity that depend on its mass; without binding joint and instant if that is infinite."""
+    finite = bool(np.isfinite(mass))
+    margins = frozen(1.0 - efforts.used(mass if finite else least))
+    return {
+        "mass": mass,
+        "joint": efforts.dynamics.robot.joint_names[joint] if finite else "",
+        "time": time if finite else float("nan"),
+        "margin": frozen(margins.min(axis=0)),
+        "margins": margins,
+    }

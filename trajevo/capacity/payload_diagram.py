@@ -14,8 +14,10 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
-from trajevo.capacity.payload_effort import MassRange, PayloadEffort, limited_efforts, quadratic_forms
+from trajevo.capacity.payload_effort import MassRange, PayloadEffort, check_reach, limited_efforts
+from trajevo.dynamics.payload_bounds import REACH
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.robot.payload import quadratic_forms
 
 #: Number of directions from which Newton's method starts, and its steps; from 11° off a peak five are enough.
 _STARTS, _STEPS = 32, 6
@@ -38,6 +40,8 @@ class PayloadDiagram:
         worst: whether ``direction`` is the worst of each cell.
         joint_names: names of the robot's joints.
         payload_model: how the payload acts.
+        samples: instants per segment that were looked at; None if the masses are guaranteed at every instant.
+        kept: share of the robot's effort limits that the motion's problem keeps.
     """
 
     offset_xy: Array
@@ -50,6 +54,8 @@ class PayloadDiagram:
     worst: bool
     joint_names: tuple[str, ...]
     payload_model: str
+    samples: int | None
+    kept: float
 
 
 def payload_diagram(
@@ -62,19 +68,21 @@ def payload_diagram(
     """The masses that a motion can carry, by the offset of the load.
 
     Args:
-        effort: effort along the motion.
+        effort: effort along the motion, at samples or bounded at every instant
+            (:func:`~trajevo.capacity.payload_effort.payload_bounds`).
         offset_xy: distances from the tool's z axis, ascending from 0 on, shape (W,) [m].
         offset_z: coordinates along the tool's z axis, ascending, shape (H,) [m].
         direction: angle of the offset about the tool's z axis from its x axis [rad]; if None, the worst one for each
             cell, so that the masses hold in every direction.
 
     Raises:
-        InvalidInputError: offsets that do not ascend, a negative distance, a direction that is not finite, or a robot
-            without effort limits.
+        InvalidInputError: offsets that do not ascend, a negative distance, a direction that is not finite, offsets for
+            which bounds do not hold, or a robot without effort limits.
     """
     xy, z = _rising(offset_xy, "offset_xy"), _rising(offset_z, "offset_z")
     if xy[0] < 0.0:
         raise InvalidInputError(f"offset_xy: expected distances from 0 on [m], got {xy[0]}")
+    check_reach(effort, np.array([[xy[-1], 0.0, np.abs(z).max()]]))
     if direction is None:
         found, angle = _in_every_direction(effort, xy, z)
     else:
@@ -94,12 +102,14 @@ def payload_diagram(
         worst=direction is None,
         joint_names=effort.robot.joint_names,
         payload_model=effort.payload_model,
+        samples=effort.samples,
+        kept=effort.kept,
     )
 
 
 def _in_every_direction(effort: PayloadEffort, xy: Array, z: Array) -> tuple[MassRange, Array]:
     """The masses that hold in every direction, and the binding direction [rad], each of shape (H W,)."""
-    rows = effort.rows
+    rows = effort.rows_within(float(np.hypot(xy[-1], np.abs(z).max())))
     above, index, angle = _greatest_round(rows.above, xy, z, effort.inertia)
     below = _greatest_round(rows.below, xy, z, effort.inertia)[0]
     return rows.mass_range(above.ravel(), index.ravel(), below.ravel()), angle.ravel()
@@ -188,6 +198,9 @@ class CentreOfMassPolyhedron:
         offsets: offsets of the half-spaces, shape (M,) [N·m or N].
         joint: index of the joint of each half-space, shape (M,).
         time: instant of each half-space, shape (M,) [s].
+        reach: greatest distance of a centre of mass from the tool's origin for which the half-spaces are known [m].
+        samples: instants per segment that were looked at; None if the set is guaranteed at every instant.
+        kept: share of the robot's effort limits that the motion's problem keeps.
     """
 
     mass: float
@@ -195,12 +208,15 @@ class CentreOfMassPolyhedron:
     offsets: Array
     joint: Array
     time: Array
+    reach: float
+    samples: int | None
+    kept: float
 
     def contains(self, com: Any) -> Array:
         """Whether centres of mass, shape (P, 3) [m], are allowed: shape (P,), bool."""
         points = numbers(com, name="com", shape=("P", 3))
-        kept: Array = points @ self.normals.T <= self.offsets
-        return np.asarray(kept.all(axis=1))
+        inside = (points @ self.normals.T <= self.offsets).all(axis=1)
+        return np.asarray(inside & (np.linalg.norm(points, axis=1) <= self.reach))
 
     def section(self, axis: str = "z", at: float = 0.0, *, within: float) -> Array:
         """The polygon in which a plane of the tool frame cuts the polyhedron.
@@ -216,12 +232,18 @@ class CentreOfMassPolyhedron:
 
         Raises:
             UnknownNameError: no such axis.
-            InvalidInputError: numbers that are not finite, or a bound that is not positive.
+            InvalidInputError: numbers that are not finite, or a bound that is not positive or beyond the reach.
         """
         normal = _AXES.index(checked_name("axis", axis, _AXES))
         place, bound = (float(numbers(x, name=name, shape=())) for x, name in ((at, "at"), (within, "within")))
         if not bound > 0.0:
             raise InvalidInputError(f"within: expected a positive length [m], got {bound}")
+        furthest = float(np.linalg.norm([bound, bound, place]))
+        if furthest > self.reach:
+            raise InvalidInputError(
+                f"within: expected corners up to {self.reach:g} m from the tool's origin, where the bounds hold, got "
+                f"{furthest:g} m"
+            )
         A = np.delete(self.normals, normal, axis=1)
         b = self.offsets - place * self.normals[:, normal]
         length = np.hypot(*A.T)
@@ -254,14 +276,16 @@ def allowed_centres(effort: PayloadEffort, mass: float) -> CentreOfMassPolyhedro
             "effort: quadratic in the centre of mass, as the inertia about the tool's origin changes with it; "
             "give that inertia by with_inertia_about_tool"
         )
-    base, slopes, limit, joint, time = limited_efforts(effort)
-    loaded, turned = base + carried * slopes[:, 0], carried * slopes[:, 1:4]
+    efforts = limited_efforts(effort)
     return CentreOfMassPolyhedron(
         mass=carried,
-        normals=frozen(np.concatenate([turned, -turned])),
-        offsets=frozen(np.concatenate([limit - loaded, limit + loaded])),
-        joint=frozen(np.tile(joint, 2)),
-        time=frozen(np.tile(time, 2)),
+        normals=frozen(carried * efforts.slopes[:, 1:4]),
+        offsets=frozen(efforts.limit - efforts.base - carried * efforts.slopes[:, 0]),
+        joint=frozen(efforts.joint),
+        time=frozen(efforts.time),
+        reach=REACH if effort.samples is None else np.inf,
+        samples=effort.samples,
+        kept=effort.kept,
     )
 
 
@@ -281,6 +305,8 @@ class AllowedRegions:
         sides: coordinates of a grid along either side, shape (G,) [m].
         used: if effort is not affine, the greatest effort over its limit, shape (K, G, G), rows along the second
             coordinate; a centre of mass is allowed where it is at most 1.
+        samples: instants per segment that were looked at; None if the regions are guaranteed at every instant.
+        kept: share of the robot's effort limits that the motion's problem keeps.
     """
 
     masses: tuple[float, ...]
@@ -290,6 +316,8 @@ class AllowedRegions:
     polygons: tuple[Array, ...]
     sides: Array
     used: Array
+    samples: int | None
+    kept: float
 
 
 def allowed_regions(
@@ -320,7 +348,9 @@ def allowed_regions(
         com = np.full((_GRID, _GRID, 3), at)
         com[..., across[0]], com[..., across[1]] = np.meshgrid(sides, sides)
         used = np.array([effort.used(mass, com.reshape(-1, 3)) for mass in ascending]).reshape(-1, _GRID, _GRID)
-    return AllowedRegions(ascending, axis, float(at), float(within), polygons, frozen(sides), frozen(used))
+    return AllowedRegions(
+        ascending, axis, float(at), float(within), polygons, frozen(sides), frozen(used), effort.samples, effort.kept
+    )
 
 
 def _corners(A: Array, b: Array) -> Array:

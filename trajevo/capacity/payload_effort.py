@@ -14,22 +14,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread, row_products
+from trajevo.capacity.capacity import kept_share
 from trajevo.capacity.dlcc import SAMPLES, sampled_motion
+from trajevo.dynamics.payload_bounds import REACH, bound_payloads
 from trajevo.dynamics.payload_masses import NEGLIGIBLE
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
-from trajevo.robot.payload import Payload, entries_of, tensor_of
+from trajevo.robot.payload import Payload, com_features, entries_of, quadratic_forms
 from trajevo.robot.robot import Robot
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 #: Centres of mass that are computed together, few enough for a processor's cache.
 _BLOCK = 48
+
+#: Least and greatest tolerance of bounds.
+_TOLERANCES = (1e-5, 0.1)
+
+#: Share by which rows must differ to be told apart from the greatest one.
+_ALIKE = 1e-9
 
 #: Least divisor, in place of the remaining effort of a joint that is at its limit without payload.
 _NO_ROOM = 1e-200
@@ -95,6 +103,10 @@ class SlopeRows:
 class PayloadEffort:
     """Effort along one motion as an affine function of a payload's ten parameters.
 
+    It is known at sampled instants (:func:`payload_effort`), or bounded at every instant (:func:`payload_bounds`): then
+    base and slopes are Bernstein coefficients of the effort over short pieces, and what follows from them is
+    guaranteed for centres of mass up to :data:`trajevo.dynamics.payload_bounds.REACH` away from the tool's origin.
+
     Attributes:
         robot: the robot.
         times: instants, shape (T,) [s].
@@ -103,6 +115,11 @@ class PayloadEffort:
             shape (T, n_joints, 10).
         inertia: inertia of the payload about its centre of mass along the tool's axes, per kilogram, shape (3, 3) [m²].
         payload_model: how the payload acts, ``"rigid"`` or ``"weight_only"``.
+        limit: effort limits that the motion's problem keeps, inf for none, shape (n_joints,) [N·m or N].
+        samples: instants per segment, both ends included; None if every instant counts.
+        above: what the effort may exceed ``base`` by, shape (T, n_joints) [N·m or N]; 0 at samples.
+        below: what it may fall short of it by, the same shape.
+        each: what either may be more by for each kilogram, the same shape [N·m/kg or N/kg].
     """
 
     robot: Robot
@@ -111,13 +128,30 @@ class PayloadEffort:
     slopes: Array
     inertia: Array
     payload_model: str
+    limit: Array
+    samples: int | None
+    above: Array
+    below: Array
+    each: Array
+
+    @property
+    def kept(self) -> float:
+        """Share of the robot's effort limits that :attr:`limit` keeps."""
+        return kept_share(self.robot, self.limit)
+
+    @property
+    def at_full_limit(self) -> PayloadEffort:
+        """The same with the robot's full effort limits."""
+        return replace(self, limit=self.robot.limits.effort)
 
     def effort(self, payload: Payload) -> Array:
         """Effort with a payload, shape (T, n_joints) [N·m or N].
 
         Raises:
-            InvalidInputError: the payload has another model.
+            InvalidInputError: the payload has another model, or efforts are not known at samples.
         """
+        if self.samples is None:
+            raise InvalidInputError("effort: expected efforts at samples, as payload_effort has them, got bounds")
         if payload.model != self.payload_model:
             raise InvalidInputError(f"payload.model: expected {self.payload_model!r} as here, got {payload.model!r}")
         if payload.mass == 0.0:
@@ -135,9 +169,10 @@ class PayloadEffort:
         Raises:
             InvalidInputError: another shape, or a robot without effort limits.
         """
-        features = com_features(numbers(com, name="com", shape=("P", 3)), self.inertia)
-        above, index = _greatest(self.rows.above, features)
-        return self.rows.mass_range(above, index, _greatest(self.rows.below, features)[0])
+        features = self._features(com)
+        rows = self.rows_within(float(np.linalg.norm(features[:, 1:4], axis=1).max(initial=0.0)))
+        above, index = _greatest(rows.above, features)
+        return rows.mass_range(above, index, _greatest(rows.below, features)[0])
 
     def used(self, mass: float, com: Any) -> Array:
         """Greatest ratio of effort to limit with a payload at each centre of mass, shape (P,).
@@ -153,11 +188,9 @@ class PayloadEffort:
             InvalidInputError: a negative mass, another shape, or a robot without effort limits.
         """
         carried = Payload(mass).mass
-        features = com_features(numbers(com, name="com", shape=("P", 3)), self.inertia)
-        base, slopes, limit, _, _ = limited_efforts(self)
-        signed = np.concatenate([base / limit, -base / limit])
-        rows = np.concatenate([slopes, -slopes]) / np.tile(limit, 2)[:, None]
-        columns = np.ascontiguousarray(carried * rows.T)
+        features, efforts = self._features(com), limited_efforts(self)
+        signed = efforts.base / efforts.limit
+        columns = np.ascontiguousarray(carried * (efforts.slopes / efforts.limit[:, None]).T)
         greatest = np.empty(len(features))
         with one_blas_thread():
             for start in range(0, len(features), _BLOCK):
@@ -186,12 +219,37 @@ class PayloadEffort:
         slopes = self.slopes.copy()
         slopes[..., 4:] = 0.0
         base = self.base + self.slopes[..., 4:] @ entries_of(tensor)
-        return replace(self, base=frozen(base), slopes=frozen(slopes))
+        # Errors are known for kilograms with their centre REACH away: the inertia is a sum of differences of these.
+        more = 3.0 * np.trace(tensor) / REACH**2 * self.each
+        return replace(
+            self,
+            base=frozen(base),
+            slopes=frozen(slopes),
+            above=frozen(self.above + more),
+            below=frozen(self.below + more),
+            each=frozen(2.0 * self.each),
+        )
+
+    def _features(self, com: Any) -> Array:
+        """The ten parameters of a kilogram at each centre of mass, shape (P, 10)."""
+        points = numbers(com, name="com", shape=("P", 3))
+        check_reach(self, points)
+        return com_features(points, self.inertia)
 
     @cached_property
     def affine(self) -> bool:
         """Whether effort is affine in the centre of mass, because inertia adds nothing to it."""
         return not _without_rounding(self.slopes)[..., 4:].any()
+
+    def rows_within(self, distance: float) -> SlopeRows:
+        """The rows that can be the greatest for some centre of mass within a distance of the origin [m]."""
+        near = [form.can_be_greatest(distance) for form in self._forms]
+        rows = self.rows
+        return SlopeRows(rows.above[near[0]], rows.joint[near[0]], rows.time[near[0]], rows.below[near[1]])
+
+    @cached_property
+    def _forms(self) -> tuple[_Forms, _Forms]:
+        return _Forms.of(self.rows.above, self.inertia), _Forms.of(self.rows.below, self.inertia)
 
     @cached_property
     def rows(self) -> SlopeRows:
@@ -200,12 +258,11 @@ class PayloadEffort:
         Raises:
             InvalidInputError: no joint has one.
         """
-        base, slopes, limit, joint, time = limited_efforts(self)
-        room = np.concatenate([limit - base, limit + base])
-        rows = np.concatenate([slopes, -slopes]) / np.maximum(np.abs(room), _NO_ROOM)[:, None]
-        joint, time = np.tile(joint, 2), np.tile(time, 2)
+        efforts = limited_efforts(self)
+        room = efforts.limit - efforts.base
+        rows = efforts.slopes / np.maximum(np.abs(room), _NO_ROOM)[:, None]
         above = (room >= 0.0) & rows.any(axis=1)  # an effort that no payload changes cannot bind
-        return SlopeRows(rows[above], joint[above], time[above], rows[room < 0.0])
+        return SlopeRows(rows[above], efforts.joint[above], efforts.time[above], rows[room < 0.0])
 
 
 def payload_effort(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> PayloadEffort:
@@ -221,56 +278,137 @@ def payload_effort(motion: Solution | Rollout | WeightedOptimum, *, samples: int
     """
     fine = sampled_motion(motion, samples)
     payload = fine.dynamics.payload
-    inertia = np.zeros((3, 3)) if payload.inertia is None else np.array(payload.inertia) / payload.mass
+    none = frozen(np.zeros(fine.unloaded_effort[0].shape))
     return PayloadEffort(
         robot=fine.robot,
         times=frozen(fine.t[0]),
         base=frozen(fine.unloaded_effort[0]),
         slopes=frozen(fine.dynamics.effort_per_parameter(fine.q[0], fine.v[0], fine.a[0])),
-        inertia=frozen(inertia),
+        inertia=frozen(_per_kilogram(payload)),
         payload_model=payload.model,
+        limit=fine.limits.effort,
+        samples=samples,
+        above=none,
+        below=none,
+        each=none,
     )
 
 
-def com_features(com: Array, inertia: Array) -> Array:
-    """The ten parameters of one kilogram, (P, 10), with centres of mass (P, 3) [m] and an inertia (3, 3) [m²]."""
-    about_tool = inertia + (com**2).sum(axis=1)[:, None, None] * np.eye(3) - com[:, :, None] * com[:, None, :]
-    return np.column_stack([np.ones(len(com)), com, entries_of(about_tool)])
+def payload_bounds(motion: Solution | Rollout | WeightedOptimum, *, tolerance: float = 1e-3) -> PayloadEffort:
+    """Bounds of the effort along a motion for every payload, which hold at every instant.
 
-
-def quadratic_forms(rows: Array, inertia: Array) -> tuple[Array, Array, Array]:
-    """Rows of slopes as quadratic forms a + b·c + cᵀ Q c of the centre of mass c.
+    Masses that follow from them are guaranteed: they are not greater than the motion can carry, and less by about the
+    tolerance.
 
     Args:
-        rows: slopes per kilogram, shape (R, 10).
-        inertia: inertia per kilogram about the centre of mass, shape (3, 3) [m²].
+        motion: as for :func:`payload_effort`.
+        tolerance: how near to the effort its bounds are, as a share of the limit, 1e-5 to 0.1, for payloads whose
+            centre of mass is within 0.3 m of the tool's origin.
 
-    Returns:
-        a (R,), b (R, 3), Q (R, 3, 3).
+    Raises:
+        InvalidInputError: a payload model without centre of mass, or a tolerance out of its range.
     """
-    tensors = tensor_of(rows[:, 4:] * np.array([1.0, 0.5, 1.0, 0.5, 0.5, 1.0]))
-    trace = np.trace(tensors, axis1=1, axis2=2)
-    a = rows[:, 0] + (tensors * inertia).sum(axis=(1, 2))
-    return a, rows[:, 1:4], trace[:, None, None] * np.eye(3) - tensors
+    share = float(numbers(tolerance, name="tolerance", shape=()))
+    if not _TOLERANCES[0] <= share <= _TOLERANCES[1]:
+        raise InvalidInputError(
+            f"tolerance: expected a share from {_TOLERANCES[0]:g} to {_TOLERANCES[1]:g}, got {share}"
+        )
+    one = sampled_motion(motion, 2)
+    inertia = _per_kilogram(one.dynamics.payload)
+    found = bound_payloads(one, one.limits.effort, inertia=inertia, tolerance=share)
+    return PayloadEffort(
+        robot=one.robot,
+        times=found.times,
+        base=found.base,
+        slopes=found.slopes,
+        inertia=frozen(inertia),
+        payload_model=one.dynamics.payload.model,
+        limit=one.limits.effort,
+        samples=None,
+        above=found.above,
+        below=found.below,
+        each=found.each,
+    )
 
 
-def limited_efforts(effort: PayloadEffort) -> tuple[Array, Array, Array, Array, Array]:
-    """Efforts of every joint that has a limit, with slopes that are mere rounding set to 0.
+def _per_kilogram(payload: Payload) -> Array:
+    """Inertia about the centre of mass per kilogram, shape (3, 3) [m²]."""
+    return np.zeros((3, 3)) if payload.inertia is None else np.array(payload.inertia) / payload.mass
 
-    Returns:
-        Base (R,), slopes (R, 10), limit (R,), index of the joint (R,), instant (R,) [s], with R = instants x joints.
+
+def check_reach(effort: PayloadEffort, com: Array) -> None:
+    """Check that bounds hold for centres of mass, shape (P, 3) [m].
+
+    Raises:
+        InvalidInputError: one is too far away from the tool's origin.
+    """
+    furthest = float(np.linalg.norm(com, axis=1).max(initial=0.0))
+    if effort.samples is None and furthest > REACH:
+        raise InvalidInputError(
+            f"com: expected centres of mass within {REACH:g} m of the tool's origin, where the bounds hold, got one "
+            f"{furthest:g} m away; payload_effort has no such bound"
+        )
+
+
+class _Forms(NamedTuple):
+    """Rows as a + b·c + cᵀ Q c: constants, and bounds of the norms of b and Q, each (R,)."""
+
+    constant: Array
+    linear: Array
+    quadratic: Array
+
+    @classmethod
+    def of(cls, rows: Array, inertia: Array) -> _Forms:
+        a, b, Q = quadratic_forms(rows, inertia)
+        return cls(a, np.abs(b).sum(axis=1), np.abs(Q).sum(axis=(1, 2)))
+
+    def can_be_greatest(self, distance: float) -> Array:
+        """Rows whose bound within a distance [m] is not below what another one reaches everywhere there, (R,)."""
+        spread = distance * (self.linear + distance * self.quadratic)
+        most = (self.constant - spread).max(initial=-np.inf)
+        return np.asarray(self.constant + spread >= most - _ALIKE * abs(most))
+
+
+class LimitedEfforts(NamedTuple):
+    """Efforts of joints that have a limit, upwards and downwards: each must not exceed its limit.
+
+    Attributes:
+        base: shape (R,) [N·m or N].
+        slopes: shape (R, 10); those that are mere rounding are 0.
+        limit: shape (R,) [N·m or N].
+        joint: index of the joint, shape (R,).
+        time: instant, shape (R,) [s].
+    """
+
+    base: Array
+    slopes: Array
+    limit: Array
+    joint: Array
+    time: Array
+
+
+def limited_efforts(effort: PayloadEffort) -> LimitedEfforts:
+    """Efforts of every joint that has a limit, R = 2 x instants x joints.
 
     Raises:
         InvalidInputError: no joint has a limit.
     """
-    limit = effort.robot.limits.effort
-    limited = np.flatnonzero(np.isfinite(limit))
+    limited = np.flatnonzero(np.isfinite(effort.limit))
     if not len(limited):
         raise InvalidInputError(f"robot {effort.robot.name!r} has no effort limits, so nothing bounds its payload")
     instants, joint = (grid.ravel() for grid in np.indices((len(effort.times), len(limited))))
     joint = limited[joint]
-    slopes = _without_rounding(effort.slopes)
-    return effort.base[instants, joint], slopes[instants, joint], limit[joint], joint, effort.times[instants]
+    base, above, below, each = (x[instants, joint] for x in (effort.base, effort.above, effort.below, effort.each))
+    slopes = _without_rounding(effort.slopes)[instants, joint]
+    both = np.concatenate([slopes, -slopes])
+    both[:, 0] += np.tile(each, 2)
+    return LimitedEfforts(
+        np.concatenate([base + above, below - base]),
+        both,
+        np.tile(effort.limit[joint], 2),
+        np.tile(joint, 2),
+        np.tile(effort.times[instants], 2),
+    )
 
 
 def _greatest(rows: Array, features: Array) -> tuple[Array, Array]:

@@ -11,7 +11,8 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.capacity.dlcc import Capacities, Capacity, capacities, dlcc, effort_along
+from trajevo.capacity.capacity import Capacities, Capacity
+from trajevo.capacity.dlcc import capacities, dlcc, effort_along
 from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram, allowed_regions, payload_diagram
 from trajevo.capacity.payload_effort import PayloadEffort, payload_effort
 from trajevo.capacity.payload_time import PayloadCurve, capacity_front, largest_payload, payloads_up_to

@@ -11,21 +11,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import ceil, floor
 from typing import Any, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.intervals import greatest_quadratic, interval, mass_interval
+from trajevo.capacity.capacity import known, margin_of, rounded
 from trajevo.capacity.dlcc import SAMPLES, sampled_motion
-from trajevo.capacity.payload_effort import PayloadEffort, limited_efforts, payload_effort, quadratic_forms
+from trajevo.capacity.payload_effort import PayloadEffort, check_reach, limited_efforts, payload_effort
 from trajevo.capacity.scaled_constraints import told_both
 from trajevo.capacity.scaled_path import LeastFactor, ScaledPath, least_factor
 from trajevo.capacity.slowdown import TOLD, Slowdown, slowdown_of, why_not
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
-from trajevo.robot.payload import Payload
+from trajevo.robot.payload import Payload, quadratic_forms
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 
@@ -40,6 +42,8 @@ class WorstCase:
         time: instant [s].
         mass: mass of this payload [kg].
         com: its centre of mass in the tool frame [m].
+        samples: instants per segment that were looked at; None if no instant uses more.
+        kept: share of the robot's effort limits that the motion's problem keeps, of which ``used`` is a share.
     """
 
     used: float
@@ -47,6 +51,8 @@ class WorstCase:
     time: float
     mass: float
     com: tuple[float, float, float]
+    samples: int | None
+    kept: float
 
     @property
     def feasible(self) -> bool:
@@ -56,8 +62,8 @@ class WorstCase:
     def __str__(self) -> str:
         place = ", ".join(f"{1e3 * x:g}" for x in self.com)
         return (
-            f"{100.0 * self.used:.2f} % of the effort limit of {self.joint} at {self.time:.4f} s, by {self.mass:g} kg "
-            f"with its centre at ({place}) mm"
+            f"{100.0 * self.used:.2f} % of the effort limit of {self.joint}{_less(self.kept)} at {self.time:.4f} s, by "
+            f"{self.mass:g} kg with its centre at ({place}) mm; {known(self.samples)}"
         )
 
 
@@ -72,6 +78,9 @@ class RobustCapacity:
         joint: name of the joint that binds at ``upper``, empty if none does.
         time: instant at which it binds [s], NaN if none does.
         com: centre of mass in the tool frame for which it binds [m]; the middle of the box if none does.
+        samples: instants per segment that were looked at; None if the masses are guaranteed at every instant.
+        kept: share of the robot's effort limits that the motion's problem keeps.
+        at_full_limit: ``upper`` at the robot's full effort limits [kg]; None if ``kept`` is 1.
     """
 
     lower: float
@@ -79,14 +88,24 @@ class RobustCapacity:
     joint: str
     time: float
     com: tuple[float, float, float]
+    samples: int | None
+    kept: float
+    at_full_limit: float | None
 
     def __str__(self) -> str:
+        if self.at_full_limit is None:
+            return self._text
+        full = f"{rounded(self.at_full_limit, floor)} kg" if self.at_full_limit >= 0.0 else "none"
+        return f"with the margin of {margin_of(self.kept)}: {self._text}; at the robot's full limit: {full}"
+
+    @property
+    def _text(self) -> str:
         if np.isnan(self.upper):
-            return "no mass is feasible wherever its centre may be"
+            return f"no mass is feasible wherever its centre may be; {known(self.samples)}"
         place = ", ".join(f"{1e3 * x:g}" for x in self.com)
-        least = f"{self.lower:.6f} to " if self.lower > 0.0 else ""
+        least = f"{rounded(self.lower, ceil)} to " if self.lower > 0.0 else ""
         by = f", limited by {self.joint} at {self.time:.4f} s with its centre at ({place}) mm" if self.joint else ""
-        return f"{least}{self.upper:.6f} kg wherever the centre of mass is{by}"
+        return f"{least}{rounded(self.upper, floor)} kg wherever the centre of mass is{by}; {known(self.samples)}"
 
 
 def worst_case(effort: PayloadEffort, *, mass: Any, com: Any) -> WorstCase:
@@ -102,17 +121,19 @@ def worst_case(effort: PayloadEffort, *, mass: Any, com: Any) -> WorstCase:
             limits.
     """
     masses, (low, high) = np.array(mass_interval(mass)), interval(com, "com", (2, 3))
-    base, slopes, limit, joint, time = limited_efforts(effort)
-    signed = np.concatenate([slopes, -slopes])
-    most, where = greatest_in_box(signed, low, high, effort.inertia)
-    used = (np.concatenate([base, -base]) + masses[:, None] * most) / np.tile(limit, 2)
+    _check_box(effort, low, high)
+    efforts = limited_efforts(effort)
+    most, where = greatest_in_box(efforts.slopes, low, high, effort.inertia)
+    used = (efforts.base + masses[:, None] * most) / efforts.limit
     end, row = (int(i) for i in np.unravel_index(used.argmax(), used.shape))
     return WorstCase(
         used=float(used[end, row]),
-        joint=effort.robot.joint_names[joint[row % len(joint)]],
-        time=float(time[row % len(time)]),
+        joint=effort.robot.joint_names[efforts.joint[row]],
+        time=float(efforts.time[row]),
         mass=float(masses[end]),
         com=_point(where[row]),
+        samples=effort.samples,
+        kept=effort.kept,
     )
 
 
@@ -120,14 +141,16 @@ def robust_capacity(effort: PayloadEffort, *, com: Any) -> RobustCapacity:
     """The masses that a motion can carry for every centre of mass in a box, in closed form.
 
     Args:
-        effort: effort along the motion.
+        effort: effort along the motion, at samples or bounded at every instant
+            (:func:`~trajevo.capacity.payload_effort.payload_bounds`).
         com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
 
     Raises:
         InvalidInputError: an invalid box, or a robot without effort limits.
     """
     low, high = interval(com, "com", (2, 3))
-    rows = effort.rows
+    _check_box(effort, low, high)
+    rows = effort.rows_within(float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high)))))
     above, where = greatest_in_box(rows.above, low, high, effort.inertia)
     below = greatest_in_box(rows.below, low, high, effort.inertia)[0]
     row = int(above.argmax()) if len(above) else 0
@@ -141,7 +164,18 @@ def robust_capacity(effort: PayloadEffort, *, com: Any) -> RobustCapacity:
         joint=effort.robot.joint_names[binds] if binds >= 0 else "",
         time=float(found.time[0]),
         com=_point(where[row] if binds >= 0 else 0.5 * (low + high)),
+        samples=effort.samples,
+        kept=effort.kept,
+        at_full_limit=None if effort.kept == 1.0 else robust_capacity(effort.at_full_limit, com=com).upper,
     )
+
+
+def _check_box(effort: PayloadEffort, low: Array, high: Array) -> None:
+    check_reach(effort, np.maximum(np.abs(low), np.abs(high))[None])
+
+
+def _less(kept: float) -> str:
+    return "" if kept == 1.0 else f" less {margin_of(kept)}"
 
 
 @final
@@ -155,6 +189,8 @@ class RobustCurve:
         mass: greatest mass, inf where nothing limits it, NaN where no mass is feasible, shape (N,) [kg].
         joints: names of the joints that bind, empty where none does, N of them.
         payload_model: how the payload acts.
+        samples: instants per segment that were looked at; None if the masses are guaranteed at every instant.
+        kept: share of the robot's effort limits that the motion's problem keeps.
     """
 
     com: Array
@@ -162,6 +198,8 @@ class RobustCurve:
     mass: Array
     joints: tuple[str, ...]
     payload_model: str
+    samples: int | None
+    kept: float
 
 
 def robust_curve(
@@ -186,6 +224,8 @@ def robust_curve(
         mass=frozen(np.array([one.upper for one in found])),
         joints=tuple(one.joint for one in found),
         payload_model=effort.payload_model,
+        samples=effort.samples,
+        kept=effort.kept,
     )
 
 

@@ -20,7 +20,6 @@ from trajevo.dynamics.piece_bounds import Over, PieceBounds, Pieces
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.solvers.gradient.sqp import FEASIBLE
 from trajevo.trajectory.bernstein import gauss
 
 #: Quantity of a constraint -> power of the speed by which its share of the limit changes.
@@ -48,6 +47,9 @@ _BOUNDS, _ABOVE = 8, 1e-8
 #: Factors that are tried in search of one that keeps all constraints, as a ratio between neighbours and their number:
 #: up to a million times the least factor, or the least tried where nothing else bounds it.
 _RATIO, _TRIED, _LEAST = 1.15, 100, 1e-3
+
+#: Excess over a limit, as a share of it, that counts as rounding.
+_KEPT = 1e-9
 
 #: Halvings of the last of these ratios.
 _HALVINGS = 32
@@ -78,7 +80,7 @@ class Scaling:
     @property
     def greatest_factor(self) -> float:
         """The greatest factor of time that the limit allows, within the solvers' tolerance; inf if none breaks it."""
-        return np.inf if self.power >= 0 or self.share <= 0.0 else (1.0 + FEASIBLE) / self.share
+        return np.inf if self.power >= 0 or self.share <= 0.0 else (1.0 + _KEPT) / self.share
 
 
 @final
@@ -130,9 +132,7 @@ class ScaledConstraints:
     def never_kept(self) -> tuple[str, ...]:
         """Names of the columns that the path itself breaks, at every speed."""
         at_every_speed = [c for c in self.constraints if SPEED_POWERS.get(c.quantity) == 0]
-        return tuple(
-            name for c in at_every_speed for name, excess in self._columns(c, self.motion) if excess > FEASIBLE
-        )
+        return tuple(name for c in at_every_speed for name, excess in self._columns(c, self.motion) if excess > _KEPT)
 
     @cached_property
     def others(self) -> tuple[Constraint, ...]:
@@ -145,7 +145,7 @@ class ScaledConstraints:
         at_samples = [c for c in self.constraints if c.proof == "samples" and c.quantity != "tool speed"]
         return tuple(name for c in at_samples for name in ((c.quantity,) if c.quantity else c.names))
 
-    def broken(self, motion: Rollout, factor: float, *, tolerance: float = FEASIBLE) -> tuple[str, ...]:
+    def broken(self, motion: Rollout, factor: float, *, tolerance: float = _KEPT) -> tuple[str, ...]:
         """Names of the columns of :attr:`others` that a motion at a factor of time breaks by more than a tolerance."""
         if not self.others:
             return ()
@@ -212,7 +212,7 @@ def least_kept(
         return tuple(dict.fromkeys(name for names in found for name in names))
 
     before = least
-    if not broken(least, FEASIBLE):
+    if not broken(least, _KEPT):
         return float(allowed[0, 0]), ()
     for step in range(1, _TRIED):
         tried = next_allowed(allowed, least * _RATIO**step)

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.capacity.dlcc import SAMPLES, dlcc, sampled_motion
+from trajevo.capacity.dlcc import SAMPLES, dlcc_sampled, sampled_motion
 from trajevo.dynamics.path_effort import EffortOfPath
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.dynamics.rollout import Rollout
@@ -22,8 +22,11 @@ from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 class Sensitivity:
     """How the largest payload of a motion changes, to first order and while the same joint and instant bind.
 
+    Limits are those that the motion's problem keeps. The instant is one of the sampled ones: between two samples near a
+    peak the derivatives differ by as little as the effort.
+
     Attributes:
-        mass: the capacity [kg].
+        mass: the capacity at the sampled instants [kg], as of :func:`~trajevo.capacity.dlcc.dlcc_sampled`.
         joint: name of the binding joint.
         time: instant at which it binds [s].
         per_percent_of_effort: gain for each percent by which the effort limit of this joint is raised [kg].
@@ -47,25 +50,25 @@ class Sensitivity:
 
 
 def sensitivity(motion: Solution | Rollout | WeightedOptimum, *, samples: int = SAMPLES) -> Sensitivity:
-    """Derivatives of :func:`~trajevo.capacity.dlcc.dlcc` with respect to the binding effort limit and the duration.
+    """Derivatives of :func:`~trajevo.capacity.dlcc.dlcc_sampled` with respect to binding effort limit and duration.
 
     From τ = τ₀ + m τ₁ = ±limit at the binding joint and instant follows dm = (±dlimit - dτ₀ - m dτ₁)/τ₁. If the
     duration is scaled by s, dτ/ds = -(viscous + 2 inertial) at s = 1.
 
     Args:
         motion: as for :func:`~trajevo.capacity.dlcc.dlcc`.
-        samples: as for :func:`~trajevo.capacity.dlcc.dlcc`.
+        samples: as for :func:`~trajevo.capacity.dlcc.dlcc_sampled`.
 
     Raises:
         InvalidInputError: nothing limits the payload of this motion, or the motion breaks a limit without payload.
     """
-    capacity = dlcc(motion, samples=samples)
+    capacity = dlcc_sampled(motion, samples=samples)
     if not (np.isfinite(capacity.mass) and capacity.feasible):
         raise InvalidInputError(f"motion: expected one whose capacity a joint sets, got {capacity}")
     rollout = sampled_motion(motion, samples)
     joint = rollout.robot.joint_names.index(capacity.joint)
-    limit = float(rollout.robot.limits.effort[joint])
-    masses = mass_bounds(rollout.unloaded_effort[0], rollout.effort_per_kilogram[0], rollout.robot.limits.effort)[1]
+    limit = float(rollout.limits.effort[joint])
+    masses = mass_bounds(rollout.unloaded_effort[0], rollout.effort_per_kilogram[0], rollout.limits.effort)[1]
     instant = int(masses[:, joint].argmin())
     per_kilogram = float(rollout.effort_per_kilogram[0, instant, joint])
     state = (values[0, instant : instant + 1] for values in (rollout.q, rollout.v, rollout.a))

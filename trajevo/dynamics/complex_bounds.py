@@ -81,13 +81,30 @@ class EffortReach:
         Returns:
             Shape (..., n_joints) [N·m or N]; NaN or inf where there is no bound.
         """
-        robot = self.dynamics.robot
-        model = Bounds(*robot.transmission.reach(*motion))
+        model = Bounds(*self.dynamics.robot.transmission.reach(*motion))
         torque = _torque(self._models["robot"], model, self._gravity)
         if len(self._models) > 1:
             torque = torque + (self.dynamics.payload.mass if masses is None else masses) * self._per_kilogram(model)
-        friction = robot.friction
-        added = friction.viscous * motion.v + friction.armature * motion.a
+        return self._actuated(motion, torque)
+
+    def unloaded_and_per_kilogram(self, motion: Bounds) -> tuple[Array, Array]:
+        """Bounds as :meth:`effort`, without payload and of what each kilogram adds, if :attr:`any_mass`.
+
+        Args:
+            motion: bounds in actuator coordinates, shapes (..., n_joints).
+
+        Returns:
+            Two arrays of shape (..., n_joints) [N·m or N] and [N·m/kg or N/kg].
+        """
+        transmission = self.dynamics.robot.transmission
+        model = Bounds(*transmission.reach(*motion))
+        unloaded = self._actuated(motion, _torque(self._models["robot"], model, self._gravity))
+        return unloaded, transmission.effort_reach(motion.imaginary, self._per_kilogram(model))
+
+    def _actuated(self, motion: Bounds, torque: Array) -> Array:
+        """Bounds of actuator efforts from those of model torques, friction and armature added."""
+        robot = self.dynamics.robot
+        added = robot.friction.viscous * motion.v + robot.friction.armature * motion.a
         effort: Array = robot.transmission.effort_reach(motion.imaginary, torque) + added
         return effort
 

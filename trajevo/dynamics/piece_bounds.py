@@ -136,7 +136,7 @@ class PieceBounds:
 
     def everything(self, pieces: Pieces) -> Over:
         """Efforts, mechanical powers and the tool's speed, Q = 2 n_joints + 1."""
-        reach = self._reach(pieces.states)
+        reach = motion_bounds(pieces.states, self.degree)
         parts = self._joints(pieces, reach, powers=True), self._tool(pieces, reach)
         return Over(*(np.concatenate(both, axis=-1) for both in zip(*parts, strict=True)))
 
@@ -145,7 +145,7 @@ class PieceBounds:
 
         They do not see that terms cancel or that a lever has another direction; NaN or inf where there is no bound.
         """
-        reach = Bounds(*(bound[:, 0] for bound in self._reach(pieces.states)))
+        reach = Bounds(*(bound[:, 0] for bound in motion_bounds(pieces.states, self.degree)))
         dry = np.maximum(self.friction.dry(np.ones(reach.v.shape[1])), -self.friction.dry(-np.ones(reach.v.shape[1])))
         effort = self._effort_reach(pieces.owner, reach, axes=2) + dry
         with np.errstate(over="ignore", invalid="ignore"):
@@ -154,19 +154,19 @@ class PieceBounds:
 
     def efforts(self, pieces: Pieces) -> Over:
         """Efforts alone, Q = n_joints."""
-        return self._joints(pieces, self._reach(pieces.states), powers=False)
+        return self._joints(pieces, motion_bounds(pieces.states, self.degree), powers=False)
 
     def tool_speed(self, pieces: Pieces) -> Over:
         """The tool's speed alone, Q = 1."""
-        return self._tool(pieces, self._reach(pieces.states))
+        return self._tool(pieces, motion_bounds(pieces.states, self.degree))
 
     def tool_below(self, pieces: Pieces, height: float) -> Over:
         """How far the tool is below a height that it never exceeds, Q = 1 [m]."""
         q = np.split(pieces.states, 3, axis=-1)[0]
         below = height - self.kinematics.pose(q)[0][..., 2:]
         with np.errstate(over="ignore", invalid="ignore"):
-            magnitude = height + self.reach.tool_distance(self._reach(pieces.states))[..., None]
-        error, slack = _errors([magnitude], pieces.states.shape[1])
+            magnitude = height + self.reach.tool_distance(motion_bounds(pieces.states, self.degree))[..., None]
+        error, slack = interpolation_errors([magnitude], pieces.states.shape[1])
         return Over(hull(np.moveaxis(below, 1, -1))[1] + error, slack, below)
 
     def _joints(self, pieces: Pieces, reach: Bounds, *, powers: bool) -> Over:
@@ -184,7 +184,7 @@ class PieceBounds:
         magnitude = self._effort_reach(pieces.owner, reach)
         with np.errstate(over="ignore", invalid="ignore"):
             magnitudes = [magnitude, magnitude * reach.v] if powers else [magnitude]
-        error, slack = _errors(magnitudes, pieces.states.shape[1])
+        error, slack = interpolation_errors(magnitudes, pieces.states.shape[1])
         lower, upper = hull(np.moveaxis(np.concatenate(values, axis=-1), 1, -1))
         lower, upper = lower - error, upper + error
         self._add_dry(lower, upper, least, greatest, standing)
@@ -198,7 +198,7 @@ class PieceBounds:
         squared = (velocity * velocity).sum(axis=-1, keepdims=True)
         with np.errstate(over="ignore", invalid="ignore"):
             magnitude = self.reach.squared_tool_speed(reach)[..., None]
-        error, slack = _errors([magnitude], pieces.states.shape[1])
+        error, slack = interpolation_errors([magnitude], pieces.states.shape[1])
         above = np.sqrt(hull(np.moveaxis(squared, 1, -1))[1] + error)
         slack /= np.maximum(above, np.sqrt(slack)) + np.finfo(np.float64).tiny  # of the speed, from that of its square
         return Over(above, slack, np.sqrt(squared))
@@ -219,13 +219,14 @@ class PieceBounds:
     def _add_dry(self, lower: Array, upper: Array, least: Array, greatest: Array, standing: Array) -> None:
         """Widen enclosures of efforts by all possible dry friction, and those of powers where a joint may reverse."""
         n = least.shape[1]
+        lowest, highest = dry_range(self.friction, least, greatest, standing)
+        lower[:, :n] += lowest
+        upper[:, :n] += highest
+        if upper.shape[1] == n:
+            return
         forward, backward = greatest > standing, least < -standing
         may_stand = (least <= standing) & (greatest >= -standing)
         ahead, behind = self.friction.dry(np.ones(n)), self.friction.dry(-np.ones(n))
-        upper[:, :n] += np.where(forward, ahead, np.where(may_stand, 0.0, behind))
-        lower[:, :n] += np.where(backward, behind, np.where(may_stand, 0.0, ahead))
-        if upper.shape[1] == n:
-            return
         lost = np.maximum(ahead * np.maximum(greatest, 0.0), behind * np.minimum(least, 0.0))
         upper[:, n:] += np.where(forward & backward, lost, 0.0)
         # The polynomial includes the power lost to dry friction, but a joint that counts as at rest loses none.
@@ -233,20 +234,42 @@ class PieceBounds:
         upper[:, n:] += at_most
         lower[:, n:] -= at_most
 
-    def _reach(self, states: Array) -> Bounds:
-        """Bounds of the motion on the ellipses, shapes (K, ellipses, n_joints)."""
-        n = states.shape[-1] // 3
-        series = np.abs(to_chebyshev(states.shape[1])[: self.degree + 1] @ states)
-        for order in (1, 2):  # terms beyond the degree of a derivative are rounding
-            series[:, max(self.degree + 1 - order, 1) :, order * n : (order + 1) * n] = 0.0
-        powers = _ELLIPSES[:, None] ** np.arange(self.degree + 1)
-        magnitude = 0.5 * (powers + 1.0 / powers) @ series
-        imaginary = 0.5 * (powers - 1.0 / powers) @ series[..., :n]
-        q, v, a = np.split(magnitude, 3, axis=-1)
-        return Bounds(imaginary, q, v, a)
+
+def motion_bounds(states: Array, degree: int) -> Bounds:
+    """Bounds of motions on the ellipses about their pieces, shapes (K, ellipses, n_joints).
+
+    Args:
+        states: q, v, a at the nodes of the pieces, shape (K, N, 3 n_joints).
+        degree: degree of the motions' polynomials.
+    """
+    n = states.shape[-1] // 3
+    series = np.abs(to_chebyshev(states.shape[1])[: degree + 1] @ states)
+    for order in (1, 2):  # terms beyond the degree of a derivative are rounding
+        series[:, max(degree + 1 - order, 1) :, order * n : (order + 1) * n] = 0.0
+    powers = _ELLIPSES[:, None] ** np.arange(degree + 1)
+    magnitude = 0.5 * (powers + 1.0 / powers) @ series
+    imaginary = 0.5 * (powers - 1.0 / powers) @ series[..., :n]
+    q, v, a = np.split(magnitude, 3, axis=-1)
+    return Bounds(imaginary, q, v, a)
 
 
-def _errors(magnitudes: list[Array], size: int) -> tuple[Array, Array]:
+def dry_range(friction: Friction, least: Array, greatest: Array, standing: Array) -> tuple[Array, Array]:
+    """Least and greatest dry friction of joints whose velocities are between bounds, shapes (K, n_joints) [N·m or N].
+
+    Args:
+        friction: friction of the robot.
+        least: lower bounds of the velocities, shape (K, n_joints) [rad/s or m/s].
+        greatest: upper bounds of the velocities, the same shape.
+        standing: greatest speeds at which joints count as at rest, the same shape.
+    """
+    forward, backward = greatest > standing, least < -standing
+    may_stand = (least <= standing) & (greatest >= -standing)
+    ahead, behind = (friction.dry(np.full(least.shape[1], sign)) for sign in (1.0, -1.0))
+    highest = np.where(forward, ahead, np.where(may_stand, 0.0, behind))
+    return np.where(backward, behind, np.where(may_stand, 0.0, ahead)), highest
+
+
+def interpolation_errors(magnitudes: list[Array], size: int) -> tuple[Array, Array]:
     """Bounds of the errors of the interpolating polynomials, rounding included, and those of rounding alone, (K, Q).
 
     Args:

@@ -15,7 +15,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.base.files import write_whole
-from trajevo.capacity.dlcc import Capacities, Capacity, EffortAlong
+from trajevo.capacity.capacity import Capacities, Capacity, EffortAlong
 from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram
 from trajevo.capacity.payload_studies import AroundMotion, Carried, LeastTimes
 from trajevo.capacity.payload_time import PayloadCurve

@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.units import pretty
-from trajevo.capacity.dlcc import Capacities, Capacity, EffortAlong, effort_along
+from trajevo.capacity.capacity import Capacities, Capacity, EffortAlong
+from trajevo.capacity.dlcc import effort_along
 from trajevo.capacity.payload_time import PayloadCurve
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name

@@ -179,6 +179,28 @@ def entries_of(tensors: Array) -> Array:
     return entries
 
 
+def com_features(com: Array, inertia: Array) -> Array:
+    """The ten parameters of one kilogram, (P, 10), with centres of mass (P, 3) [m] and an inertia (3, 3) [m²]."""
+    about_tool = inertia + (com**2).sum(axis=1)[:, None, None] * np.eye(3) - com[:, :, None] * com[:, None, :]
+    return np.column_stack([np.ones(len(com)), com, entries_of(about_tool)])
+
+
+def quadratic_forms(rows: Array, inertia: Array) -> tuple[Array, Array, Array]:
+    """Rows of slopes as quadratic forms a + b·c + cᵀ Q c of the centre of mass c.
+
+    Args:
+        rows: slopes per kilogram, shape (R, 10).
+        inertia: inertia per kilogram about the centre of mass, shape (3, 3) [m²].
+
+    Returns:
+        a (R,), b (R, 3), Q (R, 3, 3).
+    """
+    tensors = tensor_of(rows[:, 4:] * np.array([1.0, 0.5, 1.0, 0.5, 0.5, 1.0]))
+    trace = np.trace(tensors, axis1=1, axis2=2)
+    a = rows[:, 0] + (tensors * inertia).sum(axis=(1, 2))
+    return a, rows[:, 1:4], trace[:, None, None] * np.eye(3) - tensors
+
+
 def _body(payload: Payload) -> Any:
     inertia = np.zeros((3, 3)) if payload.inertia is None else np.array(payload.inertia)
     return pin.Inertia(payload.mass, np.array(payload.com), inertia)

@@ -78,10 +78,21 @@ def hull(values: Array) -> tuple[Array, Array]:
     Returns:
         Lower and upper bounds, each of shape (...).
     """
-    cut, rounding, _ = _first_cut(values.shape[-1])
-    pieces = values @ cut
-    slack = rounding * np.abs(values).max(axis=-1)
+    pieces, slack = bernstein_halves(values)
     return pieces.min(axis=-1) - slack, pieces.max(axis=-1) + slack
+
+
+def bernstein_halves(values: Array) -> tuple[Array, Array]:
+    """Bernstein coefficients of both halves of polynomials on [0, 1], and bounds of their rounding errors.
+
+    Args:
+        values: of polynomials of degree below N at the nodes of ``gauss(N)``, shape (..., N).
+
+    Returns:
+        Shapes (..., 2 N) and (...).
+    """
+    cut, rounding, _ = _first_cut(values.shape[-1])
+    return values @ cut, rounding * np.abs(values).max(axis=-1)
 
 
 @cache
