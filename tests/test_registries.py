@@ -30,6 +30,7 @@ SI = re.compile(r"(?:rad|kg|m|s|N|J|W|1|\{joint\}|\{effort\}|or| )(?:\^\d)?(?:[*
 #: A value for every parameter without a default.
 GIVEN = {
     "overshoot": 0.5,
+    "via_error": 0.01,
     "tool_speed": 2.0,
     "tool_height": 0.05,
     "longest_time": 9.0,
@@ -85,8 +86,8 @@ def test_every_objective_has_a_unit_and_works(name):
 
 @pytest.mark.parametrize("name", OBJECTIVES)
 def test_what_an_objective_needs_is_asked_for(name):
-    bare = load_robot("pointing_mechanism")
-    if OBJECTIVES[name].needs:
+    bare = load_robot("pointing_mechanism")  # it has masses
+    if set(OBJECTIVES[name].needs) - {"masses"}:
         refused(lambda: objectives_of([name], bare), f"objectives: {name} needs ")
     else:
         assert objectives_of([name], bare)[0].name == name

@@ -240,6 +240,7 @@ class Draw:
             "overshoot": lambda: self.number(0.1, 0.5),
             "tool_speed": lambda: self.number(0.5, 3.0),
             "tool_height": lambda: self.number(-0.5, 0.1),
+            "via_error": lambda: self.number(0.05, 0.5),
             "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
             "scene": self.scene,
         }
