@@ -16,9 +16,8 @@ MARGIN = 1e-8
 #: Excess that SLSQP may leave, as a share of a limit; what is left is removed by a greater margin.
 _LEFT = 1e-6
 
-#: How often limits are tightened further for an end that breaks them, by how many times its excess, and up to which
-#: excess this is tried.
-_TIGHTENINGS, _TIGHTER, _MOST_EXCESS = 4, 2.0, 1e-3
+#: Least margins that are added in turn for an end that breaks limits, and the greatest excess for which this is tried.
+_ROOM, _MOST_EXCESS = (1e-10, 1e-9, 1e-8, 1e-7), 1e-3
 
 #: Greatest number of times that SLSQP is started. It stops early if its approximation of the curvature is wrong; when
 #: it is started again from that point, it continues.
@@ -56,21 +55,30 @@ class WeightedSum:
         self._excess = excess or (lambda x: greatest_excess(problem, x))
         self.problem, self.weights, self.tame = problem, weights, True
         self.half_space, self.margin, self.evaluations = half_space, margin, 0
+        self._room = np.full(self.problem.n_ieq_constr, margin)
         self.logarithmic = problem.xl > 0.0
         self.bounds = np.stack([self._inside(problem.xl), self._inside(problem.xu)], axis=1)
         self._at: Array | None = None
         self._values: tuple[float, Array, Array, Array] = (0.0, np.empty(0), np.empty(0), np.empty(0))
 
     def run(self, start: Array, tolerance: float) -> Array:
-        """The end of SLSQP from a start; one that breaks a limit slightly is sought again with tighter limits."""
-        x, margin = self._ended(start, tolerance), self.margin
-        for _ in range(_TIGHTENINGS):
-            excess = self._excess(x)
-            if not 0.0 < excess <= _MOST_EXCESS:
+        """The end of SLSQP from a start, with limits as tight as it takes to keep them exactly.
+
+        If no motion keeps away from all limits, as with a via point on one of them, the search is repeated without a
+        margin. An end that breaks limits slightly is sought again with more room at these limits.
+        """
+        for margin in dict.fromkeys((self.margin, 0.0)):
+            self._room = np.full(self.problem.n_ieq_constr, margin)
+            x = self._ended(start, tolerance)
+            for room in _ROOM:
+                excess = self._excess(x)
+                if not 0.0 < excess <= _MOST_EXCESS:
+                    break
+                G = self._look(self._inside(x))[2][: len(self._room)]
+                self._room = self._room + np.where(-excess < G, max(2.0 * excess, room), 0.0)
+                x = self._ended(x, tolerance)
+            if self._excess(x) <= 0.0:
                 break
-            self.margin += _TIGHTER * excess
-            x = self._ended(x, tolerance)
-        self.margin = margin
         return x
 
     def _ended(self, start: Array, tolerance: float) -> Array:
@@ -119,7 +127,8 @@ class WeightedSum:
             x = self._outside(y)
             self.evaluations += 1
             F, dF, G, dG = (values[0] for values in self.problem.evaluate_with_gradients(x[None]))
-            G = G + self.margin
+            # A value that nothing moves, such as that of a via point on its limit, cannot keep away from the limit.
+            G = G + np.where(dG.any(axis=1), self._room, 0.0)
             if self.half_space is not None:
                 normal, offset = self.half_space
                 G, dG = np.append(G, normal @ F - offset), np.vstack([dG, normal @ dF])
