@@ -1,16 +1,20 @@
 """The gradient solver: the reference's optima from random starts, least times, and what it refuses."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from tests.guo2016 import GUO2016, TABLE_7
 from tests.helpers import impossible, small_problem
-from trajevo import load_robot
+from trajevo import load_robot, optimise
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import Weights
-from trajevo.problems import HybridManipulator
+from trajevo.problems import HybridManipulator, ViaPointProblem
+from trajevo.solvers.gradient.normal_constraint import solve_nnc
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 
+DATA = Path(__file__).parents[1] / "data"
 OPTIMA = GUO2016["optimum_cost"]
 every_convention = pytest.mark.parametrize("convention", OPTIMA)
 LEAST_TIME = Weights((1.0, 0.0, 0.0, 0.0))
@@ -55,7 +59,7 @@ def test_result_is_consistent():
     assert list(best.G) == list(problem.constraint_names)
     np.testing.assert_array_equal(list(best.F.values()), F[0])
     np.testing.assert_array_equal(list(best.G.values()), G[0])
-    assert max(best.G.values()) <= 1e-6
+    assert max(best.G.values()) <= 0.0
     assert best.cost == pytest.approx(
         F[0] @ (np.array(problem.paper_weights.weights) / problem.paper_weights.scales), rel=1e-12
     )
@@ -109,6 +113,41 @@ def test_where_nothing_is_feasible_the_cost_is_infinite():
     assert np.isinf(best.costs).all()
     assert best.x.shape == (2,)
     assert best.G == {"patience": 0.5}
+
+
+def rods() -> ViaPointProblem:
+    """Two rods of 1 m and 1 kg in a plane without gravity, with 1 N·m per joint and a payload of 1 kg."""
+    robot = load_robot(DATA / "rods.urdf", limits={"acceleration": np.inf, "jerk": np.inf})
+    return ViaPointProblem(
+        robot=robot,
+        points=np.column_stack([np.linspace(0.0, 0.522, 5), np.full(5, 0.5)]),
+        interpolant="cubic",
+        duration_bounds=(0.02, 4.0),
+        moving=[{"point": k, "joints": [1.0, 1.5]} for k in (1, 2, 3)],
+        objectives=["time", "energy"],
+        constraints=["effort"],
+        limits="sampled",
+        payload=1.0,
+        samples=8,
+    )
+
+
+def test_an_optimum_on_a_limit_is_feasible_and_kept_by_a_search_that_begins_with_it():
+    problem = rods()
+    best = minimise_weighted(problem, Weights((1.0, 0.0)), seed=1, starts=5)
+    assert best.cost == pytest.approx(3.17587, rel=1e-5)
+    assert best.cost == best.F["time"]
+    assert problem.evaluate(best.x[None])[1].max() <= 0.0
+    front = optimise(problem, seed=1, initial=best.x[None], generations=5, population=20, progress=False, polish=False)
+    assert front.F[:, 0].min() <= best.cost
+    assert front.G.max() <= 0.0
+
+
+def test_points_of_normal_constraints_are_feasible_by_the_problems_own_test():
+    front = solve_nnc(small_problem(), points=9)
+    assert front.run.settings["failed"] == 0
+    assert len(front) == 9
+    assert front.problem.evaluate(front.X)[1].max() <= 0.0
 
 
 @pytest.mark.parametrize(
