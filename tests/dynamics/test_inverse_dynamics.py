@@ -161,7 +161,7 @@ def test_friction_alone_is_exact():
     for joint in range(model.njoints):
         model.inertias[joint] = pin.Inertia.Zero()
     viscous, coulomb, armature = np.array([[0.5, 0.25], [1.0, 2.0], [0.125, 0.0]])
-    robot = replace(POINTING, model=model, friction=Friction(viscous, coulomb, armature))
+    robot = replace(POINTING, model=model, friction=Friction(viscous, coulomb, armature), allow_massless=True)
     q, v, a = random_states(POINTING, 20)
     np.testing.assert_array_equal(Dynamics(robot).effort(q, v, a), viscous * v + coulomb * np.sign(v) + armature * a)
 

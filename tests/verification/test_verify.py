@@ -270,8 +270,8 @@ def test_command_line(tmp_path):
     content["X"] = [[0.4 * x for x in row] for row in content["X"]]
     (tmp_path / "faster.json").write_text(json.dumps(content))
     failed = trajevo("verify", tmp_path / "faster.json", "--solution", "0")
-    assert failed.returncode == 1
-    assert "row 0 FAILS: " in failed.stdout
+    assert failed.returncode == 2
+    assert "the file is damaged or was changed" in failed.stderr
     refusal = trajevo("verify", tmp_path, "--density", "1")
     assert (refusal.returncode, refusal.stderr.count("\n")) == (2, 1)
     assert "density: expected a whole number from 2 to 200, got 1" in refusal.stderr

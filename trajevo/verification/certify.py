@@ -9,6 +9,7 @@ trajectory's extremes, effort, power and tool speed by :mod:`trajevo.dynamics.en
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError, NoSolutionError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Front, Solution
-from trajevo.verification.certificate import Certificate, Proof
+from trajevo.verification.certificate import Certificate, Proof, Uncovered
 from trajevo.verification.constraint_proofs import constraint_proofs
 from trajevo.verification.kinematic_proofs import kinematic_proofs
 
@@ -81,13 +82,31 @@ def _certified(
     rollout: Rollout, names: list[str], limits: Array, tolerance: float, problem: TrajectoryProblem | None
 ) -> list[Certificate]:
     count, found = len(rollout.trajectory), []
-    enclosure = enclose(rollout, limits, tolerance=float(tolerance))
+    enclosure = enclose(_computable(rollout), limits, tolerance=float(tolerance))
     kinematic = kinematic_proofs(rollout)
     own, uncovered = ([()] * count, [()] * count) if problem is None else constraint_proofs(problem, rollout)
     for k, name in enumerate(names):
         rows = (*kinematic[k], *_dynamic_proofs(rollout, enclosure, k, limits), *own[k])
-        found.append(Certificate(name, float(tolerance), int(enclosure.pieces[k]), rows, uncovered[k]))
+        missing = (*_without_effort(rollout), *uncovered[k])
+        notes = rollout.robot.mass_notes if rollout.robot.gives_effort else ()
+        found.append(Certificate(name, float(tolerance), int(enclosure.pieces[k]), rows, missing, notes))
     return found
+
+
+def _computable(rollout: Rollout) -> Rollout:
+    """The rollout itself, or with efforts that nobody is told, if links without mass would refuse them."""
+    if rollout.robot.gives_effort:
+        return rollout
+    robot = replace(rollout.robot, allow_massless=True)
+    return replace(rollout, dynamics=replace(rollout.dynamics, robot=robot))
+
+
+def _without_effort(rollout: Rollout) -> tuple[Uncovered, ...]:
+    """Effort, if it is limited but cannot be computed."""
+    robot = rollout.robot
+    if robot.gives_effort or not np.isfinite(rollout.limits.effort).any():
+        return ()
+    return (Uncovered("effort", f"links without mass: {', '.join(robot.massless)}", float("nan"), 0),)
 
 
 def _problem_of(motion: Any) -> TrajectoryProblem | None:
@@ -110,7 +129,7 @@ def _dynamic_proofs(rollout: Rollout, enclosure: Enclosure, motion: int, limits:
         ("tool speed", None, "m/s"),
     ]
     carried = rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[motion])
-    massless = robot.mass == 0.0 and carried == 0.0 and robot.friction.none
+    massless = not robot.gives_effort or (robot.mass == 0.0 and carried == 0.0 and robot.friction.none)
     own = np.concatenate([robot.limits.effort, limits[robot.dof :]])
     for k, (quantity, joint, unit) in enumerate(columns):
         if massless and joint is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -27,14 +27,18 @@ def shares_used(solution: Solution) -> dict[str, float]:
     Returns:
         Name of the constraint's column -> share.
     """
-    return shares_of_rows(solution.front, [solution.index])[0]
+    return _shares(solution.front, [solution.index], lambda: solution.rollout)[0]
 
 
 def shares_of_rows(front: Front, rows: Sequence[int]) -> list[dict[str, float]]:
     """:func:`shares_used` of several rows of a front, in one batch."""
+    return _shares(front, rows, lambda: front.problem.rollout(front.X[list(rows)]))
+
+
+def _shares(front: Front, rows: Sequence[int], moved: Callable[[], Rollout]) -> list[dict[str, float]]:
     excess = front.G[list(rows)].copy()
     if any(_coarse(constraint) for constraint in front.problem.constraints):
-        rollout, first = front.problem.rollout(front.X[list(rows)]), 0
+        rollout, first = moved(), 0
         for constraint in front.problem.constraints:
             columns = slice(first, first + len(constraint.names))
             if _coarse(constraint):

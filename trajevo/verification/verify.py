@@ -205,7 +205,9 @@ def _motion(trajectory: TrajectoryBatch, shares: Array) -> Motion:
 
 
 def _efforts(rollout: Rollout, motion: Motion) -> tuple[Array, Array]:
-    """Effort by our own recursion and by Pinocchio, each (T, n_joints)."""
+    """Effort by our own recursion and by Pinocchio, each (T, n_joints); none without masses."""
+    if not rollout.robot.gives_effort:
+        return np.zeros_like(motion.q), np.zeros_like(motion.q)
     payload = rollout.dynamics.payload
     if rollout.masses is not None:
         payload = payload.with_mass(float(rollout.masses[0]))
@@ -221,6 +223,8 @@ def _robot_rows(rollout: Rollout, motion: Motion, effort: Array) -> Iterator[Uti
     ):
         limit = getattr(limits, name)
         used[name] = np.where(np.isfinite(limit), np.abs(values) / limit, -np.inf)
+    if not robot.gives_effort:
+        del used["effort"]
     for name, share in used.items():
         for joint in np.flatnonzero(~np.isneginf(share).all(axis=0)):
             worst = int(np.argmax(share[:, joint]))  # the first NaN, if there is one
