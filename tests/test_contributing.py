@@ -196,8 +196,8 @@ def test_the_examples_are_used_from_the_command_line(tmp_path):
     rows = [", ".join(map(repr, row)) for row in np.asarray(TABLE_1_JOINTS).tolist()]
     file.write_text("\n".join([headers, *rows]))
     given = ("--points", file, "--interpolant", "even", "--set", "most_power=1e4", *sizes, "--out", tmp_path / "set")
-    done = trajevo("solve", "via-points", *given)
-    assert done.returncode == 3, done.stderr  # so few generations find nothing feasible; what was computed is kept
+    done = trajevo("solve", "via-points", *given, "--set", 'constraints=["velocity"]')
+    assert done.returncode == 0, done.stderr
     assert Front.load(tmp_path / "set/front.json").record.settings["most_power"] == 1e4
     listed = trajevo("list").stdout
     for name in ("peak_power", "most_power", "even", "octave", "small-steps", "swing"):

@@ -321,8 +321,8 @@ def test_capacities_stand_on_the_margin_and_tell_that_of_the_full_limits_too(tas
         found, at_full = function(rollout), function(full)
         assert found.kept == pytest.approx(0.8)
         assert found.mass < at_full.mass == found.at_full_limit
-        assert str(found).startswith(f"with the margin of 20 %: {str(found).split(': ')[1]}")
-        assert str(found).endswith(f"; at the robot's full limit: {str(at_full).split()[0]} kg")
+        assert str(found).startswith(f"with your margin of 20 %: {str(found).split(': ')[1]}")
+        assert str(found).endswith(f"; at the robot's full limits: {str(at_full).split()[0]} kg")
         assert (at_full.kept, at_full.at_full_limit) == (1.0, None)
     weaker = replace(rollout.dynamics, robot=with_effort(rollout.robot, 0.8 * rollout.robot.limits.effort))
     assert dlcc(rollout).mass == pytest.approx(dlcc(replace(full, dynamics=weaker)).mass, rel=1e-12)

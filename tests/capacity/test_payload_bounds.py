@@ -118,7 +118,7 @@ def test_bounds_stand_on_the_limits_that_are_kept_and_tell_the_full_ones():
         assert found.upper < at_full.upper
         assert found.at_full_limit == pytest.approx(at_full.upper, rel=5e-3)
         assert at_full.at_full_limit is None
-        assert str(found).startswith("with the margin of 20 %: ")
-        assert "; at the robot's full limit: " in str(found)
+        assert str(found).startswith("with your margin of 20 %: ")
+        assert "; at the robot's full limits: " in str(found)
         assert "less 20 %" in str(worst_case(less, mass=(0.5, 1.0), com=BOX))
         assert payload_diagram(less, [0.0, 0.1], [0.0]).kept == pytest.approx(0.8)

@@ -221,8 +221,10 @@ def test_a_tool_below_its_least_height_is_impossible():
 
 def test_an_inner_point_on_a_limit_is_a_note(weak):
     found = check(weak_problem(weak, [[1.5, 3.0], [1.2, 3.0], [1.4, 0.0]], constraints=ALL[:4]))
-    (note,) = found.findings
-    assert (note.severity, note.point, note.joint) == ("note", 1, "b")
+    (note,) = found.notes
+    assert note.startswith("point 1 lies on the upper limit of 'b', 3 rad: the joint is at rest there")
+    assert f"note: {note}" in str(found)
+    assert not found.findings
 
 
 def test_a_longest_time_below_the_least_times_is_impossible(weak):

@@ -105,12 +105,12 @@ def test_a_report_makes_the_problem_once_and_decodes_a_few_rows(kept, tmp_path, 
     front = Front.load(file)
     found = analyse(front, file=analyses_file)
     report(front, tmp_path / "full.html", analyses=found, pictures=draw_all(front, found))
-    assert counted == {"decode": 4, "record": 1}  # the record is checked, and shares of limits are told
+    assert counted == {"decode": 2, "record": 1}  # once to compare the numbers on record
     monkeypatch.undo()
     monkeypatch.setattr(TrajectoryProblem, "decode", decoding)
     front = Front.load(file)
     report(front, tmp_path / "short.html", analyses=analyse(front, "short"))
-    assert counted["decode"] <= 4 + len(front.choices()) + 4
+    assert counted["decode"] <= 2 + 1 + len(front.choices()) + 1
 
 
 def test_what_is_missing_is_computed_and_added(kept, tmp_path, monkeypatch):

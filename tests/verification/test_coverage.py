@@ -109,8 +109,11 @@ def test_shown_shares_are_those_of_the_certificate_not_of_the_first_proof(with_m
 def test_exported_constraints_are_those_shares(with_margin, tmp_path):
     best = with_margin.knee()
     told = json.loads(export(best, tmp_path / "knee.json", format="json").read_text())
+    certificate = certify(best)
+    assert set(told["solution"]["constraints"]) == set(best.G)
     for name, value in told["solution"]["constraints"].items():
-        assert value == pytest.approx(shares_used(best)[name] - 1.0, abs=1e-12)
+        assert value == pytest.approx(row_of(certificate, name).share - 1.0, abs=1e-12)
+        assert value <= best.G[name] + 1e-12
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.helpers import POINTS, any_problem, refused, small_problem, trajevo
-from trajevo import PolynomialBatch, TrajectoryProblem, load_problem, load_robot, optimise
+from trajevo import PolynomialBatch, TrajectoryProblem, ViaPointProblem, load_problem, load_robot, optimise
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.joint_limits import effort_limits, kinematic_limits
@@ -255,6 +255,31 @@ def test_what_is_no_solution_is_refused(front):
     refused(lambda: verify(front), "^solution: expected a solution of a front, got Front")
     empty = dataclasses.replace(front, X=front.X[:0], F=front.F[:0], G=front.G[:0])
     refused(lambda: verify_all(empty), "^the front is empty")
+
+
+def test_the_command_line_exits_with_1_where_a_limit_is_exceeded_between_samples(tmp_path):
+    problem = ViaPointProblem(
+        robot={"name": "ur5", "tool": "tool0", "limits": {"acceleration": np.inf, "jerk": np.inf}},
+        points=[
+            [0.0, -1.5, 1.5, -1.5, -1.5, 0.0],
+            [0.5, -1.2, 1.4, -1.7, -1.5, 0.2],
+            [0.9, -1.4, 1.5, -1.6, -1.5, 0.0],
+        ],
+        duration_bounds=(0.3, 4.0),
+        objectives=["time", "energy"],
+        constraints=["velocity", "effort"],
+        limits="sampled",
+        samples=2,  # both ends of the segments
+        payload=10.0,
+    )
+    front = optimise(problem, seed=1, generations=8, population=20, progress=False, polish=False)
+    front.save(tmp_path / "front.json")
+    failed = trajevo("verify", tmp_path / "front.json", "--solution", "0")
+    assert failed.returncode == 1, failed.stderr
+    assert "row 0 FAILS: effort of " in failed.stdout
+    every = trajevo("verify", tmp_path / "front.json", "--all")
+    assert every.returncode == 1
+    assert f" of {len(front)} solutions keep every limit." in every.stdout
 
 
 def test_command_line(tmp_path):

@@ -4,16 +4,22 @@ import numpy as np
 import pytest
 
 from trajevo import (
+    Dynamics,
+    Payload,
+    Rollout,
     ViaPointProblem,
+    ViaPoints,
     certify,
     dlcc,
     export,
+    load_robot,
     optimise,
     slowdown_for,
     verify,
 )
 from trajevo.base import jit
 from trajevo.capacity.payload_effort import payload_effort
+from trajevo.trajectory.interpolants import SinglePolynomial
 from trajevo.verification.certify import certify_all
 
 
@@ -152,3 +158,17 @@ def test_verified_and_carried_and_slowed(front):
 def test_exported(front, format, tmp_path):
     written = export(front.knee(), tmp_path / "motion", format=format)
     assert b"nan" not in written.read_bytes().lower().replace(b"nanosec", b"") or format == "netcdf"
+
+
+def test_quantities_without_a_limit_are_bounded_to_the_tolerance_however_far_a_motion_goes():
+    """A bound from the sizes of robot and motion must not hide behind ellipses that are larger than the motion."""
+    robot, rng = load_robot("puma560"), np.random.default_rng(7)
+    least, most = np.maximum(robot.limits.lower, -2.5), np.minimum(robot.limits.upper, 2.5)
+    for _ in range(10):
+        points = ViaPoints(0.5 * (least + most) + 0.5 * (most - least) * rng.uniform(-0.8, 0.8, (5, robot.dof)))
+        times = 0.1 * 50.0 ** rng.uniform(0.3, 0.9, (1, 4))
+        motion = SinglePolynomial(points, duration_bounds=(0.1, 5.0))(times)
+        certificate = certify(Rollout(Dynamics(robot, Payload(2.0)), motion))
+        rows = [row for row in certificate.rows if row.quantity == "power"]
+        greatest = max(row.exhibited for row in rows)
+        assert max(row.bound - row.exhibited for row in rows) <= 1.1e-3 * greatest

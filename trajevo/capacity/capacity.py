@@ -10,7 +10,6 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.robot.robot import Robot
 
 #: How a capacity was found.
 GUARANTEED, SAMPLED, ITERATED = "guaranteed", "sampled", "iterated"
@@ -79,8 +78,7 @@ class Capacity:
     def __str__(self) -> str:
         if self.at_full_limit is None:
             return self._text
-        full = self._down(self.at_full_limit)
-        return f"with the margin of {margin_of(self.kept)}: {self._text}; at the robot's full limit: {full} kg"
+        return told_both(self._text, f"{self._down(self.at_full_limit)} kg", 1.0 - self.kept)
 
     @property
     def _text(self) -> str:
@@ -131,11 +129,20 @@ def margin_of(kept: float) -> str:
     return f"{100.0 * (1.0 - kept):.4g} %"
 
 
-def kept_share(robot: Robot, effort_limits: Array) -> float:
-    """Least share of a robot's effort limits that other limits are, shape (n_joints,) [N·m or N]."""
-    full = robot.limits.effort
-    limited = np.isfinite(full)
-    return float((effort_limits[limited] / full[limited]).min(initial=1.0))
+def told_both(kept: str, full: str, margin: float) -> str:
+    """A result within the limits that a problem keeps, and that at the robot's full limits, in one sentence.
+
+    Args:
+        kept: the former.
+        full: the latter.
+        margin: share of the effort limits that is kept free; 0 if the margins are of other limits.
+    """
+    return f"with {your_margin(margin)}: {kept}; at the robot's full limits: {full}"
+
+
+def your_margin(margin: float) -> str:
+    """Text for the share of the effort limits that a problem keeps free; 0 if its margins are of other limits."""
+    return f"your margin of {100.0 * margin:.4g} %" if margin else "your margins"
 
 
 def rounded(mass: float, side: Callable[[float], int]) -> str:

@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
-from trajevo.capacity.capacity import GUARANTEED, ITERATED, SAMPLED, Capacities, Capacity, EffortAlong, kept_share
+from trajevo.capacity.capacity import GUARANTEED, ITERATED, SAMPLED, Capacities, Capacity, EffortAlong
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.mass_enclosure import enclose_masses
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front, Solution
+from trajevo.robot.joints import least_share
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 #: Default number of instants per segment at which efforts are sampled; optimisation uses fewer.
@@ -160,7 +161,7 @@ def capacities(motions: Front | Rollout, *, tolerance: float = TOLERANCE, sample
         joint_names=given.robot.joint_names,
         payload_model=given.dynamics.payload.model,
     )
-    kept = kept_share(given.robot, given.limits.effort)
+    kept = least_share(given.limits.effort, given.robot.limits.effort)
     if kept == 1.0:
         return one
     full = capacities(replace(given, kept_limits=None), tolerance=tolerance, samples=samples)
@@ -229,7 +230,7 @@ def _share(tolerance: Any) -> float:
 
 def _and_at_full_limit(found: Capacity, rollout: Rollout, again: Callable[[Rollout], Capacity]) -> Capacity:
     """The capacity with that at the robot's full limits, where the problem keeps less of them."""
-    kept = kept_share(rollout.robot, rollout.limits.effort)
+    kept = least_share(rollout.limits.effort, rollout.robot.limits.effort)
     if kept == 1.0:
         return found
     return replace(found, kept=kept, at_full_limit=again(replace(rollout, kept_limits=None)).mass)

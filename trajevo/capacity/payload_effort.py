@@ -19,13 +19,13 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread, row_products
-from trajevo.capacity.capacity import kept_share
 from trajevo.capacity.dlcc import SAMPLES, sampled_motion
 from trajevo.dynamics.payload_bounds import REACH, bound_payloads
 from trajevo.dynamics.payload_masses import NEGLIGIBLE
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
+from trajevo.robot.joints import least_share
 from trajevo.robot.payload import Payload, com_features, entries_of, quadratic_forms
 from trajevo.robot.robot import Robot
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
@@ -137,7 +137,7 @@ class PayloadEffort:
     @property
     def kept(self) -> float:
         """Share of the robot's effort limits that :attr:`limit` keeps."""
-        return kept_share(self.robot, self.limit)
+        return least_share(self.limit, self.robot.limits.effort)
 
     @property
     def at_full_limit(self) -> PayloadEffort:

@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
-from trajevo.capacity.scaled_constraints import told_both
+from trajevo.capacity.capacity import told_both
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.certified import certified

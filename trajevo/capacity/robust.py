@@ -18,10 +18,9 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.intervals import greatest_quadratic, interval, mass_interval
-from trajevo.capacity.capacity import known, margin_of, rounded
+from trajevo.capacity.capacity import known, margin_of, rounded, told_both
 from trajevo.capacity.dlcc import SAMPLES, sampled_motion
 from trajevo.capacity.payload_effort import PayloadEffort, check_reach, limited_efforts, payload_effort
-from trajevo.capacity.scaled_constraints import told_both
 from trajevo.capacity.scaled_path import LeastFactor, ScaledPath, least_factor
 from trajevo.capacity.slowdown import TOLD, Slowdown, slowdown_of, why_not
 from trajevo.dynamics.rollout import Rollout, rollout_of
@@ -96,7 +95,7 @@ class RobustCapacity:
         if self.at_full_limit is None:
             return self._text
         full = f"{rounded(self.at_full_limit, floor)} kg" if self.at_full_limit >= 0.0 else "none"
-        return f"with the margin of {margin_of(self.kept)}: {self._text}; at the robot's full limit: {full}"
+        return told_both(self._text, str(full), 1.0 - self.kept)
 
     @property
     def _text(self) -> str:

@@ -170,18 +170,6 @@ def problem_of(motion: Any) -> TrajectoryProblem | None:
     return found if isinstance(found, TrajectoryProblem) else None
 
 
-def told_both(kept: str, full: str, margin: float) -> str:
-    """A result within the limits that a problem keeps, and that at the robot's full limits, in one sentence.
-
-    Args:
-        kept: the former.
-        full: the latter.
-        margin: share of the effort limits that is kept free; 0 if the margins are of other limits.
-    """
-    margins = f"your margin of {100.0 * margin:.4g} %" if margin else "your margins"
-    return f"with {margins}: {kept}; at the robot's full limits: {full}"
-
-
 def _own(constraint: Constraint) -> bool:
     """Whether a constraint is none of the limits of joints, or of their efforts, that rollouts carry."""
     of_joints = constraint.quantity in ("velocity", "acceleration", "jerk") and constraint.proof == "extremes"

@@ -15,6 +15,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.capacity.capacity import your_margin
 from trajevo.capacity.dlcc import sampled_motion
 from trajevo.capacity.scaled_constraints import ScaledConstraints, Watched, least_kept, next_allowed
 from trajevo.dynamics.enclosure import decide
@@ -120,7 +121,7 @@ class ScaledPath:
         where = f"{self.rollout.robot.joint_names[joint]} can hold at rest at {self.t[instant]:.4f} s of this motion"
         margin = self.rollout.effort_margin
         if margin:
-            where += f" with your margin of {100.0 * margin:.4g} %"
+            where += f" with {your_margin(margin)}"
         if np.isinf(least.max()):
             return f"expected a path along which the robot can hold itself, but no mass is what {where}"
         bound = (

@@ -14,8 +14,9 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.capacity.capacity import told_both
 from trajevo.capacity.dlcc import SAMPLES
-from trajevo.capacity.scaled_constraints import problem_of, told_both
+from trajevo.capacity.scaled_constraints import problem_of
 from trajevo.capacity.scaled_path import LeastFactor, ScaledPath, least_factor
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError

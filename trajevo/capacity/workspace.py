@@ -13,7 +13,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers, read_only
-from trajevo.capacity.scaled_constraints import told_both
+from trajevo.capacity.capacity import told_both
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.errors import InvalidInputError, checked_name

@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from trajevo import plots
+from trajevo.capacity.capacity import your_margin
 from trajevo.capacity.dlcc import dlcc
 from trajevo.capacity.payload_diagram import PayloadDiagram, payload_diagram
 from trajevo.capacity.payload_effort import PayloadEffort, payload_effort
@@ -163,7 +164,7 @@ def payload_time(
 
 def _least_times(curve: PayloadCurve) -> Table:
     full, headings = curve.at_full_limits, ["payload [kg]", "least time [s]"]
-    title = f"with your margin of {100.0 * curve.effort_margin:.4g} %" if curve.effort_margin else None
+    title = f"with {your_margin(curve.effort_margin)}" if curve.effort_margin else None
     table = table_with_units(*headings, *(["at full limits [s]"] if full else []), box=SIMPLE, title=title)
     for k, mass in enumerate(curve.payloads):
         times = [curve.times[k], *([full.times[k]] if full else [])]
@@ -316,7 +317,7 @@ def _table(curve: SlowdownCurve) -> Table:
     headings = ["payload [kg]", "least time [s]", "change", "limit", "joint"]
     headings += ["at full limits [s]"] if full else []
     headings += ["not kept"] if any(curve.not_kept) else []
-    margin = f", with your margin of {100.0 * curve.effort_margin:.4g} %" if curve.effort_margin else ""
+    margin = f", with {your_margin(curve.effort_margin)}" if curve.effort_margin else ""
     title = f"least time along the same path{margin}; effort sampled at {curve.instants} instants"
     table = table_with_units(*headings, box=SIMPLE, title=title, title_justify="left")
     step = -(-len(curve.payloads) // _ROWS)

@@ -1,8 +1,11 @@
-"""Which problem a command works on: a name with its arguments, or a task's file, which says all of them itself."""
+"""Which problem a command works on: a name with its options, or a task's file, which says all of them itself."""
 
 from __future__ import annotations
 
+import functools
+import inspect
 import tomllib
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,42 +22,81 @@ from trajevo.solvers.optimise import load_task
 ProblemArgument = Annotated[
     str, typer.Argument(help="Name in `trajevo list` or `trajevo examples`, or file task.toml.")
 ]
-InterpolantOption = Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")]
-PayloadOption = Annotated[float | None, typer.Option(help="Payload [kg].")]
-PayloadModelOption = Annotated[str | None, typer.Option(help=f"How the payload acts: {', '.join(LOAD_MODELS)}.")]
-ConventionOption = Annotated[str | None, typer.Option(help="Definition of the objectives, if the problem has several.")]
-PointsOption = Annotated[
-    Path | None, typer.Option(help="CSV file of the points to visit; the problem's own if not given.")
-]
-PathOption = Annotated[str | None, typer.Option(help="Path to run along: a name, or a CSV file of points.")]
-LimitsOption = Annotated[
-    str | None, typer.Option(help="How limits hold: sampled or certified; along a path tight, hull or certified.")
-]
-EncodingOption = Annotated[str | None, typer.Option(help="Decision variables of a path: plain or shape.")]
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option("--set", help="Another argument of the problem, KEY=VALUE, such as velocity='150 mm/s'; repeatable."),
-]
+#: Options by name of the problem's argument.
+_OPTIONS: dict[str, Any] = {
+    "interpolant": Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")],
+    "payload": Annotated[float | None, typer.Option(help="Payload [kg].")],
+    "payload_model": Annotated[str | None, typer.Option(help=f"How the payload acts: {', '.join(LOAD_MODELS)}.")],
+    "convention": Annotated[str | None, typer.Option(help="Definition of the objectives, if the problem has several.")],
+    "points": Annotated[
+        Path | None, typer.Option(help="CSV file of the points to visit; the problem's own if not given.")
+    ],
+    "path": Annotated[str | None, typer.Option(help="Path to run along: a name, or a CSV file of points.")],
+    "limits": Annotated[
+        str | None, typer.Option(help="How limits hold: sampled or certified; along a path tight, hull or certified.")
+    ],
+    "encoding": Annotated[str | None, typer.Option(help="Decision variables of a path: plain or shape.")],
+    "set": Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", help="Another argument of the problem, KEY=VALUE, such as velocity='150 mm/s'; repeatable."
+        ),
+    ],
+}
+
+
+def problem_options(command: Callable[..., None]) -> Callable[..., None]:
+    """A command with the options of a problem, whose given values it receives as one argument ``options``."""
+
+    @functools.wraps(command)
+    def with_options(**given: Any) -> None:
+        options = {name: given.pop(name) for name in _OPTIONS}
+        command(**given, options={name: value for name, value in options.items() if value is not None})
+
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    added = [inspect.Parameter(name, keyword, default=None, annotation=kind) for name, kind in _OPTIONS.items()]
+    replace_parameter(command, with_options, "options", added)
+    return with_options
+
+
+def replace_parameter(
+    command: Callable[..., None], by: Callable[..., None], name: str, added: Sequence[inspect.Parameter]
+) -> None:
+    """Give a function the signature of a command, with one parameter replaced by others after the first.
+
+    Args:
+        command: the command.
+        by: the function that is called in its place.
+        name: the parameter that ``by`` makes of the others.
+        added: the others.
+    """
+    first, *others = (
+        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        for parameter in inspect.signature(command, eval_str=True).parameters.values()
+        if parameter.name != name
+    )
+    signature = inspect.Signature([first, *added, *others])
+    by.__signature__ = signature  # type: ignore[attr-defined]
+    by.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
 
 
 def chosen_problem(
-    name: str, arguments: dict[str, Any], pairs: list[str] | None, *, others: dict[str, Any] | None = None
+    name: str, options: dict[str, Any], *, others: dict[str, Any] | None = None
 ) -> tuple[TrajectoryProblem, Search]:
     """The problem of a name or a task, and the settings of its search: those of the task, or seed 1.
 
     Args:
         name: of a registered problem or of an example, or a task's file.
-        arguments: options by name; those that are None were not given.
-        pairs: ``KEY=VALUE`` pairs of ``--set``.
+        options: those of :func:`problem_options` that were given.
         others: further options that a task does not allow, as they were given.
 
     Raises:
         InvalidInputError: an option that the task's file says, or as for the problem.
     """
-    given = {key: value for key, value in arguments.items() if value is not None}
     if not is_task(name):
-        return load_problem(name, **_with_settings(given, pairs or [])), Search(seed=1)
-    for option in given | (others or {}) | ({} if pairs is None else {"set": pairs}):
+        arguments = {key: value for key, value in options.items() if key != "set"}
+        return load_problem(name, **_with_settings(arguments, options.get("set", []))), Search(seed=1)
+    for option in options | (others or {}):
         raise InvalidInputError(f"{flag(option)}: a task says this in its file, options are those of the search")
     task = load_task(name)
     return task.problem, task.search

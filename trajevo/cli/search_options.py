@@ -9,6 +9,7 @@ from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
 
+from trajevo.cli.problem_options import flag, replace_parameter
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.search import Search
 from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
@@ -28,17 +29,10 @@ def search_options(command: Callable[..., None]) -> Callable[..., None]:
             Search.of(**search)
         except InvalidInputError as error:
             name, _, rest = str(error).partition(": ")
-            raise InvalidInputError(f"{_flag(name)}: {rest}") from error
+            raise InvalidInputError(f"{flag(name)}: {rest}") from error
         command(**given, search=search)
 
-    own = inspect.signature(command, eval_str=True).parameters
-    options = [_option(name) for name in Search.model_fields]
-    places = [parameter for name, parameter in own.items() if name != "search"]
-    keyword = inspect.Parameter.KEYWORD_ONLY
-    arguments = [parameter.replace(kind=keyword) for parameter in places]
-    signature = inspect.Signature([arguments[0], *options, *arguments[1:]])
-    with_options.__signature__ = signature  # type: ignore[attr-defined]
-    with_options.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
+    replace_parameter(command, with_options, "search", [_option(name) for name in Search.model_fields])
     return with_options
 
 
@@ -49,11 +43,6 @@ def _option(name: str) -> inspect.Parameter:
     says = str(field.description)
     if name == "algorithm":
         says = f"{says} {', '.join(NAMED_ALGORITHMS.names())}."
-    flag = _flag(name)
-    flags = [f"{flag}/--no-{flag[2:]}"] if kind is bool else [flag]
+    flags = [f"{flag(name)}/--no-{flag(name)[2:]}"] if kind is bool else [flag(name)]
     annotation = Annotated[kind | None, typer.Option(*flags, help=says)]  # type: ignore[valid-type]
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
-
-
-def _flag(name: str) -> str:
-    return f"--{name.replace('_', '-')}"

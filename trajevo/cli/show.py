@@ -46,6 +46,8 @@ def show(run: RunArgument, angle: _Angle = None) -> None:
     """Show a run in the terminal."""
     front = front_of(run)
     print_run(_out, front, angle)
+    for note in front.problem.notes if len(front) else ():
+        _out.print(f"note: {note}", markup=False)
     if not len(front) or not front.problem.compares_rivals:
         return
     kept = read_analyses(analyses_of(run), front)

@@ -9,23 +9,9 @@ from typing import Annotated, Any, final
 import typer
 from rich.box import SIMPLE
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
-from trajevo.cli.problem_options import (
-    ConventionOption,
-    EncodingOption,
-    InterpolantOption,
-    LimitsOption,
-    PathOption,
-    PayloadModelOption,
-    PayloadOption,
-    PointsOption,
-    ProblemArgument,
-    SetOption,
-    chosen_problem,
-    flag,
-)
+from trajevo.cli.problem_options import ProblemArgument, chosen_problem, flag, problem_options
 from trajevo.cli.results import (
     NO_SOLUTION,
     PLOTS_FOLDER,
@@ -52,18 +38,10 @@ _err = Console(soft_wrap=True, highlight=False, stderr=True)
 
 
 @search_options
+@problem_options
 def solve(
     *,
     problem: ProblemArgument,
-    interpolant: InterpolantOption = None,
-    payload: PayloadOption = None,
-    payload_model: PayloadModelOption = None,
-    convention: ConventionOption = None,
-    points: PointsOption = None,
-    path: PathOption = None,
-    limits: LimitsOption = None,
-    encoding: EncodingOption = None,
-    set_: SetOption = None,
     method: Annotated[
         str | None, typer.Option(help="evolution, or nnc: normal constraints and SQP, for two objectives.")
     ] = None,
@@ -80,27 +58,16 @@ def solve(
     report: ReportOption = "short",
     pictures: PicturesOption = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    options: dict[str, Any],
     search: dict[str, Any],
 ) -> None:
     """Solve a problem or a task and write its front, pictures and report."""
-    arguments = {
-        "interpolant": interpolant,
-        "payload": payload,
-        "payload_model": payload_model,
-        "convention": convention,
-        "points": points,
-        "path": path,
-        "limits": limits,
-        "encoding": encoding,
-    }
     how = _Method(method, tolerance, sqp_seeds)
-    to_solve, own = chosen_problem(problem, arguments, set_, others=how.given)
+    to_solve, own = chosen_problem(problem, options, others=how.given)
     settings = own.updated(**search)
     folder = out or Path("runs") / (Path(problem).stem if is_task(problem) else problem)
     how.check(search, to_solve)
     algorithm_for(decided(settings, to_solve), to_solve)  # refuses invalid settings before the folder is touched
-    for note in to_solve.notes:
-        _err.print(f"note: {escape(note)}")
     _tell(check(to_solve), quiet=quiet)
     _claim(folder, overwrite)
     seed = settings.seed or 0
@@ -166,6 +133,8 @@ def _tell(found: Feasibility, *, quiet: bool) -> None:
     """Print what was found before the search; exit if no motion is possible, since a search would only take time."""
     for finding in found.impossible if quiet else found.findings:
         _err.print(f"{finding.severity}: {finding}", markup=False)
+    for note in found.notes:
+        _err.print(f"note: {note}", markup=False)
     if found.impossible:
         _err.print(f"nothing was searched: {found.verdict}", markup=False)
         raise typer.Exit(NO_SOLUTION)

@@ -75,7 +75,7 @@ def enclose(rollout: Rollout, limits: Array, *, tolerance: float) -> Enclosure:
     bounds, pieces = PieceBounds.of(rollout), Pieces.of(rollout, _NODES)
     coarse = np.zeros((len(rollout.trajectory), len(limits)))
     np.maximum.at(coarse, pieces.owner, bounds.magnitudes(pieces))
-    return _enclosed(bounds.everything, rollout, limits, partial(_scale, coarse=coarse), tolerance)
+    return _enclosed(bounds.everything, pieces, rollout, limits, partial(_scale, coarse=coarse), tolerance)
 
 
 def enclose_height(rollout: Rollout, least: float, *, tolerance: float) -> tuple[Array, Array, Array]:
@@ -99,12 +99,15 @@ def enclose_height(rollout: Rollout, least: float, *, tolerance: float) -> tuple
         return bounds.tool_below(pieces, height)
 
     limit = np.array([height - least])
-    found = _enclosed(below, rollout, limit, lambda best, limits: np.ones_like(best), tolerance)
+    found = _enclosed(
+        below, Pieces.of(rollout, _NODES), rollout, limit, lambda best, limits: np.ones_like(best), tolerance
+    )
     return height - found.bound[:, 0], height - found.exhibited[:, 0], found.instants[:, 0]
 
 
 def _enclosed(
     over: Callable[[Pieces], Over],
+    pieces: Pieces,
     rollout: Rollout,
     limits: Array,
     scale: Callable[[Array, Array], Array],
@@ -113,7 +116,6 @@ def _enclosed(
     count = len(rollout.trajectory)
     bound, best, instants = (np.zeros((count, len(limits))) for _ in range(3))
     used = np.zeros(count, dtype=np.intp)
-    pieces = Pieces.of(rollout, _NODES)
     shortest = LEAST_WIDTH * rollout.trajectory.duration
     while len(pieces.owner):
         above, slack, found = over(pieces)

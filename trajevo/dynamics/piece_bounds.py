@@ -145,7 +145,8 @@ class PieceBounds:
 
         They do not see that terms cancel or that a lever has another direction; NaN or inf where there is no bound.
         """
-        reach = Bounds(*(bound[:, 0] for bound in motion_bounds(pieces.states, self.degree)))
+        # At real instants: on an ellipse about a whole segment the bounds may be beyond all sizes.
+        reach = Bounds(*(bound[:, 0] for bound in motion_bounds(pieces.states, self.degree, np.ones(1))))
         dry = np.maximum(self.friction.dry(np.ones(reach.v.shape[1])), -self.friction.dry(-np.ones(reach.v.shape[1])))
         effort = self._effort_reach(pieces.owner, reach, axes=2) + dry
         with np.errstate(over="ignore", invalid="ignore"):
@@ -235,18 +236,19 @@ class PieceBounds:
         lower[:, n:] -= at_most
 
 
-def motion_bounds(states: Array, degree: int) -> Bounds:
-    """Bounds of motions on the ellipses about their pieces, shapes (K, ellipses, n_joints).
+def motion_bounds(states: Array, degree: int, ellipses: Array = _ELLIPSES) -> Bounds:
+    """Bounds of motions on ellipses about their pieces, shapes (K, E, n_joints).
 
     Args:
         states: q, v, a at the nodes of the pieces, shape (K, N, 3 n_joints).
         degree: degree of the motions' polynomials.
+        ellipses: sums of their semi-axes, shape (E,); 1 is the piece itself.
     """
     n = states.shape[-1] // 3
     series = np.abs(to_chebyshev(states.shape[1])[: degree + 1] @ states)
     for order in (1, 2):  # terms beyond the degree of a derivative are rounding
         series[:, max(degree + 1 - order, 1) :, order * n : (order + 1) * n] = 0.0
-    powers = _ELLIPSES[:, None] ** np.arange(degree + 1)
+    powers = ellipses[:, None] ** np.arange(degree + 1)
     magnitude = 0.5 * (powers + 1.0 / powers) @ series
     imaginary = 0.5 * (powers - 1.0 / powers) @ series[..., :n]
     q, v, a = np.split(magnitude, 3, axis=-1)

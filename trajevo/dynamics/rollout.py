@@ -11,7 +11,7 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.inverse_dynamics import _ROUNDING, Dynamics
 from trajevo.errors import InvalidInputError
-from trajevo.robot.joints import JointLimits
+from trajevo.robot.joints import JointLimits, least_share
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 
@@ -74,9 +74,7 @@ class Rollout:
     @property
     def effort_margin(self) -> float:
         """Greatest share of a joint's effort limit that is kept free, 0 for none."""
-        limited = np.isfinite(self.robot.limits.effort)
-        kept: Array = self.limits.effort[limited] / self.robot.limits.effort[limited]
-        return 1.0 - float(kept.min(initial=1.0))
+        return 1.0 - least_share(self.limits.effort, self.robot.limits.effort)
 
     @property
     def keeps_margins(self) -> bool:

@@ -10,7 +10,6 @@ from typing import Any, Literal, final
 
 from trajevo.front.front import Solution
 from trajevo.verification.certify import certify
-from trajevo.verification.shares import shares_used
 
 #: First bytes of a file that starts with :func:`comments`.
 COMMENTED = b"# problem: {"
@@ -58,7 +57,8 @@ class Exporter:
 
 def about(solution: Solution) -> dict[str, Any]:
     """Description of a motion as plain data: problem, run, solution and certificate."""
-    front = solution.front
+    front, certificate = solution.front, certify(solution)
+    proven = {row.name: row.share for row in certificate.rows}
     return {
         "problem": front.record.model_dump(mode="json"),
         "run": front.run.model_dump(mode="json"),
@@ -68,9 +68,9 @@ def about(solution: Solution) -> dict[str, Any]:
             "reason": solution.reason,
             "x": solution.x.tolist(),
             "objectives": solution.F,
-            "constraints": {name: share - 1.0 for name, share in shares_used(solution).items()},
+            "constraints": {name: proven.get(name, 1.0 + value) - 1.0 for name, value in solution.G.items()},
         },
-        "certificate": certify(solution).summary,
+        "certificate": certificate.summary,
     }
 
 

@@ -124,8 +124,14 @@ class Front:
                 passed, or a number of the file is not that of its decision vector.
         """
         if self._check is not None:
-            self._check.compare(self._made, self._check.few)
+            self._check.compare(self._made, self._shown_first)
         return self._made
+
+    @cached_property
+    def _shown_first(self) -> tuple[int, ...]:
+        """Rows of a front that was read which are compared together: some of all, and those worth choosing."""
+        few = () if self._check is None else self._check.few
+        return (*few, *(choice.index for choice in self._best)) if len(self) else ()
 
     @cached_property
     def _made(self) -> TrajectoryProblem:
@@ -212,11 +218,13 @@ class Front:
         Raises:
             NoSolutionError: the front is empty.
         """
+        return tuple(map(self._solution, self._best))
+
+    @cached_property
+    def _best(self) -> tuple[Choice, ...]:
         weighted = () if self.paper_weights is None else ("weighted",)
         rules = ("knee", "utopia", *weighted, *(f"least_{name}" for name in self.objective_names))
-        found = [self._choice(rule) for rule in rules]
-        self._compare([choice.index for choice in found])
-        return tuple(map(self._solution, found))
+        return tuple(map(self._choice, rules))
 
     def _choice(self, rule: str) -> Choice:
         points, weights = self._points(), self.paper_weights
@@ -302,7 +310,7 @@ class Front:
         except TrajevoError as error:
             self._check.leave(error)
             return
-        self._check.compare(problem, rows)
+        self._check.compare(problem, {*rows, *self._shown_first})
 
     def _solution(self, choice: Choice) -> Solution:
         self._compare([choice.index])

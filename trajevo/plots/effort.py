@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.units import pretty
-from trajevo.capacity.capacity import Capacities, Capacity, EffortAlong
+from trajevo.capacity.capacity import Capacities, Capacity, EffortAlong, your_margin
 from trajevo.capacity.dlcc import effort_along
 from trajevo.capacity.payload_time import PayloadCurve
 from trajevo.dynamics.rollout import Rollout
@@ -166,7 +166,7 @@ def payload_curve(curve: PayloadCurve, *, at_rest: float | None = None, ax: Axes
         ax: axes.
     """
     ax = ax or plt.subplots(figsize=(6.4, 4.2), layout="constrained")[1]
-    full, margin = curve.at_full_limits, f"with your margin of {100.0 * curve.effort_margin:.4g} %"
+    full, margin = curve.at_full_limits, f"with {your_margin(curve.effort_margin)}"
     ax.plot(curve.times, curve.payloads, "o-", label=margin if curve.effort_margin else None)
     if full is not None:
         ax.plot(full.times, full.payloads, "o-.", color="0.5", label="at the robot's full limits")

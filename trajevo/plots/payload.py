@@ -14,6 +14,7 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from trajevo.base.arrays import Array
+from trajevo.capacity.capacity import your_margin
 from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram
 from trajevo.capacity.robust import RobustCurve
 from trajevo.capacity.slowdown import SlowdownCurve
@@ -270,7 +271,7 @@ def slowdown_curve(curve: SlowdownCurve, *, ax: Axes | None = None) -> Axes:
     if np.isfinite(curve.static_bound):
         label = f"held at rest: {curve.static_bound:.3f} kg"
         ax.axhline(curve.static_bound, color="black", linestyle=":", linewidth=1.0, label=label)
-    margin = f"your margin of {100.0 * curve.effort_margin:.4g} % kept; " if curve.effort_margin else ""
+    margin = f"{your_margin(curve.effort_margin)} kept; " if curve.effort_margin else ""
     title = f"{margin}effort sampled at {curve.instants} instants"
     ax.set(xlabel="least time along the same path [s]", ylabel=f"payload [kg] ({curve.payload_model})")
     ax.set_title(title, fontsize="small")
@@ -321,7 +322,7 @@ def workspace_capacity(
     moving = accelerated if found.acceleration.any() else "held at rest"
     title = f"{moving}, tool {'xyz'[third]} = {plane.pose.position[third]:.4g} m"
     if found.effort_margin:
-        title += f", your margin of {100.0 * found.effort_margin:.4g} % kept"
+        title += f", {your_margin(found.effort_margin)} kept"
     ax.set(xlabel=f"tool {plane.axes[0]} [m]", ylabel=f"tool {plane.axes[1]} [m]", title=title, aspect="equal")
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.12), ncols=3, frameon=False)
     return ax

@@ -124,7 +124,8 @@ def _sections(front: Front, found: Mapping[str, Any], pictures: Sequence[Picture
     drawn = {picture.stem: _figure(picture) for picture in pictures}
     about_payload = [drawn.pop(stem) for stem in PAYLOAD_FIGURES if stem in drawn]
     wide = drawn.pop("front", "")
-    sections = ["<h2>Solutions</h2>", _choices_table(front)]
+    notes = [f"<p>Note: {escape(note)}.</p>" for note in front.problem.notes]
+    sections = ["<h2>Solutions</h2>", *notes, _choices_table(front)]
     if pictures:
         sections += ["<h2>Front</h2>", wide, _grid(drawn.values())]
     if about_payload or found.get("carried"):

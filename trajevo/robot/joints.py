@@ -111,3 +111,9 @@ class Friction:
         """Dry friction alone at velocities of shape (..., n_joints) [N·m or N]."""
         against: Array = np.where(v.real > 0.0, self.coulomb, -np.asarray(self.coulomb_backward)) * (v.real != 0.0)
         return against
+
+
+def least_share(kept: Array, full: Array) -> float:
+    """Least share of the finite full limits that the kept ones are, shapes (n_joints,); 1 if nothing is limited."""
+    limited = np.isfinite(full)
+    return float((kept[limited] / full[limited]).min(initial=1.0))

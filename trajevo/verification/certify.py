@@ -134,7 +134,8 @@ def _dynamic_proofs(rollout: Rollout, enclosure: Enclosure, motion: int, limits:
     for k, (quantity, joint, unit) in enumerate(columns):
         if massless and joint is not None:
             continue
-        bound, shown = float(enclosure.bound[motion, k]), float(enclosure.exhibited[motion, k])
+        # Adding 0 makes the -0.0 of a joint that stands a plain 0.
+        bound, shown = float(enclosure.bound[motion, k]) + 0.0, float(enclosure.exhibited[motion, k]) + 0.0
         limit = float(limits[k])
         scale = float(enclosure.scale[motion, k])
         yield Proof(

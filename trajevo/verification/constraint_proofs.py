@@ -19,9 +19,6 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.robot.robot import position_unit
 from trajevo.verification.certificate import Proof, Uncovered
 
-#: Quantities of constraints that are limits of the robot's joints, or of the tool's speed: they have rows of their own.
-OF_THE_ROBOT = ("position", "velocity", "acceleration", "jerk", "effort", "tool speed")
-
 #: Factor of the problem's number of samples at which constraints are looked at that cannot be proven.
 _DENSER = 20
 
@@ -44,7 +41,8 @@ def constraint_proofs(
         For each motion its proofs, and the constraints about which nothing is proven.
     """
     rows: _Rows = [[] for _ in range(len(rollout.trajectory))]
-    left = [c for c in problem.constraints if c.names and not is_of_the_robot(c)]
+    # Limits of joints and of the tool's speed have rows already.
+    left = [c for c in problem.constraints if c.names and not c.of_joints and c.quantity != "tool speed"]
     for constraint in left:
         if isinstance(constraint.function, ProvenClearance):
             _add_clearances(rows, constraint.function, rollout)
@@ -56,12 +54,6 @@ def constraint_proofs(
         _add_via_errors(rows, problem, rollout)
     sampled = [c for c in left if c.proof == "samples" and c.quantity != "tool height"]
     return [tuple(each) for each in rows], _uncovered(sampled, rollout)
-
-
-def is_of_the_robot(constraint: Constraint) -> bool:
-    """Whether a constraint is a limit of the robot's joints or of the tool's speed."""
-    joint_limit = constraint.share is not None and constraint.quantity in OF_THE_ROBOT
-    return joint_limit or constraint.quantity == "tool speed"
 
 
 def _add_clearances(rows: _Rows, clearance: ProvenClearance, rollout: Rollout) -> None:

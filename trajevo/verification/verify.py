@@ -29,9 +29,6 @@ TOLERANCE = 0.001
 #: Greatest density of samples: more take long and show nothing new.
 MOST_DENSE = 200
 
-#: Quantities whose limits are checked joint by joint.
-_OF_JOINTS = (*DERIVATIVES, "effort")
-
 #: Step of the finite differences, as a share of a segment: truncation and rounding are both far below the tolerance.
 _STEP = 1e-3
 
@@ -242,7 +239,7 @@ def _share_kept(rollout: Rollout, name: str, joint: int) -> float:
 def _problem_rows(solution: Solution, dense: Rollout) -> Iterator[Utilisation]:
     """Utilisation of the problem's constraints that are no limits of the joints, by their own functions."""
     for constraint in solution.front.problem.constraints:
-        if constraint.share is None or constraint.quantity not in _OF_JOINTS:
+        if not constraint.of_joints:
             for name, value in zip(constraint.names, constraint.at_samples.function(dense)[0].tolist(), strict=True):
                 yield Utilisation(name, None, 1.0 + value, None)
 

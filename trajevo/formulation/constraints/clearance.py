@@ -113,15 +113,11 @@ class ProvenClearance:
 
     def closest(self, trajectory: TrajectoryBatch) -> tuple[Closest, ...]:
         """The least distance of every kind of pair, sampled and proven to the tolerance, however much room there is."""
-        wanted = wanted_clearances(self.collision.scene)
-        search = ClearanceSearch(self.collision, trajectory, wanted, self.tolerance, to_the_end=True)
-        work = search.start()
-        while len(work.row):
-            work = search.halve(work)
+        search = self._search(trajectory, to_the_end=True)
         return tuple(
             Closest(
                 name=NAMES[kind],
-                wanted=float(wanted[kind]),
+                wanted=float(search.wanted[kind]),
                 proven=frozen(np.minimum(search.proven.d[:, kind], search.sampled.d[:, kind])),
                 sampled=frozen(search.sampled.d[:, kind]),
                 instant=frozen(search.sampled.t[0, :, kind]),
@@ -132,16 +128,21 @@ class ProvenClearance:
 
     def _searched(self, trajectory: TrajectoryBatch) -> tuple[Array, Array, Array]:
         """Distances (B, 2) [m], the pairs that decide them (B, 2) and both ends of the interval, (2, B, 2) [s]."""
-        wanted = wanted_clearances(self.collision.scene)
-        search = ClearanceSearch(self.collision, trajectory, wanted, self.tolerance)
-        work = search.start()
-        while len(work.row):
-            work = search.halve(work)
-        found = np.where(search.sampled.d < wanted, 0, 1)
+        search = self._search(trajectory)
+        found = np.where(search.sampled.d < search.wanted, 0, 1)
         rows, kinds = np.indices(found.shape)
         both = search.sampled, search.proven
         d, pair = (np.stack([getattr(least, name) for least in both])[found, rows, kinds] for name in ("d", "pair"))
         return d, pair, np.stack([least.t for least in both], axis=1)[:, found, rows, kinds]
+
+    def _search(self, trajectory: TrajectoryBatch, *, to_the_end: bool = False) -> ClearanceSearch:
+        """The finished search."""
+        wanted = wanted_clearances(self.collision.scene)
+        search = ClearanceSearch(self.collision, trajectory, wanted, self.tolerance, to_the_end)
+        work = search.start()
+        while len(work.row):
+            work = search.halve(work)
+        return search
 
 
 @final

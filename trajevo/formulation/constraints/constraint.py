@@ -22,6 +22,9 @@ from trajevo.trajectory.interpolants import Interpolant
 #: a proof that cuts the motion into pieces, or not at all, because only samples are checked.
 Guarantee = Literal["extremes", "bound", "pieces", "samples"]
 
+#: Quantities of constraints that are limits of a robot's joints.
+JOINT_QUANTITIES = ("position", "velocity", "acceleration", "jerk", "effort")
+
 
 @dataclass(frozen=True)
 class Constraint:
@@ -56,6 +59,11 @@ class Constraint:
     unit: str = "1"
     share: float | None = None
     proof: Guarantee = "samples"
+
+    @property
+    def of_joints(self) -> bool:
+        """Whether it is a limit of the robot's joints, or a share of one."""
+        return self.share is not None and self.quantity in JOINT_QUANTITIES
 
     @property
     def at_samples(self) -> Constraint:

@@ -13,7 +13,7 @@ from trajevo.formulation.feasibility.findings import ROUNDING, Finding, at_least
 from trajevo.formulation.feasibility.holding import Holding
 from trajevo.formulation.feasibility.known_points import KnownPoints, known_points
 from trajevo.formulation.feasibility.least_times import LeastTime, least_times
-from trajevo.formulation.feasibility.surroundings import Nearest, height_findings, range_findings
+from trajevo.formulation.feasibility.surroundings import Nearest, height_findings
 from trajevo.formulation.problem import TrajectoryProblem
 
 #: Greatest number of points and of findings that are printed.
@@ -41,6 +41,7 @@ class Feasibility:
         least_times: least time from each point to the next that every motion passes, and last of the whole motion;
             empty if nothing is known.
         findings: what is impossible, then warnings, then notes.
+        notes: what the problem itself has to say, as :attr:`~trajevo.formulation.problem.TrajectoryProblem.notes`.
     """
 
     title: str
@@ -53,6 +54,7 @@ class Feasibility:
     bodies: tuple[str, ...]
     least_times: tuple[LeastTime, ...]
     findings: tuple[Finding, ...]
+    notes: tuple[str, ...]
 
     @property
     def impossible(self) -> tuple[Finding, ...]:
@@ -60,8 +62,9 @@ class Feasibility:
         return tuple(finding for finding in self.findings if finding.impossible)
 
     def __str__(self) -> str:
-        told = [f"{finding.severity}: {finding}" for finding in self.findings[:_MOST_FINDINGS]]
-        left = len(self.findings) - len(told)
+        every = [*(f"{finding.severity}: {finding}" for finding in self.findings), *map("note: {}".format, self.notes)]
+        told = every[:_MOST_FINDINGS]
+        left = len(every) - len(told)
         more = [f"and {left} more findings of these kinds"] if left else []
         return "\n".join([self.title, *self._table(), *self._whole(), *told, *more, self.verdict])
 
@@ -146,14 +149,13 @@ def check(problem: TrajectoryProblem) -> Feasibility:
     title = f"{robot.name}{payload}: {problem.title}"
     if given is None:
         none = np.empty((0, robot.dof))
-        return Feasibility(title, robot.joint_names, none, none[:, 0], none, None, None, (), (), ())
+        return Feasibility(title, robot.joint_names, none, none[:, 0], none, None, None, (), (), (), problem.notes)
     holding, nearest, times = Holding.of(problem, given), Nearest.of(problem, given), least_times(problem, given)
     found = [
         *([] if holding is None else holding.findings()),
         *([] if nearest is None else nearest.findings(given)),
         *height_findings(problem, given),
         *_too_slow(problem, given, times),
-        *range_findings(problem, given),
     ]
     order = ("impossible", "warning", "note")
     return Feasibility(
@@ -167,6 +169,7 @@ def check(problem: TrajectoryProblem) -> Feasibility:
         bodies=() if nearest is None else tuple(nearest.names(k) for k in range(len(given.positions))),
         least_times=times,
         findings=tuple(sorted(found, key=lambda finding: order.index(finding.severity))),
+        notes=problem.notes,
     )
 
 

@@ -8,16 +8,12 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.base.units import display
 from trajevo.formulation.constraints.clearance import ProvenClearance
 from trajevo.formulation.constraints.clearance_gradients import wanted_clearances
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Pair
 from trajevo.formulation.feasibility.findings import ROUNDING, Finding, Severity, at_most, of
 from trajevo.formulation.feasibility.known_points import KnownPoints
 from trajevo.formulation.problem import TrajectoryProblem
-
-#: Share of a range that counts as its end.
-_AT_END = 1.0 - 1e-9
 
 #: Distance by which a clearance must be missed to rule a motion out [m].
 _SURE = 5.0 * DISTANCE_ERROR
@@ -89,32 +85,6 @@ class Nearest:
             sentence=what if passed else f"{what}, where it is given",
             remedy=remedy if passed else "",
         )
-
-
-def range_findings(problem: TrajectoryProblem, given: KnownPoints) -> list[Finding]:
-    """A note for each inner point that lies at the end of a joint's range, at which a motion must turn exactly."""
-    if not any(c.quantity == "position" and c.names for c in problem.constraints):
-        return []
-    robot, found = problem.robot, []
-    at_end = robot.limits.range_used(given.positions) >= _AT_END
-    for k, joint in np.argwhere(at_end & given.passed[:, None] & ~given.resting[:, None]).tolist():
-        unit, factor = display(robot.joint_units[joint], angle=problem.angle, length=problem.length)
-        value = float(given.positions[k, joint])
-        found.append(
-            Finding(
-                kind="position",
-                point=k,
-                joint=robot.joint_names[joint],
-                needed=value,
-                available=value,
-                unit=robot.joint_units[joint],
-                severity="note",
-                sentence=f"point {k} lies at the end of the range of {robot.joint_names[joint]}, "
-                f"{factor * value:.4g} {unit}, where a motion must turn",
-                remedy="a point a little inside leaves a search more room",
-            )
-        )
-    return found
 
 
 def height_findings(problem: TrajectoryProblem, given: KnownPoints) -> list[Finding]:
