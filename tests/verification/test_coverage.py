@@ -16,7 +16,9 @@ from trajevo import (
     export,
     load_robot,
     optimise,
+    plots,
 )
+from trajevo.capacity.dlcc import effort_along
 from trajevo.formulation.constraints.clearance import clearance_along
 from trajevo.verification.certify import certify_all
 from trajevo.verification.shares import shares_of_rows, shares_used
@@ -274,3 +276,15 @@ def test_interpolants_that_meet_their_points_have_no_via_error(with_margin):
     assert "via error" not in {row.name for row in certify(with_margin.knee()).rows}
     assert verify(with_margin.knee()).via_error == 0.0
     assert reaching(with_margin.problem.robot, via_error=0.01).constraint_names[-1] == "via error"
+
+
+def test_the_picture_of_efforts_shows_the_kept_limits_and_the_robots_own(with_margin):
+    best = with_margin.least("time")
+    axes = plots.effort_utilisation(best)
+    found = effort_along(best)
+    drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
+    np.testing.assert_allclose(found.limit, 0.8 * best.rollout.robot.limits.effort, rtol=1e-15)
+    joint = found.joint_names[1]
+    np.testing.assert_allclose(drawn[joint], (found.unloaded + found.mass * found.per_kilogram)[:, 1] / found.limit[1])
+    assert drawn["robot's full limit"][0] == pytest.approx(1.25)
+    assert axes.get_ylabel() == "effort / 80 % of the limit, with 1 kg"

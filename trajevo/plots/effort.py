@@ -32,7 +32,8 @@ def effort_utilisation(
         ax: axes.
 
     Returns:
-        The axes; grey is beyond the limits, the dot marks where the capacity binds, at the effort with ``mass``.
+        The axes; grey is beyond the limits that the motion's problem keeps, the dot marks where the capacity binds, at
+        the effort with ``mass``. With a margin, lines mark the robot's full limits.
     """
     found = motion if isinstance(motion, EffortAlong) else effort_along(motion)
     if not np.isfinite(found.limit).any():
@@ -54,10 +55,15 @@ def effort_utilisation(
             textcoords="axes fraction",
             arrowprops={"arrowstyle": "->"},
         )
-    low, high = min(-1.15, *ax.get_ylim()), max(1.15, *ax.get_ylim())
+    full = 1.0 / capacity.kept
+    low, high = min(-full - 0.15, *ax.get_ylim()), max(full + 0.15, *ax.get_ylim())
     ax.axhspan(1.0, high, color="0.9", zorder=0)
     ax.axhspan(low, -1.0, color="0.9", zorder=0)
-    ax.set(xlabel="time [s]", ylabel=f"effort / limit with {carried:g} kg", ylim=(low, high))
+    if capacity.kept < 1.0:
+        for bound, label in ((full, "robot's full limit"), (-full, None)):
+            ax.axhline(bound, color="black", linestyle="-.", linewidth=1.0, label=label)
+    limit = "limit" if capacity.kept == 1.0 else f"{100.0 * capacity.kept:.4g} % of the limit"
+    ax.set(xlabel="time [s]", ylabel=f"effort / {limit}, with {carried:g} kg", ylim=(low, high))
     ax.grid(alpha=0.3)
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax
@@ -74,9 +80,9 @@ def capacity_margins(capacity: Capacity, *, ax: Axes | None = None) -> Axes:
     if capacity.joint:
         ax.plot(capacity.time, 100.0 * capacity.margins.min(), "ko")
     ax.axhspan(min(ax.get_ylim()[0], -5.0), 0.0, color="0.9", zorder=0)
-    ax.set(
-        xlabel="time [s]", ylabel="effort limit left [%]", title=f"{capacity.mass:.4g} kg ({capacity.payload_model})"
-    )
+    margin = "" if capacity.kept == 1.0 else f", with {your_margin(1.0 - capacity.kept)}"
+    title = f"{capacity.mass:.4g} kg ({capacity.payload_model}){margin}"
+    ax.set(xlabel="time [s]", ylabel="effort limit left [%]", title=title)
     ax.grid(alpha=0.3)
     ax.legend(title="least", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax
