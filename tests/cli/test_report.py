@@ -6,7 +6,6 @@ from tests.helpers import trajevo, trajevo_process
 from trajevo import Front
 from trajevo.plots.analyses_file import read_analyses
 from trajevo.solvers.gradient import polish as polishing
-from trajevo.solvers.gradient import sqp
 
 TINY = ["--generations", "8", "--population", "20", "--no-polish", "--quiet"]
 FRONT_PICTURES = {"front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path"}
@@ -26,7 +25,6 @@ def no_solver(monkeypatch):
     def never(*_, **__):
         raise AssertionError("something was optimised")
 
-    monkeypatch.setattr(sqp, "minimize", never)
     monkeypatch.setattr("scipy.optimize.minimize", never)
     monkeypatch.setattr(polishing, "polish", never)
 
@@ -77,7 +75,7 @@ def test_a_full_report_computes_once_and_show_and_later_reports_read_it(run, mon
     def never(*_, **__):
         raise AssertionError("something was optimised")
 
-    monkeypatch.setattr(sqp, "minimize", never)
+    monkeypatch.setattr("scipy.optimize.minimize", never)
     assert trajevo("report", again).returncode == 0
     assert (again / "report.html").read_text() == text
     shown = trajevo("show", again)

@@ -20,7 +20,6 @@ from trajevo.plots.analyses_file import read_analyses, write_analyses
 from trajevo.plots.pictures import draw_all, save_pictures
 from trajevo.plots.report import report
 from trajevo.problems import PickAndPlace, PointingMechanism
-from trajevo.solvers.gradient import sqp
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 SMALL = {"seed": 1, "generations": 12, "population": 20, "progress": False, "polish": False}
@@ -42,7 +41,6 @@ def no_solver(monkeypatch):
     def never(*_, **__):
         raise AssertionError("something was optimised")
 
-    monkeypatch.setattr(sqp, "minimize", never)
     monkeypatch.setattr("scipy.optimize.minimize", never)
     monkeypatch.setattr("scipy.optimize.linprog", never)
 

@@ -34,7 +34,7 @@ COMMANDS = {
         "check_robot",
         "Show everything that is wrong with a robot at once; exit code 1 if it cannot be loaded.",
     ),
-    "init": _Home("robots", "init", "Write a commented example of a task to change and solve."),
+    "init": _Home("init", "init", "Write a commented example of a task to change and solve."),
     "examples": _Home("examples", "examples", "List the worked tasks, studies and notebooks, or copy one to a folder."),
     "check": _Home(
         "check",

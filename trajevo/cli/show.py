@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from trajevo import plots
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.sensitivity import sensitivity
 from trajevo.cli.results import (
@@ -31,7 +32,6 @@ from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
 from trajevo.plots.analyses import analyse, kept_kind
 from trajevo.plots.analyses_file import read_analyses
-from trajevo.plots.animation import animate
 from trajevo.plots.pictures import draw_all
 from trajevo.plots.report import report as write_report
 from trajevo.verification.certificate import Certificate
@@ -114,7 +114,7 @@ def animate_motion(
 ) -> None:
     """Write an animation of one solution in real time, one HTML file that needs no network."""
     chosen = front_of(run).pick(solution)
-    _out.print(f"written: {animate(chosen, out or beside(run, f'{solution}.html'), rate=rate)}")
+    _out.print(f"written: {plots.animate(chosen, out or beside(run, f'{solution}.html'), rate=rate)}")
 
 
 def capacity(

@@ -12,7 +12,6 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
@@ -122,6 +121,8 @@ def rotation_matrix(values: Any, name: str = "rotation") -> Array:
     Raises:
         InvalidInputError: another shape, or not a rotation matrix.
     """
+    from scipy.spatial.transform import Rotation  # imported where it computes, since that takes long
+
     given = numbers(values, name=name, shape=(3, 3))
     if np.abs(given @ given.T - np.eye(3)).max() > ROUNDED or np.linalg.det(given) < 0.0:
         raise InvalidInputError(f"{name}: expected a rotation matrix, got {given.tolist()}")

@@ -7,14 +7,11 @@ import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, final
 
-import matplotlib
-import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from trajevo import plots
 from trajevo.base.files import write_whole
@@ -230,13 +227,15 @@ def _figure_of(draw: Callable[[Any, Front], Any], found: Any, front: Front) -> A
 
 def _made_for(front: Front) -> str:
     """Identification of the front and of the versions for which a picture on file is valid."""
-    drawn_by = f"{installed_versions()['trajevo']} {matplotlib.__version__}"
+    drawn_by = f"{installed_versions()['trajevo']} {version('matplotlib')}"
     content = f"{front.digest} {front.history.model_dump_json()} {drawn_by}"
     return hashlib.sha256(content.encode()).hexdigest()
 
 
 def _kept(file: Path, made_for: str) -> bytes | None:
     """A picture drawn before, if it is complete and of this front; else None."""
+    from PIL import Image  # imported where pictures are read and written, since that takes long
+
     try:
         png = file.read_bytes()
         with Image.open(io.BytesIO(png)) as image:
@@ -249,6 +248,10 @@ def _kept(file: Path, made_for: str) -> bytes | None:
 
 def _png(figure: Any, made_for: str = "") -> bytes:
     """A figure without its white margins, as PNG; the figure is closed."""
+    import matplotlib.pyplot as plt  # imported where something is drawn, since that takes long
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
     figure.set_dpi(_RESOLUTION)
     figure.canvas.draw()
     pixels = np.asarray(figure.canvas.buffer_rgba())

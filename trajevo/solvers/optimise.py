@@ -21,15 +21,10 @@ from trajevo.formulation.task import task_problem
 from trajevo.formulation.task_file import TaskSettings, read_task
 from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, installed_versions
-from trajevo.solvers.evolutionary.algorithm_state import specification
 from trajevo.solvers.evolutionary.algorithms import Chosen, algorithm_for
-from trajevo.solvers.evolutionary.first_population import begin_with
-from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
-from trajevo.solvers.evolutionary.seeded_tournaments import seeded
+from trajevo.solvers.evolutionary.kinds import class_of
 from trajevo.solvers.gradient.polish import check_polishable
-from trajevo.solvers.run.evolution import evolve, nothing_searched
 from trajevo.solvers.run.folder import Manifest, begun
-from trajevo.solvers.run.runs import polished
 
 
 def optimise(
@@ -74,6 +69,11 @@ def optimise(
         UnknownNameError: no such setting, algorithm or kind of first population.
         InvalidInputError: an invalid setting, or a folder that holds a run or cannot be written; the message names it.
     """
+    # What searches imports pymoo's algorithms and SciPy, which takes as long as all other imports together.
+    from trajevo.solvers.evolutionary.first_population import begin_with
+    from trajevo.solvers.run.evolution import evolve, nothing_searched
+    from trajevo.solvers.run.runs import polished
+
     if not isinstance(problem, TrajectoryProblem):
         raise InvalidInputError(f"problem: expected a TrajectoryProblem, got {type(problem).__name__}")
     search = decided(_given(search).updated(**settings), problem)
@@ -149,6 +149,9 @@ def _manifest(problem: TrajectoryProblem, algorithm: Chosen, search: Search, fir
     Raises:
         InvalidInputError: a part of the algorithm does not use the seed.
     """
+    from trajevo.solvers.evolutionary.algorithm_state import specification
+    from trajevo.solvers.evolutionary.seeded_tournaments import seeded
+
     solver, described, why = algorithm.solver, None, ""
     try:
         described = specification(solver)
@@ -162,7 +165,7 @@ def _manifest(problem: TrajectoryProblem, algorithm: Chosen, search: Search, fir
     said = {name: of_run[name] for name in of_run if name not in ("algorithm", "seed", "time_limit")}
     return Manifest(
         problem=ProblemRecord.of(problem),
-        algorithm_name="NSGA2" if isinstance(solver, ArrayNSGA2) else type(solver).__name__,
+        algorithm_name="NSGA2" if isinstance(solver, class_of("ArrayNSGA2")) else type(solver).__name__,
         settings=algorithm.settings | first | {name: value for name, value in said.items() if value is not None},
         versions=installed_versions(),
         not_resumable=why,
