@@ -1,4 +1,4 @@
-"""What a person waits for: the CPU time of a first `trajevo solve` by its parts, with empty caches and then with full ones.
+"""What a person waits for: CPU time of a first `trajevo solve` by its parts, with empty caches and then with full ones.
 
 `python tests/benchmarks/bench_start.py` takes the task that `trajevo init` writes, and the Panda's and the xArm7's;
 `python tests/benchmarks/bench_start.py ur5_pick_and_place` takes one of `trajevo examples`.
@@ -107,10 +107,8 @@ sys.exit(code)
 
 def main() -> None:
     """Print the table."""
-    print(
-        "CPU seconds; kernels are compiled, or read from their cache; beside: other processes, which nobody waits for"
-    )
-    print(f"{'task':26s}{''.join(f'{part:>12s}' for part in PARTS)}{'all':>9s}{'beside':>8s}{'wall':>7s}  asked for")
+    print("CPU seconds; kernels are compiled, or read from their cache; end: of Python, with other processes")
+    print(f"{'task':26s}{''.join(f'{part:>12s}' for part in PARTS)}{'end':>7s}{'all':>8s}{'wall':>7s}  asked for")
     for task in sys.argv[1:] or TASKS:
         with tempfile.TemporaryDirectory() as folder:
             for caches, most in zip(("empty", "full"), ASKED.get(task, (None, None)), strict=True):
@@ -120,7 +118,7 @@ def main() -> None:
 def measured(task: str, folder: Path, most: float | None) -> str:
     """One line of the table: a run in a process of its own, with its caches in a folder."""
     caches = {name: str(folder / "caches") for name in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")}
-    environment = os.environ | ({} if os.environ.get("KEEP") else caches)
+    environment = os.environ | caches
     if task == "init":
         command = [sys.executable, "-m", "trajevo", "init", "task.toml"]
         if not (folder / "task.toml").exists():
@@ -133,10 +131,9 @@ def measured(task: str, folder: Path, most: float | None) -> str:
     if done.returncode:
         sys.exit(done.stderr)
     spent = json.loads(done.stderr.rpartition("measured: ")[2])
-    total = sum(spent.values())
     parts = "".join(f"{spent.get(part, 0.0):12.2f}" for part in PARTS)
-    verdict = "" if most is None else f"  {most:g} s: {'met' if total <= most else 'missed'}"
-    return f"{parts}{total:9.2f}{max(every - total, 0.0):8.2f}{wall:7.2f}{verdict}"
+    verdict = "" if most is None else f"  {most:g} s: {'met' if every <= most else 'missed'}"
+    return f"{parts}{every - sum(spent.values()):7.2f}{every:8.2f}{wall:7.2f}{verdict}"
 
 
 def children() -> float:

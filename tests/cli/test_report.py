@@ -8,7 +8,8 @@ from trajevo.plots.analyses_file import read_analyses
 from trajevo.solvers.gradient import polish as polishing
 
 TINY = ["--generations", "8", "--population", "20", "--no-polish", "--quiet"]
-FRONT_PICTURES = {"front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path"}
+FRONT_PICTURES = {"front", "parallel", "hypervolume", "profiles"}
+VIEWS = {"front_3d", "tool_path"}
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +42,7 @@ def test_solve_writes_what_takes_no_time_and_says_what_there_is_more(run):
         assert expected in text
     assert "Interpolants at their least times" not in text
     assert "Least times under the same limits" not in said
-    assert f"next: trajevo report {folder} --full for 9 analyses that take longer" in said
+    assert f"next: trajevo report {folder} --full for views in space and 9 analyses that take longer" in said
 
 
 def test_show_prints_and_never_optimises(run, no_solver):
@@ -67,7 +68,7 @@ def test_a_full_report_computes_once_and_show_and_later_reports_read_it(run, mon
     assert "Interpolants at their least times" not in tables
     told = trajevo("report", again, "--full")
     assert told.returncode == 0, told.stderr
-    assert FRONT_PICTURES | {"effort", "margins", "rivals", "slowdown", "workspace"} <= pictures(again)
+    assert FRONT_PICTURES | VIEWS | {"effort", "margins", "rivals", "slowdown", "workspace"} <= pictures(again)
     text = (again / "report.html").read_text()
     assert "Interpolants at their least times under the same limits" in text
     assert "one polynomial" in told.stdout
@@ -104,6 +105,7 @@ def test_report_and_pictures_can_be_left_out(tmp_path, options, report, drawn):
     assert len(Front.load(folder / "front.json")) > 0
     assert (folder / "report.html").exists() is report
     assert pictures(folder) == (FRONT_PICTURES if drawn else set())
+    assert ("--full for views in space" in solved.stdout) is drawn
     assert (folder / "front.analyses.npz").exists() is report
     assert "written: " in solved.stdout
     if report:

@@ -67,7 +67,7 @@ def test_a_changed_mesh_is_read_again(arm):
 
 
 def test_only_a_few_are_kept(arm, monkeypatch):
-    robot, mesh = arm
+    _, mesh = arm
     monkeypatch.setattr(solids, "_MADE", {})
     for k in range(solids._MOST_MADE + 3):
         (mesh.parent / f"arm_{k}.urdf").write_text(URDF.format(mesh=mesh))

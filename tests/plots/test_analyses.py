@@ -17,7 +17,7 @@ from trajevo.plots import analyses as module
 from trajevo.plots import pictures
 from trajevo.plots.analyses import ANALYSES, KINDS, analysed
 from trajevo.plots.analyses_file import read_analyses, write_analyses
-from trajevo.plots.pictures import draw_all, save_pictures
+from trajevo.plots.pictures import VIEWS, draw_all, save_pictures
 from trajevo.plots.report import report
 from trajevo.problems import PickAndPlace, PointingMechanism
 from trajevo.trajectory.polynomial import PolynomialBatch
@@ -199,3 +199,12 @@ def test_pictures_are_drawn_once_for_their_front(kept, tmp_path, no_solver, monk
     fewer = dataclasses.replace(front, X=front.X[1:], F=front.F[1:], G=front.G[1:])
     draw_all(fewer, found, kept=tmp_path / "plots")
     assert len(made) == 3 + len(drawn)
+
+
+def test_views_in_space_are_drawn_when_asked_for(kept, tmp_path):
+    front = Front.load(kept[0])
+    every, few = (draw_all(front, kept=tmp_path, views=views) for views in (True, False))
+    assert {picture.stem for picture in every} - {picture.stem for picture in few} == set(VIEWS)
+    save_pictures([picture for picture in every if picture.stem == "front_3d"], tmp_path)
+    again = [picture.stem for picture in draw_all(front, kept=tmp_path, views=False)]
+    assert set(again) == {picture.stem for picture in few} | {"front_3d"}

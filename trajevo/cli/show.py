@@ -64,7 +64,8 @@ def report(
         typer.Option(help="HTML file; report.html beside the front if not given, and pictures in a run's folder."),
     ] = None,
     full: Annotated[
-        bool, typer.Option("--full", help="Compute payload studies and rivals first where they are not kept yet.")
+        bool,
+        typer.Option("--full", help="With views in space, payload studies and rivals; what is not kept is computed."),
     ] = False,
     pictures: PicturesOption = True,
 ) -> None:
@@ -72,10 +73,10 @@ def report(
     front = front_of(run)
     kind = "full" if full else kept_kind(front, analyses_of(run))
     if run.is_dir() and out is None:
-        write_report_of(front, run, kind=kind, pictures=pictures)
+        write_report_of(front, run, kind=kind, pictures=pictures, views=full)
         return
     found = analyse(front, kind, file=analyses_of(run))
-    drawn = draw_all(front, found, kept=beside(run, PLOTS_FOLDER)) if pictures else ()
+    drawn = draw_all(front, found, kept=beside(run, PLOTS_FOLDER), views=full) if pictures else ()
     file = write_report(front, out or beside(run, REPORT_FILE), analyses=found, pictures=drawn)
     _out.print(f"written: {file}")
 

@@ -64,6 +64,9 @@ PAYLOAD_FIGURES = (
     *_STUDIES,
 )
 
+#: File stems of the views in space, which show what other pictures and tables tell too.
+VIEWS = ("front_3d", "tool_path")
+
 #: Dots per inch.
 _RESOLUTION = 150
 
@@ -114,7 +117,7 @@ class Picture:
 
 
 def draw_all(
-    front: Front, analyses: Mapping[str, Any] | None = None, *, kept: Path | None = None
+    front: Front, analyses: Mapping[str, Any] | None = None, *, kept: Path | None = None, views: bool = True
 ) -> tuple[Picture, ...]:
     """All pictures of a front and its analyses; nothing is optimised here.
 
@@ -122,6 +125,7 @@ def draw_all(
         front: the front; an empty one has no pictures.
         analyses: result of :func:`~trajevo.plots.analyses.analyse`; if None, only the front and its knee are drawn.
         kept: folder with pictures drawn before; those of exactly this front are read, the others are drawn.
+        views: draw the views in space too; without, only those that the folder has are among the pictures.
     """
     if not len(front):
         return ()
@@ -129,6 +133,8 @@ def draw_all(
     for stem, caption, draw in _drawings(front, analyses or {}):
         made_for = f"{stem} {of_this}"
         png = None if kept is None else _kept(kept / f"{stem}.png", made_for)
+        if png is None and stem in VIEWS and not views:
+            continue
         pictures.append(Picture(stem, caption, _png(draw(), made_for) if png is None else png))
     return tuple(pictures)
 
