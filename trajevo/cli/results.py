@@ -13,6 +13,7 @@ from trajevo.cli.terminal import print_rivals, print_run
 from trajevo.errors import checked_name
 from trajevo.exporters.export import is_exported
 from trajevo.front.front import Front
+from trajevo.front.thinning import told_share
 from trajevo.plots.analyses import ANALYSES_SUFFIX, KINDS, analyse, analysed
 from trajevo.plots.pictures import FIGURES, draw_all, save_pictures
 from trajevo.plots.report import report as write_report
@@ -101,6 +102,9 @@ def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool, vi
     save_pictures(drawn, folder / PLOTS_FOLDER)
     if kind != "none":
         told.append(str(write_report(front, folder / REPORT_FILE, analyses=found, pictures=drawn)))
+    share = told_share(front.thinned(), front) if drawn else ""
+    if share:
+        _out.print(f"note: pictures show {share}")
     if drawn or kind != "none":
         told.append(f"{len(drawn)} pictures in {folder / PLOTS_FOLDER}")
     _out.print(f"written: {', '.join(told)}")

@@ -18,13 +18,14 @@ from trajevo.base.files import write_whole
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front
 from trajevo.front.records import installed_versions
+from trajevo.front.thinning import told_share
 from trajevo.trajectory.along_path import ComposedBatch
 
 #: Studies of payloads by name, which is their picture's file stem: its caption, and what draws it beside its front.
 _STUDIES: dict[str, tuple[str, Callable[[Any, Front], Any]]] = {
     "capacities": (
         "What every solution can carry",
-        lambda found, front: plots.front_capacities(found, knee=front.knee().index),
+        lambda found, front: _capacities(found, front),
     ),
     "slowdown": (
         "Payload against the least time along the path of the knee",
@@ -229,6 +230,14 @@ def _payload_drawings(front: Front, analyses: Mapping[str, Any]) -> Iterator[_Dr
 
 def _figure_of(draw: Callable[[Any, Front], Any], found: Any, front: Front) -> Any:
     return draw(found, front).figure
+
+
+def _capacities(found: Any, front: Front) -> Any:
+    """The payloads of the solutions of a front, of a large one those that stand for it."""
+    rows = front.thinned()
+    ax = plots.front_capacities(found, knee=int(np.searchsorted(rows, front.knee().index)))
+    ax.set_title(told_share(rows, front), fontsize="small")
+    return ax
 
 
 def _made_for(front: Front) -> str:
