@@ -68,6 +68,7 @@ def test_a_full_report_computes_once_and_show_and_later_reports_read_it(run, mon
     assert "Interpolants at their least times" not in tables
     told = trajevo("report", again, "--full")
     assert told.returncode == 0, told.stderr
+    assert "computing: rivals\ncomputing: capacities\ncomputing: slowdown\n" in told.stderr
     assert FRONT_PICTURES | VIEWS | {"effort", "margins", "rivals", "slowdown", "workspace"} <= pictures(again)
     text = (again / "report.html").read_text()
     assert "Interpolants at their least times under the same limits" in text
@@ -77,6 +78,8 @@ def test_a_full_report_computes_once_and_show_and_later_reports_read_it(run, mon
         raise AssertionError("something was optimised")
 
     monkeypatch.setattr("scipy.optimize.minimize", never)
+    repeated = trajevo("report", again, "--full")
+    assert (repeated.returncode, repeated.stderr) == (0, "")
     assert trajevo("report", again).returncode == 0
     assert (again / "report.html").read_text() == text
     shown = trajevo("show", again)

@@ -208,3 +208,19 @@ def test_views_in_space_are_drawn_when_asked_for(kept, tmp_path):
     save_pictures([picture for picture in every if picture.stem == "front_3d"], tmp_path)
     again = [picture.stem for picture in draw_all(front, kept=tmp_path, views=False)]
     assert set(again) == {picture.stem for picture in few} | {"front_3d"}
+
+
+def test_an_interrupted_computation_keeps_what_it_has(kept, tmp_path, monkeypatch):
+    front, file, begun = Front.load(kept[0]), tmp_path / "analyses.npz", []
+
+    def stopped(name):
+        begun.append(name)
+        if name == "slowdown":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        analyse(front, file=file, begin=stopped)
+    names = list(analysed(front))
+    assert begun == names[: names.index("slowdown") + 1]
+    assert list(read_analyses(file, front)) == begun[:-1]
+    analyse(front, "short", file=file, begin=lambda name: pytest.fail(f"{name} was computed again"))

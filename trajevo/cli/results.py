@@ -65,6 +65,7 @@ REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 
 
 _out = Console(soft_wrap=True, highlight=False)
+_err = Console(soft_wrap=True, highlight=False, stderr=True)
 
 
 def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
@@ -92,9 +93,14 @@ def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> N
         raise typer.Exit(NO_SOLUTION)
 
 
+def told_before(analysis: str) -> None:
+    """Tell on standard error what is computed now, since some analyses take minutes."""
+    _err.print(f"computing: {analysis.replace('_', ' ')}", markup=False)
+
+
 def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool, views: bool) -> None:
     """Compute or read the analyses of a run, then write its pictures and report into the folder."""
-    found = analyse(front, kind, file=analyses_of(folder))
+    found = analyse(front, kind, file=analyses_of(folder), begin=told_before if kind == "full" else None)
     if found.get("rivals"):
         print_rivals(_out, found["rivals"])
     told = [str(folder / FRONT_FILE)]

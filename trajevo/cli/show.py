@@ -25,6 +25,7 @@ from trajevo.cli.results import (
     analyses_of,
     beside,
     front_of,
+    told_before,
     write_report_of,
 )
 from trajevo.cli.terminal import print_mass_notes, print_rivals, print_run, print_verifications, table_with_units
@@ -75,7 +76,7 @@ def report(
     if run.is_dir() and out is None:
         write_report_of(front, run, kind=kind, pictures=pictures, views=full)
         return
-    found = analyse(front, kind, file=analyses_of(run))
+    found = analyse(front, kind, file=analyses_of(run), begin=told_before if full else None)
     drawn = draw_all(front, found, kept=beside(run, PLOTS_FOLDER), views=full) if pictures else ()
     file = write_report(front, out or beside(run, REPORT_FILE), analyses=found, pictures=drawn)
     _out.print(f"written: {file}")

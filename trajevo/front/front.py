@@ -237,6 +237,15 @@ class Front:
         Returns:
             Ascending rows, shape (R,).
         """
+        return self._standing if most == MOST_SHOWN else self._thinned(most)
+
+    @cached_property
+    def _standing(self) -> Array:
+        rows = self._thinned(MOST_SHOWN)
+        rows.setflags(write=False)
+        return rows
+
+    def _thinned(self, most: int) -> Array:
         return thinned(self._points(), most, kept=(choice.index for choice in self._best))
 
     @cached_property
