@@ -15,7 +15,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.robot.kinematics import ToolKinematics
+from trajevo.robot.kinematics import ToolKinematics, crossed
 from trajevo.robot.robot import Robot
 
 #: Greatest error of position [m] and of orientation [rad] with which a pose counts as reached.
@@ -267,5 +267,5 @@ class PostureSolver:
         squared, greatest = distance**2 + 4.0 * np.sin(0.5 * angle) ** 2, np.maximum(distance, angle)
         if self.rotation is None:
             return q, position - wanted, jacobian[:, :3], squared, greatest
-        turned = -0.5 * np.cross(rotation, self.rotation, axis=-2).sum(axis=-1)
+        turned = -0.5 * crossed(np.swapaxes(rotation, -1, -2), self.rotation.T).sum(axis=-2)
         return q, np.concatenate([position - wanted, turned], axis=-1), jacobian, squared, greatest
