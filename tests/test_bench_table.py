@@ -19,7 +19,7 @@ def test_ways_are_measured_in_turn():
     from compare import in_turn
 
     called = []
-    seconds = in_turn([lambda: called.append("a") or sum(range(400_000)), lambda: called.append("b")], 3)
+    seconds = in_turn([lambda: called.append("a") or sum(range(4_000_000)), lambda: called.append("b")], 3)
     assert seconds.shape == (3, 2)
     assert (seconds[:, 0] > 10.0 * seconds[:, 1]).all()
     order = "".join(called)
