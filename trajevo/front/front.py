@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -66,6 +66,11 @@ class Solution:
         """The robot on its trajectory; made once."""
         return self.front.problem.rollout(self.x)
 
+    @cached_property
+    def known_to(self) -> dict[str, float]:
+        """How far each objective is known, SI: how much it changes when segments have twice as many samples."""
+        return dict(zip(self.front.objective_names, self.front.known_to([self.index])[0].tolist(), strict=True))
+
 
 @dataclass(frozen=True, eq=False)
 class Front:
@@ -112,6 +117,21 @@ class Front:
     def objective_names(self) -> tuple[str, ...]:
         """Names of the columns of F."""
         return tuple(objective.name for objective in self.record.objectives)
+
+    def known_to(self, rows: Sequence[int]) -> Array:
+        """How far objectives are known: how much they change when segments have twice as many samples.
+
+        Args:
+            rows: R rows of the front.
+
+        Returns:
+            Shape (R, n_obj), SI, units in ``record.objectives``.
+        """
+        problem = self.problem
+        rollout = problem.rollout(self.X[list(rows)])
+        finer = replace(rollout, dynamics=rollout.dynamics.sampled(2 * rollout.dynamics.samples))
+        changes = [np.abs(one.function(finer) - one.function(rollout)) for one in problem.objectives]
+        return np.stack(changes, axis=1)
 
     @cached_property
     def problem(self) -> TrajectoryProblem:
