@@ -111,7 +111,7 @@ def test_a_report_makes_the_problem_once_and_decodes_a_few_rows(kept, tmp_path, 
     monkeypatch.setattr(TrajectoryProblem, "decode", decoding)
     front = Front.load(file)
     report(front, tmp_path / "short.html", analyses=analyse(front, "short"))
-    assert counted["decode"] <= 3 + 1 + len(front.choices()) + 1
+    assert counted["decode"] <= 3 + 2 + len(front.choices()) + 1
 
 
 def test_what_is_missing_is_computed_and_added(kept, tmp_path, monkeypatch):
