@@ -8,8 +8,8 @@ import numpy as np
 from cases import PLAIN, Case, Line
 from elementwise import HybridLoop
 
-from trajevo.base.nested_nodes import lobatto
 from trajevo.capacity.dlcc import SAMPLES, dlcc, dlcc_iterative
+from trajevo.dynamics.integrals.nodes import lobatto
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.problems import HybridManipulator

@@ -8,8 +8,8 @@ import pytest
 
 from trajevo import ViaPointProblem, load_robot
 from trajevo.base import polynomials
-from trajevo.base.nested_nodes import MOST_NODES, lobatto, nested
 from trajevo.dynamics.integrals import efforts, travel
+from trajevo.dynamics.integrals.nodes import MOST_NODES, lobatto, nested
 from trajevo.robot.joints import Friction
 
 OBJECTIVES = (

@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.base.nested_nodes import lobatto
+from trajevo.dynamics.integrals.nodes import lobatto
 from trajevo.dynamics.integrals.resolved import Resolved, at_samples, resolve
 from trajevo.dynamics.inverse_dynamics import _ROUNDING, Dynamics
 from trajevo.errors import InvalidInputError

@@ -19,7 +19,7 @@ import numpy as np
 
 from trajevo.base import polynomials
 from trajevo.base.arrays import Array
-from trajevo.base.nested_nodes import Nodes
+from trajevo.dynamics.integrals.nodes import Nodes
 from trajevo.dynamics.integrals.resolved import Resolved
 from trajevo.dynamics.rollout import Rollout
 

@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.base.nested_nodes import Nodes, nested
+from trajevo.dynamics.integrals.nodes import Nodes, nested
 from trajevo.trajectory.batch import TrajectoryBatch
 
 #: Values (P, T, F) of trajectories (P,) in states q, v, a (P, T, n_joints).
