@@ -131,8 +131,9 @@ def compile_all() -> bool:
     if not all(kept):
         return False
     try:
-        write_whole(_file("json"), json.dumps([file for files in kept for file in files], indent=1).encode())
-        os.utime(_file("lock"), (0.0, 0.0))  # should the compiled loops get lost, they are compiled again at once
+        note = _file("json")
+        note.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(note, json.dumps([file for files in kept for file in files], indent=1).encode())
     except (OSError, RuntimeError):
         return False
     return True
@@ -226,7 +227,12 @@ def main() -> int:
         os.nice(19)
     try:
         with _alone(wait=not beside) as mine:
-            return 0 if (beside and not mine) or ready() or compile_all() else 1
+            if beside and not mine:
+                return 0
+            done = ready() or compile_all()
+            if done:
+                os.utime(_file("lock"), (0.0, 0.0))  # should compiled loops get lost, they are compiled again at once
+            return 0 if done else 1
     except Exception:
         if beside:
             _file("log").write_text(traceback.format_exc(), encoding="utf-8")
