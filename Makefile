@@ -50,13 +50,13 @@ check: $(READY)  ## lint, types and the layer contract
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(PEERS)  ## print one table of speed: ratios to what others take, in one run; docs/speed.md
+bench: $(PEERS) kernels  ## print one table of speed: ratios to what others take, in one run; docs/speed.md
 	$(BIN)/python tests/benchmarks/table.py
 
-bench-more: $(READY)  ## print what else is measured: certificates, polish, starts, studies, payload diagrams, workspaces
+bench-more: kernels  ## print what else is measured: certificates, polish, starts, studies, payload diagrams, workspaces
 	set -e; for file in tests/benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file; done
 
-study-algorithms: $(READY)  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
+study-algorithms: kernels  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py
 
 notebooks: $(READY)  ## execute every notebook at full size, into build/notebooks

@@ -191,9 +191,13 @@ def _cosine_and_sine(own: Array) -> None:
         near, far = (sine, cosine) if odd else (cosine, sine)
         own[_COSINE * _WIDE + i] = -near if quarter == 1.0 or quarter == 2.0 else near
         own[_SINE * _WIDE + i] = -far if quarter >= 2.0 else far
+    far_away = False
     for i in range(_WIDE):
-        if abs(own[i]) > _GREATEST_ANGLE:
-            own[_COSINE * _WIDE + i], own[_SINE * _WIDE + i] = math.cos(own[i]), math.sin(own[i])
+        far_away |= abs(own[i]) > _GREATEST_ANGLE
+    if far_away:
+        for i in range(_WIDE):
+            if abs(own[i]) > _GREATEST_ANGLE:
+                own[_COSINE * _WIDE + i], own[_SINE * _WIDE + i] = math.cos(own[i]), math.sin(own[i])
 
 
 @fast
