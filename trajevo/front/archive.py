@@ -18,7 +18,7 @@ from trajevo.base.jit import fast
 _BLOCK = 256
 
 
-@fast
+@fast("f8[2], f8[2] -> b1[1], b1[1]")
 def _join(old: Array, new: Array, kept: Array, taken: Array) -> None:
     """Find which old points stay when new points arrive, and which new points join them.
 

@@ -10,6 +10,7 @@ from typing import Any, final
 
 from pymoo.core.algorithm import Algorithm
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.evaluation import checked_time_limit
@@ -77,6 +78,20 @@ def optimise(
     if not isinstance(problem, TrajectoryProblem):
         raise InvalidInputError(f"problem: expected a TrajectoryProblem, got {type(problem).__name__}")
     search = decided(_given(search).updated(**settings), problem)
+    with jit.one_kind():
+        return _run(problem, search, initial, out, overwrite=overwrite, progress=progress)
+
+
+def _run(
+    problem: TrajectoryProblem,
+    search: Search,
+    initial: Front | Array | None,
+    out: str | Path | None,
+    *,
+    overwrite: bool,
+    progress: bool,
+) -> Front:
+    """A run with one kind of kernel; arguments as for :func:`optimise`, with all settings decided."""
     algorithm = algorithm_for(search, problem)
     before = time.process_time()
     impossible = check(problem).impossible
@@ -165,6 +180,7 @@ def _manifest(problem: TrajectoryProblem, algorithm: Chosen, search: Search, fir
         algorithm_name="NSGA2" if isinstance(solver, ArrayNSGA2) else type(solver).__name__,
         settings=algorithm.settings | first | {name: value for name, value in said.items() if value is not None},
         versions=installed_versions(),
+        kernels=jit.kind(),
         not_resumable=why,
         **of_run | {"algorithm": described},
     )
