@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 PEERS := $(VENV)/.peers
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks kernels test test-long check bench bench-more study-algorithms notebooks clean
+.PHONY: help demo demo-tasks kernels test test-long check bench bench-start bench-more study-algorithms notebooks clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -55,6 +55,9 @@ bench: $(PEERS) kernels  ## print one table of speed: ratios to what others take
 
 bench-more: kernels  ## print what else is measured: certificates, polish, starts, studies, payload diagrams, workspaces
 	set -e; for file in tests/benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file; done
+
+bench-start: $(READY)  ## print what a first run takes by its parts, with empty caches and with full ones; docs/speed.md
+	$(BIN)/python tests/benchmarks/bench_start.py
 
 study-algorithms: kernels  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py

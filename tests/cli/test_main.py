@@ -20,7 +20,7 @@ from trajevo.cli.main import COMMANDS
 from trajevo.exporters.export import EXPORTERS
 from trajevo.formulation.constraints.kinds import KINDS, parameters_of
 from trajevo.formulation.objectives import OBJECTIVES
-from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES
+from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES, VIEWS
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 SMALL = ["--generations", "8", "--population", "20", "--no-polish"]
@@ -37,8 +37,8 @@ def run(tmp_path_factory):
 def test_solve_writes_front_pictures_and_report(run):
     assert len(Front.load(run / "front.json")) > 0
     names = {file.stem for file in (run / "plots").iterdir()}
-    assert names == {"front", "front_3d", "parallel", "hypervolume", "profiles", "tool_path"}
-    assert names == set(FIGURES) - {*PAYLOAD_FIGURES, "path", "parameter", "rivals"}
+    assert names == {"front", "parallel", "hypervolume", "profiles"}
+    assert names == set(FIGURES) - {*PAYLOAD_FIGURES, *VIEWS, "path", "parameter", "rivals"}
     for file in (run / "plots").iterdir():
         picture = matplotlib.image.imread(file)[..., :3]
         assert min(picture.shape[:2]) > 300
@@ -54,7 +54,7 @@ def test_the_report_needs_nothing_else(run):
 
     text = (run / "report.html").read_text()
     Links().feed(text)
-    assert len(links) == 6
+    assert len(links) == 4
     assert all(link.startswith("data:image/png;base64,") for link in links)
     for expected in ("least_time", "velocity of joint_1", "NSGA2", "crossover_probability = 0.85", "deg/s²"):
         assert expected in text

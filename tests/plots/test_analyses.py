@@ -17,10 +17,9 @@ from trajevo.plots import analyses as module
 from trajevo.plots import pictures
 from trajevo.plots.analyses import ANALYSES, KINDS, analysed
 from trajevo.plots.analyses_file import read_analyses, write_analyses
-from trajevo.plots.pictures import draw_all, save_pictures
+from trajevo.plots.pictures import VIEWS, draw_all, save_pictures
 from trajevo.plots.report import report
 from trajevo.problems import PickAndPlace, PointingMechanism
-from trajevo.solvers.gradient import sqp
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 SMALL = {"seed": 1, "generations": 12, "population": 20, "progress": False, "polish": False}
@@ -42,7 +41,6 @@ def no_solver(monkeypatch):
     def never(*_, **__):
         raise AssertionError("something was optimised")
 
-    monkeypatch.setattr(sqp, "minimize", never)
     monkeypatch.setattr("scipy.optimize.minimize", never)
     monkeypatch.setattr("scipy.optimize.linprog", never)
 
@@ -202,3 +200,28 @@ def test_pictures_are_drawn_once_for_their_front(kept, tmp_path, no_solver, monk
     fewer = dataclasses.replace(front, X=front.X[1:], F=front.F[1:], G=front.G[1:])
     draw_all(fewer, found, kept=tmp_path / "plots")
     assert len(made) == 3 + len(drawn)
+
+
+def test_views_in_space_are_drawn_when_asked_for(kept, tmp_path):
+    front = Front.load(kept[0])
+    every, few = (draw_all(front, kept=tmp_path, views=views) for views in (True, False))
+    assert {picture.stem for picture in every} - {picture.stem for picture in few} == set(VIEWS)
+    save_pictures([picture for picture in every if picture.stem == "front_3d"], tmp_path)
+    again = [picture.stem for picture in draw_all(front, kept=tmp_path, views=False)]
+    assert set(again) == {picture.stem for picture in few} | {"front_3d"}
+
+
+def test_an_interrupted_computation_keeps_what_it_has(kept, tmp_path, monkeypatch):
+    front, file, begun = Front.load(kept[0]), tmp_path / "analyses.npz", []
+
+    def stopped(name):
+        begun.append(name)
+        if name == "slowdown":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        analyse(front, file=file, begin=stopped)
+    names = list(analysed(front))
+    assert begun == names[: names.index("slowdown") + 1]
+    assert list(read_analyses(file, front)) == begun[:-1]
+    analyse(front, "short", file=file, begin=lambda name: pytest.fail(f"{name} was computed again"))

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 from tests.helpers import refused, small_problem, trajevo
 from trajevo import Front, load_problem, optimise
-from trajevo.cli.robots import write_example
+from trajevo.cli.init import write_example
 from trajevo.cli.study import app
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
 from trajevo.front.hypervolume import hypervolume

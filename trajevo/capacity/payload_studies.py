@@ -141,7 +141,7 @@ class Studied:
 
 
 def _capacities(of: Studied) -> Capacities | None:
-    return capacities(of.front) if of.carries else None
+    return capacities(of.front.rollouts_of(of.front.thinned())) if of.carries else None
 
 
 def _slowdown(of: Studied) -> SlowdownCurve | None:

@@ -41,7 +41,6 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Solution
 from trajevo.path.inverse_kinematics import Pose
-from trajevo.plots.payload import payload_contours, uncertainty_price
 from trajevo.plots.pictures import save_figure
 from trajevo.robot.robot import load_robot
 
@@ -127,7 +126,7 @@ def diagram(
         _print_diagram(_out, diagrams[rule])
         if options.tolerance is not None:
             _print_robust(_out, efforts[rule], front.problem.dynamics.payload.com, options.tolerance)
-    figure = payload_contours(_labelled(chosen, diagrams)).figure
+    figure = plots.payload_contours(_labelled(chosen, diagrams)).figure
     _out.print(f"written: {save_figure(figure, out or beside(run, DIAGRAM_PICTURE))}")
 
 
@@ -180,7 +179,7 @@ def _print_price(problem: TrajectoryProblem, tolerance: float, seed: int, starts
         found = (f"{least:.4f}", f"{100.0 * share:+.2f} %") if np.isfinite(least) else ("none found", "")
         table.add_row(f"{1e3 * width:.4g}", *found)
     _out.print(table)
-    _out.print(f"written: {save_figure(uncertainty_price(price).figure, file)}")
+    _out.print(f"written: {save_figure(plots.uncertainty_price(price).figure, file)}")
 
 
 def _labelled(

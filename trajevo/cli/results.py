@@ -13,6 +13,7 @@ from trajevo.cli.terminal import print_rivals, print_run
 from trajevo.errors import checked_name
 from trajevo.exporters.export import is_exported
 from trajevo.front.front import Front
+from trajevo.front.thinning import told_share
 from trajevo.plots.analyses import ANALYSES_SUFFIX, KINDS, analyse, analysed
 from trajevo.plots.pictures import FIGURES, draw_all, save_pictures
 from trajevo.plots.report import report as write_report
@@ -24,7 +25,7 @@ ReportOption = Annotated[
     typer.Option(
         callback=lambda kind: checked_name("report", kind, KINDS),
         help="Report: none, short (front, the knee's motion, its certificate and payload) or full "
-        "(also payload studies and rivals, which optimises again).",
+        "(also views in space, payload studies and rivals, which optimises again).",
     ),
 ]
 PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures, or write tables only.")]
@@ -64,6 +65,7 @@ REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 
 
 _out = Console(soft_wrap=True, highlight=False)
+_err = Console(soft_wrap=True, highlight=False, stderr=True)
 
 
 def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
@@ -81,24 +83,34 @@ def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> N
             f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there"
         )
         raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
-    write_report_of(front, folder, kind=kind, pictures=pictures)
-    left_out = len(analysed(front)) - len(analysed(front, kind))
+    write_report_of(front, folder, kind=kind, pictures=pictures, views=kind == "full")
+    later = len(analysed(front)) - len(analysed(front, kind))
+    left_out = ["views in space"] if len(front) and pictures and kind != "full" else []
+    left_out += [f"{later} analyses that take longer"] if later else []
     if left_out:
-        _out.print(f"next: trajevo report {folder} --full for {left_out} analyses that take longer")
+        _out.print(f"next: trajevo report {folder} --full for {' and '.join(left_out)}")
     if not len(front):
         raise typer.Exit(NO_SOLUTION)
 
 
-def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
+def told_before(analysis: str) -> None:
+    """Tell on standard error what is computed now, since some analyses take minutes."""
+    _err.print(f"computing: {analysis.replace('_', ' ')}", markup=False)
+
+
+def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool, views: bool) -> None:
     """Compute or read the analyses of a run, then write its pictures and report into the folder."""
-    found = analyse(front, kind, file=analyses_of(folder))
+    found = analyse(front, kind, file=analyses_of(folder), begin=told_before if kind == "full" else None)
     if found.get("rivals"):
         print_rivals(_out, found["rivals"])
     told = [str(folder / FRONT_FILE)]
-    drawn = draw_all(front, found, kept=folder / PLOTS_FOLDER) if pictures else ()
+    drawn = draw_all(front, found, kept=folder / PLOTS_FOLDER, views=views) if pictures else ()
     save_pictures(drawn, folder / PLOTS_FOLDER)
     if kind != "none":
         told.append(str(write_report(front, folder / REPORT_FILE, analyses=found, pictures=drawn)))
+    share = told_share(front.thinned(), front) if drawn else ""
+    if share:
+        _out.print(f"note: pictures show {share}")
     if drawn or kind != "none":
         told.append(f"{len(drawn)} pictures in {folder / PLOTS_FOLDER}")
     _out.print(f"written: {', '.join(told)}")

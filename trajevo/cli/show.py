@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from trajevo import plots
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.sensitivity import sensitivity
 from trajevo.cli.results import (
@@ -24,6 +25,7 @@ from trajevo.cli.results import (
     analyses_of,
     beside,
     front_of,
+    told_before,
     write_report_of,
 )
 from trajevo.cli.terminal import print_mass_notes, print_rivals, print_run, print_verifications, table_with_units
@@ -31,7 +33,6 @@ from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
 from trajevo.plots.analyses import analyse, kept_kind
 from trajevo.plots.analyses_file import read_analyses
-from trajevo.plots.animation import animate
 from trajevo.plots.pictures import draw_all
 from trajevo.plots.report import report as write_report
 from trajevo.verification.certificate import Certificate
@@ -64,7 +65,8 @@ def report(
         typer.Option(help="HTML file; report.html beside the front if not given, and pictures in a run's folder."),
     ] = None,
     full: Annotated[
-        bool, typer.Option("--full", help="Compute payload studies and rivals first where they are not kept yet.")
+        bool,
+        typer.Option("--full", help="With views in space, payload studies and rivals; what is not kept is computed."),
     ] = False,
     pictures: PicturesOption = True,
 ) -> None:
@@ -72,10 +74,10 @@ def report(
     front = front_of(run)
     kind = "full" if full else kept_kind(front, analyses_of(run))
     if run.is_dir() and out is None:
-        write_report_of(front, run, kind=kind, pictures=pictures)
+        write_report_of(front, run, kind=kind, pictures=pictures, views=full)
         return
-    found = analyse(front, kind, file=analyses_of(run))
-    drawn = draw_all(front, found, kept=beside(run, PLOTS_FOLDER)) if pictures else ()
+    found = analyse(front, kind, file=analyses_of(run), begin=told_before if full else None)
+    drawn = draw_all(front, found, kept=beside(run, PLOTS_FOLDER), views=full) if pictures else ()
     file = write_report(front, out or beside(run, REPORT_FILE), analyses=found, pictures=drawn)
     _out.print(f"written: {file}")
 
@@ -114,7 +116,7 @@ def animate_motion(
 ) -> None:
     """Write an animation of one solution in real time, one HTML file that needs no network."""
     chosen = front_of(run).pick(solution)
-    _out.print(f"written: {animate(chosen, out or beside(run, f'{solution}.html'), rate=rate)}")
+    _out.print(f"written: {plots.animate(chosen, out or beside(run, f'{solution}.html'), rate=rate)}")
 
 
 def capacity(

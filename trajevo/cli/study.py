@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.box import SIMPLE
@@ -16,13 +16,14 @@ from trajevo.errors import InvalidInputError
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import standing
 from trajevo.study.cluster import DaskCluster
-from trajevo.study.collection import collect as collect_results
 from trajevo.study.definition import Study, load_study
 from trajevo.study.engines import START_METHODS, Engine, InProcess, Processes
 from trajevo.study.folder import STATES, StudyFolder
-from trajevo.study.report import StudyReport, write_study
-from trajevo.study.results import StudyResults
 from trajevo.study.run import StudyStanding, run_study, study_standing
+
+if TYPE_CHECKING:
+    from trajevo.study.report import StudyReport
+    from trajevo.study.results import StudyResults
 
 app = typer.Typer(help="Many runs: the product of factors, on one machine or a cluster.", no_args_is_help=True)
 _out = Console(soft_wrap=True, highlight=False)
@@ -77,6 +78,10 @@ def collect(
     out: Annotated[Path | None, typer.Option(help="Folder for the results; the study's if not given.")] = None,
 ) -> None:
     """Write tables, comparisons and pictures of a study's results so far."""
+    # Imported where pictures are drawn, since that takes long.
+    from trajevo.study.collection import collect as collect_results
+    from trajevo.study.report import write_study
+
     results = collect_results(folder)
     report = write_study(results, out)
     _print_results(results, report)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import fields
 from importlib.metadata import version
@@ -24,6 +25,7 @@ from trajevo.errors import InvalidInputError, NoSolutionError
 from trajevo.exporters.exporter import Exporter
 from trajevo.front.front import Front, Solution
 from trajevo.front.records import History
+from trajevo.front.thinning import told_share
 from trajevo.robot.joints import JointLimits
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import DERIVATIVES
@@ -34,6 +36,10 @@ if TYPE_CHECKING:
 
 #: Default number of instants of each motion.
 SAMPLES = 201
+
+#: Greatest number of solutions of a front that are all written, and how many stand for a larger front: each motion is
+#: certified, which takes some ms.
+MOST_SOLUTIONS, FEWER = 5_000, 1_000
 
 #: Greatest number of instants of all motions together.
 MOST_INSTANTS = 10_000_000
@@ -70,7 +76,8 @@ def dataset(source: Front | Solution, *, samples: int = SAMPLES) -> xr.Dataset:
     - ``limit_<name>`` (joint), inf where there is none;
     - ``evaluations``, ``hypervolume``, ``least_violation`` and ``front_size`` (generation).
 
-    ``solution`` holds rows of the front; its attributes are the rows of knee, utopia and the other choices. The problem
+    ``solution`` holds rows of the front; its attributes are the rows of knee, utopia and the other choices. Of a front
+    of more than 5,000 solutions it holds 1,000 at most, spread over the front, and says so in ``comment``. The problem
     and the run are JSON in the global attributes ``problem`` and ``run``; ``certificates`` is a JSON list with one
     sentence for each motion that says what is proven.
 
@@ -94,7 +101,7 @@ def dataset(source: Front | Solution, *, samples: int = SAMPLES) -> xr.Dataset:
     labels = _labels(front)
     coordinates = _axes(source, int(samples)) | labels | {"instant": variables.pop("instant")}
     units = {attributes["units"] for _, _, attributes, _ in variables.values()}
-    certificates = certify_all(source) if isinstance(source, Front) else (certify(source),)
+    certificates = certify_all(source, rows=rows) if isinstance(source, Front) else (certify(source),)
     about = _about(front, units) | {"certificates": json.dumps([str(each) for each in certificates])}
     made = xr.Dataset(variables, coordinates, about)
     for name in labels:
@@ -113,9 +120,10 @@ def netcdf(source: Front | Solution, step: float | None) -> memoryview:
         NoSolutionError: the front is empty.
         InvalidInputError: neither a front nor a solution, or a step that gives too many samples.
     """
-    samples = SAMPLES
+    samples, (front, rows) = SAMPLES, _rows(source)
+    if isinstance(source, Front) and len(rows) < len(front):
+        warnings.warn(f"the file holds {told_share(np.array(rows), front)}", stacklevel=3)
     if step is not None:
-        front, rows = _rows(source)
         longest = float(front.problem.decode(front.X[rows]).duration.max())
         if (longest / step + 1.0) * len(rows) > MOST_INSTANTS:
             raise InvalidInputError(
@@ -143,7 +151,7 @@ def _rows(source: Front | Solution) -> tuple[Front, list[int]]:
         raise InvalidInputError(f"source: expected a front or a solution, got {type(source).__name__}")
     if not len(source):
         raise NoSolutionError(f"the front is empty: {source.blocking}")
-    return source, list(range(len(source)))
+    return source, source.thinned(FEWER if len(source) > MOST_SOLUTIONS else len(source)).tolist()
 
 
 def _axes(source: Front | Solution, samples: int) -> dict[str, _Variable]:
@@ -154,6 +162,8 @@ def _axes(source: Front | Solution, samples: int) -> dict[str, _Variable]:
     about: dict[str, Any] = {name: np.int32(choice.index) for name, choice in zip(names, choices, strict=True)}
     if isinstance(source, Solution):
         about |= {"chosen_by": source.rule, "reason": source.reason}
+    elif len(rows) < len(front):
+        about["comment"] = told_share(np.array(rows), front)
     generations = range(1, len(front.history.evaluations) + 1)
     return {
         "solution": _counts("solution", rows, "row of the front, from 0, sorted by the first objective", **about),

@@ -130,7 +130,7 @@ class Search(pydantic.BaseModel):
             a message of one sentence.
     """
 
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True, arbitrary_types_allowed=True)
 
     seed: Annotated[int | None, _whole(0)] = _setting("Seed of all randomness.")
     algorithm: Annotated[str | Algorithm, pydantic.PlainValidator(_algorithm)] = pydantic.Field(

@@ -19,7 +19,7 @@ _Values = _Number | str | list[_Number | str] | dict[str, _Number | str]
 
 
 class _Strict(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class _Robot(_Strict):
@@ -89,7 +89,7 @@ class MovingSettings(_Strict):
 class _Constraints(pydantic.BaseModel):
     """What is limited; :func:`task_model` adds the parameters of limits."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True, strict=True)
 
     limits: list[str] = ["position", "velocity", "acceleration", "jerk", "effort"]
     held: Literal["sampled", "certified"] = "certified"

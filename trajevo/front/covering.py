@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from trajevo.base.arrays import Array
 from trajevo.base.sampling import sobol
@@ -122,6 +121,8 @@ def neighbours(f: Array, count: int) -> Array:
     Returns:
         Rows (i, j) with i < j, each pair once, shape (pairs, 2).
     """
+    from scipy.spatial import cKDTree  # imported where it computes, since that takes long
+
     found = cKDTree(f).query(f, k=list(range(1, min(count, len(f) - 1) + 2)), p=np.inf)[1]
     own = found == np.arange(len(f))[:, None]
     # Of several equal members, one may not be listed as its own nearest.

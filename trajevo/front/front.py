@@ -21,6 +21,7 @@ from trajevo.front import selection
 from trajevo.front.checked import RecordCheck
 from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run
 from trajevo.front.selection import Choice
+from trajevo.front.thinning import MOST_SHOWN, thinned
 from trajevo.trajectory.batch import TrajectoryBatch
 
 
@@ -175,6 +176,13 @@ class Front:
         self._compare(range(len(self)))
         return self.problem.rollout(self.X)
 
+    def rollouts_of(self, rows: Array) -> Rollout:
+        """The robot on the trajectories of some solutions, rows of shape (R,), as those of :meth:`thinned`."""
+        if len(rows) == len(self):
+            return self.rollouts
+        self._compare(rows.tolist())
+        return self.problem.rollout(self.X[rows])
+
     @cached_property
     def digest(self) -> str:
         """Identifier of this front: SHA-256 of the problem's record and of all numbers of the solutions."""
@@ -239,6 +247,26 @@ class Front:
             NoSolutionError: the front is empty.
         """
         return tuple(map(self._solution, self._best))
+
+    def thinned(self, most: int = MOST_SHOWN) -> Array:
+        """Rows that are spread evenly over a large front, with all its choices and the extremes of its objectives.
+
+        Args:
+            most: greatest number of rows; a front with fewer has all of them.
+
+        Returns:
+            Ascending rows, shape (R,).
+        """
+        return self._standing if most == MOST_SHOWN else self._thinned(most)
+
+    @cached_property
+    def _standing(self) -> Array:
+        rows = self._thinned(MOST_SHOWN)
+        rows.setflags(write=False)
+        return rows
+
+    def _thinned(self, most: int) -> Array:
+        return thinned(self._points(), most, kept=(choice.index for choice in self._best))
 
     @cached_property
     def _best(self) -> tuple[Choice, ...]:

@@ -36,7 +36,7 @@ _LONGEST_TEXT = 120
 class Record(pydantic.BaseModel):
     """Frozen data that is equal after a round trip through JSON; unknown keys, NaN and infinity are refused."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
 
 def _settings(given: Any) -> Any:

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pymoo.mcdm.pseudo_weights import PseudoWeights
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError
@@ -107,6 +106,8 @@ def pseudo_weights(F: Array, weights: Sequence[float]) -> Choice:
     Raises:
         InvalidInputError: as for :func:`weighted`.
     """
+    from pymoo.mcdm.pseudo_weights import PseudoWeights  # imported where it computes, since that takes long
+
     w = _weights(weights, F.shape[1])
     # pymoo divides by the spread of every objective, which is 0 for a front of one point or a constant objective.
     index = int(PseudoWeights(w).do(F)) if (np.ptp(F, axis=0) > 0.0).all() else weighted(F, weights).index

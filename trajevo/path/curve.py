@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import Any, final
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from trajevo.base import polynomials
 from trajevo.base.arrays import Array, frozen, numbers, read_only
@@ -192,6 +191,8 @@ class GeometricPath:
 
     @cached_property
     def _pieces(self) -> list[Array]:
+        from scipy.interpolate import BSpline  # imported where it computes, since that takes long
+
         spline = BSpline(self.knots, self.control_points, self.order - 1)
         powers = np.stack([spline(self.breaks[:-1], k).T / math.factorial(k) for k in range(self.order)])
         return [frozen(polynomials.derivative(powers, taken)) for taken in range(MOST_DERIVATIVES + 1)]
@@ -209,6 +210,8 @@ class GeometricPath:
 
 def _fitted(points: Array, count: int, order: int, parameters: Any, knots: Any, at_rest: bool) -> GeometricPath:
     """The least-squares curve with ``count`` control points; if these are enough, it passes through all points."""
+    from scipy.interpolate import BSpline  # imported where it computes, since that takes long
+
     if not isinstance(order, int) or order < 2:
         raise InvalidInputError(f"order: expected a whole number of at least 2, got {order!r}")
     if isinstance(parameters, str):

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array, frozen, numbers, read_only
 from trajevo.errors import InvalidInputError, UnreachableError, checked_name
@@ -78,6 +77,8 @@ class Pose:
             raise InvalidInputError(f"pose: expected a 'position' (3) [m], got only {sorted(given)}")
         if "rpy" in given and "quaternion" in given:
             raise InvalidInputError("pose: expected 'rpy' or 'quaternion', got both")
+        from scipy.spatial.transform import Rotation  # imported where it computes, since that takes long
+
         rotation = None
         if "rpy" in given:
             rotation = Rotation.from_euler("xyz", numbers(given["rpy"], name="rpy", shape=(3,))).as_matrix()

@@ -12,11 +12,10 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.robot.kinematics import ToolKinematics
+from trajevo.robot.kinematics import ToolKinematics, crossed
 from trajevo.robot.robot import Robot
 
 #: Greatest error of position [m] and of orientation [rad] with which a pose counts as reached.
@@ -122,6 +121,8 @@ def rotation_matrix(values: Any, name: str = "rotation") -> Array:
     Raises:
         InvalidInputError: another shape, or not a rotation matrix.
     """
+    from scipy.spatial.transform import Rotation  # imported where it computes, since that takes long
+
     given = numbers(values, name=name, shape=(3, 3))
     if np.abs(given @ given.T - np.eye(3)).max() > ROUNDED or np.linalg.det(given) < 0.0:
         raise InvalidInputError(f"{name}: expected a rotation matrix, got {given.tolist()}")
@@ -266,5 +267,5 @@ class PostureSolver:
         squared, greatest = distance**2 + 4.0 * np.sin(0.5 * angle) ** 2, np.maximum(distance, angle)
         if self.rotation is None:
             return q, position - wanted, jacobian[:, :3], squared, greatest
-        turned = -0.5 * np.cross(rotation, self.rotation, axis=-2).sum(axis=-1)
+        turned = -0.5 * crossed(np.swapaxes(rotation, -1, -2), self.rotation.T).sum(axis=-2)
         return q, np.concatenate([position - wanted, turned], axis=-1), jacobian, squared, greatest

@@ -49,7 +49,13 @@ def analysed(front: Front, kind: str = "full") -> tuple[str, ...]:
     return tuple(name for name in wanted if suits.get(name, limited))
 
 
-def analyse(front: Front, kind: str = "full", *, file: str | Path | None = None) -> Mapping[str, Any]:
+def analyse(
+    front: Front,
+    kind: str = "full",
+    *,
+    file: str | Path | None = None,
+    begin: Callable[[str], None] | None = None,
+) -> Mapping[str, Any]:
     """Everything that a report shows beyond the front, by name; stored analyses are read, not computed again.
 
     Args:
@@ -58,7 +64,8 @@ def analyse(front: Front, kind: str = "full", *, file: str | Path | None = None)
             for payload studies and rivals too, some of which optimise again.
         file: file that stores analyses of this front. It is read, and written if something was missing. Analyses of
             another front, such as this one before it was polished, count as missing; so does a damaged file, with a
-            warning.
+            warning. If the computation is interrupted, it has what was computed so far.
+        begin: function that is called with the name of every analysis before it is computed.
 
     Returns:
         Name -> analysis, None if it has nothing to show.
@@ -70,14 +77,22 @@ def analyse(front: Front, kind: str = "full", *, file: str | Path | None = None)
     found = {} if file is None or not names else read_analyses(Path(file), front)
     missing = [name for name in names if name not in found]
     subject = Studied(front)
-    for name in missing:
-        found[name] = ANALYSES[name](subject)
-    if missing and file is not None:
-        try:
-            write_analyses(Path(file), front, found)
-        except InvalidInputError as error:  # the report does not need the file
-            warnings.warn(f"{error}; analyses are not kept", stacklevel=2)
+    try:
+        for name in missing:
+            if begin is not None:
+                begin(name)
+            found[name] = ANALYSES[name](subject)
+    finally:
+        if missing and file is not None:
+            _keep(Path(file), front, found)
     return {name: found[name] for name in names}
+
+
+def _keep(file: Path, front: Front, found: Mapping[str, Any]) -> None:
+    try:
+        write_analyses(file, front, found)
+    except InvalidInputError as error:  # the report does not need the file
+        warnings.warn(f"{error}; analyses are not kept", stacklevel=3)
 
 
 def kept_kind(front: Front, file: str | Path) -> str:

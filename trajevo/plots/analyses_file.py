@@ -33,7 +33,7 @@ from trajevo.solvers.rivals import Rival
 from trajevo.trajectory.polynomial import PolynomialBatch
 from trajevo.verification.certificate import Certificate, Proof, Uncovered
 
-_FORMAT, _VERSION = "trajevo analyses", 2
+_FORMAT, _VERSION = "trajevo analyses", 3
 
 #: Classes of the records that analyses consist of, by their names in files.
 _RECORDS: dict[str, Any] = {

@@ -17,6 +17,7 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.objectives import UNUSED_PAYLOAD
 from trajevo.front.front import Front, Solution
+from trajevo.front.thinning import told_share
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 
@@ -131,16 +132,18 @@ def payload_front(front: Front, *, colour: str | None = None, ax: Axes | None = 
         checked_name("objective", colour, names)
     third = colour or next((name for name in names if name not in ("time", UNUSED_PAYLOAD)), None)
     ax = ax or plt.subplots(figsize=(6.8, 4.2), layout="constrained")[1]
-    times, masses = front.rollouts.trajectory.duration, front.X[:, -1]
+    drawn = front.thinned()
+    times, masses = front.rollouts_of(drawn).trajectory.duration, front.X[drawn, -1]
     if third is None:
         ax.plot(times, masses, ".")
     else:
         place = names.index(third)
-        image = ax.scatter(times, masses, c=front.F[:, place], s=14, cmap="viridis_r")
+        image = ax.scatter(times, masses, c=front.F[drawn, place], s=14, cmap="viridis_r")
         ax.figure.colorbar(image, ax=ax, label=f"{third} [{pretty(record.objectives[place].unit)}]")
     most = front.problem.payload_range[1]
     ax.axhline(most, color="black", linestyle=":", linewidth=1.0, label=f"greatest allowed: {most:.4g} kg")
     ax.set(xlabel="time [s]", ylabel=f"payload [kg] ({front.problem.dynamics.payload.model})")
+    ax.set_title(told_share(drawn, front), fontsize="small")
     ax.grid(alpha=0.3)
     ax.legend()
     return ax

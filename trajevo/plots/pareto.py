@@ -19,6 +19,7 @@ from trajevo.base.units import display, pretty
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front, Solution
 from trajevo.front.selection import normalised
+from trajevo.front.thinning import told_share
 
 #: Marks on a front: one solution, or label -> solution or objective values (n_obj,) in SI.
 Marks = Solution | Mapping[str, Any] | None
@@ -39,18 +40,21 @@ def front(front: Front, *, mark: Marks = None, angle: str | None = None, axes: A
         Array of Axes.
     """
     F, labels, factors = _shown(front, angle)
+    drawn = front.thinned()
     if F.shape[1] < 2:
         raise InvalidInputError("front: expected at least 2 objectives, the front has 1")
     pairs = list(combinations(range(F.shape[1]), 2))
     rows = -(-len(pairs) // 3)
     panels = _panels(axes, len(pairs), rows, (4.6 * min(len(pairs), 3), 4.2 * rows))
+    dots: dict[str, Any] = {"s": _size(front), "color": "tab:blue", "alpha": 0.6, "linewidths": 0, "rasterized": True}
     for panel, (i, k) in zip(panels, pairs, strict=True):
-        panel.scatter(F[:, i], F[:, k], s=_size(front), color="tab:blue", alpha=0.6, linewidths=0, rasterized=True)
+        panel.scatter(F[drawn, i], F[drawn, k], **dots)
         for style, values in _marks(mark, factors):
             panel.plot(values[i], values[k], linestyle="none", **style)
         panel.set_xlabel(labels[i])
         panel.set_ylabel(labels[k])
         panel.grid(alpha=0.3)
+    panels[0].set_title(told_share(drawn, front), fontsize="small", loc="left")
     if mark:
         panels[0].legend()
     return panels
@@ -62,12 +66,14 @@ def front_3d(front: Front, *, mark: Marks = None, angle: str | None = None, ax: 
     if F.shape[1] < 3:
         raise InvalidInputError(f"front_3d: expected at least 3 objectives, the front has {F.shape[1]}")
     ax = ax or plt.figure(figsize=(7.5, 6.0)).add_subplot(projection="3d")
-    ax.scatter(*F[:, :3].T, s=_size(front), c=F[:, 0], cmap="viridis", alpha=0.7, linewidths=0, rasterized=True)
+    drawn = front.thinned()
+    ax.scatter(*F[drawn, :3].T, s=_size(front), c=F[drawn, 0], cmap="viridis", alpha=0.7, linewidths=0, rasterized=True)
     for style, values in _marks(mark, factors):
         ax.plot(*values[:3, None], linestyle="none", zorder=10, **style)
     ax.set(xlabel=labels[0], ylabel=labels[1], zlabel=labels[2])
     ax.set_box_aspect(None, zoom=0.85)
     ax.view_init(elev=22, azim=-125)
+    ax.set_title(told_share(drawn, front), fontsize="small")
     if mark:
         ax.legend()
     return ax
@@ -78,8 +84,10 @@ def parallel_coordinates(front: Front, *, mark: Marks = None, angle: str | None 
     F, labels, factors = _shown(front, angle)
     ax = ax or plt.subplots(figsize=(2.6 * F.shape[1], 4.4), layout="constrained")[1]
     positions = np.arange(F.shape[1])
-    colours = plt.get_cmap("viridis")(normalised(F)[:, 0])
-    lines = np.stack(np.broadcast_arrays(positions, normalised(F)), axis=2)
+    drawn = front.thinned()
+    heights = normalised(F)[drawn]
+    colours = plt.get_cmap("viridis")(heights[:, 0])
+    lines = np.stack(np.broadcast_arrays(positions, heights), axis=2)
     faint = 0.25 if len(F) < _SMALL_FRONT else 0.06
     ax.add_collection(LineCollection(list(lines), colors=colours, alpha=faint, linewidths=0.8))
     low, width = F.min(axis=0), np.where(np.ptp(F, axis=0) > 0.0, np.ptp(F, axis=0), 1.0)
@@ -91,6 +99,7 @@ def parallel_coordinates(front: Front, *, mark: Marks = None, angle: str | None 
         ax.annotate(f"{F[:, i].max():.4g}", (i, 1.0), (0, 4), textcoords="offset points", ha="center", va="bottom")
     ax.set_xticks(positions, labels)
     ax.tick_params(axis="x", pad=16, length=0)
+    ax.set_xlabel(told_share(drawn, front), fontsize="small")
     ax.set(yticks=[], xlim=(-0.3, positions[-1] + 0.3), ylim=(-0.02, 1.1))
     ax.spines[:].set_visible(False)
     if mark:

@@ -7,27 +7,25 @@ import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, final
 
-import matplotlib
-import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from trajevo import plots
 from trajevo.base.files import write_whole
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front
 from trajevo.front.records import installed_versions
+from trajevo.front.thinning import told_share
 from trajevo.trajectory.along_path import ComposedBatch
 
 #: Studies of payloads by name, which is their picture's file stem: its caption, and what draws it beside its front.
 _STUDIES: dict[str, tuple[str, Callable[[Any, Front], Any]]] = {
     "capacities": (
         "What every solution can carry",
-        lambda found, front: plots.front_capacities(found, knee=front.knee().index),
+        lambda found, front: _capacities(found, front),
     ),
     "slowdown": (
         "Payload against the least time along the path of the knee",
@@ -66,6 +64,9 @@ PAYLOAD_FIGURES = (
     "margins",
     *_STUDIES,
 )
+
+#: File stems of the views in space, which show what other pictures and tables tell too.
+VIEWS = ("front_3d", "tool_path")
 
 #: Dots per inch.
 _RESOLUTION = 150
@@ -117,7 +118,7 @@ class Picture:
 
 
 def draw_all(
-    front: Front, analyses: Mapping[str, Any] | None = None, *, kept: Path | None = None
+    front: Front, analyses: Mapping[str, Any] | None = None, *, kept: Path | None = None, views: bool = True
 ) -> tuple[Picture, ...]:
     """All pictures of a front and its analyses; nothing is optimised here.
 
@@ -125,6 +126,7 @@ def draw_all(
         front: the front; an empty one has no pictures.
         analyses: result of :func:`~trajevo.plots.analyses.analyse`; if None, only the front and its knee are drawn.
         kept: folder with pictures drawn before; those of exactly this front are read, the others are drawn.
+        views: draw the views in space too; without, only those that the folder has are among the pictures.
     """
     if not len(front):
         return ()
@@ -132,6 +134,8 @@ def draw_all(
     for stem, caption, draw in _drawings(front, analyses or {}):
         made_for = f"{stem} {of_this}"
         png = None if kept is None else _kept(kept / f"{stem}.png", made_for)
+        if png is None and stem in VIEWS and not views:
+            continue
         pictures.append(Picture(stem, caption, _png(draw(), made_for) if png is None else png))
     return tuple(pictures)
 
@@ -228,15 +232,25 @@ def _figure_of(draw: Callable[[Any, Front], Any], found: Any, front: Front) -> A
     return draw(found, front).figure
 
 
+def _capacities(found: Any, front: Front) -> Any:
+    """The payloads of the solutions of a front, of a large one those that stand for it."""
+    rows = front.thinned()
+    ax = plots.front_capacities(found, knee=int(np.searchsorted(rows, front.knee().index)))
+    ax.set_title(told_share(rows, front), fontsize="small")
+    return ax
+
+
 def _made_for(front: Front) -> str:
     """Identification of the front and of the versions for which a picture on file is valid."""
-    drawn_by = f"{installed_versions()['trajevo']} {matplotlib.__version__}"
+    drawn_by = f"{installed_versions()['trajevo']} {version('matplotlib')}"
     content = f"{front.digest} {front.history.model_dump_json()} {drawn_by}"
     return hashlib.sha256(content.encode()).hexdigest()
 
 
 def _kept(file: Path, made_for: str) -> bytes | None:
     """A picture drawn before, if it is complete and of this front; else None."""
+    from PIL import Image  # imported where pictures are read and written, since that takes long
+
     try:
         png = file.read_bytes()
         with Image.open(io.BytesIO(png)) as image:
@@ -249,6 +263,10 @@ def _kept(file: Path, made_for: str) -> bytes | None:
 
 def _png(figure: Any, made_for: str = "") -> bytes:
     """A figure without its white margins, as PNG; the figure is closed."""
+    import matplotlib.pyplot as plt  # imported where something is drawn, since that takes long
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
     figure.set_dpi(_RESOLUTION)
     figure.canvas.draw()
     pixels = np.asarray(figure.canvas.buffer_rgba())

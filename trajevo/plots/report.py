@@ -16,6 +16,7 @@ from trajevo.capacity.payload_studies import Carried
 from trajevo.errors import TrajevoError
 from trajevo.front.front import Front, Solution
 from trajevo.front.records import ProblemRecord, Run
+from trajevo.front.thinning import told_share
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
 from trajevo.robot.payload import LOAD_MODELS
@@ -133,7 +134,8 @@ def _sections(front: Front, found: Mapping[str, Any], pictures: Sequence[Picture
     notes = [f"<p>Note: {escape(note)}.</p>" for note in front.problem.notes]
     sections = ["<h2>Solutions</h2>", *notes, _choices_table(front)]
     if pictures:
-        sections += ["<h2>Front</h2>", wide, _grid(drawn.values())]
+        share = told_share(front.thinned(), front)
+        sections += ["<h2>Front</h2>", f"<p>Pictures show {share}.</p>" if share else "", wide, _grid(drawn.values())]
     if about_payload or found.get("carried"):
         sections += ["<h2>Payload</h2>", _payload(found.get("carried") or ()), _grid(about_payload)]
     sections += ["<h2>Limits at the knee</h2>", _limits_table(front.knee())]

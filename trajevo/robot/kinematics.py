@@ -8,6 +8,7 @@ placements and the geometric Jacobian (Siciliano, Robotics, 2009, sections 2.8 a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -69,6 +70,12 @@ class ToolKinematics:
             tool_rotation=read_only(frame.placement.rotation),
             tool_translation=read_only(frame.placement.translation),
         )
+
+    @cached_property
+    def _about(self) -> list[tuple[Array, Array]]:
+        """Matrix of the vector product with each joint's axis, and its square."""
+        matrices = [np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) for x, y, z in self.axes]
+        return [(matrix, matrix @ matrix) for matrix in matrices]
 
     def pose(self, q: Array) -> tuple[Array, Array]:
         """Pose of the tool in the base frame.
@@ -141,7 +148,7 @@ class ToolKinematics:
         columns = np.zeros((*position.shape[:-1], 6, len(self.chain)), dtype=position.dtype)
         for k, turns in enumerate(self.turns):
             if turns:
-                columns[..., :3, k] = np.cross(axes[k], position - origins[k])
+                columns[..., :3, k] = crossed(axes[k], position - origins[k])
                 columns[..., 3:, k] = axes[k]
             else:
                 columns[..., :3, k] = axes[k]
@@ -164,15 +171,20 @@ class ToolKinematics:
             origins.append(position)
             axes.append(axis)
             if self.turns[k]:
-                rotation = rotation @ _turned(self.axes[k], angle[..., None])
+                rotation = rotation @ _turned(*self._about[k], angle[..., None])
             else:
                 position = position + axis * angle
         return position + rotation @ self.tool_translation, rotation @ self.tool_rotation, origins, axes
 
 
-def _turned(axis: Array, angle: Array) -> Array:
-    """Rodrigues' rotation about a unit axis, angles (..., 1, 1) -> (..., 3, 3)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+def crossed(one: Array, other: Array) -> Array:
+    """Vector product of (..., 3) and (..., 3), that of ``np.cross`` to the bit, which takes three times as long."""
+    x, y, z = one[..., 0], one[..., 1], one[..., 2]
+    u, v, w = other[..., 0], other[..., 1], other[..., 2]
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
+
+
+def _turned(cross: Array, squared: Array, angle: Array) -> Array:
+    """Rodrigues' rotation, of the matrix of a unit axis' vector product and its square; (..., 1, 1) -> (..., 3, 3)."""
+    turned: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * squared
     return turned

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from trajevo.base.arrays import Array
 from trajevo.base.units import per_time, quantity
@@ -57,6 +56,8 @@ def read_joint_limits(
         InvalidInputError: the file is not of this kind, a value is missing or not a number, or a factor applies to a
             joint whose limit is not in the file.
     """
+    import yaml  # imported where it reads and writes, since that takes long
+
     try:
         content = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -108,6 +109,8 @@ def _of_joint(entry: Any, where: str) -> dict[str, tuple[float, ...]]:
 
 def write_joint_limits(limits: JointLimits, names: tuple[str, ...]) -> str:
     """Limits as a MoveIt file; an infinite one is written as ``has_...: false``. MoveIt ignores jerk and effort."""
+    import yaml  # imported where it reads and writes, since that takes long
+
     joints: dict[str, dict[str, Any]] = {}
     for k, name in enumerate(names):
         joint = joints.setdefault(name, {})

@@ -21,7 +21,7 @@ _Number = Annotated[float, pydantic.Strict()]
 
 
 class _Strict(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class _Limit(_Strict):

@@ -22,15 +22,10 @@ from trajevo.formulation.task import task_problem
 from trajevo.formulation.task_file import TaskSettings, read_task
 from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, installed_versions
-from trajevo.solvers.evolutionary.algorithm_state import specification
 from trajevo.solvers.evolutionary.algorithms import Chosen, algorithm_for
-from trajevo.solvers.evolutionary.first_population import begin_with
-from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
-from trajevo.solvers.evolutionary.seeded_tournaments import seeded
+from trajevo.solvers.evolutionary.kinds import class_of
 from trajevo.solvers.gradient.polish import check_polishable
-from trajevo.solvers.run.evolution import evolve, nothing_searched
 from trajevo.solvers.run.folder import Manifest, begun
-from trajevo.solvers.run.runs import polished
 
 
 def optimise(
@@ -92,6 +87,11 @@ def _run(
     progress: bool,
 ) -> Front:
     """A run with one kind of kernel; arguments as for :func:`optimise`, with all settings decided."""
+    # What searches imports pymoo's algorithms and SciPy, which takes as long as all other imports together.
+    from trajevo.solvers.evolutionary.first_population import begin_with
+    from trajevo.solvers.run.evolution import evolve, nothing_searched
+    from trajevo.solvers.run.runs import polished
+
     algorithm = algorithm_for(search, problem)
     before = time.process_time()
     impossible = check(problem).impossible
@@ -164,6 +164,9 @@ def _manifest(problem: TrajectoryProblem, algorithm: Chosen, search: Search, fir
     Raises:
         InvalidInputError: a part of the algorithm does not use the seed.
     """
+    from trajevo.solvers.evolutionary.algorithm_state import specification
+    from trajevo.solvers.evolutionary.seeded_tournaments import seeded
+
     solver, described, why = algorithm.solver, None, ""
     try:
         described = specification(solver)
@@ -177,7 +180,7 @@ def _manifest(problem: TrajectoryProblem, algorithm: Chosen, search: Search, fir
     said = {name: of_run[name] for name in of_run if name not in ("algorithm", "seed", "time_limit")}
     return Manifest(
         problem=ProblemRecord.of(problem),
-        algorithm_name="NSGA2" if isinstance(solver, ArrayNSGA2) else type(solver).__name__,
+        algorithm_name="NSGA2" if isinstance(solver, class_of("ArrayNSGA2")) else type(solver).__name__,
         settings=algorithm.settings | first | {name: value for name, value in said.items() if value is not None},
         versions=installed_versions(),
         kernels=jit.kind(),

@@ -145,7 +145,7 @@ class StudySettings(pydantic.BaseModel):
     The settings of a search are keys of the file, too.
     """
 
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     format: Literal[1] = 1
     problem: str | None = None

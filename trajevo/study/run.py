@@ -9,10 +9,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, final
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
-from rich.table import Column
-
 from trajevo.base import jit
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
@@ -38,6 +34,10 @@ class CellsShown:
     """
 
     def __init__(self, total: int, *, finished: int, workers: int | None, enabled: bool) -> None:
+        from rich.console import Console  # imported where something is shown
+        from rich.progress import BarColumn, Progress, TextColumn
+        from rich.table import Column
+
         self._total, self._finished, self._before, self._failed = total, finished, finished, 0
         self._workers, self._enabled = workers, enabled
         self._every = max((total - finished) // _LINES, 1)

@@ -15,7 +15,6 @@ from math import factorial, perm
 from typing import final
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from trajevo.base import polynomials
 from trajevo.base.arrays import Array, frozen, read_only, row_products
@@ -318,6 +317,8 @@ def _knots(order: int, count: int) -> Array:
 @cache
 def _pieces(order: int, count: int) -> Array:
     """Matrix from control points to coefficients in powers of the share of every span, (count, order x n_spans)."""
+    from scipy.interpolate import BSpline  # imported where it computes, since that takes long
+
     knots, spans = _knots(order, count), count - order + 1
     basis, starts = BSpline(knots, np.eye(count), order - 1), knots[order - 1 : count]
     powers = [basis(starts, nu=k).T / (factorial(k) * float(spans) ** k) for k in range(order)]

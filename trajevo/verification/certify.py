@@ -8,7 +8,7 @@ trajectory's extremes, effort, power and tool speed by :mod:`trajevo.dynamics.en
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -58,9 +58,21 @@ def certify(
 
 
 def certify_all(
-    motions: Front | Rollout, *, tolerance: float = 0.001, tool_speed: float | None = None, power: Any = None
+    motions: Front | Rollout,
+    *,
+    rows: Sequence[int] | None = None,
+    tolerance: float = 0.001,
+    tool_speed: float | None = None,
+    power: Any = None,
 ) -> tuple[Certificate, ...]:
     """:func:`certify` for every solution of a front, or every motion of a rollout, in one batch.
+
+    Args:
+        motions: a front or a rollout.
+        rows: solutions of the front, such as those of ``front.thinned(1000)``; all if None.
+        tolerance: as for :func:`certify`, as are the others.
+        tool_speed: greatest speed of the tool [m/s].
+        power: greatest mechanical power of every joint [W].
 
     Raises:
         NoSolutionError: the front is empty.
@@ -70,11 +82,13 @@ def certify_all(
     if isinstance(motions, Front):
         if not len(motions):
             raise NoSolutionError(f"the front is empty: {motions.blocking}")
-        rollout, owner = motions.rollouts, motions.pick("0")
+        chosen = np.arange(len(motions)) if rows is None else np.array(rows, dtype=np.intp)
+        rollout, owner = motions.rollouts_of(chosen), motions.pick("0")
     else:
         rollout = rollout_of(motions)
+        chosen = np.arange(len(rollout.trajectory))
     limits = _limits(rollout, owner, tolerance, tool_speed, power)
-    names = [f"row {k}" for k in range(len(rollout.trajectory))]
+    names = [f"row {k}" for k in chosen]
     return tuple(_certified(rollout, names, limits, tolerance, _problem_of(owner)))
 
 

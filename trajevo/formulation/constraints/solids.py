@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, final
 
 import coal
@@ -17,8 +19,38 @@ from trajevo.robot.urdf import checked_urdf
 
 
 def robot_geometry(robot: Robot) -> Any:
-    """Collision geometry on the joints of the robot's model, meshes as convex hulls."""
+    """Collision geometry on the joints of the robot's model, meshes as convex hulls.
+
+    Robots that differ in masses or limits only, as the same problem with another payload has, share meshes and hulls,
+    which are made once in a process while their files stay as they are.
+    """
     text = checked_urdf(robot.urdf, robot.locked)
+    locked = tuple(sorted(robot.locked.items()))
+    key = (text, str(robot.urdf), tuple(map(str, robot.packages)), locked, tuple(robot.model.names))
+    found = _MADE.pop(key, None)
+    if found is None or found[1] != _state_of_meshes(found[0]):
+        geometry = _made(robot, text)
+        found = geometry, _state_of_meshes(geometry)
+    _MADE[key] = found
+    while len(_MADE) > _MOST_MADE:
+        _MADE.pop(next(iter(_MADE)))  # the one that was not asked for longest
+    geometry = found[0].copy()
+    return geometry
+
+
+#: Geometries by what they were made of, with the state of their files, and how many of them are kept.
+_MADE: dict[tuple[Any, ...], tuple[Any, list[tuple[str, int, int]]]] = {}
+_MOST_MADE = 8
+
+
+def _state_of_meshes(geometry: Any) -> list[tuple[str, int, int]]:
+    """File, time of change [ns] and size of every mesh."""
+    files = sorted({entry.meshPath for entry in geometry.geometryObjects if Path(entry.meshPath).is_file()})
+    return [(file, os.stat(file).st_mtime_ns, os.stat(file).st_size) for file in files]
+
+
+def _made(robot: Robot, text: str) -> Any:
+    """As :func:`robot_geometry`, from a URDF's text."""
     whole = pin.buildModelFromXML(text)
     folders = [str(folder) for folder in robot.packages]
     try:

@@ -15,12 +15,6 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.algorithms.moo.nsga3 import NSGA3, HyperplaneNormalization
-from pymoo.algorithms.moo.rvea import RVEA
-from pymoo.algorithms.moo.sms import SMSEMOA
-from pymoo.algorithms.moo.spea2 import SPEA2
-from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 from pymoo.operators.crossover.sbx import SBX
@@ -28,8 +22,7 @@ from pymoo.operators.mutation.pm import PM
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
-from trajevo.solvers.evolutionary.moead import ConstrainedMOEAD
-from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
+from trajevo.solvers.evolutionary.kinds import KINDS, class_of
 
 #: Attributes that only show the progress of an algorithm and do not affect its result.
 _SHOWN = frozenset({"output", "display"})
@@ -50,7 +43,6 @@ class _Adapter:
     change from generation to generation.
     """
 
-    algorithm: type[Algorithm]
     arguments: tuple[str, ...] = ()
     survival: tuple[str, ...] = ()
     learnt: tuple[str, ...] = ()
@@ -60,6 +52,8 @@ class _Adapter:
 def _spea2_normalisation(algorithm: Algorithm) -> Any:
     """The normalisation of SPEA2, which creates it with the first population; an unused one is equivalent."""
     if algorithm.survival.norm is None:
+        from pymoo.algorithms.moo.nsga3 import HyperplaneNormalization  # which SPEA2 has imported
+
         algorithm.survival.norm = HyperplaneNormalization(algorithm.problem.n_obj)
     return algorithm.survival.norm
 
@@ -68,59 +62,30 @@ def _survival_normalisation(algorithm: Algorithm) -> Any:
     return algorithm.survival.norm
 
 
-_ADAPTERS = {
-    adapter.algorithm.__name__: adapter
-    for adapter in (
-        _Adapter(NSGA2),
-        _Adapter(ArrayNSGA2),
-        _Adapter(SMSEMOA, arguments=("normalize",)),
-        _Adapter(SPEA2, learnt=_NORMALISATION, keeper=_spea2_normalisation),
-        _Adapter(
-            RVEA,
-            arguments=("ref_dirs", "adapt_freq"),
-            survival=("alpha",),
-            learnt=("ideal", "nadir", "V", "gamma"),
-        ),
-        _Adapter(NSGA3, arguments=("ref_dirs",), learnt=_NORMALISATION, keeper=_survival_normalisation),
-        _Adapter(UNSGA3, arguments=("ref_dirs",), learnt=_NORMALISATION, keeper=_survival_normalisation),
-        _Adapter(ConstrainedMOEAD, arguments=("ref_dirs",), learnt=("ideal",), keeper=lambda algorithm: algorithm),
-    )
+_OF_NSGA3 = _Adapter(arguments=("ref_dirs",), learnt=_NORMALISATION, keeper=_survival_normalisation)
+
+#: Adapters by the name of the class, for all algorithms of :data:`~trajevo.solvers.evolutionary.kinds.KINDS`.
+_ADAPTERS = dict.fromkeys(KINDS, _Adapter()) | {
+    "SMSEMOA": _Adapter(arguments=("normalize",)),
+    "SPEA2": _Adapter(learnt=_NORMALISATION, keeper=_spea2_normalisation),
+    "RVEA": _Adapter(
+        arguments=("ref_dirs", "adapt_freq"), survival=("alpha",), learnt=("ideal", "nadir", "V", "gamma")
+    ),
+    "NSGA3": _OF_NSGA3,
+    "UNSGA3": _OF_NSGA3,
+    "ConstrainedMOEAD": _Adapter(arguments=("ref_dirs",), learnt=("ideal",), keeper=lambda algorithm: algorithm),
 }
-_AGE = "AGEMOEA2"
-
-
-def age_moea2() -> type[Algorithm]:
-    """AGE-MOEA-II of pymoo, which needs the optional package numba.
-
-    Raises:
-        InvalidInputError: numba is not installed.
-    """
-    try:
-        import numba  # noqa: F401 - pymoo raises a bare Exception without it
-    except ImportError as error:
-        raise InvalidInputError("algorithm: 'age-moea2' needs numba: pip install 'trajevo[fast]'") from error
-    from pymoo.algorithms.moo.age2 import AGEMOEA2
-
-    algorithm: type[Algorithm] = AGEMOEA2
-    return algorithm
-
-
-def _adapter(name: str) -> _Adapter | None:
-    """The adapter of an algorithm, by the name of its class."""
-    if name == _AGE and _AGE not in _ADAPTERS:
-        _ADAPTERS[_AGE] = _Adapter(age_moea2())
-    return _ADAPTERS.get(name)
 
 
 def _adapter_of(algorithm: Algorithm) -> _Adapter:
-    found = _adapter(type(algorithm).__name__)
+    found = _ADAPTERS.get(type(algorithm).__name__)
     if found is None:
         raise InvalidInputError(f"{type(algorithm).__name__} has no adapter")
     return found
 
 
 def _known() -> str:
-    return ", ".join(sorted({*_ADAPTERS, _AGE}))
+    return ", ".join(sorted(_ADAPTERS))
 
 
 def specification(algorithm: Algorithm) -> dict[str, Any]:
@@ -131,8 +96,8 @@ def specification(algorithm: Algorithm) -> dict[str, Any]:
             which.
     """
     name = type(algorithm).__name__
-    adapter = _adapter(name)
-    if adapter is None or type(algorithm) is not adapter.algorithm:
+    adapter = _ADAPTERS.get(name)
+    if adapter is None or type(algorithm) is not class_of(name):
         raise InvalidInputError(f"{name} has no adapter; those with one are {_known()}")
     found: dict[str, Any] = {
         "name": name,
@@ -161,8 +126,8 @@ def algorithm_of(found: Mapping[str, Any]) -> Algorithm:
         InvalidInputError: no such algorithm or operator, or arguments that it refuses.
     """
     arguments = dict(found)
-    adapter = _adapter(str(arguments.pop("name", "")))
-    if adapter is None:
+    name = str(arguments.pop("name", ""))
+    if name not in _ADAPTERS:
         raise InvalidInputError(f"algorithm: expected one of {_known()}, got {found.get('name')!r}")
     for role in ("ref_dirs", "sampling"):
         if arguments.get(role) is not None:
@@ -173,7 +138,7 @@ def algorithm_of(found: Mapping[str, Any]) -> Algorithm:
             kind, _ = _OPERATORS[settings.pop("name")]
             arguments[role] = kind(**settings)
         # A copy, since all algorithms of a class share pymoo's default objects, and SPEA2's survival changes.
-        return copy.deepcopy(adapter.algorithm(**arguments))
+        return copy.deepcopy(class_of(name)(**arguments))
     except (KeyError, TypeError, ValueError) as error:
         raise InvalidInputError(f"algorithm: cannot be made from {sorted(found)}: {error!r}") from error
 

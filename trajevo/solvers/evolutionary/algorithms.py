@@ -10,24 +10,14 @@ from functools import partial
 from itertools import count, takewhile
 from typing import Any, final
 
-from pymoo.algorithms.moo.nsga3 import NSGA3
-from pymoo.algorithms.moo.rvea import RVEA
-from pymoo.algorithms.moo.sms import SMSEMOA
-from pymoo.algorithms.moo.spea2 import SPEA2
-from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.algorithm import Algorithm
-from pymoo.operators.crossover.sbx import SBX
-from pymoo.operators.mutation.pm import PM
-from pymoo.util.ref_dirs import get_reference_directions
 
 from trajevo.base.arrays import Array
 from trajevo.base.plugins import Registry
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import DEFAULT_STARTS, OF_ALGORITHM, USUAL, Search
-from trajevo.solvers.evolutionary.algorithm_state import age_moea2
-from trajevo.solvers.evolutionary.moead import ConstrainedMOEAD
-from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
+from trajevo.solvers.evolutionary.kinds import class_of
 
 
 @final
@@ -52,7 +42,11 @@ class EvolutionaryAlgorithm:
 
 
 def _nsga2(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
-    return ArrayNSGA2(
+    # Imported, like every algorithm, when it is made: a list of their names needs none of them.
+    from pymoo.operators.crossover.sbx import SBX
+    from pymoo.operators.mutation.pm import PM
+
+    return class_of("ArrayNSGA2")(
         pop_size=own["population"],
         n_offsprings=own["offsprings"],
         crossover=SBX(prob=own["crossover_probability"], eta=own["crossover_index"]),
@@ -60,25 +54,21 @@ def _nsga2(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
     )
 
 
-def _of_size(kind: Callable[..., Algorithm], problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
-    return kind(pop_size=own["population"], n_offsprings=own["offsprings"])
+def _of_size(kind: str, problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
+    return class_of(kind)(pop_size=own["population"], n_offsprings=own["offsprings"])
 
 
-def _along_directions(kind: Callable[..., Algorithm], problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
+def _along_directions(kind: str, problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
     """An algorithm that follows the reference directions of Das and Dennis, see :func:`reference_directions`."""
     directions = reference_directions(problem.n_obj, own["population"])
-    return kind(pop_size=own["population"], n_offsprings=own["offsprings"], ref_dirs=directions)
+    return class_of(kind)(pop_size=own["population"], n_offsprings=own["offsprings"], ref_dirs=directions)
 
 
 def _moead(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
     """MOEA/D, which has one individual for each reference direction and at most as many offspring."""
     directions = reference_directions(problem.n_obj, own["population"])
     most = min(own["offsprings"], len(directions))
-    return ConstrainedMOEAD(pop_size=len(directions), n_offsprings=most, ref_dirs=directions)
-
-
-def _age_moea2(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
-    return _of_size(age_moea2(), problem, own)
+    return class_of("ConstrainedMOEAD")(pop_size=len(directions), n_offsprings=most, ref_dirs=directions)
 
 
 #: Algorithms by name.
@@ -86,13 +76,13 @@ ALGORITHMS: dict[str, EvolutionaryAlgorithm] = {
     algorithm.name: algorithm
     for algorithm in (
         EvolutionaryAlgorithm("nsga2", _nsga2, "NSGA-II, with the operators of the problem's paper", OF_ALGORITHM),
-        EvolutionaryAlgorithm("age-moea2", _age_moea2, "AGE-MOEA-II, which needs numba"),
+        EvolutionaryAlgorithm("age-moea2", partial(_of_size, "AGEMOEA2"), "AGE-MOEA-II, which needs numba"),
         EvolutionaryAlgorithm("moea/d", _moead, "MOEA/D with limits, along reference directions", objectives=2),
-        EvolutionaryAlgorithm("nsga3", partial(_along_directions, NSGA3), "NSGA-III", objectives=2),
-        EvolutionaryAlgorithm("rvea", partial(_along_directions, RVEA), "RVEA", objectives=2),
-        EvolutionaryAlgorithm("sms-emoa", partial(_of_size, SMSEMOA), "SMS-EMOA, by hypervolume contributions"),
-        EvolutionaryAlgorithm("spea2", partial(_of_size, SPEA2), "SPEA2"),
-        EvolutionaryAlgorithm("u-nsga3", partial(_along_directions, UNSGA3), "U-NSGA-III", objectives=2),
+        EvolutionaryAlgorithm("nsga3", partial(_along_directions, "NSGA3"), "NSGA-III", objectives=2),
+        EvolutionaryAlgorithm("rvea", partial(_along_directions, "RVEA"), "RVEA", objectives=2),
+        EvolutionaryAlgorithm("sms-emoa", partial(_of_size, "SMSEMOA"), "SMS-EMOA, by hypervolume contributions"),
+        EvolutionaryAlgorithm("spea2", partial(_of_size, "SPEA2"), "SPEA2"),
+        EvolutionaryAlgorithm("u-nsga3", partial(_along_directions, "UNSGA3"), "U-NSGA-III", objectives=2),
     )
 }
 
@@ -176,6 +166,8 @@ def reference_directions(objectives: int, most: int) -> Array:
     partitions = list(takewhile(lambda p: math.comb(p + objectives - 1, objectives - 1) <= most, count(1)))
     if not partitions:
         raise InvalidInputError(f"population: expected at least {objectives}, one per objective, got {most}")
+    from pymoo.util.ref_dirs import get_reference_directions  # imported where it computes, since that takes long
+
     directions: Array = get_reference_directions("das-dennis", objectives, n_partitions=partitions[-1])
     return directions
 

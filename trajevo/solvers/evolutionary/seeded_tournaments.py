@@ -7,11 +7,10 @@ equal, NSGA-III, R-NSGA-III and U-NSGA-III use an unseeded generator, and two ru
 from __future__ import annotations
 
 import copy
+import sys
 from typing import Any
 
 import numpy as np
-from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
-from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.population import Population
 
@@ -76,8 +75,8 @@ def niche_then_random(
 
 #: Comparisons of pymoo 0.6.2 that do not use the seed, and their replacements.
 _PAIRS = (
-    (comp_by_cv_then_random, violation_then_random),
-    (comp_by_rank_and_ref_line_dist, niche_then_random),
+    ("pymoo.algorithms.moo.nsga3", "comp_by_cv_then_random", violation_then_random),
+    ("pymoo.algorithms.moo.unsga3", "comp_by_rank_and_ref_line_dist", niche_then_random),
 )
 
 
@@ -92,8 +91,9 @@ def seeded(algorithm: Algorithm) -> str | None:
     """
     mating = getattr(algorithm, "mating", None)
     selection = getattr(mating, "selection", None)
-    for theirs, ours in _PAIRS:
-        if mating is not None and getattr(selection, "func_comp", None) is theirs:
+    for module, name, ours in _PAIRS:
+        theirs = getattr(sys.modules.get(module), name, None)  # an algorithm that uses it has imported it
+        if mating is not None and theirs is not None and getattr(selection, "func_comp", None) is theirs:
             mating.selection = copy.copy(selection)  # all algorithms of a class share the default object
             mating.selection.func_comp = ours
     operators = (getattr(mating, role, None) for role in ("crossover", "mutation"))

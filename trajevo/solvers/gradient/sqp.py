@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import minimize
 
 from trajevo.base.arrays import Array
 from trajevo.formulation.problem import TrajectoryProblem
@@ -108,6 +107,8 @@ class WeightedSum:
         return y, feasible
 
     def _once(self, y: Array, tolerance: float) -> Array:
+        from scipy.optimize import minimize  # imported where it computes, since that takes long
+
         limits = {"type": "ineq", "fun": lambda y: -self._look(y)[2], "jac": lambda y: -self._look(y)[3]}
         limited = self.problem.n_ieq_constr or self.half_space is not None
         found = minimize(

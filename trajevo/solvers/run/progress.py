@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from types import TracebackType
-from typing import Self, final
-
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
-from rich.table import Column
+from typing import TYPE_CHECKING, Self, final
 
 from trajevo.front.books import Generation
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import TaskID
 
 #: Plain lines per run.
 _LINES = 10
@@ -44,9 +44,11 @@ def reporter(total: int, *, enabled: bool, done: int = 0) -> Reporter:
         enabled: whether anything is shown.
         done: generations that were finished before.
     """
-    console = Console(stderr=True)
     if not enabled:
         return _Silent()
+    from rich.console import Console  # imported where something is shown
+
+    console = Console(stderr=True)
     return _Bar(total, console, done) if console.is_terminal else _Lines(total, console, done)
 
 
@@ -65,6 +67,9 @@ class _Silent(Reporter):
 @final
 class _Bar(Reporter):
     def __init__(self, total: int, console: Console, done: int = 0) -> None:
+        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+        from rich.table import Column
+
         self._progress = Progress(
             TextColumn("{task.completed:.0f}/{task.total:.0f}", table_column=Column(no_wrap=True)),
             TimeRemainingColumn(table_column=Column(no_wrap=True, min_width=7)),

@@ -1,0 +1,146 @@
+"""What a person waits for: CPU time of a first `trajevo solve` by its parts, with empty caches and then with full ones.
+
+`python tests/benchmarks/bench_start.py` takes the task that `trajevo init` writes, and the Panda's and the xArm7's;
+`python tests/benchmarks/bench_start.py ur5_pick_and_place` takes one of `trajevo examples`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+TASKS = ("init", "panda_six_points", "xarm7_obstacle")
+
+#: Parts of a run, in the order in which they begin.
+PARTS = (
+    *("python", "imports", "kernels", "check", "starts", "evolution", "polish", "certificate", "payload"),
+    *("pictures", "report", "rest"),
+)
+
+#: Greatest CPU time that is asked for [s]: with empty caches, and with full ones; None where nothing is.
+ASKED: dict[str, tuple[float | None, float | None]] = {
+    "init": (8.0, 4.0),
+    "panda_six_points": (15.0, None),
+    "xarm7_obstacle": (15.0, None),
+}
+
+#: Program of the measured process: every part's own time, without that of the parts within it.
+CHILD = """
+import sys, time
+BEGAN = time.process_time()
+import builtins, importlib, json
+
+spent, stack = {"python": BEGAN}, [["rest", BEGAN]]
+
+def switch(name):
+    now = time.process_time()
+    part, since = stack[-1]
+    spent[part] = spent.get(part, 0.0) + now - since
+    if name is None:
+        stack.pop()
+        stack[-1][1] = now
+    else:
+        stack.append([name, now])
+
+def timed(name, function):
+    def measured(*arguments, **named):
+        switch(name)
+        try:
+            return function(*arguments, **named)
+        finally:
+            switch(None)
+    return measured
+
+def within(owner, attribute, name):
+    setattr(owner, attribute, timed(name, getattr(owner, attribute)))
+
+def compiled_by_numba():
+    numba = sys.modules.get("numba.core.dispatcher")
+    if numba is not None and not hasattr(numba, "measured"):
+        numba.measured = True
+        within(numba.Dispatcher, "compile", "kernels")
+
+def importing(original):
+    def imported(name, *arguments, **named):
+        if stack[-1][0] == "imports" or name in sys.modules:
+            return original(name, *arguments, **named)
+        found = timed("imports", original)(name, *arguments, **named)
+        compiled_by_numba()
+        return found
+    return imported
+
+builtins.__import__ = importing(builtins.__import__)
+importlib.import_module = importing(importlib.import_module)
+
+from trajevo.cli import main, results, solve
+from trajevo.plots import analyses
+from trajevo.solvers.evolutionary import first_population
+from trajevo.solvers.run import evolution, runs
+
+within(solve, "check", "check")
+within(first_population, "begin_with", "starts")
+within(evolution, "evolve", "evolution")
+within(runs, "polished", "polish")
+for name in ("certificate", "carried", "effort"):
+    analyses.ANALYSES[name] = timed(name if name == "certificate" else "payload", analyses.ANALYSES[name])
+within(results, "draw_all", "pictures")
+within(results, "save_pictures", "pictures")
+within(results, "write_report", "report")
+
+code = 0
+try:
+    main.main()
+except SystemExit as ended:
+    code = ended.code or 0
+while len(stack) > 1:
+    switch(None)
+switch("end")
+sys.stderr.write("measured: " + json.dumps(spent) + chr(10))
+sys.exit(code)
+"""
+
+
+def main() -> None:
+    """Print the table."""
+    print("CPU seconds; kernels are compiled, or read from their cache; end: of Python, with other processes")
+    print(f"{'task':26s}{''.join(f'{part:>12s}' for part in PARTS)}{'end':>7s}{'all':>8s}{'wall':>7s}  asked for")
+    for task in sys.argv[1:] or TASKS:
+        with tempfile.TemporaryDirectory() as folder:
+            for caches, most in zip(("empty", "full"), ASKED.get(task, (None, None)), strict=True):
+                print(f"{f'{task}, {caches}':26s}{measured(task, Path(folder), most)}", flush=True)
+
+
+def measured(task: str, folder: Path, most: float | None) -> str:
+    """One line of the table: a run in a process of its own, with its caches in a folder."""
+    caches = {name: str(folder / "caches") for name in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")}
+    environment = os.environ | caches
+    if task == "init":
+        command = [sys.executable, "-m", "trajevo", "init", "task.toml"]
+        if not (folder / "task.toml").exists():
+            subprocess.run(command, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
+        task = "task.toml"
+    command = [sys.executable, "-c", CHILD, "solve", task, "--out", "run", "--overwrite", "--quiet"]
+    began, before = time.perf_counter(), children()
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    wall, every = time.perf_counter() - began, children() - before
+    if done.returncode:
+        sys.exit(done.stderr)
+    spent = json.loads(done.stderr.rpartition("measured: ")[2])
+    parts = "".join(f"{spent.get(part, 0.0):12.2f}" for part in PARTS)
+    verdict = "" if most is None else f"  {most:g} s: {'met' if every <= most else 'missed'}"
+    return f"{parts}{every - sum(spent.values()):7.2f}{every:8.2f}{wall:7.2f}{verdict}"
+
+
+def children() -> float:
+    """CPU time of all processes started so far that have ended [s]."""
+    used = os.times()
+    return used.children_user + used.children_system
+
+
+if __name__ == "__main__":
+    main()

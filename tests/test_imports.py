@@ -1,0 +1,61 @@
+"""Nothing is imported before it is needed, since the person who waits for an import has asked for something else."""
+
+import subprocess
+import sys
+
+import pytest
+
+from trajevo.cli.main import COMMANDS
+
+#: Packages that take long, and only some commands need.
+SLOW = {
+    *("scipy", "matplotlib", "PIL", "pandas", "yaml", "numba", "xarray", "netCDF4", "autograd"),
+    *("pymoo.algorithms", "pymoo.util.ref_dirs", "pymoo.mcdm"),
+}
+#: What trajevo computes with.
+COMPUTES = {"numpy", "pydantic", "pymoo", "pinocchio", "coal", "moocore"}
+SHOWS = {"rich", "typer"}
+
+
+def imported(program, *arguments, cwd=None):
+    """Names of all modules that a program has imported at its end."""
+    script = f"import sys\ntry:\n    {program}\nexcept SystemExit:\n    pass\nprint('modules:', *sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script, *map(str, arguments)], capture_output=True, text=True, cwd=cwd)
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.rpartition("modules:")[2].split())
+
+
+COMMAND = "from trajevo.cli.main import main; main()"
+
+
+@pytest.mark.parametrize(
+    ("program", "never"),
+    [
+        ("import trajevo", SLOW | COMPUTES | SHOWS),
+        ("import trajevo.plots", SLOW | COMPUTES | SHOWS),
+        ("from trajevo import optimise, resume, read_run, load_task, load_robot, polish", SLOW | SHOWS),
+        ("from trajevo import ViaPointProblem, Front, Study, certify, verify, export, dlcc", SLOW | SHOWS),
+        ("from trajevo import analyse, report, load_study, run_study, workspace_capacity", SLOW | SHOWS),
+    ],
+)
+def test_a_name_imports_what_it_needs(program, never):
+    assert imported(program) & never == set()
+
+
+@pytest.mark.parametrize("module", sorted({home.module for home in COMMANDS.values()}))
+def test_a_command_imports_what_it_needs(module):
+    assert imported(f"import trajevo.cli.{module}") & SLOW == set()
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["init", "task.toml"], ["init", "--help"]])
+def test_what_computes_nothing_imports_nothing_that_computes(arguments, tmp_path):
+    assert (
+        imported(COMMAND, *arguments, cwd=tmp_path) & (SLOW | COMPUTES - {"pydantic"}) == set()
+    )  # typer imports pydantic
+
+
+def test_a_run_imports_neither_statistics_nor_other_algorithms(tmp_path):
+    small = ["--generations", "3", "--population", "12", "--quiet", "--report", "short", "--no-pictures"]
+    modules = imported(COMMAND, "solve", "pointing", *small, "--out", tmp_path / "run")
+    never = {"scipy.stats", "scipy.interpolate", "scipy.optimize", "scipy.ndimage", "matplotlib", "PIL", "pandas"}
+    assert modules & (never | {"pymoo.algorithms.moo.nsga3", "pymoo.util.ref_dirs", "autograd"}) == set()
