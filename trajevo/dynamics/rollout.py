@@ -19,8 +19,9 @@ from trajevo.trajectory.batch import TrajectoryBatch
 
 #: Share of the work in a segment, or on average in the motion's segments, that its polynomials may leave out.
 _LEFT_OUT = 5e-5
-#: Share of a joint's greatest effort that the last terms may be, for squares and peaks of efforts.
-_OF_PEAK = 1e-4
+#: Share of a joint's greatest effort that the last terms may be, for peaks of efforts, and for integrals of squares
+#: where no dry friction jumps: what is left out of those is about the square of that share.
+_OF_PEAK, _OF_SQUARES = 1e-4, 3e-3
 #: Share of the last terms of efforts' polynomials, times the travel, that the polynomials leave out of the work.
 _OF_LAST_TERMS = 0.05
 
@@ -168,21 +169,29 @@ class Rollout:
         return resolve(first, self.trajectory, self._smooth_effort, left_out=work_left_out, allowed=allowed)
 
     @cached_property
-    def finely_resolved(self) -> tuple[Resolved, ...]:
-        """The same at as many nodes as squares and peaks of the effort need, also where a joint hardly moves."""
+    def resolved_for_peaks(self) -> tuple[Resolved, ...]:
+        """The same at as many nodes as the efforts themselves need, also where a joint hardly moves."""
+        return self._resolved_to(_OF_PEAK)
+
+    @cached_property
+    def resolved_for_squares(self) -> tuple[Resolved, ...]:
+        """The same at as many nodes as integrals of squares need."""
+        return self.resolved_for_peaks if self.robot.friction.is_dry else self._resolved_to(_OF_SQUARES)
+
+    def _resolved_to(self, share: float) -> tuple[Resolved, ...]:
         first, count = self._first_nodes, self.trajectory.segment_durations.shape[1]
         greatest = np.abs(self.effort.real).max(axis=1) + np.finfo(np.float64).tiny
 
         def left_out(group: Resolved) -> Array:
-            share: Array = (group.last_terms / greatest[group.segments // count]).max(axis=1)
-            return share
+            shares: Array = (group.last_terms / greatest[group.segments // count]).max(axis=1)
+            return shares
 
-        allowed = np.full(len(first.segments), _OF_PEAK)
+        allowed = np.full(len(first.segments), share)
         return resolve(first, self.trajectory, self._smooth_effort, left_out=left_out, allowed=allowed)
 
     @property
     def _first_nodes(self) -> Resolved:
-        smooth = self.effort - self.robot.friction.dry(self._moving)
+        smooth = self.effort - self.robot.friction.dry(self._moving) if self.robot.friction.is_dry else self.effort
         return at_samples(self.trajectory, self.dynamics.samples, (self.q, self.v, self.a), smooth)
 
     def _smooth_effort(self, rows: Array, q: Array, v: Array, a: Array) -> Array:
@@ -193,7 +202,7 @@ class Rollout:
         else:
             each = self.dynamics.effort_per_kilogram(q, v, a)
             effort = self.dynamics.unloaded_effort(q, v, a) + self.masses[rows, None, None] * each
-        smooth: Array = effort - self.robot.friction.dry(v)
+        smooth: Array = effort - self.robot.friction.dry(v) if self.robot.friction.is_dry else effort
         return smooth
 
     @property

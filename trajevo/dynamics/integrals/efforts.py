@@ -20,7 +20,7 @@ import numpy as np
 from trajevo.base import polynomials
 from trajevo.base.arrays import Array
 from trajevo.dynamics.integrals.nodes import Nodes
-from trajevo.dynamics.integrals.resolved import Resolved
+from trajevo.dynamics.integrals.resolved import Resolved, combined
 from trajevo.dynamics.rollout import Rollout
 
 #: Gauss-Legendre nodes on [-1, 1] and weights, exact for a product of two cubics, and for its square.
@@ -92,12 +92,12 @@ def mechanical_energy(rollout: Rollout) -> Array:
 
 def integrated_square_power(rollout: Rollout) -> Array:
     """∫ Σ over joints of (effort x velocity)² dt, shape (B,) [W²·s]."""
-    return _summed(rollout, rollout.finely_resolved, lambda group: _squares(rollout, group, np.asarray))
+    return _summed(rollout, rollout.resolved_for_squares, lambda group: _squares(rollout, group, np.asarray))
 
 
 def integrated_square_effort(rollout: Rollout) -> Array:
     """∫ Σ over joints of effort² dt, shape (B,) [(N·m)²·s or N²·s]: what heats motors."""
-    return _summed(rollout, rollout.finely_resolved, lambda group: _squares(rollout, group, np.ones_like))
+    return _summed(rollout, rollout.resolved_for_squares, lambda group: _squares(rollout, group, np.ones_like))
 
 
 def integrated_square_effort_rate(rollout: Rollout) -> Array:
@@ -111,13 +111,13 @@ def integrated_square_effort_rate(rollout: Rollout) -> Array:
         total: Array = np.matmul(group.nodes.integrals, rates * rates).sum(axis=(1, 2)) / group.durations
         return total
 
-    return _summed(rollout, rollout.finely_resolved, of)
+    return _summed(rollout, rollout.resolved_for_peaks, of)
 
 
 def greatest_efforts(rollout: Rollout) -> Array:
     """Greatest |effort| of every joint over the whole motion, not only at samples, shape (B, n_joints) [N·m or N]."""
     per_segment = np.empty((rollout.trajectory.segment_durations.size, rollout.robot.dof), dtype=rollout.effort.dtype)
-    for group in rollout.finely_resolved:
+    for group in rollout.resolved_for_peaks:
         cells, values = _cells(rollout, group), group.values
         ends = np.stack([values[:, :-1] + cells.dry, values[:, 1:] + cells.dry])
         peaks = (ends * np.sign(ends.real)).max(axis=0)
@@ -156,12 +156,13 @@ def _split_work(rollout: Rollout, group: Resolved, cells: _Cells, split: Array, 
 
 def _squares(rollout: Rollout, group: Resolved, factor: Factor) -> Array:
     """∫ Σ over joints of (effort x factor)² dt over every segment, shape (P,)."""
-    smooth, weight = group.values, np.square(factor(group.states[1]))
-    integrals, friction = group.nodes.integrals, rollout.robot.friction
-    powers = [np.matmul(integrals, smooth * smooth * weight)]
-    if not friction.coulomb.any() and not np.any(friction.coulomb_backward):
-        total: Array = powers[0].sum(axis=(1, 2)) * group.durations
+    smooth, integrals = group.values, group.nodes.integrals
+    if not rollout.robot.friction.is_dry:
+        square = np.square(smooth * factor(group.states[1]))
+        total: Array = combined(integrals.sum(axis=0), square).sum(axis=1) * group.durations
         return total
+    weight = np.square(factor(group.states[1]))
+    powers = [np.matmul(integrals, smooth * smooth * weight)]
     powers += [np.matmul(integrals, smooth * weight), np.matmul(integrals, weight)]
     powers = [power * group.durations[:, None, None] for power in powers]
     cells = _cells(rollout, group)

@@ -43,10 +43,13 @@ class Resolved:
     @property
     def last_terms(self) -> Array:
         """Size of the last terms of the values' polynomials, shape (P, F), in the values' unit."""
-        terms: Array = np.abs(np.matmul(self.nodes.last_terms, self.values).real).max(axis=1)
-        return terms
+        one, other = (np.abs(combined(row, self.values.real)) for row in self.nodes.last_terms)
+        greater: Array = np.maximum(one, other)
+        return greater
 
     def _some(self, chosen: Array) -> Resolved:
+        if chosen.all():
+            return self
         return Resolved(
             self.nodes, self.segments[chosen], self.durations[chosen], self.states[:, chosen], self.values[chosen]
         )
@@ -60,6 +63,18 @@ class Resolved:
         return Resolved(
             nodes, self.segments, self.durations, _merged(self.states, fresh), _merged(self.values, between)
         )
+
+
+def combined(weights: Array, values: Array) -> Array:
+    """Sum of values at nodes, shape (P, M, F), times weights (M,): shape (P, F).
+
+    Node by node: a product of matrices is slow for many small ones, and for one great one the digits of a segment
+    would depend on how many there are.
+    """
+    total: Array = weights[0] * values[:, 0]
+    for k in range(1, len(weights)):
+        total += weights[k] * values[:, k]
+    return total
 
 
 def _merged(at_nodes: Array, between: Array) -> Array:
