@@ -25,6 +25,10 @@ _RESTARTS = 6
 _SETTLED = 1e-7
 
 
+class OutOfEvaluations(Exception):  # noqa: N818 - no error: another way is tried
+    """A run of :class:`WeightedSum` has not ended within the points that it may evaluate."""
+
+
 class WeightedSum:
     """Minimises a weighted sum of objectives under the problem's limits, and optionally within a half-space of them.
 
@@ -37,6 +41,7 @@ class WeightedSum:
         margin: margin by which every limit is tightened, as a share of it.
         excess: decision vector (n_var,) -> the greatest excess over a limit, by which ends are judged; that of the
             problem itself if None.
+        most: greatest number of points at which a run evaluates; not limited if None.
 
     Attributes:
         evaluations: number of points at which values and gradients were evaluated.
@@ -50,10 +55,12 @@ class WeightedSum:
         half_space: tuple[Array, float] | None = None,
         margin: float = MARGIN,
         excess: Callable[[Array], float] | None = None,
+        most: int | None = None,
     ) -> None:
         self._excess = excess or (lambda x: greatest_excess(problem, x))
         self.problem, self.weights, self.tame = problem, weights, True
         self.half_space, self.margin, self.evaluations = half_space, margin, 0
+        self._most, self._left = most, most
         self._room = np.full(self.problem.n_ieq_constr, margin)
         self.logarithmic = problem.xl > 0.0
         self.bounds = np.stack([self._inside(problem.xl), self._inside(problem.xu)], axis=1)
@@ -65,7 +72,11 @@ class WeightedSum:
 
         If no motion keeps away from all limits, as with a via point on one of them, the search is repeated without a
         margin. An end that breaks limits slightly is sought again with more room at these limits.
+
+        Raises:
+            OutOfEvaluations: the run did not end within the points that are allowed.
         """
+        self._left = self._most
         for margin in dict.fromkeys((self.margin, 0.0)):
             self._room = np.full(self.problem.n_ieq_constr, margin)
             x = self._ended(start, tolerance)
@@ -125,6 +136,10 @@ class WeightedSum:
 
     def _look(self, y: Array) -> tuple[float, Array, Array, Array]:
         if self._at is None or not np.array_equal(self._at, y):
+            if self._left is not None:
+                if not self._left:
+                    raise OutOfEvaluations
+                self._left -= 1
             x = self._outside(y)
             self.evaluations += 1
             F, dF, G, dG = (values[0] for values in self.problem.evaluate_with_gradients(x[None]))

@@ -11,8 +11,12 @@ from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem, Weights
-from trajevo.solvers.gradient.sqp import WeightedSum, greatest_excess, random_starts
+from trajevo.solvers.gradient.exchange import exchanged, proves
+from trajevo.solvers.gradient.sqp import OutOfEvaluations, WeightedSum, greatest_excess, random_starts
 from trajevo.trajectory.batch import TrajectoryBatch
+
+#: Points that SLSQP evaluates from a start under limits that are proven between samples, before exchange is tried.
+_MOST = 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +64,8 @@ def minimise_weighted(
     """Minimise Σ w F/ξ under the problem's limits by SLSQP, with exact gradients, from random starts.
 
     Decision variables with positive bounds have a logarithmic scale, and so has a positive cost. Random starts are
-    uniform between the bounds.
+    uniform between the bounds. Where limits that are proven between samples keep SLSQP from an end, it
+    goes by exchange, see :mod:`trajevo.solvers.gradient.exchange`.
 
     Args:
         problem: what to solve.
@@ -85,7 +90,8 @@ def minimise_weighted(
         raise InvalidInputError(f"weights: expected non-negative numbers that are not all zero, got {share.tolist()}")
     if (scales <= 0.0).any():
         raise InvalidInputError(f"scales: expected positive numbers, got {scales.tolist()}")
-    search = WeightedSum(problem.in_terms(), share / scales, excess=lambda x: greatest_excess(problem, x))
+    most = _MOST if proves(problem) else None
+    search = WeightedSum(problem.in_terms(), share / scales, excess=lambda x: greatest_excess(problem, x), most=most)
     points = (
         random_starts(problem, seed, starts)
         if initial is None
@@ -97,7 +103,7 @@ def minimise_weighted(
         raise InvalidInputError("initial: a start lies outside the bounds of the decision variables")
     began = time.perf_counter()
     with one_blas_thread():
-        ends = np.array([search.run(point, tolerance) for point in points])
+        ends = np.array([_end(problem, search, point, tolerance) for point in points])
     F, G = problem.evaluate(ends, return_values_of=["F", "G"])
     costs = np.where(G.max(axis=1, initial=-np.inf) <= 0.0, F @ search.weights, np.inf)
     best = int(np.argmin(costs))
@@ -110,3 +116,15 @@ def minimise_weighted(
         costs=frozen(costs),
         seconds=time.perf_counter() - began,
     )
+
+
+def _end(problem: TrajectoryProblem, search: WeightedSum, start: Array, tolerance: float) -> Array:
+    """The end of the search from a start; by exchange where proven limits keep SLSQP from coming to an end."""
+    try:
+        end = search.run(start, tolerance)
+        if not proves(problem) or greatest_excess(problem, end) <= 0.0:
+            return end
+    except OutOfEvaluations:
+        end = start
+    found = exchanged(problem, search.weights, start, tolerance)
+    return end if found is None else found

@@ -1,0 +1,72 @@
+"""Limits that are proven between samples do not keep gradient solvers from an end."""
+
+import numpy as np
+import pytest
+
+from tests.helpers import refused
+from trajevo import ViaPointProblem, largest_payload, load_task, max_payload_problem
+from trajevo.formulation.problem import Weights
+from trajevo.solvers.gradient import weighted_sum
+from trajevo.solvers.gradient.exchange import exchanged, proves
+from trajevo.solvers.gradient.sqp import OutOfEvaluations, WeightedSum, greatest_excess
+from trajevo.solvers.gradient.weighted_sum import minimise_weighted
+
+
+@pytest.fixture(scope="module")
+def panda():
+    """A problem whose largest payload SLSQP alone does not find: efforts peak between the samples of long segments."""
+    return load_task("panda_six_points").problem
+
+
+def sampled(problem):
+    return ViaPointProblem(**problem.settings | {"limits": "sampled"})
+
+
+def test_the_largest_payload_under_proven_limits_is_near_that_at_samples(panda):
+    proven, at_samples = max_payload_problem(panda, objectives=()), max_payload_problem(sampled(panda), objectives=())
+    assert (proves(proven), proves(at_samples)) == (True, False)
+    weights = Weights((1.0,))
+    upper = minimise_weighted(at_samples, weights, seed=1, starts=1)
+    assert greatest_excess(proven, upper.x) > 0.0  # else this task has nothing to show
+    found = minimise_weighted(proven, weights, seed=1, starts=1)
+    assert greatest_excess(proven, found.x) <= 0.0
+    assert 0.98 * upper.x[-1] <= found.x[-1] <= upper.x[-1] + 1e-6
+    direct = exchanged(proven, np.ones(1), found.x, 1e-9)
+    assert direct is not None
+    assert greatest_excess(proven, direct) <= 0.0
+
+
+def test_few_evaluations_are_enough(panda, monkeypatch):
+    asked, kind = [], type(max_payload_problem(panda, objectives=()))
+    evaluate = kind.evaluate_with_gradients
+    monkeypatch.setattr(kind, "evaluate_with_gradients", lambda self, x: (asked.append(len(x)), evaluate(self, x))[1])
+    assert largest_payload(panda, seed=1, starts=1).mass > 6.5
+    assert len(asked) < 3000
+
+
+def test_where_slsqp_comes_to_an_end_nothing_changes(panda, monkeypatch):
+    def never(*_):
+        raise AssertionError("limits were exchanged")
+
+    time = Weights(tuple(float(name == "time") for name in panda.objective_names))
+    monkeypatch.setattr(weighted_sum, "exchanged", never)
+    found = minimise_weighted(panda, time, seed=1, starts=1)
+    assert np.isfinite(found.cost)
+    assert np.isfinite(minimise_weighted(sampled(panda), time, seed=1, starts=1).cost)
+
+
+def test_a_payload_that_nothing_carries_is_told(panda):
+    heavy = panda.with_payload(panda.dynamics.payload.with_mass(7.5))
+    time = Weights(tuple(float(name == "time") for name in panda.objective_names))
+    assert minimise_weighted(heavy, time, seed=1, starts=1).cost == np.inf
+    refused(lambda: largest_payload(panda, within=2.0, seed=1, starts=1), "problem: expected a feasible motion, none")
+
+
+def test_a_run_evaluates_no_more_than_it_may(panda):
+    search = WeightedSum(panda.in_terms(), np.eye(3)[0], most=4)
+    start = 0.5 * (panda.xl + panda.xu)
+    for _ in range(2):  # each run anew
+        before = search.evaluations
+        with pytest.raises(OutOfEvaluations):
+            search.run(start, 1e-9)
+        assert search.evaluations - before == 4

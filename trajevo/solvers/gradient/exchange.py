@@ -1,0 +1,113 @@
+"""Weighted sums under limits that are proven between samples, by exchange: solve at samples, tighten, solve again.
+
+The proven excess of an effort or of the tool's speed has kinks wherever its peak moves to another instant, at which a
+gradient solver takes hundreds of small steps. At samples it takes tens. What the proof then finds above a limit is
+taken off that limit at the samples, and the search goes on from where it ended.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.solvers.gradient.sqp import WeightedSum, greatest_excess
+
+#: How often limits are tightened until the proof succeeds, and how often the room is halved again towards the last
+#: one at which it did not.
+_TIGHTENED, _HALVED = 10, 8
+
+#: Share of the excess, and of a limit at least, that is taken off.
+_MORE, _LEAST = 1.1, 1e-6
+
+#: Change of the cost, as a share, that ends the halving.
+_SETTLED = 1e-6
+
+
+def proves(problem: TrajectoryProblem) -> bool:
+    """Whether some limits of a problem are proven between samples."""
+    return any(constraint.sampled is not None for constraint in problem.constraints)
+
+
+def exchanged(problem: TrajectoryProblem, weights: Array, start: Array, tolerance: float) -> Array | None:
+    """The end of the search from a start.
+
+    Args:
+        problem: a problem with limits that are proven between samples.
+        weights: weights of the objectives, shape (n_obj,).
+        start: decision vector, shape (n_var,).
+        tolerance: SLSQP's tolerance on the cost's logarithm.
+
+    Returns:
+        A decision vector (n_var,) that keeps every limit by the problem's own test; None if none is found in this way.
+    """
+    few, rooms, x = np.zeros(len(problem.constraints)), np.zeros(len(problem.constraints)), start
+    for _ in range(_TIGHTENED):
+        x, kept = _at_samples(_tightened(problem, rooms), weights, x, tolerance)
+        excess = _by_constraint(problem, x)
+        if not kept:
+            return None
+        if (excess <= 0.0).all():
+            break
+        few, rooms = rooms, rooms + np.where(excess > 0.0, np.maximum(_MORE * excess, _LEAST), 0.0)
+    else:
+        return None
+    # The excess of what is not decided may be a coarse bound, so that more was taken off than the proof needs.
+    best, least = x, _cost(problem, weights, x)
+    for _ in range(_HALVED if rooms.any() else 0):
+        middle = 0.5 * (few + rooms)
+        x, kept = _at_samples(_tightened(problem, middle), weights, best, tolerance)
+        if not kept or greatest_excess(problem, x) > 0.0:
+            few = middle
+            continue
+        rooms, before, cost = middle, least, _cost(problem, weights, x)
+        if cost < least:
+            best, least = x, cost
+        if before - cost <= _SETTLED * abs(before):
+            break
+    return best
+
+
+def _at_samples(tightened: TrajectoryProblem, weights: Array, start: Array, tolerance: float) -> tuple[Array, bool]:
+    """The end of SLSQP from a start, and whether it keeps the limits at the samples."""
+    search = WeightedSum(tightened.in_terms(), weights, excess=partial(greatest_excess, tightened))
+    x = search.run(start, tolerance)
+    return x, greatest_excess(tightened, x) <= 0.0
+
+
+def _cost(problem: TrajectoryProblem, weights: Array, x: Array) -> float:
+    return float(problem.evaluate(x[None], return_values_of=["F", "G"])[0][0] @ weights)
+
+
+def _by_constraint(problem: TrajectoryProblem, x: Array) -> Array:
+    """The greatest excess of every constraint, as a share of its limit, shape (n_constraints,)."""
+    G = problem.evaluate(x[None], return_values_of=["F", "G"])[1][0]
+    ends = np.cumsum([len(constraint.names) for constraint in problem.constraints])
+    return np.array([column.max(initial=-np.inf) for column in np.split(G, ends[:-1])])
+
+
+def _tightened(problem: TrajectoryProblem, rooms: Array) -> TrajectoryProblem:
+    """The same problem with its limits at the samples, less a share of each, shape (n_constraints,)."""
+    other = copy.copy(problem)
+    pairs = zip(problem.constraints, rooms.tolist(), strict=True)
+    other.constraints = tuple(_less(constraint.at_samples, room) for constraint, room in pairs)
+    return other
+
+
+def _less(constraint: Constraint, room: float) -> Constraint:
+    if not room:
+        return constraint
+    terms = None if constraint.terms is None else partial(_raised, function=constraint.terms, by=room)
+    return replace(constraint, function=partial(_raised, function=constraint.function, by=room), terms=terms)
+
+
+def _raised(rollout: Rollout, *, function: Callable[[Rollout], Array], by: float) -> Array:
+    raised: Array = function(rollout) + by
+    return raised
