@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 PEERS := $(VENV)/.peers
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks kernels test test-long check bench bench-start bench-more study-algorithms notebooks clean
+.PHONY: help demo demo-tasks kernels test test-long check bench bench-start bench-release bench-more study-algorithms notebooks clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -58,6 +58,9 @@ bench-more: kernels  ## print what else is measured: certificates, polish, start
 
 bench-start: $(READY)  ## print what a first run takes by its parts, with empty caches and with full ones; docs/speed.md
 	$(BIN)/python tests/benchmarks/bench_start.py
+
+bench-release: kernels  ## print speed against another version in one run, AGAINST=v0.1.0 or any commit: docs/speed.md
+	$(BIN)/python tests/benchmarks/releases.py $(or $(AGAINST),$(error AGAINST: expected a tag or commit of this project, or what pip installs: make bench-release AGAINST=v0.1.0))
 
 study-algorithms: kernels  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py

@@ -69,8 +69,17 @@ def dense_values(problem, x):
     }
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-@pytest.mark.parametrize("interpolant", ["cubic", "hybrid", "septic_spline", "linear_blends"])
+CURVES = ("cubic", "hybrid", "septic_spline", "linear_blends")
+OFTEN = {("ur5", "cubic"), ("puma560", "hybrid"), ("z1", "septic_spline"), ("puma560", "linear_blends")}
+
+
+@pytest.mark.parametrize(
+    ("name", "interpolant"),
+    [
+        pytest.param(*pair, marks=[] if pair in OFTEN else [pytest.mark.long])
+        for pair in ((name, curve) for name in ROBOTS for curve in CURVES)
+    ],
+)
 def test_objectives_are_their_dense_sums(name, interpolant):
     problem = problem_of(name, interpolant)
     x = motions(problem)
