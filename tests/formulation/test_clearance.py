@@ -81,6 +81,17 @@ def test_distance_of_a_ball_to_a_turned_box(ball):
     np.testing.assert_allclose(Collision(ball, Scene((box,))).distances(q)[:, 0], expected, atol=1e-6)
 
 
+def test_distance_of_a_ball_to_a_turned_cylinder(ball):
+    """Also deep inside, where coal is wrong for its own balls."""
+    post = Cylinder(position=(0.3, -0.1, 0.2), rpy=(0.9, -0.4, 1.0), radius=0.2, length=0.5)
+    q = states(ball, 500, seed=2)
+    local = (centre(q) - post.position) @ post.rotation
+    beyond = np.stack([np.linalg.norm(local[:, :2], axis=1) - 0.2, np.abs(local[:, 2]) - 0.25], axis=1)
+    expected = np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0) - 0.05
+    assert (expected < -0.15).any()
+    np.testing.assert_allclose(Collision(ball, Scene((post,))).distances(q)[:, 0], expected, atol=1e-6)
+
+
 def test_an_obstacle_may_be_called_like_a_link(ball):
     scene = Scene((Sphere(name="arm_0", position=(0, 0, 2.0), radius=0.1),))
     assert [(pair.first, pair.second, pair.itself) for pair in Collision(ball, scene).pairs] == [

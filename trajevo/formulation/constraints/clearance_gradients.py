@@ -14,7 +14,8 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.clearance_search import furthest, kinds_of, states_at
+from trajevo.formulation.constraints.broad_phase.sweeps import Sweeps
+from trajevo.formulation.constraints.clearance_search import kinds_of
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -91,9 +92,9 @@ class ClearanceTerms:
         if not takes_steps(trajectory):
             return least[which]
         row, segment, pair = (index.ravel() for index in np.indices(step.shape))
-        q, motion, state = _states(real, row, segment, step.ravel())
+        q, state = _states(real, row, segment, step.ravel())
         order, slopes = np.argsort(state, kind="stable"), np.empty((len(row), q.shape[1]))
-        slopes[order] = self.collision.slopes_of(q, state[order], pair[order], motion=motion)
+        slopes[order] = self.collision.slopes_of(q, state[order], pair[order])
         steps, place = np.unique(step, return_inverse=True)
         moved = _at(trajectory, steps * _SHARE, 0).imag
         moved = moved[np.arange(len(which))[:, None, None], np.arange(step.shape[1])[:, None], place[which]]
@@ -125,9 +126,9 @@ class ClearanceTerms:
     def _distances(self, real: TrajectoryBatch, items: tuple[Array, ...], steps: Array) -> Array:
         """Distances of rows, segments and pairs (K,) at steps of the finer grid, (K, M) [m]."""
         row, segment, pair = (np.repeat(index, steps.shape[1]) for index in items)
-        q, motion, state = _states(real, row, segment, steps.ravel())
+        q, state = _states(real, row, segment, steps.ravel())
         order, d = np.argsort(state, kind="stable"), np.empty(steps.size)
-        d[order] = self.collision.distances_of(q, state[order], pair[order], motion=motion)
+        d[order] = self.collision.distances_of(q, state[order], pair[order])
         return d.reshape(steps.shape)
 
     def _at_shares(self, real: TrajectoryBatch) -> Array:
@@ -136,15 +137,19 @@ class ClearanceTerms:
         N, S, U, n = q.shape
         # The end of a segment is the start of the next.
         ends = np.concatenate([q[:, :, :-1].reshape(N, -1, n), q[:, -1, -1:]], axis=1)
-        found = self.collision.distances(ends.reshape(-1, n), motion=np.repeat(np.arange(N), ends.shape[1]))
+        found = self.collision.distances(ends.reshape(-1, n))
         return found.reshape(N, ends.shape[1], -1)[:, np.arange(S)[:, None] * _INTERVALS + np.arange(U)]
 
 
-def _states(real: TrajectoryBatch, row: Array, segment: Array, step: Array) -> tuple[Array, Array, Array]:
-    """Distinct states at K steps of segments: positions (N, n_joints), trajectories (N,), state of each step (K,)."""
+def _states(real: TrajectoryBatch, row: Array, segment: Array, step: Array) -> tuple[Array, Array]:
+    """Distinct states at K steps of segments: positions (N, n_joints), and the state of each step (K,)."""
     t = real.breaks[row, segment] + step * _SHARE * real.segment_durations[row, segment]
-    (q,), own, state = states_at(real, row, t, (0,))
-    return q, own, state
+    order = np.lexsort((t, row))
+    rows, instants = row[order], t[order]
+    new = (np.diff(rows, prepend=-1) != 0) | (np.diff(instants, prepend=-1.0) != 0.0)
+    state = np.empty(len(t), dtype=np.intp)
+    state[order] = np.cumsum(new) - 1
+    return real.real_rows(rows[new]).evaluate(instants[new][:, None])[:, 0], state
 
 
 def _dips(distances: Array, wanted: Array) -> Array:
@@ -195,13 +200,16 @@ def stepped_bounds(
     place = place.reshape(2, N, C)
     seen = _at(real, shares, 0)[motion, segment, place].reshape(2 * N * C, -1)
     alone, pairs = np.arange(len(seen)), np.tile(deciding.pair.ravel(), 2)
-    slopes = collision.slopes_of(seen, alone, pairs, motion=alone).reshape(2, N, C, -1)
+    slopes = collision.slopes_of(seen, alone, pairs).reshape(2, N, C, -1)
     q, v = (_at(trajectory, shares, order)[later, segment[which], place[:, which]] for order in (0, 1))
     d = (slopes[:, which] * q.imag).sum(axis=(0, 3))
     dt = (share[1] - share[0])[which] * trajectory.segment_durations[later, segment[which]]
-    reach = collision.reach(*trajectory.extremes(0))[later, deciding.pair[which]]
-    travel = (reach * furthest(v, trajectory.peak(2)[:, None], dt[..., None])).sum(axis=2)
-    bounds: Array = 0.5 * (d - travel.imag)
+    sweeps, count = Sweeps(collision, trajectory), d.size
+    moved = sweeps.bodies.moved(sweeps.bodies.placed(np.moveaxis(q, 0, 2).reshape(2 * count, -1)))[::2]
+    where = np.repeat(np.arange(len(trajectory)), C), segment[which].ravel()
+    travel = sweeps.travel(where, moved, v.reshape(2, count, -1), dt.ravel())
+    own = travel[np.arange(count), sweeps.column[deciding.pair[which]].ravel()]
+    bounds: Array = 0.5 * (d - own.imag.reshape(d.shape))
     return bounds
 
 

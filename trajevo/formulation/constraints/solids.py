@@ -33,6 +33,8 @@ def robot_geometry(robot: Robot) -> Any:
     for entry in geometry.geometryObjects:
         if isinstance(entry.geometry, coal.BVHModelBase):
             entry.geometry = _hull(entry.geometry, f"{robot.urdf}: mesh of {entry.name!r}")
+        if isinstance(entry.geometry, coal.Sphere):
+            entry.geometry = _ball(entry.geometry.radius)
         carrier = entry.parentJoint
         while carrier in numbers_locked:
             carrier = whole.parents[carrier]
@@ -50,11 +52,18 @@ def _hull(mesh: Any, where: str) -> Any:
     return mesh.convex
 
 
+def _ball(radius: float) -> Any:
+    """A ball for coal, which finds wrong depths of its own balls in cylinders."""
+    return coal.Capsule(radius, 0.0)
+
+
 def bounding_ball(entry: Any) -> tuple[Array, float]:
     """Centre (3,) and radius [m] of a ball around a geometry, in the frame of its joint."""
     solid = entry.geometry
     solid.computeLocalAABB()
     centre, radius = np.array(solid.aabb_center), float(solid.aabb_radius)
+    if isinstance(solid, coal.Capsule):
+        radius = float(solid.halfLength + solid.radius)
     if isinstance(solid, coal.Convex):
         radius = float(np.linalg.norm(np.asarray(solid.points()) - centre, axis=1).max())
     moved: Array = entry.placement.act(centre)
@@ -67,7 +76,7 @@ def solid_of(obstacle: Obstacle) -> Any:
         case Box():
             return coal.Box(*obstacle.size)
         case Sphere():
-            return coal.Sphere(obstacle.radius)
+            return _ball(obstacle.radius)
         case Cylinder():
             return coal.Cylinder(obstacle.radius, obstacle.length)
     raise InvalidInputError(f"obstacle {obstacle.name!r}: expected a box, a sphere or a cylinder, got {obstacle!r}")
