@@ -23,7 +23,6 @@ from trajevo.formulation.constraints.scene import Scene
 from trajevo.formulation.constraints.solids import (
     Witnesses,
     bounding_ball,
-    joint_frames,
     parting,
     robot_geometry,
     solid_of,
@@ -165,24 +164,20 @@ class Collision:
         Returns:
             Shape (K, n_joints) [m/rad or 1].
         """
-        made, size = self._made(), len(state)
+        made = self._made()
         entries, own = made.geometry.geometryObjects, made.ends[pair]
         carriers = np.array([entry.parentJoint for entry in entries], dtype=np.intp)[own]
-        points, normals = np.empty((size, 2, 3)), np.empty((size, 3))
-        frames = np.empty((len(q), 2, self.robot.dof, 3))
-        last_row, rows = -1, state.tolist()
+        points, normals = np.empty((len(state), 2, 3)), np.empty((len(state), 3))
         for k, (result, places) in enumerate(self._results(q, state, pair)):
-            if rows[k] != last_row:
-                last_row = rows[k]
-                frames[last_row] = joint_frames(self.robot, places)
-            points[k], normals[k] = (result.getNearestPoint1(), result.getNearestPoint2()), result.normal
-            if result.min_distance < -_DEEPEST or not abs(normals[k] @ normals[k] - 1.0) < _UNIT:
-                points[k] = [
-                    places.oMi[entries[i].parentJoint].act(bounding_ball(entries[i])[0]) for i in own[k].tolist()
-                ]
+            points[k, 0], points[k, 1], normals[k] = result.getNearestPoint1(), result.getNearestPoint2(), result.normal
+            x, y, z = normals[k].tolist()
+            if result.min_distance < -_DEEPEST or not abs(x * x + y * y + z * z - 1.0) < _UNIT:
+                solids = (entries[i] for i in own[k].tolist())
+                points[k] = [places.oMi[solid.parentJoint].act(bounding_ball(solid)[0]) for solid in solids]
                 apart = points[k, 1] - points[k, 0]
                 normals[k] = apart / max(float(np.linalg.norm(apart)), _TOLERANCE)
-        return frozen(parting(self.robot, frames[state], Witnesses(carriers, points, normals)))
+        frames = self.bodies.joint_frames(self._configurations(q))[state]
+        return frozen(parting(self.robot, frames, Witnesses(carriers, points, normals)))
 
     def _results(self, q: Array, state: Array, pair: Array) -> Iterator[tuple[Any, Any]]:
         """The result of coal for each pair in its state, and Pinocchio's data of that state."""

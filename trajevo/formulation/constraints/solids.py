@@ -137,26 +137,13 @@ def solid_reach(robot: Robot, entry: Any, lower: Array, upper: Array) -> Array:
     return found
 
 
-def joint_frames(robot: Robot, places: Any) -> Array:
-    """Axis and origin of every joint in the base frame, shape (2, n_joints, 3) [1 and m].
-
-    Args:
-        robot: the robot.
-        places: Pinocchio's data after forward kinematics.
-    """
-    axes, _ = robot.joint_axes
-    frames = list(places.oMi)[1:]
-    turned = [frame.rotation @ axis for frame, axis in zip(frames, axes, strict=True)]
-    return np.array([turned, [frame.translation for frame in frames]])
-
-
 def parting(robot: Robot, frames: Array, witnesses: Witnesses) -> Array:
     """Rate at which the points of pairs move apart along their normals, per unit of joint speed.
 
     Args:
         robot: the robot.
         frames: axes and origins of its joints in the state of each pair, shape (K, 2, n_joints, 3), see
-            :func:`joint_frames`.
+            :meth:`trajevo.formulation.constraints.broad_phase.bodies.Bodies.joint_frames`.
         witnesses: nearest points of K pairs.
 
     Returns:

@@ -92,6 +92,16 @@ class Bodies:
         moved: Array = (np.sqrt(along) + np.sqrt(0.5 * around) * self.radii[:, :1]).T
         return moved
 
+    def joint_frames(self, q: Array) -> Array:
+        """Axis and origin of every joint in the base frame, shape (N, 2, n_joints, 3) [1 and m].
+
+        Args:
+            q: positions of the model's joints, shape (N, n_joints) [rad or m].
+        """
+        frames = self._frames(_blocks(q))[1:, :, :, 2:]
+        placed: Array = np.moveaxis(frames, (1, 4, 3, 0, 2), (0, 1, 2, 3, 4)).reshape(-1, 2, len(frames), 3)
+        return placed[: len(q)]
+
     def _frames(self, q: Array) -> Array:
         """Axes and origins of the base and of every joint, shape (J, blocks, 3, 4, BLOCK); the last axis but one is x,
         y, z, and the origin.

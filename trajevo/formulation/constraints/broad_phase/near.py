@@ -35,6 +35,7 @@ class Grid:
         segments: number S of segments.
         q: positions, shape (B, size, n_joints) [rad or m].
         v: velocities within the segment, shape (B, S, INTERVALS + 1, n_joints) [rad/s or m/s].
+        dt: durations of the segments, shape (B, S) [s].
         t: instants, shape (B, S, INTERVALS + 1) [s].
         placed: the solids in all states, B x size of them.
         travel: how far the solids of each column can move relative to each other in every interval, shape
@@ -45,7 +46,7 @@ class Grid:
         shares = np.linspace(0.0, 1.0, INTERVALS + 1)
         B, S, n = len(trajectory), trajectory.breaks.shape[1] - 1, trajectory.n_joints
         q, self.v = (trajectory.at_shares(shares, order).reshape(B, S, len(shares), n) for order in (0, 1))
-        dt = trajectory.segment_durations
+        self.dt = dt = trajectory.segment_durations
         self.t = trajectory.breaks[:, :-1, None] + shares * dt[:, :, None]
         self.segments, self.size = S, S * INTERVALS + 1
         self.q = np.concatenate([q[:, :, :-1].reshape(B, -1, n), q[:, -1, -1:]], axis=1)
