@@ -64,9 +64,19 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class _Made:
-    """Geometry, its pairs by number (n_pairs, 2) and name, those that nearly always touch, and buffers not in use."""
+    """What is made of a robot and a scene once.
+
+    Attributes:
+        geometry: geometry of both.
+        derived: what is kept with the robot's geometry by :func:`robot_geometry`.
+        ends: first and second solid of every pair, shape (n_pairs, 2).
+        pairs: the pairs by name.
+        skipped: pairs that nearly always touch.
+        unused: buffers that no thread uses.
+    """
 
     geometry: Any
+    derived: dict[str, Any]
     ends: Array
     pairs: tuple[Pair, ...]
     skipped: tuple[Pair, ...]
@@ -215,13 +225,13 @@ class Collision:
         Returns:
             Shape (B, G, n_joints) [m/rad or 1], or (1, G, n_joints) if no joint slides: it is the same for all motions.
         """
-        robot, cache = self.robot, self._cache
+        robot, derived = self.robot, self._made().derived
         if not robot.joint_axes[1].all():
             return np.stack([solid_reach(robot, entry, lower, upper) for entry in self._own], axis=1)
-        if "reach" not in cache:
+        if "reach" not in derived:
             still = np.zeros((1, robot.dof))
-            cache["reach"] = np.stack([solid_reach(robot, entry, still, still) for entry in self._own], axis=1)
-        found: Array = cache["reach"]
+            derived["reach"] = np.stack([solid_reach(robot, entry, still, still) for entry in self._own], axis=1)
+        found: Array = derived["reach"]
         return found
 
     @property
@@ -232,9 +242,10 @@ class Collision:
     @property
     def bodies(self) -> Bodies:
         """The robot's solids in balls."""
-        if "bodies" not in self._cache:
-            self._cache["bodies"] = Bodies(self.robot, self._own)
-        found: Bodies = self._cache["bodies"]
+        derived = self._made().derived
+        if "bodies" not in derived:
+            derived["bodies"] = Bodies(self.robot, self._own)
+        found: Bodies = derived["bodies"]
         return found
 
     @property
@@ -276,7 +287,7 @@ class Collision:
         return made
 
     def _make(self) -> _Made:
-        robot, geometry = self.robot, robot_geometry(self.robot)
+        robot, (geometry, derived) = self.robot, robot_geometry(self.robot)
         count = len(geometry.geometryObjects)
         for obstacle in self.scene.obstacles:
             placement = pin.SE3(obstacle.rotation, np.array(obstacle.position))
@@ -299,7 +310,7 @@ class Collision:
         names = [entry.name for entry in own] + [obstacle.name for obstacle in self.scene.obstacles]
         pairs = [Pair(names[i], names[j], j < len(own)) for i, j in kept]
         skipped = [Pair(names[i], names[j], True) for i, j in touching]
-        return _Made(geometry, np.array(kept), tuple(pairs), tuple(skipped))
+        return _Made(geometry, derived, np.array(kept), tuple(pairs), tuple(skipped))
 
     def _touching(self, geometry: Any, inside: list[tuple[int, int]]) -> list[tuple[int, int]]:
         if not inside:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, final
 
 import coal
@@ -16,9 +18,54 @@ from trajevo.robot.robot import Robot, held_still
 from trajevo.robot.urdf import checked_urdf
 
 
-def robot_geometry(robot: Robot) -> Any:
-    """Collision geometry on the joints of the robot's model, meshes as convex hulls."""
+@final
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A robot's geometry, what was derived from it, and time and size of the files that its meshes are from."""
+
+    geometry: Any
+    derived: dict[str, Any]
+    files: tuple[tuple[int, int] | None, ...]
+
+
+#: The geometry of robots that this process has used last: meshes are read and hulls are built once.
+_kept: OrderedDict[Any, _Kept] = OrderedDict()
+_MOST_KEPT = 8
+
+
+def robot_geometry(robot: Robot) -> tuple[Any, dict[str, Any]]:
+    """Collision geometry on the joints of the robot's model, meshes as convex hulls.
+
+    Returns:
+        Pinocchio's geometry model, to which obstacles can be added, and what callers have derived from the geometry by
+        name, to which they can add: it is kept as long as the robot and its files stay the same.
+    """
     text = checked_urdf(robot.urdf, robot.locked)
+    key = robot.urdf, text, tuple(map(str, robot.packages)), tuple(sorted(robot.locked.items()))
+    kept = _kept.get(key)
+    if kept is None or kept.files != _files(kept.geometry):
+        geometry = _read(robot, text)
+        kept = _Kept(geometry, {}, _files(geometry))
+        _kept[key] = kept
+        while len(_kept) > _MOST_KEPT:
+            _kept.popitem(last=False)
+    return kept.geometry.copy(), kept.derived
+
+
+def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
+    """Time and size of the files of meshes; None for a geometry without a file, or a file that is gone."""
+    found: list[tuple[int, int] | None] = []
+    for entry in geometry.geometryObjects:
+        try:
+            stat = Path(entry.meshPath).stat()
+        except OSError:
+            found.append(None)
+        else:
+            found.append((stat.st_mtime_ns, stat.st_size))
+    return tuple(found)
+
+
+def _read(robot: Robot, text: str) -> Any:
     whole = pin.buildModelFromXML(text)
     folders = [str(folder) for folder in robot.packages]
     try:
