@@ -34,7 +34,7 @@ class Spans:
         segment: index of its segment, (J,).
         t: both ends, (2, J) [s].
         q: joint positions there, (2, J, n_joints) [rad or m].
-        v: joint velocities there, within the segment, (2, J, n_joints) [rad/s or m/s].
+        v: joint velocities there, within the segment, (2, J, n_joints) [rad/s or m/s]; (2, J, 0) if not needed.
         travel: how far the solids of each column of :class:`Sweeps` can move relative to each other, (J, columns) [m].
     """
 
@@ -191,7 +191,8 @@ class ClearanceSearch:
         pieces, row = work.pieces, work.row
         middle = pieces.t.mean(axis=0)
         own = self.trajectory.real_rows(pieces.row)
-        q, v = (own.evaluate(middle[:, None], order)[:, 0] for order in (0, 1))
+        q = own.evaluate(middle[:, None], 0)[:, 0]
+        v = own.evaluate(middle[:, None], 1)[:, 0] if self.sweeps.need_velocities else pieces.v[0]
         d = self.collision.distances_of(q, work.piece, work.pair) - DISTANCE_ERROR
         self.sampled.take(row, self.kind[work.pair], work.pair, d, np.broadcast_to(middle[work.piece], (2, len(d))))
         known, proof = self._bound(work)

@@ -106,18 +106,17 @@ class Bodies:
         """Axes and origins of the base and of every joint, shape (J, blocks, 3, 4, BLOCK); the last axis but one is x,
         y, z, and the origin.
         """
-        sines, cosines = np.sin(q)[:, :, None], np.cos(q)[:, :, None]
+        sines, cosines = np.sin(q), np.cos(q)[:, :, None, None]
+        crossed = np.stack([sines, -sines], axis=2)[:, :, None]
         frames = np.zeros((1 + len(self._joints), len(q), 3, 4, BLOCK), dtype=q.dtype)
         frames[0, :, :, :3] = np.eye(3)[:, :, None]
         for joint, (parent, column, turns, start) in enumerate(self._joints, 1):
             frame = frames[joint]
             np.matmul(start, frames[parent, :, :, :3], out=frame)
             frame[:, :, 3] += frames[parent, :, :, 3]
-            if turns:
-                x, y = frame[:, :, 0].copy(), frame[:, :, 1].copy()
-                s, c = sines[:, column], cosines[:, column]
-                np.add(c * x, s * y, out=frame[:, :, 0])
-                np.subtract(c * y, s * x, out=frame[:, :, 1])
+            if turns:  # x' = cos q x + sin q y, y' = cos q y - sin q x
+                across = frame[:, :, :2]
+                np.add(cosines[:, column] * across, crossed[:, column] * across[:, :, ::-1], out=across)
             else:
                 frame[:, :, 3] += q[:, column, None] * frame[:, :, 2]
         return frames

@@ -34,7 +34,7 @@ class Grid:
         size: number of instants of each motion, S x INTERVALS + 1.
         segments: number S of segments.
         q: positions, shape (B, size, n_joints) [rad or m].
-        v: velocities within the segment, shape (B, S, INTERVALS + 1, n_joints) [rad/s or m/s].
+        v: velocities within the segment, shape (B, S, INTERVALS + 1, n_joints) [rad/s or m/s]; (..., 0) if not needed.
         dt: durations of the segments, shape (B, S) [s].
         t: instants, shape (B, S, INTERVALS + 1) [s].
         placed: the solids in all states, B x size of them.
@@ -45,7 +45,9 @@ class Grid:
     def __init__(self, trajectory: TrajectoryBatch, sweeps: Sweeps) -> None:
         shares = np.linspace(0.0, 1.0, INTERVALS + 1)
         B, S, n = len(trajectory), trajectory.breaks.shape[1] - 1, trajectory.n_joints
-        q, self.v = (trajectory.at_shares(shares, order).reshape(B, S, len(shares), n) for order in (0, 1))
+        q = trajectory.at_shares(shares, 0).reshape(B, S, len(shares), n)
+        v = trajectory.at_shares(shares, 1) if sweeps.need_velocities else np.empty((B, S * len(shares), 0))
+        self.v = v.reshape(B, S, len(shares), -1)
         self.dt = dt = trajectory.segment_durations
         self.t = trajectory.breaks[:, :-1, None] + shares * dt[:, :, None]
         self.segments, self.size = S, S * INTERVALS + 1
@@ -54,7 +56,7 @@ class Grid:
         interval = np.arange(B * S * INTERVALS)
         row, segment = np.divmod(interval // INTERVALS, S)
         moved = sweeps.bodies.moved(self.placed)[interval + row]
-        v = np.stack([self.v[:, :, side : INTERVALS + side].reshape(-1, n) for side in (0, 1)])
+        v = np.stack([self.v[:, :, side : INTERVALS + side].reshape(len(row), -1) for side in (0, 1)])
         self.travel = sweeps.travel((row, segment), moved, v, dt[row, segment] / INTERVALS)
 
     def ends(self, interval: Array) -> tuple[Array, Array, Array, Array, Array]:

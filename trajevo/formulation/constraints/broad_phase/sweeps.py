@@ -46,19 +46,25 @@ class Sweeps:
         self._bending, self._peak = _bending(collision.robot, own[:, None], *peaks), peaks[1]
         self._reach = collision.reach(*bounds)[:, inner]
 
+    @property
+    def need_velocities(self) -> bool:
+        """Whether joint velocities matter: only between links, which may move together."""
+        return bool(self._reach.shape[1])
+
     def travel(self, where: tuple[Array, Array], moved: Array, v: Array, dt: Array) -> Array:
         """How far the solids of each column can move relative to each other, shape (J, columns) [m].
 
         Args:
             where: motion and segment of each interval, (J,) each.
             moved: how far each solid is moved from one end to the other, shape (J, G) [m].
-            v: joint velocities at both ends, within the segment, shape (2, J, n_joints) [rad/s or m/s].
+            v: joint velocities at both ends, within the segment, shape (2, J, n_joints) [rad/s or m/s]; not looked at
+                unless they are needed.
             dt: length of the interval, shape (J,) [s].
         """
         row, segment = where
         part = np.minimum(segment, self._peak.shape[1] - 1)
         single: Array = moved + self._bending[row, part] * (0.25 * dt * dt)[:, None]
-        if not self._reach.shape[1]:
+        if not self.need_velocities:
             return single
         straight = single[:, self._inner[0]] + single[:, self._inner[1]]
         # Joint by joint, so that the digits of an interval are its own.
