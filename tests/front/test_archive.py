@@ -197,4 +197,4 @@ def test_a_growing_and_shrinking_archive_keeps_its_rows_together():
     np.testing.assert_array_equal(F, archive.F[np.lexsort(archive.F.T[::-1])])
     np.testing.assert_array_equal(X[:, :2], F)
     np.testing.assert_array_equal(G, -np.tile(F, 2))
-    assert not (X.flags.writeable or F.flags.writeable or G.flags.writeable)
+    assert not any(values.flags.writeable for values in (X, F, G))
