@@ -128,10 +128,11 @@ class Books:
         """The front of the target problem."""
         archive = self.archive if self.problem.expansion is None else self._expanded()
         failed = tuple(FailedIndividual(x=tuple(x.tolist()), said=said) for x, said in self.archive.failed)
+        X, F, G = archive.ordered()
         return Front(
-            X=archive.X,
-            F=archive.F,
-            G=archive.G,
+            X=X,
+            F=F,
+            G=G,
             record=ProblemRecord.of(self.target),
             run=Run(
                 algorithm=algorithm,

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pydantic
 
-from trajevo.base.arrays import Array, read_only
+from trajevo.base.arrays import Array, frozen
 from trajevo.base.files import write_whole
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError, UnknownNameError
@@ -100,11 +100,14 @@ class Front:
     def __post_init__(self) -> None:
         sizes = (len(self.record.variables), len(self.record.objectives), len(self.record.constraints))
         order = np.lexsort(np.asarray(self.F).T[::-1]) if len(self.F) else np.arange(0)
+        in_order = bool((order == np.arange(len(order))).all())
         for name, size in zip("XFG", sizes, strict=True):
             values = np.asarray(getattr(self, name), dtype=np.float64).reshape(len(self.F), -1 if len(self.F) else size)
             if values.shape[1] != size:
                 raise InvalidInputError(f"front: expected {size} columns in {name}, got {values.shape[1]}")
-            object.__setattr__(self, name, read_only(values[order]))
+            # What is in order and cannot change is not copied: the largest fronts are half of a run's memory.
+            own = not values.flags.writeable and in_order
+            object.__setattr__(self, name, values if own else frozen(values.take(order, axis=0)))
 
     def __len__(self) -> int:
         return len(self.F)
