@@ -20,7 +20,7 @@ from trajevo import TrajevoError, load_robot, optimise
 from trajevo.formulation.objectives import Objective, summed_rms_jerk
 from trajevo.front.archive import Archive
 from trajevo.problems import PointingMechanism
-from trajevo.solvers.evolutionary import algorithms
+from trajevo.solvers.evolutionary import nsga2
 from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2
 
 SMALL = {"generations": 15, "population": 24, "progress": False}
@@ -118,7 +118,7 @@ def test_the_operators_get_the_settings(monkeypatch):
             made.append(settings)
             super().__init__(**settings)
 
-    monkeypatch.setattr(algorithms, "ArrayNSGA2", Spy)
+    monkeypatch.setattr(nsga2, "ArrayNSGA2", Spy)
     optimise(PointingMechanism(), seed=1, generations=1, progress=False, polish=False)
     own = {"crossover_probability": 0.7, "crossover_index": 9.0, "mutation_probability": 0.2, "mutation_index": 33.0}
     optimise(
