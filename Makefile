@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 PEERS := $(VENV)/.peers
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks test test-long check bench bench-start bench-more study-algorithms notebooks clean
+.PHONY: help demo demo-tasks kernels test test-long check bench bench-start bench-release bench-more study-algorithms notebooks clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -35,10 +35,13 @@ demo-tasks: $(READY)  ## solve and verify the worked tasks, in runs/
 		$(BIN)/trajevo verify runs/$$task --solution knee; \
 	done
 
-test: $(READY)  ## run the tests
+kernels: $(READY)  ## compile all loops for this machine, 15 s once
+	$(BIN)/python -m trajevo.base.kernels
+
+test: kernels  ## run the tests
 	$(BIN)/python -m pytest -q -n 2 -m 'not long'
 
-test-long: $(READY)  ## run the tests that take minutes
+test-long: kernels  ## run the tests that take minutes
 	$(BIN)/python -m pytest -q -m long
 
 check: $(READY)  ## lint, types and the layer contract
@@ -47,16 +50,19 @@ check: $(READY)  ## lint, types and the layer contract
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(PEERS)  ## print one table of speed: ratios to what others take, in one run; docs/speed.md
+bench: $(PEERS) kernels  ## print one table of speed: ratios to what others take, in one run; docs/speed.md
 	$(BIN)/python tests/benchmarks/table.py
 
-bench-more: $(READY)  ## print what else is measured: certificates, polish, starts, studies, payload diagrams, workspaces
+bench-more: kernels  ## print what else is measured: certificates, polish, starts, studies, payload diagrams, workspaces
 	set -e; for file in tests/benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file; done
 
 bench-start: $(READY)  ## print what a first run takes by its parts, with empty caches and with full ones; docs/speed.md
 	$(BIN)/python tests/benchmarks/bench_start.py
 
-study-algorithms: $(READY)  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
+bench-release: kernels  ## print speed against another version in one run, AGAINST=v0.1.0 or any commit: docs/speed.md
+	$(BIN)/python tests/benchmarks/releases.py $(or $(AGAINST),$(error AGAINST: expected a tag or commit of this project, or what pip installs: make bench-release AGAINST=v0.1.0))
+
+study-algorithms: kernels  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py
 
 notebooks: $(READY)  ## execute every notebook at full size, into build/notebooks

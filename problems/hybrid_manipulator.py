@@ -14,6 +14,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.base.plain import plain_data
+from trajevo.dynamics.integrals.efforts import integrated_square_power
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
@@ -26,7 +27,6 @@ from trajevo.formulation.objectives import (
     Objective,
     integrated_square_acceleration,
     integrated_square_jerk,
-    integrated_square_power,
     total_time,
 )
 from trajevo.formulation.payload_variable import PayloadVariable, greatest_at_rest

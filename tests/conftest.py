@@ -1,16 +1,22 @@
 """Fixtures that several files share."""
 
+import importlib.util
 import os
 import signal
 
 import matplotlib.pyplot as plt
 import pytest
 
+from trajevo.base import jit
 from trajevo.front.books import Books
 
 # A job in the background of a script ignores SIGINT, and so do its children, which would leave nothing to test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+#: Where numba is installed compiled loops are tested, whether or not they are ready; `make test` compiles them before.
+if importlib.util.find_spec("numba") is not None:
+    os.environ.setdefault(jit.CHOICE, "compiled")
 
 #: The command line's consoles take their width from here when they are made.
 os.environ["COLUMNS"] = "160"

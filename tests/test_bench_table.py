@@ -15,13 +15,20 @@ def benchmarks(monkeypatch):
     monkeypatch.syspath_prepend(str(Path(__file__).parent / "benchmarks"))
 
 
-def test_ways_are_measured_in_turn():
-    from compare import in_turn
+def test_ways_are_measured_in_turn(monkeypatch):
+    import compare
 
-    called = []
-    seconds = in_turn([lambda: called.append("a") or sum(range(4_000_000)), lambda: called.append("b")], 3)
-    assert seconds.shape == (3, 2)
-    assert (seconds[:, 0] > 10.0 * seconds[:, 1]).all()
+    called, costs = [], {"a": 1.0, "b": 1e-3}
+
+    def cpu(action):
+        before = len(called)
+        action()
+        return sum(costs[name] for name in called[before:])
+
+    monkeypatch.setattr(compare, "cpu", cpu)
+    seconds = compare.in_turn([lambda: called.append("a"), lambda: called.append("b")], 3)
+    np.testing.assert_allclose(seconds, np.tile(list(costs.values()), (3, 1)))
+    assert called.count("b") > called.count("a")  # what costs little is measured over many calls
     order = "".join(called)
     assert order.startswith("ab")
     assert [len(run) for run in order[2:].split("b") if run] == [1, 1, 1]

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from trajevo import Robot, TrajectoryProblem
 from trajevo.base.arrays import Array
-from trajevo.dynamics.rollout import lobatto
+from trajevo.dynamics.integrals.nodes import lobatto
 
 SPAN = 0.42  # between the first two screws of the hybrid manipulator [m]
 

@@ -45,7 +45,7 @@ DYNAMIC = ("time", "energy", "square_power", "square_effort", "square_effort_rat
 LIMITS = ("position", "velocity", "acceleration", "jerk", "effort")
 
 #: Keys of JSON that differ from run to run or from machine to machine.
-VOLATILE = frozenset({"seconds", "cpu_seconds", "versions", "folder"})
+VOLATILE = frozenset({"seconds", "cpu_seconds", "versions", "folder", "kernels"})
 
 #: Table 1 of Raji 2022, that any robot through any points was given by itself once.
 PUMA = {
@@ -676,6 +676,8 @@ def compute(checkout: Path, names: Iterable[str], *, numba: bool, texts: Path | 
     Raises:
         SystemExit: the installed package is not that of the checkout.
     """
+    # Whatever is ready, also in processes that the commands start.
+    os.environ["TRAJEVO_KERNELS"] = "compiled" if numba else "numpy"
     if not numba:
         sys.modules["numba"] = None  # type: ignore[assignment]
     import trajevo

@@ -9,8 +9,9 @@ from cases import PLAIN, Case, Line
 from elementwise import HybridLoop
 
 from trajevo.capacity.dlcc import SAMPLES, dlcc, dlcc_iterative
+from trajevo.dynamics.integrals.nodes import lobatto
 from trajevo.dynamics.inverse_dynamics import Dynamics
-from trajevo.dynamics.rollout import Rollout, lobatto
+from trajevo.dynamics.rollout import Rollout
 from trajevo.problems import HybridManipulator
 from trajevo.problems.hybrid_manipulator import paper_solution
 

@@ -76,6 +76,7 @@ def main() -> None:
     parts = parser.parse_args().parts or list(PARTS)
     if unknown := sorted(set(parts) - set(PARTS)):
         parser.error(f"no such part: {', '.join(unknown)}; there are {', '.join(PARTS)}")
+    os.environ.setdefault("TRAJEVO_KERNELS", "compiled")  # where numba is installed, whatever is ready
     print(header(), flush=True)
     missed, above = 0, ""
     with one_blas_thread():

@@ -14,8 +14,9 @@ import pytest
 from tests.guo2016 import GUO2016, TABLE_7, forces_along
 from trajevo import PolynomialBatch, TrajevoError, load_robot
 from trajevo.base import jit
+from trajevo.dynamics.integrals.nodes import lobatto
 from trajevo.dynamics.inverse_dynamics import Dynamics
-from trajevo.dynamics.rollout import Rollout, lobatto
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.problems import HybridManipulator
 from trajevo.robot.joints import Friction

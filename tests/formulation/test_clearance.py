@@ -81,6 +81,17 @@ def test_distance_of_a_ball_to_a_turned_box(ball):
     np.testing.assert_allclose(Collision(ball, Scene((box,))).distances(q)[:, 0], expected, atol=1e-6)
 
 
+def test_distance_of_a_ball_to_a_turned_cylinder(ball):
+    """Also deep inside, where coal is wrong for its own balls."""
+    post = Cylinder(position=(0.3, -0.1, 0.2), rpy=(0.9, -0.4, 1.0), radius=0.2, length=0.5)
+    q = states(ball, 500, seed=2)
+    local = (centre(q) - post.position) @ post.rotation
+    beyond = np.stack([np.linalg.norm(local[:, :2], axis=1) - 0.2, np.abs(local[:, 2]) - 0.25], axis=1)
+    expected = np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0) - 0.05
+    assert (expected < -0.15).any()
+    np.testing.assert_allclose(Collision(ball, Scene((post,))).distances(q)[:, 0], expected, atol=1e-6)
+
+
 def test_an_obstacle_may_be_called_like_a_link(ball):
     scene = Scene((Sphere(name="arm_0", position=(0, 0, 2.0), radius=0.1),))
     assert [(pair.first, pair.second, pair.itself) for pair in Collision(ball, scene).pairs] == [
@@ -275,3 +286,24 @@ def test_a_missing_mesh_is_named(tmp_path):
     file.write_text(BALL.replace('<sphere radius="0.05"/>', '<mesh filename="package://ball/none.stl"/>'))
     robot = load_robot(file, limits=LIMITS)
     refused(lambda: Collision(robot, SCENE), "ball.urdf: Pinocchio cannot read its collision geometry")
+
+
+def test_a_mesh_that_was_written_again_is_read_again(tmp_path):
+    """Geometry is kept between problems, as long as its files stay the same."""
+    file = tmp_path / "ball.urdf"
+    file.write_text(BALL.replace('<sphere radius="0.05"/>', '<mesh filename="package://ball/corner.stl"/>'))
+    mesh = tmp_path / "ball" / "corner.stl"
+    mesh.parent.mkdir()
+    scene, found = Scene((Sphere(position=(0.4, 0.0, 1.0), radius=0.1),)), []
+    for size in (0.1, 0.1, 0.3):
+        corners = np.vstack([np.zeros(3), size * np.eye(3)])
+        facets = "".join(
+            "facet normal 0 0 0\nouter loop\n"
+            + "".join("vertex {} {} {}\n".format(*corners[k]) for k in facet)
+            + "endloop\nendfacet\n"
+            for facet in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+        )
+        mesh.write_text(f"solid corner\n{facets}endsolid corner\n")
+        robot = load_robot(file, limits=LIMITS)
+        found.append(Collision(robot, scene).distances(np.zeros((1, 2)))[0, 0])
+    np.testing.assert_allclose(found, [0.6, 0.6, 0.4], atol=1e-6)

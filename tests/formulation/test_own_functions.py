@@ -10,11 +10,12 @@ from pymoo.optimize import minimize
 
 from tests.helpers import impossible, refused, small_problem
 from trajevo import load_robot, optimise
+from trajevo.dynamics.integrals.efforts import mechanical_energy
 from trajevo.errors import GradientWarning, InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.joint_limits import kinematic_limits
 from trajevo.formulation.gradients import own
-from trajevo.formulation.objectives import Objective, mechanical_energy, summed_rms_jerk, times_duration, total_time
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, times_duration, total_time
 from trajevo.formulation.problem import Weights
 from trajevo.problems import TimeJerkReparameterisation
 from trajevo.solvers.gradient.normal_constraint import solve_nnc

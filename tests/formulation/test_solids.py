@@ -2,6 +2,7 @@
 
 import os
 import struct
+from collections import OrderedDict
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ def arm(tmp_path):
 
 
 def radius(robot):
-    (entry,) = solids.robot_geometry(robot).geometryObjects
+    (entry,) = solids.robot_geometry(robot)[0].geometryObjects
     return solids.bounding_ball(entry)[1]
 
 
@@ -53,9 +54,9 @@ def test_another_payload_makes_no_hull_again(arm, monkeypatch):
 
 def test_what_a_caller_adds_stays_its_own(arm):
     robot, _ = arm
-    geometry = solids.robot_geometry(robot)
+    geometry, _ = solids.robot_geometry(robot)
     geometry.removeGeometryObject(geometry.geometryObjects[0].name)
-    assert len(solids.robot_geometry(robot).geometryObjects) == 1
+    assert len(solids.robot_geometry(robot)[0].geometryObjects) == 1
 
 
 def test_a_changed_mesh_is_read_again(arm):
@@ -68,8 +69,8 @@ def test_a_changed_mesh_is_read_again(arm):
 
 def test_only_a_few_are_kept(arm, monkeypatch):
     _, mesh = arm
-    monkeypatch.setattr(solids, "_MADE", {})
-    for k in range(solids._MOST_MADE + 3):
+    monkeypatch.setattr(solids, "_kept", OrderedDict())
+    for k in range(solids._MOST_KEPT + 3):
         (mesh.parent / f"arm_{k}.urdf").write_text(URDF.format(mesh=mesh))
         radius(load_robot(mesh.parent / f"arm_{k}.urdf", limits={"acceleration": 5.0, "jerk": 50.0}))
-    assert len(solids._MADE) == solids._MOST_MADE
+    assert len(solids._kept) == solids._MOST_KEPT

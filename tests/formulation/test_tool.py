@@ -8,10 +8,11 @@ import pytest
 from tests.helpers import refused
 from tests.robot.test_kinematics import ROBOTS
 from trajevo import TrajectoryProblem, ViaPoints, load_robot
+from trajevo.dynamics.integrals.travel import tool_path_length
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.tool import keep_out_height, tool_speed_limit
-from trajevo.formulation.objectives import Objective, tool_path_length, total_time
+from trajevo.formulation.objectives import Objective, total_time
 from trajevo.trajectory.interpolants import QuinticSpline
 
 DURATIONS = np.random.default_rng(0).uniform(0.8, 2.0, (4, 3))

@@ -182,3 +182,19 @@ def test_hypervolumes_go_into_a_file_and_come_back_equal():
     for wrong in ((0.0, np.nan), (0.0, "much"), 1.0):
         with pytest.raises(pydantic.ValidationError, match="hypervolume"):
             History(reference_point=(1.0,), hypervolume=wrong, **others)
+
+
+def test_a_growing_and_shrinking_archive_keeps_its_rows_together():
+    """Through many compactions: every decision vector and constraint tells the objectives that it belongs to."""
+    rng, archive = np.random.default_rng(5), Archive(3, 2, 4)
+    for radius in np.linspace(2.0, 0.5, 150):
+        angle = rng.uniform(0.0, 0.5 * np.pi, 40)
+        F = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1) + rng.uniform(0.0, 0.3, (40, 1))
+        archive.add(np.stack([*F.T, F.sum(axis=1)], axis=1), F, -np.tile(F, 2))
+        np.testing.assert_array_equal(archive.X[:, :2], archive.F)
+        np.testing.assert_array_equal(archive.G, -np.tile(archive.F, 2))
+    X, F, G = archive.ordered()
+    np.testing.assert_array_equal(F, archive.F[np.lexsort(archive.F.T[::-1])])
+    np.testing.assert_array_equal(X[:, :2], F)
+    np.testing.assert_array_equal(G, -np.tile(F, 2))
+    assert not any(values.flags.writeable for values in (X, F, G))

@@ -9,9 +9,9 @@ from tests.helpers import refused
 from tests.reference import RAJI2022
 from trajevo import ViaPoints, load_problem, optimise
 from trajevo.capacity.dlcc import dlcc
+from trajevo.dynamics.integrals.efforts import mechanical_energy
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.motion_limits import overshoot
-from trajevo.formulation.objectives import mechanical_energy
 from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, ViaPointProblem
 from trajevo.problems.pick_and_place import paper_solution
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS, forward_kinematics

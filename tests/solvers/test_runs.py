@@ -19,6 +19,7 @@ from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 from tests.helpers import refused, small_problem, trajevo
 from tests.killed import ALGORITHMS, OBJECTIVES, begin, killed_and_resumed
 from trajevo import Front, load_problem, load_task, optimise
+from trajevo.base import jit
 from trajevo.problems import PointingMechanism
 from trajevo.solvers.run import evolution
 from trajevo.solvers.run.folder import RunFolder
@@ -77,6 +78,40 @@ def test_every_adapter_goes_on_to_the_bit_from_any_generation(name, generation, 
     assert last.history == expected.history
     assert last.run.resumed == (generation,)
     assert not last.run.interrupted
+
+
+@pytest.mark.skipif(find_spec("numba") is None, reason="only one kind of kernel without numba")
+@pytest.mark.parametrize("kind", ["compiled", "numpy"])
+def test_a_run_keeps_the_kind_of_kernel_with_which_it_was_begun(kind, tmp_path, stopped_after, monkeypatch):
+    expected = {}
+    for one in ("compiled", "numpy"):
+        monkeypatch.setenv(jit.CHOICE, one)
+        expected[one] = begin("hybrid", "NSGA2", 10, 5, None)
+        assert expected[one].run.kernels == one
+    assert not same(expected["compiled"], expected["numpy"])
+    monkeypatch.setenv(jit.CHOICE, kind)
+    stopped_after(4)
+    begin("hybrid", "NSGA2", 10, 5, tmp_path / "run")
+    assert RunFolder(tmp_path / "run").manifest().kernels == read_run(tmp_path / "run").run.kernels == kind
+    stopped_after(None)
+    monkeypatch.setenv(jit.CHOICE, "numpy" if kind == "compiled" else "compiled")
+    last = resume(tmp_path / "run", progress=False)
+    assert same(last, expected[kind])
+    assert last.run.kernels == Front.load(tmp_path / "run" / "front.json").run.kernels == kind
+
+
+def test_a_run_begun_with_compiled_loops_needs_them(tmp_path, stopped_after, monkeypatch):
+    stopped_after(2)
+    begin("pointing", "NSGA2", 4, 5, tmp_path / "run")
+    stopped_after(None)
+    file = tmp_path / "run" / "manifest.json"
+    manifest = json.loads(file.read_text())
+    file.write_text(json.dumps(manifest | {"kernels": "compiled"}))
+    monkeypatch.setattr(jit, "_installed", lambda: False)
+    refused(lambda: resume(tmp_path / "run", progress=False), "kernels: expected 'numpy', got 'compiled'")
+    del manifest["kernels"]  # as older versions wrote it
+    file.write_text(json.dumps(manifest))
+    assert resume(tmp_path / "run", progress=False).run.kernels is None
 
 
 def test_a_resumed_run_leaves_nothing_behind_in_the_process(tmp_path):

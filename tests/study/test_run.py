@@ -10,6 +10,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from importlib.util import find_spec
 
 import pytest
 from distributed import LocalCluster
@@ -17,6 +18,7 @@ from typer.testing import CliRunner
 
 from tests.helpers import refused, trajevo_process
 from trajevo import Front, TrajevoError, load_problem, optimise
+from trajevo.base import jit
 from trajevo.cli.study import app
 from trajevo.study.cell import run_cell
 from trajevo.study.cluster import DaskCluster
@@ -325,3 +327,14 @@ def test_algorithms_are_levels(tmp_path):
     assert run(study, tmp_path / "study").finished
     found = [front.run.algorithm for front in fronts(study, tmp_path / "study")]
     assert found == ["NSGA2", "SMSEMOA", "RVEA", "UNSGA3"]
+
+
+@pytest.mark.skipif(find_spec("numba") is None, reason="only one kind of kernel without numba")
+def test_all_cells_use_one_kind_of_kernel_whatever_gets_ready(tmp_path, monkeypatch):
+    monkeypatch.setenv(jit.CHOICE, "numpy")
+    study = small(repeats=1)
+    run(study, tmp_path)
+    monkeypatch.setenv(jit.CHOICE, "compiled")
+    longer = small(repeats=2)
+    run(longer, tmp_path, Processes(1))
+    assert [front.run.kernels for front in fronts(longer, tmp_path)] == ["numpy"] * 4

@@ -138,11 +138,3 @@ def test_cubic_splines_are_numpy_s(count, plain):
     np.testing.assert_array_equal(found.breaks, expected.breaks)
     within = 1e-12 * np.abs(expected.coefficients).max()
     np.testing.assert_allclose(found.coefficients, expected.coefficients, rtol=0.0, atol=within)
-
-
-def test_where_nothing_can_be_kept_loops_are_compiled_all_the_same():
-    names = {}
-    exec("def twice(x):\n    return x + x\n", names)  # of no file, beside which there is no place
-    twice = jit.fast(names["twice"])
-    assert twice(1.5) == 3.0
-    assert twice._compiled.signatures

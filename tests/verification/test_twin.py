@@ -229,6 +229,12 @@ def test_the_guaranteed_mass_breaks_no_limit_and_a_little_more_than_the_upper_bo
     assert moved.robot.joint_names[int(broken.argmax())] == found.joint
 
 
+def test_energy_is_mujocos(moved):
+    energy, told = moved.solution.F["energy"], moved.solution.known_to["energy"]
+    assert energy == pytest.approx(moved.energy, rel=1e-4)
+    assert told <= 1e-4 * energy
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.80665), (3.0, -4.0, 8.0)], ids=["as usual", "hung askew"])
 def test_efforts_of_random_states(name, gravity):

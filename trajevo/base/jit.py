@@ -1,37 +1,67 @@
-"""Source text and loops compiled by numba (the optional extra ``fast``) and cached between processes."""
+"""Loops compiled by numba (the optional extra ``fast``), and the choice between them and numpy.
+
+Both give the same numbers to rounding, not to the bit. So a run uses one kind of kernel from its first evaluation to
+its last (:func:`one_kind`), whatever has been compiled meanwhile.
+"""
 
 from __future__ import annotations
 
-import hashlib
 import importlib.util
 import os
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import cache, cached_property
-from pathlib import Path
-from types import ModuleType
-from typing import Any, TypeVar, cast, final
+from functools import cache
+from typing import Any, Literal, TypeVar, cast, overload
 
-from trajevo.base.files import write_whole
+from trajevo.base import kernels
+from trajevo.errors import InvalidInputError
 
-#: A compiled function that writes into arrays.
-Kernel = Callable[..., None]
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+#: What computes: compiled loops, or numpy.
+Kind = Literal["compiled", "numpy"]
+
+#: Variable of the environment that chooses one, instead of whatever is ready: ``numpy``; or ``compiled``, which waits
+#: for the compiler where nothing has been compiled yet.
+CHOICE = "TRAJEVO_KERNELS"
 
 
 _avoided: ContextVar[bool] = ContextVar("compiling avoided", default=False)
-
-
-@cache
-def _installed() -> bool:
-    return importlib.util.find_spec("numba") is not None
+_kind: ContextVar[Kind | None] = ContextVar("kind of kernel", default=None)
 
 
 def can_compile() -> bool:
-    """Whether numba is installed, and not avoided by :func:`uncompiled`."""
-    return not _avoided.get() and _installed()
+    """Whether compiled loops are used here: by the run that goes on or by this process, if not :func:`uncompiled`."""
+    return not _avoided.get() and kind() == "compiled"
+
+
+def kind() -> Kind:
+    """The kind of kernel of the run that goes on, or of this process."""
+    return _kind.get() or _of_this_process()
+
+
+@contextmanager
+def one_kind(wanted: Kind | None = None) -> Iterator[Kind]:
+    """Use one kind of kernel within.
+
+    Args:
+        wanted: the kind, for a run that goes on; None for that of the run which this is a part of, or else for what is
+            ready now.
+
+    Raises:
+        InvalidInputError: compiled loops are asked for, but numba is not installed.
+    """
+    chosen = wanted or _kind.get() or _ready()
+    if chosen == "compiled" and not _installed():
+        raise InvalidInputError(
+            "kernels: expected 'numpy', got 'compiled', for which numba is missing: pip install 'trajevo[fast]'"
+        )
+    token = _kind.set(chosen)
+    try:
+        yield chosen
+    finally:
+        _kind.reset(token)
 
 
 @contextmanager
@@ -49,68 +79,51 @@ def avoided() -> bool:
     return _avoided.get()
 
 
-def kernel(source: str) -> Kernel:
-    """The compiled function ``kernel`` of a source text, from numba's cache if it has been compiled before."""
-    import numba
+@overload
+def fast(function: Function, /) -> Function: ...
+@overload
+def fast(*signatures: str) -> Callable[[Function], Function]: ...
+def fast(*given: Any) -> Any:
+    """A loop that numba compiles; check :func:`can_compile` before calling it.
 
-    name = f"trajevo_{hashlib.sha256(source.encode()).hexdigest()[:24]}"
-    file = _kept(source, name)
-    # numba looks up the module by its name when it reads from its cache.
-    sys.modules[name] = module = ModuleType(name)
-    module.__file__ = str(file or "<kernel>")
-    exec(compile(source, module.__file__, "exec"), vars(module))
-    # Without reassociation or contraction, so that a row's result does not depend on its neighbours.
-    compiled: Kernel = numba.njit(error_model="numpy", nogil=True, cache=file is not None)(module.kernel)
-    return compiled
+    Without signatures it can be called by other loops only, which take it in when they are compiled.
 
+    Args:
+        *given: types of the arguments, what is read before the arrow and what is written after it, such as
+            ``"f8[2], i8 -> f8[1]"`` for a matrix and a whole number, which are read, and a vector.
+    """
+    if callable(given[0]):
+        return kernels.Loop(given[0])
 
-def interpreted(source: str) -> Kernel:
-    """The function ``kernel`` of a source text, not compiled."""
-    names: dict[str, Any] = {}
-    exec(compile(source, "<kernel>", "exec"), names)
-    as_it_is: Kernel = names["kernel"]
-    return as_it_is
+    def made(function: Function) -> Function:
+        return cast(Function, kernels.Loop(function, *given))
 
-
-def fast(function: Function) -> Function:
-    """A loop that numba compiles at its first call; check :func:`can_compile` before calling it."""
-    return cast(Function, _Loop(function))
+    return made
 
 
-@final
-class _Loop:
-    """A loop that is compiled only when it is called, because numba takes long to import."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self.__doc__, self._function = function.__doc__, function
-
-    def __call__(self, *arguments: Any) -> Any:
-        return self._compiled(*arguments)
-
-    @cached_property
-    def _compiled(self) -> Callable[..., Any]:
-        import numba
-
-        # numba looks up the functions that a loop calls in the loop's globals, and accepts only compiled ones.
-        around = self._function.__globals__
-        for name in self._function.__code__.co_names:
-            if isinstance(around.get(name), _Loop):
-                around[name] = around[name]._compiled
-        try:
-            return cast(Kernel, numba.njit(error_model="numpy", nogil=True, cache=True)(self._function))
-        except RuntimeError:  # neither the module's folder nor the user's can be written to
-            return cast(Kernel, numba.njit(error_model="numpy", nogil=True)(self._function))
+@cache
+def _of_this_process() -> Kind:
+    """The kind for everything outside of runs, the same as long as the process lives."""
+    return _ready()
 
 
-def _kept(source: str, name: str) -> Path | None:
-    """A file that holds the source, beside which numba caches the compiled code; None if no file can be written."""
-    base = os.environ.get("XDG_CACHE_HOME", "")
-    try:
-        folder = (Path(base) if base else Path.home() / ".cache") / "trajevo" / "kernels"
-        folder.mkdir(parents=True, exist_ok=True)
-        file = folder / f"{name}.py"
-        if not file.exists():
-            write_whole(file, source.encode())
-    except (OSError, RuntimeError):
-        return None
-    return file
+def _ready() -> Kind:
+    """The kind to begin with now; what is not compiled yet is compiled in a process beside this one.
+
+    Raises:
+        InvalidInputError: the environment asks for another kind than the two.
+    """
+    asked = os.environ.get(CHOICE, "")
+    if asked not in ("", "numpy", "compiled"):
+        raise InvalidInputError(f"{CHOICE}: expected 'numpy', 'compiled' or nothing, got {asked!r}")
+    if asked == "numpy" or not _installed():
+        return "numpy"
+    if asked == "compiled" or kernels.ready():
+        return "compiled"
+    kernels.compile_beside()
+    return "numpy"
+
+
+@cache
+def _installed() -> bool:
+    return importlib.util.find_spec("numba") is not None

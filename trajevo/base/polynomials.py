@@ -53,6 +53,12 @@ def shifted(coefficients: Array, by: Array) -> Array:
     return result
 
 
+def cubic(value: Array, slope: Array, last: Array, last_slope: Array) -> Array:
+    """Coefficients (4, M) of cubics on [0, 1] from values and slopes at 0, and at 1, each of shape (M,)."""
+    rise = last - value
+    return np.stack([value, slope, 3.0 * rise - 2.0 * slope - last_slope, slope + last_slope - 2.0 * rise])
+
+
 def root_of_rising(coefficients: Array) -> Array:
     """Roots of polynomials that increase on [0, 1] from below to above 0; one end of [0, 1] if there is no sign change.
 
@@ -68,10 +74,64 @@ def root_of_rising(coefficients: Array) -> Array:
         chord = -real[0] / real[1:].sum(axis=0)
     guess = np.where((chord >= 0.0) & (chord <= 1.0), chord, 0.5)
     roots: Array = _bracketed_newton(real, left, right, guess, np.ones(real.shape[1], dtype=bool))
+    return _with_derivative(coefficients, roots)
+
+
+def crossing(coefficients: Array, left: Array, right: Array) -> Array:
+    """Where each polynomial changes its sign between left and right; right if its values there have the same sign.
+
+    Args:
+        coefficients: shape (degree + 1, M), M polynomials with at most one sign change there; if they are complex, the
+            imaginary part of what is found is its derivative.
+        left: shape (M,).
+        right: shape (M,).
+
+    Returns:
+        Shape (M,).
+    """
+    real, lower, upper = coefficients.real, left.real, right.real
+    at_left, at_right = values(real, lower), values(real, upper)
+    changes = at_left * at_right < 0.0
+    found = right.astype(np.result_type(coefficients, left, right))
+    if changes.any():
+        real, start, end = real[:, changes], lower[changes], upper[changes]
+        before, after = at_left[changes], at_right[changes]
+        chord = start + (end - start) * before / (before - after)
+        roots = _bracketed_newton(real, start, end, chord, after > 0.0)
+        found[changes] = _with_derivative(coefficients[:, changes], roots)
+    return found
+
+
+def of_one_sign(coefficients: Array, left: Array, right: Array) -> tuple[Array, Array, Array]:
+    """Parts of intervals in which polynomials keep their sign.
+
+    Args:
+        coefficients: as in :func:`crossing`, but with up to two sign changes between left and right.
+        left: where the intervals begin, shape (M,).
+        right: where they end.
+
+    Returns:
+        Number of the polynomial of each part, where it begins and where it ends, each of shape (L,). A part that would
+        be empty is left out, unless it is the only one.
+    """
+    turn = crossing(derivative(coefficients), left, right)
+    bends = np.flatnonzero(turn.real < right.real)
+    first, last = crossing(coefficients, left, turn), crossing(coefficients[:, bends], turn[bends], right[bends])
+    numbers = np.arange(len(left))
+    which = np.concatenate([numbers, numbers, bends, bends])
+    lower = np.concatenate([left, first, turn[bends], last])
+    upper = np.concatenate([first, turn, last, right[bends]])
+    kept = lower.real < upper.real
+    kept[: len(numbers)] |= left.real == right.real
+    return which[kept], lower[kept], upper[kept]
+
+
+def _with_derivative(coefficients: Array, roots: Array) -> Array:
+    """Roots (M,) whose imaginary parts are their derivatives, if the polynomials have complex coefficients."""
     if not np.iscomplexobj(coefficients):
         return roots
-    slope = values(derivative(real), roots)
-    moved = np.divide(-values(coefficients, roots).imag, slope, out=np.zeros_like(slope), where=slope > 0.0)
+    slope, value = values(derivative(coefficients.real), roots), values(coefficients, roots)
+    moved = np.divide(-value.imag, slope, out=np.zeros_like(slope), where=slope != 0.0)
     stepped: Array = roots + 1j * moved
     return stepped
 

@@ -6,6 +6,7 @@ import os
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from typing import Any, TypeVar
 
 Result = TypeVar("Result")
@@ -39,8 +40,10 @@ def in_threads(function: Callable[..., Result], parts: Iterable[tuple[Any, ...]]
     workers = min(usable_threads(threads), len(listed))
     if workers <= 1:
         return [function(*part) for part in listed]
+    # Each part in a context of its own, with what is set in this one: the kind of kernel of a run, for example.
+    contexts = [copy_context() for _ in listed]
     with ThreadPoolExecutor(workers, initializer=_begin) as pool:
-        return list(pool.map(lambda part: function(*part), listed))
+        return list(pool.map(lambda context, part: context.run(function, *part), contexts, listed))
 
 
 def _begin() -> None:

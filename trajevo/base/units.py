@@ -41,6 +41,20 @@ def to_si(unit: str) -> float:
     return _lookup(unit)[0]
 
 
+def known_digits(value: float, known_to: float, *, most: int = 5) -> str:
+    """A number with as many digits as are known of it, 1 to ``most``.
+
+    Args:
+        value: the number.
+        known_to: how far the true number may be from it, from 0 on, in the same unit.
+        most: greatest number of digits.
+    """
+    digits = most
+    if known_to > 0.0 and value != 0.0:
+        digits = min(most, max(1, math.floor(math.log10(abs(value))) - math.ceil(math.log10(2.0 * known_to)) + 1))
+    return f"{value:.{digits}g}"
+
+
 def quantity(text: str, unit: str, *, name: str) -> float:
     """SI value of a number with its unit, such as ``"150 mm/s"``.
 

@@ -20,7 +20,7 @@ from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.objectives import NAMED_OBJECTIVES
 from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front
-from trajevo.plots.report import objective_headers, run_facts
+from trajevo.plots.report import known_values, objective_headers, run_facts
 from trajevo.robot.examine import RobotExamination
 from trajevo.robot.locate import list_example_robots, list_robots
 from trajevo.robot.robot import Robot, load_robot, position_unit
@@ -110,12 +110,12 @@ def print_run(out: Console, front: Front, angle: str | None) -> None:
         unit = position_unit(front.problem.robot)
         table.add_column(escape(f"via error [{unit}]"), min_width=len(unit) + 2)
     table.add_column("closest limit", no_wrap=True)
+    values = known_values(front, rows, [factor for _, factor in headers])
     for k, (solution, shares) in enumerate(zip(choices, shares_of_rows(front, rows), strict=True)):
-        values = [f"{value * factor:.5g}" for value, (_, factor) in zip(solution.F.values(), headers, strict=True)]
         closest = max(shares, key=lambda name: shares[name], default="")
         share = f"{100.0 * shares[closest]:.1f} % {closest}" if closest else "none"
         passed = [f"{missed[k].max():.3g}"] if missed.shape[1] else []
-        table.add_row(solution.rule, *values, *passed, share)
+        table.add_row(solution.rule, *values[k], *passed, share)
     out.print(table)
 
 
@@ -148,6 +148,8 @@ def print_verifications(out: Console, found: Sequence[Verification]) -> None:
         cells += ["" if row.instant is None else f"{row.instant:.4f} s", *([verification.solution] if several else [])]
         table.add_row(*map(escape, cells), style=style or "bold red")
     out.print(table)
+    if not several:
+        out.print(f"objectives are known: {', '.join(escape(str(one)) for one in found[0].objectives)}")
     missed = max(one.via_error for one in found)
     if missed:
         out.print(f"via error: a joint passes an inner point at up to {missed:.4g} {found[0].via_unit}")

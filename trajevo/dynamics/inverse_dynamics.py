@@ -8,6 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rnea import Load, inverse_dynamics, stepped_dynamics
 from trajevo.errors import InvalidInputError
@@ -40,7 +41,7 @@ class Dynamics:
     payload: Payload = NO_PAYLOAD
     samples: int = field(default=6, kw_only=True)
     threads: int = field(default=1, kw_only=True)
-    _pools: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+    _pools: dict[tuple[str, bool, bool], Any] = field(default_factory=dict, init=False, repr=False)
     _models: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -132,9 +133,11 @@ class Dynamics:
         return self._model("unloaded"), Load(self._model("kilogram"), self.payload.mass)
 
     def _computed(self, name: str, make: Callable[[], Any]) -> Any:
-        if name not in self._pools:
-            self._pools[name] = make()
-        return self._pools[name]
+        # A run may use another kind of kernel than the one before it.
+        key = name, jit.can_compile(), jit.avoided()
+        if key not in self._pools:
+            self._pools[key] = make()
+        return self._pools[key]
 
     def _model(self, name: str) -> Any:
         if name not in self._models:

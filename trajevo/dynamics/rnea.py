@@ -1,9 +1,9 @@
-"""Inverse dynamics as code generated for one kinematic tree, for numba (the optional extra ``fast``) or for numpy.
+"""Inverse dynamics of a population: by loops that serve every tree, or by numpy code generated for one tree.
 
-The code comes from a Newton-Euler recursion over names instead of numbers (:mod:`trajevo.dynamics.rnea_source`). Only
-the tree's placements and axes are numbers in it. Masses, gravity and armature are arguments, so that a robot needs one
-compilation whatever it carries. Pinocchio remains the reference: a kernel is used only if it gives the same torques on
-a thousand random states.
+Where compiled loops are ready, :mod:`trajevo.dynamics.rnea_loops` takes placements, axes and masses as arguments, so
+that a robot that was never used before needs no compiler. Elsewhere :mod:`trajevo.dynamics.rnea_source` writes the
+recursion out for numpy. Pinocchio remains the reference: either is used for a tree only if it gives the same torques on
+random states.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -19,35 +19,19 @@ import pinocchio as pin
 from trajevo.base import jit
 from trajevo.base.arrays import Array
 from trajevo.base.threads import in_threads, usable_threads
-from trajevo.dynamics.rnea_source import Joint, arrays_source, slopes_source, source, tree_of
+from trajevo.dynamics import rnea_loops
+from trajevo.dynamics.rnea_source import arrays_source
+from trajevo.dynamics.rnea_tree import Inertias, Joint, Tree, tree_of
 
-#: Number of states on which a kernel must agree with Pinocchio, and to what share of the greatest torque.
-_STATES, _AGREES = 1000, 1e-10
+#: Number of states on which inverse dynamics must agree with Pinocchio's, and to what share of the greatest torque.
+_STATES, _AGREES = 64, 1e-10
 #: Number of groups into which these states are divided for derivatives, and number of directions of each group.
-_GROUPS, _EACH = 5, 3
+_GROUPS, _EACH = 4, 2
 #: Number of states for which one more thread pays off.
 _WORTH_A_THREAD = 2**15
 
-#: Key of a kernel: what it computes, for which tree, with a load on which joint, and whether it is compiled.
-_What = tuple[str, tuple[Joint, ...], int | None, bool]
-
-
-class Inertias(NamedTuple):
-    """Data of a model that a kernel needs besides the tree: bodies (n, 10), gravity (3,), armature (n,)."""
-
-    bodies: Array
-    gravity: Array
-    armature: Array
-
-    @classmethod
-    def of(cls, model: Any) -> Inertias:
-        """The data of a Pinocchio model."""
-        bodies = []
-        for inertia in list(model.inertias)[1:]:
-            mass, lever = float(inertia.mass), np.array(inertia.lever)
-            about_origin = np.array(inertia.inertia) + mass * (lever @ lever * np.eye(3) - np.outer(lever, lever))
-            bodies.append([mass, *(mass * lever), *about_origin[np.triu_indices(3)]])
-        return cls(np.array(bodies), np.array(model.gravity.linear), np.array(model.armature))
+#: Writes torques of states into its last argument.
+Compute = Callable[..., None]
 
 
 @dataclass(frozen=True)
@@ -68,7 +52,7 @@ class Load:
         body: Array = self.mass * Inertias.of(self.model).bodies[carrier - 1, :4]
         return body
 
-    def torque(self, compute: Callable[..., None], q: Array) -> Array:
+    def torque(self, compute: Compute, q: Array) -> Array:
         """Torque that holds the load at rest, shape (N, n), by the inverse dynamics of its model."""
         torque, rest = np.empty_like(q), np.zeros_like(q)
         compute(q, rest, rest, torque)
@@ -76,70 +60,78 @@ class Load:
         return torque
 
 
-def kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | None:
-    """A function generated for a model's tree that takes states q, v, a (N, n) and an array for their torques.
+def kernel_of(model: Any, load: Load | None = None) -> Compute | None:
+    """A function that takes states q, v, a (N, n) and an array for their torques.
 
-    It is compiled if numba is installed, otherwise it runs in numpy. None if there is a joint of an unsupported kind, a
-    load that more than one joint carries, or a result that differs from Pinocchio's.
+    It is compiled where compiled loops are used, otherwise it is generated for the model's tree and runs in numpy. None
+    if there is a joint of an unsupported kind, a load that needs a pass of its own, or a result that differs from
+    Pinocchio's. Loops always need a pass for a load, numpy only if more than one joint carries it.
 
     Warns:
         UserWarning: the results differ from Pinocchio's, so that Pinocchio has to be used.
     """
-
-    def make(tree: tuple[Joint, ...], carrier: int | None) -> jit.Kernel:
-        if jit.can_compile():
-            return jit.kernel(source(tree, carrier))
-        return jit.interpreted(arrays_source(tree, carrier))
-
-    return _agreeing("inverse dynamics", model, load, make, _difference)
+    if jit.can_compile():
+        return None if load else _compiled(model, rnea_loops.torques, "inverse dynamics", _difference)
+    return _of_arrays(model, load)
 
 
-def slopes_kernel_of(model: Any, load: Load | None = None) -> Callable[..., None] | None:
+def slopes_kernel_of(model: Any) -> Compute | None:
     """A compiled function of complex states q, v, a (R, T, n), the starts of groups and an array for the torques.
 
-    None without numba, and in the cases of :func:`kernel_of`.
+    None where compiled loops are not used, and in the cases of :func:`kernel_of`.
 
     Warns:
         UserWarning: the results differ from Pinocchio's, so that Pinocchio has to be used.
     """
-
-    def make(tree: tuple[Joint, ...], carrier: int | None) -> jit.Kernel:
-        return jit.kernel(slopes_source(tree, carrier))
-
     if not jit.can_compile():
         return None
-    return _agreeing("derivatives of inverse dynamics", model, load, make, _difference_of_slopes)
+    return _compiled(model, rnea_loops.stepped_torques, "derivatives of inverse dynamics", _difference_of_slopes)
 
 
-def _agreeing(
-    what: str,
-    model: Any,
-    load: Load | None,
-    make: Callable[[tuple[Joint, ...], int | None], jit.Kernel],
-    difference: Callable[[Callable[..., None], Any, Load | None], float],
-) -> Callable[..., None] | None:
-    """A kernel with the inertias of a model and a load, made at first use; None if it differs from Pinocchio."""
-    tree, carrier = tree_of(model), None if load is None else load.carrier
-    if tree is None or (carrier is None and load is not None):
+def _compiled(model: Any, loop: Compute, what: str, difference: Callable[[Compute, Any], float]) -> Compute | None:
+    """A loop with a model's tree and masses; None for an unsupported joint or if it differs from Pinocchio."""
+    joints = tree_of(model)
+    if joints is None:
         return None
+    tree = Tree.of(joints, Inertias.of(model))
+
+    def compute(*states: Array) -> None:
+        loop(*states[:-1], *tree, states[-1])
+
+    return compute if _agrees(what, joints, model, lambda: difference(compute, model)) else None
+
+
+def _of_arrays(model: Any, load: Load | None) -> Compute | None:
+    """A function generated for numpy, with the masses of a model and a load; None as for :func:`kernel_of`."""
+    joints, carrier = tree_of(model), None if load is None else load.carrier
+    if joints is None or (carrier is None and load is not None):
+        return None
+    if (joints, carrier) not in _generated:
+        names: dict[str, Any] = {}
+        exec(compile(arrays_source(joints, carrier), "<kernel>", "exec"), names)
+        _generated[joints, carrier] = names["kernel"]
+    kernel = _generated[joints, carrier]
     rest = *Inertias.of(model), np.zeros(4) if load is None or carrier is None else load.body(carrier)
 
-    def with_inertias(kernel: jit.Kernel) -> Callable[..., None]:
-        return lambda *states: kernel(*states, *rest)
+    def compute(*states: Array) -> None:
+        kernel(*states, *rest)
 
-    key = what, tree, carrier, jit.can_compile()
-    if key not in _known:
-        kernel = make(tree, carrier)
-        off = difference(with_inertias(kernel), model, load)
-        _known[key] = kernel if off <= _AGREES else None  # NaN agrees with nothing
-        if _known[key] is None:
+    what = "inverse dynamics" if carrier is None else f"inverse dynamics with a load on joint {carrier}"
+    return compute if _agrees(f"{what} in numpy", joints, model, lambda: _difference(compute, model, load)) else None
+
+
+def _agrees(what: str, joints: tuple[Joint, ...], model: Any, difference: Callable[[], float]) -> bool:
+    """Whether results of a tree agree with Pinocchio's; compared, and told if they do not, once in a process."""
+    if (what, joints) not in _known:
+        off = difference()
+        _known[what, joints] = off <= _AGREES  # NaN agrees with nothing
+        if not _known[what, joints]:
             warnings.warn(
-                f"robot {model.name!r}: the generated {what} differ from Pinocchio's by {off:.1e} of the "
-                "greatest value and are not used",
-                stacklevel=4,
+                f"robot {model.name!r}: the {what} differ from Pinocchio's by {off:.1e} of the greatest value and are "
+                "not used",
+                stacklevel=5,
             )
-    known = _known[key]
-    return None if known is None else with_inertias(known)
+    return _known[what, joints]
 
 
 def inverse_dynamics(
@@ -163,12 +155,12 @@ def inverse_dynamics(
     return compute
 
 
-def _pinocchio(model: Any, threads: int) -> Callable[..., None]:
+def _pinocchio(model: Any, threads: int) -> Compute:
     pool = pin.ModelPool(model, threads)
     return lambda *states: pin.rneaInParallel(usable_threads(threads), pool, *(x.T for x in states))
 
 
-def _two_passes(model: Any, threads: int, load: Load) -> Callable[..., None]:
+def _two_passes(model: Any, threads: int, load: Load) -> Compute:
     moving, held = inverse_dynamics(model, threads=threads), inverse_dynamics(load.model, threads=threads)
 
     def compute(q: Array, v: Array, a: Array, torque: Array) -> None:
@@ -187,9 +179,12 @@ def stepped_dynamics(model: Any, load: Load | None = None) -> Callable[[Array, A
         model: a Pinocchio model.
         load: load that the robot holds in addition.
     """
-    kernel = slopes_kernel_of(model, load)
+    if load is not None:
+        moving, held, mass = stepped_dynamics(model), stepped_dynamics(load.model), load.mass
+        return lambda q, v, a: moving(q, v, a) + mass * held(q, np.zeros_like(q), np.zeros_like(q))
+    kernel = slopes_kernel_of(model)
     if kernel is None:
-        return lambda *states: _by_pinocchio(model, load, *states)
+        return lambda *states: _by_pinocchio(model, *states)
 
     def compute(*states: Array) -> Array:
         states = tuple(np.ascontiguousarray(x, dtype=np.complex128) for x in states)
@@ -200,11 +195,14 @@ def stepped_dynamics(model: Any, load: Load | None = None) -> Callable[[Array, A
     return compute
 
 
-#: Kernels of this process by key, None for one that does not agree with Pinocchio.
-_known: dict[_What, jit.Kernel | None] = {}
+#: Functions of this process that were generated for trees with a load on a joint or without one.
+_generated: dict[tuple[tuple[Joint, ...], int | None], Compute] = {}
+
+#: Whether results agree with Pinocchio's: what is computed, for which tree.
+_known: dict[tuple[str, tuple[Joint, ...]], bool] = {}
 
 
-def _difference(compute: Callable[..., None], model: Any, load: Load | None) -> float:
+def _difference(compute: Compute, model: Any, load: Load | None = None) -> float:
     """Greatest difference from Pinocchio on random states, as a share of the greatest torque."""
     random = np.random.default_rng(0)
     states = random.uniform(-3.0, 3.0, (3, _STATES, model.nv))
@@ -217,7 +215,7 @@ def _difference(compute: Callable[..., None], model: Any, load: Load | None) -> 
     return float(np.abs(torque - expected).max() / max(np.abs(expected).max(), np.finfo(float).tiny))
 
 
-def _difference_of_slopes(compute: Callable[..., None], model: Any, load: Load | None) -> float:
+def _difference_of_slopes(compute: Compute, model: Any) -> float:
     """Greatest difference from Pinocchio of torques and derivatives on random states, as a share of the greatest."""
     random = np.random.default_rng(0)
     shape = (_GROUPS, _EACH, _STATES // _GROUPS, model.nv)
@@ -227,12 +225,12 @@ def _difference_of_slopes(compute: Callable[..., None], model: Any, load: Load |
     flat = [x.reshape(-1, *shape[2:]) for x in states]
     torque = np.empty_like(flat[0])
     compute(*flat, np.arange(0, len(torque) + 1, _EACH), torque)
-    expected = _by_pinocchio(model, load, *flat)
+    expected = _by_pinocchio(model, *flat)
     parts = ((torque.real, expected.real), (torque.imag, expected.imag))
     return max(float(np.abs(x - y).max() / max(np.abs(y).max(), np.finfo(float).tiny)) for x, y in parts)
 
 
-def _by_pinocchio(model: Any, load: Load | None, q: Array, v: Array, a: Array) -> Array:
+def _by_pinocchio(model: Any, q: Array, v: Array, a: Array) -> Array:
     """Torque of complex states (R, T, n) by Pinocchio's own derivatives, one call for every different real state."""
     first, size, data = _begins(q, v, a), q.shape[-1], model.createData()
     states = [x[first].real for x in (q, v, a)]
@@ -242,9 +240,6 @@ def _by_pinocchio(model: Any, load: Load | None, q: Array, v: Array, a: Array) -
         torque[i] = data.tau
     which, steps = np.cumsum(first) - 1, np.concatenate([q.imag, v.imag, a.imag], axis=-1)
     result: Array = torque[which] + 1j * (slopes[which] @ steps[..., None])[..., 0]
-    if load is not None:
-        rest = np.zeros_like(q)
-        result += load.mass * _by_pinocchio(load.model, None, q, rest, rest)
     return result
 
 

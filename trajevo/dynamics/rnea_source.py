@@ -1,116 +1,23 @@
-"""Source text of functions that compute the inverse dynamics of one kinematic tree.
+"""Source text of functions that compute the inverse dynamics of one kinematic tree with numpy.
 
 The Newton-Euler recursion runs once over names instead of numbers (:func:`written_out`). The result is a few hundred
 assignments in which only the tree's placements and axes are numbers; masses, gravity and armature are arguments.
-:func:`source` puts the assignments into loops for numba, :func:`slopes_source` does so with their derivatives, and
-:func:`arrays_source` turns them into operations on whole arrays for numpy.
+:func:`arrays_source` turns them into operations on whole arrays.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple, final
+from typing import Any, final
 
-import numpy as np
-
-from trajevo.dynamics.straight_line import GREATEST_ANGLE, Assignment, StraightLine, Term, Vector, cosine_and_sine, text
-
-#: Number of states whose values are side by side in memory at a time.
-_SIDE_BY_SIDE = 256
-
-#: Entries of placements that are this near to 0, 1 or -1 differ from it only by rounding.
-_ROUNDING = 1e-15
+from trajevo.dynamics.rnea_tree import Joint
+from trajevo.dynamics.straight_line import Assignment, StraightLine, Term, Vector
 
 #: Variables for the rigid body of every joint: mass, mass times centre of mass, inertia about the joint's origin.
 _BODY = ("m", "hx", "hy", "hz", "ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 #: Variables for a load that acts by its weight alone: mass, mass times centre of mass.
 _LOAD = ("load_m", "load_hx", "load_hy", "load_hz")
-
-
-class Joint(NamedTuple):
-    """One joint of a tree: number of its parent joint (0: the base), its placement there, and how it moves."""
-
-    parent: int
-    rotation: tuple[float, ...]
-    origin: tuple[float, ...]
-    slides: bool
-    axis: tuple[float, ...]
-
-
-def tree_of(model: Any) -> tuple[Joint, ...] | None:
-    """The joints of a model; None if any of them neither turns about nor slides along a single axis."""
-    joints = []
-    for number, joint in enumerate(list(model.joints)[1:], start=1):
-        moves = _axis(joint)
-        if moves is None or joint.idx_v != number - 1 or joint.nq != 1:
-            return None
-        place = model.jointPlacements[number]
-        rotation, origin = (_rounded(values) for values in (place.rotation, place.translation))
-        joints.append(Joint(model.parents[number], rotation, origin, *moves))
-    return tuple(joints)
-
-
-def source(tree: tuple[Joint, ...], carrier: int | None) -> str:
-    """Source text of a function of states q, v, a (N, n) that writes their torques (N, n).
-
-    Its arguments are q, v, a, torque, bodies (n, 10), gravity (3,), armature (n,) and load (4,).
-
-    Args:
-        tree: the joints.
-        carrier: number of the joint that carries a load, None for no load. The load acts by its weight alone and is
-            given as its mass and mass times centre of mass.
-    """
-    written, results = written_out(tree, carrier)
-    lines = [*head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree, carrier), _side(tree, 5)]
-    lines += [f"    for begin in range(0, len(q), {_SIDE_BY_SIDE}):"]
-    lines += [f"        count = min({_SIDE_BY_SIDE}, len(q) - begin)"]
-    lines += [f"        {line}" for line in _laid_out(tree, "begin + i, ", "")]
-    lines += ["        for i in range(count):"]
-    lines += [f"            {line}" for line in _picked_up(tree)]
-    lines += [f"            {line}" for line in written.lines(results.values())]
-    lines += [f"            side[{i - 1}, 4, i] = {text(results[i])}" for i in results]
-    lines += ["        for i in range(count):"]
-    lines += [f"            torque[begin + i, {i - 1}] = side[{i - 1}, 4, i]" for i in results]
-    return "\n".join([*lines, ""])
-
-
-def slopes_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
-    """Source text of a function of complex states q, v, a (R, T, n): imaginary parts of torques are exact derivatives.
-
-    Rows with equal real parts form consecutive groups; ``begins`` (S + 1,) holds the first row of each group, and R.
-    The other arguments are torque (R, T, n), complex, and those of the function of :func:`source`.
-    """
-    written, results = written_out(tree, carrier)
-    moving: dict[Term, Term] = {f"{name}{i}": f"d{name}{i}" for i in results for name in "csqva"}
-    written, values, slopes = written.differentiated(moving)
-    ends = {i: (values.get(term, term), slopes.get(term, 0.0)) for i, term in results.items()}
-    lines = [*head("kernel(q, v, a, begins, torque, bodies, gravity, armature, load)", tree, carrier), _side(tree, 9)]
-    lines += ["    for group in range(len(begins) - 1):", "        first = begins[group]"]
-    lines += [f"        for begin in range(0, q.shape[1], {_SIDE_BY_SIDE}):"]
-    lines += [f"            count = min({_SIDE_BY_SIDE}, q.shape[1] - begin)"]
-    lines += [f"            {line}" for line in _laid_out(tree, "first, begin + i, ", ".real")]
-    lines += ["            for row in range(first, begins[group + 1]):", "                for i in range(count):"]
-    for k, name in enumerate("qva"):
-        lines += [
-            f"                    side[{i - 1}, {4 + k}, i] = {name}[row, begin + i, {i - 1}].imag" for i in results
-        ]
-    lines += ["                for i in range(count):"]
-    lines += [f"                    {line}" for line in _picked_up(tree)]
-    for i, joint in enumerate(tree, start=1):
-        names = "qva" if joint.slides else "eva"
-        lines += [f"                    d{name}{i} = side[{i - 1}, {4 + k}, i]" for k, name in enumerate(names)]
-        if not joint.slides:
-            lines += [f"                    dc{i} = -s{i} * de{i}", f"                    ds{i} = c{i} * de{i}"]
-    lines += [f"                    {line}" for line in written.lines(term for end in ends.values() for term in end)]
-    for i, end in ends.items():
-        lines += [f"                    side[{i - 1}, {7 + k}, i] = {text(term)}" for k, term in enumerate(end)]
-    lines += ["                for i in range(count):"]
-    lines += [
-        f"                    torque[row, begin + i, {i - 1}] = complex(side[{i - 1}, 7, i], side[{i - 1}, 8, i])"
-        for i in results
-    ]
-    return "\n".join([*lines, ""])
 
 
 def written_out(tree: tuple[Joint, ...], carrier: int | None) -> tuple[StraightLine, dict[int, Term]]:
@@ -141,23 +48,6 @@ def written_out(tree: tuple[Joint, ...], carrier: int | None) -> tuple[StraightL
             onto = forces[joint.parent]
             forces[joint.parent] = written.sum(onto[0], turned), written.sum(onto[1], carried)
     return written, dict(sorted(results.items()))
-
-
-def _axis(joint: Any) -> tuple[bool, tuple[float, ...]] | None:
-    """Whether a joint slides, and along or about which axis; None for other kinds of joints."""
-    name = joint.shortname()
-    for kind, slides in (("JointModelR", False), ("JointModelP", True)):
-        if name in {kind + letter for letter in "XYZ"}:
-            return slides, tuple(1.0 if letter == name[-1] else 0.0 for letter in "XYZ")
-    if name in ("JointModelRevoluteUnaligned", "JointModelPrismaticUnaligned"):
-        return "Prismatic" in name, tuple(float(x) for x in joint.extract().axis)
-    return None
-
-
-def _rounded(values: Any) -> tuple[float, ...]:
-    flat = np.ravel(np.asarray(values, dtype=np.float64))
-    whole = np.round(flat)
-    return tuple(np.where(np.abs(flat - whole) < _ROUNDING, whole, flat).tolist())
 
 
 def _place(written: StraightLine, joint: Joint, number: int) -> tuple[list[Vector], list[Term]]:
@@ -209,41 +99,14 @@ def _force(written: StraightLine, state: Any, number: int) -> tuple[list[Term], 
     return force, written.sum(written.product(inertia, rate), spun, written.cross(lever, gain))
 
 
-def head(signature: str, tree: tuple[Joint, ...], carrier: int | None, *, entry: str = "[{}]") -> list[str]:
-    """Lines before the loops: the signature, and a named variable for each entry of the argument arrays."""
+def _head(tree: tuple[Joint, ...], carrier: int | None) -> list[str]:
+    """Lines before the loop: the signature, and a named variable for each entry of the argument arrays."""
     joints = range(1, len(tree) + 1)
-    lines = ["import math", "", "import numpy as np", "", "", f"def {signature}:"]
-    lines += [f"    {name}{i} = bodies{entry.format(f'{i - 1}, {k}')}" for i in joints for k, name in enumerate(_BODY)]
-    lines += [f"    g{name} = gravity{entry.format(k)}" for k, name in enumerate("xyz")]
-    lines += [f"    armature{i} = armature{entry.format(i - 1)}" for i in joints]
-    lines += [] if carrier is None else [f"    {name} = load{entry.format(k)}" for k, name in enumerate(_LOAD)]
-    return lines
-
-
-def _side(tree: tuple[Joint, ...], rows: int) -> str:
-    """Line that allocates memory for states side by side, so that the compiler handles several at once."""
-    return f"    side = np.empty(({len(tree)}, {rows}, {_SIDE_BY_SIDE}))"
-
-
-def _laid_out(tree: tuple[Joint, ...], place: str, part: str) -> list[str]:
-    """Lines that put states side by side: position or its cosine and sine, velocity, acceleration."""
-    lines = ["for i in range(count):"]
-    for i in range(len(tree)):
-        lines += [f"    side[{i}, {k}, i] = {name}[{place}{i}]{part}" for k, name in ((0, "q"), (2, "v"), (3, "a"))]
-    for i in (i for i, joint in enumerate(tree) if not joint.slides):
-        lines += ["for i in range(count):", *(f"    {line}" for line in cosine_and_sine(f"side[{i}"))]
-        entry = f"q[{place}{i}]{part}"
-        lines += ["for i in range(count):", f"    if abs({entry}) > {GREATEST_ANGLE!r}:"]
-        lines += [f"        side[{i}, {k}, i] = math.{name}({entry})" for k, name in enumerate(("cos", "sin"))]
-    return lines
-
-
-def _picked_up(tree: tuple[Joint, ...]) -> list[str]:
-    """Lines that read the variables of one state."""
-    lines = []
-    for i, joint in enumerate(tree, start=1):
-        names = (("q", 0),) if joint.slides else (("c", 0), ("s", 1))
-        lines += [f"{name}{i} = side[{i - 1}, {k}, i]" for name, k in (*names, ("v", 2), ("a", 3))]
+    lines = ["import numpy as np", "", "", "def kernel(q, v, a, torque, bodies, gravity, armature, load):"]
+    lines += [f"    {name}{i} = bodies[{i - 1}, {k}, ...]" for i in joints for k, name in enumerate(_BODY)]
+    lines += [f"    g{name} = gravity[{k}, ...]" for k, name in enumerate("xyz")]
+    lines += [f"    armature{i} = armature[{i - 1}, ...]" for i in joints]
+    lines += [] if carrier is None else [f"    {name} = load[{k}, ...]" for k, name in enumerate(_LOAD)]
     return lines
 
 
@@ -256,9 +119,16 @@ _OPERATIONS = {"+": "np.add", "-": "np.subtract", "*": "np.multiply"}
 
 
 def arrays_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
-    """Source text of the function of :func:`source` for numpy: every variable is a row with the states of one block.
+    """Source text of a function of states q, v, a (N, n) that writes their torques (N, n).
 
-    Masses and other numbers are zero-dimensional arrays, with which numpy is twice as fast as with Python numbers.
+    Its arguments are q, v, a, torque, bodies (n, 10), gravity (3,), armature (n,) and load (4,). Every variable is a
+    row with the states of one block. Masses and other numbers are zero-dimensional arrays, with which numpy is twice as
+    fast as with Python numbers.
+
+    Args:
+        tree: the joints.
+        carrier: number of the joint that carries a load, None for no load. The load acts by its weight alone and is
+            given as its mass and mass times centre of mass.
     """
     written, results = written_out(tree, carrier)
     rows = _Rows()
@@ -269,7 +139,7 @@ def arrays_source(tree: tuple[Joint, ...], carrier: int | None) -> str:
         for name in "va":
             rows.take(f"{name}{i}", "np.copyto({}, {})", f"{name}[part, {i - 1}]")
     rows.assign(written.assignments(results.values()), results.values())
-    lines = head("kernel(q, v, a, torque, bodies, gravity, armature, load)", tree, carrier, entry="[{}, ...]")
+    lines = _head(tree, carrier)
     lines += rows.numbers
     lines += [f"    size = max(1, -(-len(q) // max(1, round(len(q) / {_STATES}))))"]
     lines += [f"    room = np.empty(({rows.count}, size + {_APART}))"]

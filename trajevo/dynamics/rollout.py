@@ -3,35 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.dynamics.integrals.nodes import lobatto
+from trajevo.dynamics.integrals.resolved import Resolved, at_samples, resolve
 from trajevo.dynamics.inverse_dynamics import _ROUNDING, Dynamics
 from trajevo.errors import InvalidInputError
 from trajevo.robot.joints import JointLimits, least_share
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 
-
-@cache
-def lobatto(count: int) -> tuple[Array, Array]:
-    """Gauss-Lobatto nodes on [0, 1] and weights of sum 1; exact for polynomials of degree 2 count - 3."""
-    legendre = np.polynomial.Legendre.basis(count - 1)
-    nodes = np.concatenate([[-1.0], np.sort(legendre.deriv().roots().real), [1.0]])
-    weights = 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
-    return frozen(0.5 * (nodes + 1.0)), frozen(0.5 * weights)
-
-
-@cache
-def lobatto_derivative(count: int) -> Array:
-    """Matrix (count, count) from values at Gauss-Lobatto nodes to the derivative of the polynomial through them."""
-    nodes = lobatto(count)[0]
-    powers = nodes[:, None] ** np.arange(count)
-    slopes = np.arange(1, count) * nodes[:, None] ** np.arange(count - 1)
-    return frozen(np.linalg.solve(powers.T, np.pad(slopes, ((0, 0), (1, 0))).T).T)
+#: Share of the work in a segment, or on average in the motion's segments, that its polynomials may leave out.
+_LEFT_OUT = 5e-5
+#: Share of a joint's greatest effort that the last terms may be, for peaks of efforts, and for integrals of squares
+#: where no dry friction jumps: what is left out of those is about the square of that share.
+_OF_PEAK, _OF_SQUARES = 1e-4, 3e-3
+#: Share of the last terms of efforts' polynomials, times the travel, that the polynomials leave out of the work.
+_OF_LAST_TERMS = 0.05
 
 
 @final
@@ -166,10 +158,64 @@ class Rollout:
         peaks = self.trajectory.peak(1) + self.trajectory.peak(0) / self.trajectory.duration[:, None]
         return frozen(_ROUNDING * peaks.real)
 
+    @cached_property
+    def resolved(self) -> tuple[Resolved, ...]:
+        """Effort without dry friction at as many nodes of every segment as its work needs, see :func:`resolve`."""
+        first, count = self._first_nodes, self.trajectory.segment_durations.shape[1]
+        work = np.abs(self.power.real) * self.quadrature.real[..., None]
+        work = work.reshape(len(first.segments), -1).sum(axis=1)
+        shared = work.reshape(len(self.trajectory), -1).mean(axis=1).repeat(count)
+        allowed = _LEFT_OUT * np.maximum(work, shared)
+        return resolve(first, self.trajectory, self._smooth_effort, left_out=work_left_out, allowed=allowed)
+
+    @cached_property
+    def resolved_for_peaks(self) -> tuple[Resolved, ...]:
+        """The same at as many nodes as the efforts themselves need, also where a joint hardly moves."""
+        return self._resolved_to(_OF_PEAK)
+
+    @cached_property
+    def resolved_for_squares(self) -> tuple[Resolved, ...]:
+        """The same at as many nodes as integrals of squares need."""
+        return self.resolved_for_peaks if self.robot.friction.is_dry else self._resolved_to(_OF_SQUARES)
+
+    def _resolved_to(self, share: float) -> tuple[Resolved, ...]:
+        first, count = self._first_nodes, self.trajectory.segment_durations.shape[1]
+        greatest = np.abs(self.effort.real).max(axis=1) + np.finfo(np.float64).tiny
+
+        def left_out(group: Resolved) -> Array:
+            shares: Array = (group.last_terms / greatest[group.segments // count]).max(axis=1)
+            return shares
+
+        allowed = np.full(len(first.segments), share)
+        return resolve(first, self.trajectory, self._smooth_effort, left_out=left_out, allowed=allowed)
+
+    @property
+    def _first_nodes(self) -> Resolved:
+        smooth = self.effort - self.robot.friction.dry(self._moving) if self.robot.friction.is_dry else self.effort
+        return at_samples(self.trajectory, self.dynamics.samples, (self.q, self.v, self.a), smooth)
+
+    def _smooth_effort(self, rows: Array, q: Array, v: Array, a: Array) -> Array:
+        """Effort without dry friction in states (P, T, n_joints) of the trajectories ``rows`` (P,) [N·m or N]."""
+        v = np.where(np.abs(v.real) <= self.standing[rows, None], 0.0, v)
+        if self.masses is None:
+            effort = self.dynamics.effort(q, v, a)
+        else:
+            each = self.dynamics.effort_per_kilogram(q, v, a)
+            effort = self.dynamics.unloaded_effort(q, v, a) + self.masses[rows, None, None] * each
+        smooth: Array = effort - self.robot.friction.dry(v) if self.robot.friction.is_dry else effort
+        return smooth
+
     @property
     def power(self) -> Array:
         """Mechanical power of every actuator at the samples, shape (B, T, n_joints) [W]."""
         return frozen(self.effort * self.v)
+
+
+def work_left_out(group: Resolved) -> Array:
+    """Estimate of what polynomials of efforts leave out of ∫ Σ |effort x velocity| dt, shape (P,) [J]."""
+    travel = np.abs(np.diff(group.states[0].real, axis=1)).sum(axis=1)
+    estimate: Array = _OF_LAST_TERMS * (group.last_terms * travel).sum(axis=1)
+    return estimate
 
 
 def rollout_of(motion: Any) -> Rollout:

@@ -17,6 +17,7 @@ from typing import Any, final
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array, one_blas_thread
 from trajevo.base.complex_step import unstepped
 from trajevo.dynamics.rollout import Rollout
@@ -270,14 +271,14 @@ class TimeLimited:
     def _started(self) -> Connection:
         if self._process is None or self._pipe is None:
             self._pipe, theirs = self._context.Pipe()
-            arguments = theirs, self._pipe, self._rows, self._seconds
+            arguments = theirs, self._pipe, self._rows, self._seconds, jit.kind()
             self._process = self._context.Process(target=_serve, args=arguments, daemon=True)
             self._process.start()
             theirs.close()
         return self._pipe
 
 
-def _serve(pipe: Connection, other: Connection, rows: Rows, seconds: float) -> None:
+def _serve(pipe: Connection, other: Connection, rows: Rows, seconds: float, kind: jit.Kind) -> None:
     """Evaluate what comes through the pipe until its other end is closed; the parent process handles interrupts.
 
     If the parent was killed and an evaluation hangs, an alarm signal ends this process.
@@ -286,7 +287,7 @@ def _serve(pipe: Connection, other: Connection, rows: Rows, seconds: float) -> N
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     alarm = getattr(signal, "setitimer", None)
-    with one_blas_thread(), suppress(EOFError, OSError):
+    with jit.one_kind(kind), one_blas_thread(), suppress(EOFError, OSError):
         while True:
             x = pipe.recv()
             if alarm is not None:

@@ -13,10 +13,16 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.plugins import Registry
-from trajevo.dynamics.rollout import Rollout, lobatto_derivative
+from trajevo.dynamics.integrals.efforts import (
+    greatest_efforts,
+    integrated_square_effort,
+    integrated_square_effort_rate,
+    integrated_square_power,
+    mechanical_energy,
+)
+from trajevo.dynamics.integrals.travel import joint_travel, tool_path_length
+from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.tool import tool_speed
-from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
 #: What an objective can need: the masses of all links, a limit of some joint's effort, or the payload's mass as a
@@ -117,57 +123,12 @@ def times_duration(function: Callable[[Rollout], Array], power: int) -> Callable
     return _TimesDuration(function, power)
 
 
-def integrated_square_power(rollout: Rollout) -> Array:
-    """∫ Σ over joints of (effort x velocity)² dt by Gauss-Lobatto quadrature, shape (B,) [W²·s]."""
-    power = rollout.power
-    total: Array = np.einsum("btn,btn,bt->b", power, power, rollout.quadrature)
-    return total
-
-
-def mechanical_energy(rollout: Rollout) -> Array:
-    """∫ Σ over joints of |effort x velocity| dt by Gauss-Lobatto quadrature, shape (B,) [J]: braking costs too."""
-    power = rollout.power
-    total: Array = np.einsum("btn,bt->b", power * np.sign(power.real), rollout.quadrature)
-    return total
-
-
-def integrated_square_effort(rollout: Rollout) -> Array:
-    """∫ Σ over joints of effort² dt by Gauss-Lobatto quadrature, shape (B,) [(N·m)²·s or N²·s]: what heats motors."""
-    total: Array = np.einsum("btn,btn,bt->b", rollout.effort, rollout.effort, rollout.quadrature)
-    return total
-
-
-def integrated_square_effort_rate(rollout: Rollout) -> Array:
-    """∫ Σ over joints of (d effort / dt)² dt, shape (B,) [(N·m)²/s or N²/s].
-
-    Effort is taken as the polynomial through its samples within every segment; steps between segments do not count.
-    """
-    per_segment = rollout.effort.reshape(len(rollout.trajectory), -1, rollout.dynamics.samples, rollout.robot.dof)
-    slopes = np.einsum("uw,bswn->bsun", lobatto_derivative(rollout.dynamics.samples), per_segment)
-    rate = (slopes / rollout.trajectory.segment_durations[:, :, None, None]).reshape(rollout.effort.shape)
-    total: Array = np.einsum("btn,btn,bt->b", rate, rate, rollout.quadrature)
-    return total
-
-
 def effort_ratio(rollout: Rollout) -> Array:
-    """Greatest ratio of |effort| to its limit over all joints and samples, shape (B,) [1]."""
+    """Greatest ratio of |effort| to its limit over all joints and the whole motion, shape (B,) [1]."""
     limit = rollout.robot.limits.effort
     kept = np.isfinite(limit)
-    share = rollout.effort[:, :, kept] / limit[kept]
-    greatest: Array = (share * np.sign(share.real)).reshape(len(share), -1).max(axis=1)
+    greatest: Array = (greatest_efforts(rollout)[:, kept] / limit[kept]).max(axis=1)
     return greatest
-
-
-#: Pieces of a segment over which a joint's travel is summed; it is too small only for pieces in which the joint turns.
-_TRAVEL_PIECES = 32
-
-
-def joint_travel(rollout: Rollout) -> Array:
-    """Σ over joints of ∫ |v| dt, from the positions at 33 instants of every segment, shape (B,) [rad or m]."""
-    q = rollout.trajectory.at_shares(np.linspace(0.0, 1.0, _TRAVEL_PIECES + 1), 0)
-    step = np.diff(q, axis=1)
-    total: Array = (step * np.sign(step.real)).sum(axis=(1, 2))
-    return total
 
 
 @dataclass(frozen=True)
@@ -183,16 +144,6 @@ class _UnusedPayload:
 def unused_payload(greatest: float) -> Callable[[Rollout], Array]:
     """The greatest payload minus the payload [kg]; minimising it maximises the payload."""
     return _UnusedPayload(greatest)
-
-
-def tool_path_length(rollout: Rollout) -> Array:
-    """∫ |velocity of the tool's origin| dt by Gauss-Lobatto quadrature, shape (B,) [m].
-
-    At sharp turns of the tool the speed has a kink, where the quadrature with few samples per segment is inaccurate.
-    """
-    speed = tool_speed(rollout, ToolKinematics.of(rollout.robot))
-    length: Array = (speed * rollout.quadrature).sum(axis=1)
-    return length
 
 
 _BY_NAME = "by name"

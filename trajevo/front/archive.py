@@ -11,14 +11,14 @@ import moocore
 import numpy as np
 
 from trajevo.base import jit
-from trajevo.base.arrays import Array
+from trajevo.base.arrays import Array, frozen
 from trajevo.base.jit import fast
 
 #: Old points that a new one is compared with at a time, the latest first: they dominate most of what is dominated.
 _BLOCK = 256
 
 
-@fast
+@fast("f8[2], f8[2] -> b1[1], b1[1]")
 def _join(old: Array, new: Array, kept: Array, taken: Array) -> None:
     """Find which old points stay when new points arrive, and which new points join them.
 
@@ -117,6 +117,11 @@ class Archive:
         """Constraint values, shape (N, n_constr)."""
         return self._rest.rows(1)
 
+    def ordered(self) -> tuple[Array, Array, Array]:
+        """Decision vectors, objectives and constraint values in the order of the objectives, read-only."""
+        order = np.lexsort(self.F.T[::-1]) if len(self.F) else np.arange(0)
+        return frozen(self._rest.rows(0, order)), frozen(self.F[order]), frozen(self._rest.rows(1, order))
+
     def add(self, X: Array, F: Array, G: Array, said: Sequence[str] | None = None) -> tuple[Array, Array] | None:
         """Add an evaluated population.
 
@@ -153,6 +158,10 @@ class Archive:
         return kept, new
 
 
+#: Growth of the memory of an archive that is full, and rows that are moved at a time.
+_GROWTH, _MOVED = 1.25, 4096
+
+
 class _Shelf:
     """Arrays whose rows are removed and added without moving the others; they are compacted when their memory is full.
 
@@ -163,9 +172,9 @@ class _Shelf:
         self._arrays = [np.empty((0, width)) for width in widths]
         self._where, self._end = np.empty(0, dtype=np.intp), 0
 
-    def rows(self, which: int) -> Array:
-        """The rows of one of the arrays."""
-        return self._arrays[which].take(self._where, axis=0)
+    def rows(self, which: int, order: Array | None = None) -> Array:
+        """The rows of one of the arrays, all as they were added or some by their places."""
+        return self._arrays[which].take(self._where if order is None else self._where[order], axis=0)
 
     def change(self, kept: Array, *new: Array) -> None:
         """Keep the rows of a mask and append new rows."""
@@ -180,9 +189,13 @@ class _Shelf:
 
     def _make_room(self, count: int) -> None:
         size = len(self._where)
-        for i, array in enumerate(self._arrays):
-            self._arrays[i] = np.empty((2 * (size + count), array.shape[1]))
-            self._arrays[i][:size] = array[self._where]
+        for array in self._arrays:
+            # In place, as a second copy of a hundred thousand points would be half of a run's memory. Rows move towards
+            # the beginning, and later ones stay behind them.
+            for begin in range(0, size, _MOVED):
+                rows = self._where[begin : begin + _MOVED]
+                array[begin : begin + len(rows)] = array[rows]
+            array.resize((int(_GROWTH * (size + count)), array.shape[1]), refcheck=False)
         self._where, self._end = np.arange(size), size
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.jit import Kind
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.archive import Archive
 from trajevo.front.front import Front
@@ -121,15 +122,17 @@ class Books:
         seconds: float,
         stopped_by: str = "",
         resumed: Sequence[int] = (),
+        kernels: Kind | None,
         versions: dict[str, str] | None = None,
     ) -> Front:
         """The front of the target problem."""
         archive = self.archive if self.problem.expansion is None else self._expanded()
         failed = tuple(FailedIndividual(x=tuple(x.tolist()), said=said) for x, said in self.archive.failed)
+        X, F, G = archive.ordered()
         return Front(
-            X=archive.X,
-            F=archive.F,
-            G=archive.G,
+            X=X,
+            F=F,
+            G=G,
             record=ProblemRecord.of(self.target),
             run=Run(
                 algorithm=algorithm,
@@ -146,6 +149,7 @@ class Books:
                 seconds=seconds,
                 cpu_seconds=tuple(self.cpu_seconds),
                 versions=installed_versions() if versions is None else versions,
+                kernels=kernels,
             ),
             history=self.history(),
             blocking=None if len(archive.F) else _blocking(self.archive, self.problem.constraint_names),

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 import pydantic
 
-from trajevo.base.arrays import Array, read_only
+from trajevo.base.arrays import Array, frozen
 from trajevo.base.files import write_whole
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError, UnknownNameError
@@ -67,6 +67,11 @@ class Solution:
         """The robot on its trajectory; made once."""
         return self.front.problem.rollout(self.x)
 
+    @cached_property
+    def known_to(self) -> dict[str, float]:
+        """How far each objective is known, SI: how much it changes when segments have twice as many samples."""
+        return dict(zip(self.front.objective_names, self.front.known_to([self.index])[0].tolist(), strict=True))
+
 
 @dataclass(frozen=True, eq=False)
 class Front:
@@ -95,11 +100,14 @@ class Front:
     def __post_init__(self) -> None:
         sizes = (len(self.record.variables), len(self.record.objectives), len(self.record.constraints))
         order = np.lexsort(np.asarray(self.F).T[::-1]) if len(self.F) else np.arange(0)
+        in_order = bool((order == np.arange(len(order))).all())
         for name, size in zip("XFG", sizes, strict=True):
             values = np.asarray(getattr(self, name), dtype=np.float64).reshape(len(self.F), -1 if len(self.F) else size)
             if values.shape[1] != size:
                 raise InvalidInputError(f"front: expected {size} columns in {name}, got {values.shape[1]}")
-            object.__setattr__(self, name, read_only(values[order]))
+            # What is in order and cannot change is not copied: the largest fronts are half of a run's memory.
+            own = not values.flags.writeable and in_order
+            object.__setattr__(self, name, values if own else frozen(values.take(order, axis=0)))
 
     def __len__(self) -> int:
         return len(self.F)
@@ -113,6 +121,21 @@ class Front:
     def objective_names(self) -> tuple[str, ...]:
         """Names of the columns of F."""
         return tuple(objective.name for objective in self.record.objectives)
+
+    def known_to(self, rows: Sequence[int]) -> Array:
+        """How far objectives are known: how much they change when segments have twice as many samples.
+
+        Args:
+            rows: R rows of the front.
+
+        Returns:
+            Shape (R, n_obj), SI, units in ``record.objectives``.
+        """
+        problem = self.problem
+        rollout = problem.rollout(self.X[list(rows)])
+        finer = replace(rollout, dynamics=rollout.dynamics.sampled(2 * rollout.dynamics.samples))
+        changes = [np.abs(one.function(finer) - one.function(rollout)) for one in problem.objectives]
+        return np.stack(changes, axis=1)
 
     @cached_property
     def problem(self) -> TrajectoryProblem:

@@ -18,6 +18,9 @@ from trajevo.base.arrays import Array
 
 _NEVER = np.iinfo(np.int64).max
 
+#: Growth of the memory of a chronicle that is full.
+_GROWTH = 1.25
+
 
 def hypervolume(F: Array, reference_point: Array) -> float:
     """Share of the box from 0 to the reference point that objective values (N, n_obj) dominate."""
@@ -32,7 +35,8 @@ class Chronicle:
 
     def __init__(self, n_obj: int) -> None:
         self.time = 0
-        self._F, self._came, self._went = np.empty((0, n_obj)), *np.empty((2, 0), dtype=np.int64)
+        self._F = np.empty((0, n_obj))
+        self._came, self._went = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
         self._held, self._count = np.empty(0, dtype=np.intp), 0
 
     def change(self, kept: Array, new: Array) -> None:
@@ -41,7 +45,7 @@ class Chronicle:
         self._went[self._held[~kept]] = self.time
         begin, self._count = self._count, self._count + len(new)
         if self._count > len(self._F):
-            self._make_room(2 * self._count)
+            self._make_room(int(_GROWTH * self._count))
         came = slice(begin, self._count)
         self._F[came], self._came[came], self._went[came] = new, self.time, _NEVER
         self._held = np.concatenate([self._held[kept], np.arange(begin, self._count)])
@@ -53,11 +57,8 @@ class Chronicle:
         return held
 
     def _make_room(self, size: int) -> None:
-        for name in ("_F", "_came", "_went"):
-            full = getattr(self, name)
-            wider = np.empty((size, *full.shape[1:]), dtype=full.dtype)
-            wider[: len(full)] = full
-            setattr(self, name, wider)
+        for array in (self._F, self._came, self._went):
+            array.resize((size, *array.shape[1:]), refcheck=False)
 
 
 @final

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
+from trajevo.base.jit import Kind
 from trajevo.base.plain import plain_data
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
@@ -22,7 +23,7 @@ _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "daqp", "ru
 
 #: Revision of the formulas of objectives and constraints, recorded with the versions. It is raised whenever numbers
 #: change by more than rounding, so that a front on record is told from a damaged one.
-FORMULAS = ("trajevo formulas", "2")
+FORMULAS = ("trajevo formulas", "3")
 
 #: Fields of a history with one entry per generation, and one more for each polishing.
 _BY_GENERATION = ("evaluations", "hypervolume", "least_violation", "front_size")
@@ -153,6 +154,8 @@ class Run(Record):
         seconds: wall time [s].
         cpu_seconds: CPU time of the process at the end of every generation, and of polishing if there was any [s].
         versions: versions of Python and of the packages that computed the front.
+        kernels: what computed the whole run, compiled loops or numpy; None for a run of an older version. Both give the
+            same numbers to rounding, and each the same to the bit.
     """
 
     algorithm: str
@@ -169,6 +172,7 @@ class Run(Record):
     seconds: float
     cpu_seconds: tuple[float, ...] = ()
     versions: dict[str, str]
+    kernels: Kind | None = None
 
 
 class History(Record):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.base.units import display, pretty
+from trajevo.base.units import display, known_digits, pretty
 from trajevo.capacity.payload_studies import Carried
 from trajevo.errors import TrajevoError
 from trajevo.front.front import Front, Solution
@@ -37,6 +37,12 @@ def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[s
         (f"{objective.name} [{pretty(unit)}]", factor)
         for objective, (unit, factor) in zip(front.record.objectives, shown, strict=True)
     ]
+
+
+def known_values(front: Front, rows: Sequence[int], factors: Sequence[float]) -> list[list[str]]:
+    """Objectives of rows of a front times factors from SI, with as many digits as are known of them."""
+    values, known_to = (array * np.array(factors) for array in (front.F[list(rows)], front.known_to(rows)))
+    return [list(map(known_digits, *pair)) for pair in zip(values.tolist(), known_to.tolist(), strict=True)]
 
 
 def run_facts(front: Front) -> list[tuple[str, str]]:
@@ -164,14 +170,11 @@ def _brief(value: Any) -> str:
 
 def _choices_table(front: Front) -> str:
     headers = objective_headers(front)
+    choices = front.choices()
+    values = known_values(front, [one.index for one in choices], [factor for _, factor in headers])
     rows = [
-        (
-            escape(solution.rule),
-            *(f"{value * factor:.5g}" for value, (_, factor) in zip(solution.F.values(), headers, strict=True)),
-            str(solution.index),
-            escape(solution.reason),
-        )
-        for solution in front.choices()
+        (escape(one.rule), *texts, str(one.index), escape(one.reason))
+        for one, texts in zip(choices, values, strict=True)
     ]
     return _table(
         ("solution", *(header for header, _ in headers), "row", "why"), rows, numbers=len(headers) + 1, chosen=0

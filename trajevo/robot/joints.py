@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -97,10 +98,15 @@ class Friction:
             if not (np.isfinite(values).all() and (values >= 0.0).all()):
                 raise InvalidInputError(f"friction.{field.name}: expected numbers from 0 on, got {values.tolist()}")
 
-    @property
+    @cached_property
     def none(self) -> bool:
         """Whether all friction and armature is zero."""
         return not any(getattr(self, field.name).any() for field in fields(self))
+
+    @cached_property
+    def is_dry(self) -> bool:
+        """Whether any joint has dry friction."""
+        return bool(self.coulomb.any() or np.any(self.coulomb_backward))
 
     def effort(self, v: Array, a: Array) -> Array:
         """Added effort [N·m or N] at v and a of shape (..., n_joints); a joint at rest has no dry friction."""

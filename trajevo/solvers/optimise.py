@@ -10,6 +10,7 @@ from typing import Any, final
 
 from pymoo.core.algorithm import Algorithm
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.evaluation import checked_time_limit
@@ -69,14 +70,28 @@ def optimise(
         UnknownNameError: no such setting, algorithm or kind of first population.
         InvalidInputError: an invalid setting, or a folder that holds a run or cannot be written; the message names it.
     """
+    if not isinstance(problem, TrajectoryProblem):
+        raise InvalidInputError(f"problem: expected a TrajectoryProblem, got {type(problem).__name__}")
+    search = decided(_given(search).updated(**settings), problem)
+    with jit.one_kind():
+        return _run(problem, search, initial, out, overwrite=overwrite, progress=progress)
+
+
+def _run(
+    problem: TrajectoryProblem,
+    search: Search,
+    initial: Front | Array | None,
+    out: str | Path | None,
+    *,
+    overwrite: bool,
+    progress: bool,
+) -> Front:
+    """A run with one kind of kernel; arguments as for :func:`optimise`, with all settings decided."""
     # What searches imports pymoo's algorithms and SciPy, which takes as long as all other imports together.
     from trajevo.solvers.evolutionary.first_population import begin_with
     from trajevo.solvers.run.evolution import evolve, nothing_searched
     from trajevo.solvers.run.runs import polished
 
-    if not isinstance(problem, TrajectoryProblem):
-        raise InvalidInputError(f"problem: expected a TrajectoryProblem, got {type(problem).__name__}")
-    search = decided(_given(search).updated(**settings), problem)
     algorithm = algorithm_for(search, problem)
     before = time.process_time()
     impossible = check(problem).impossible
@@ -168,6 +183,7 @@ def _manifest(problem: TrajectoryProblem, algorithm: Chosen, search: Search, fir
         algorithm_name="NSGA2" if isinstance(solver, class_of("ArrayNSGA2")) else type(solver).__name__,
         settings=algorithm.settings | first | {name: value for name, value in said.items() if value is not None},
         versions=installed_versions(),
+        kernels=jit.kind(),
         not_resumable=why,
         **of_run | {"algorithm": described},
     )

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.dynamics.integrals.efforts import mechanical_energy
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, checked_name
@@ -22,7 +23,7 @@ from trajevo.formulation.constraints.joint_limits import (
     velocity_limits,
 )
 from trajevo.formulation.constraints.motion_limits import overshoot
-from trajevo.formulation.objectives import Objective, mechanical_energy, summed_rms_jerk, total_time
+from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
 from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.path.via_points import ViaPoints
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted

@@ -10,6 +10,7 @@ from typing import Literal, TypedDict
 
 from threadpoolctl import threadpool_limits
 
+from trajevo.base import jit
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.registry import load_problem
 from trajevo.formulation.search import Search
@@ -113,4 +114,5 @@ def _run(job: Job, folder: Path) -> Front:
         return resume(folder, progress=False)
     run.clear()
     problem = load_problem(job["problem"], **job["arguments"])
-    return optimise(problem, Search.of(**job["search"], seed=job["seed"]), out=folder, progress=False)
+    with jit.one_kind(job.get("kernels")):
+        return optimise(problem, Search.of(**job["search"], seed=job["seed"]), out=folder, progress=False)

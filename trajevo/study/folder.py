@@ -12,6 +12,7 @@ from typing import Literal, final
 import pydantic
 
 from trajevo.base.files import locked, write_whole
+from trajevo.base.jit import Kind
 from trajevo.errors import InvalidInputError
 from trajevo.front.records import Record
 from trajevo.solvers.run.folder import RunFolder
@@ -150,6 +151,15 @@ class StudyFolder:
                 return not locked(claim.fileno())
         except OSError:
             return False
+
+    def kernels(self) -> Kind | None:
+        """What computes the runs of cells that were begun, compiled loops or numpy; None before the first.
+
+        Raises:
+            InvalidInputError: the folder holds no study.
+        """
+        runs = (RunFolder(self.cell(cell.name)) for cell in cells_of(self.record()))
+        return next((run.manifest().kernels for run in runs if run.begun), None)
 
     def standings(self) -> tuple[CellStanding, ...]:
         """The state of every cell.

@@ -5,8 +5,9 @@ from __future__ import annotations
 import copy
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, NotRequired, TypedDict
 
+from trajevo.base.jit import Kind
 from trajevo.base.toml import Places, validated
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.problem import TrajectoryProblem
@@ -34,6 +35,7 @@ class Job(TypedDict):
         arguments: arguments of the problem, with files read and units converted.
         search: settings of the search by name.
         seed: seed of the run.
+        kernels: what computes it, the same for all cells; whatever is ready if it is not given.
     """
 
     cell: str
@@ -41,6 +43,7 @@ class Job(TypedDict):
     arguments: dict[str, Any]
     search: dict[str, Any]
     seed: int
+    kernels: NotRequired[Kind]
 
 
 def jobs_of(record: StudyRecord, cells: Sequence[Cell]) -> tuple[Job, ...]:

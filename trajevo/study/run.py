@@ -9,6 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, final
 
+from trajevo.base import jit
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
 from trajevo.study.cell import Outcome
@@ -166,7 +167,8 @@ def run_study(
     place.keep(study.record)
     # First repeats first: early results then compare all levels, and a machine that slows down favours no level.
     in_turn = sorted(zip(study.cells, study.jobs, strict=True), key=lambda pair: pair[0].repeat)
-    waiting = [job for _, job in in_turn if not place.finished(job["cell"])]
+    with jit.one_kind(place.kernels()) as kernels:
+        waiting = [Job(**job | {"kernels": kernels}) for _, job in in_turn if not place.finished(job["cell"])]
     total, before = len(study.jobs), len(study.jobs) - len(waiting)
     shown = CellsShown(total, finished=before, workers=engine.workers, enabled=progress)
     with Stopping() as stopping, shown:

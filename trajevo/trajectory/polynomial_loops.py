@@ -18,7 +18,7 @@ from trajevo.base.jit import fast
 _STEP_TOLERANCE, _MAX_STEPS = 1e-10, 60
 
 
-@fast
+@fast("f8[4], f8[2], f8[1], i8 -> f8[4]")
 def samples(coefficients: Array, steps: Array, shares: Array, first: int, out: Array) -> None:
     """Values of derivatives at shares of every segment.
 
@@ -51,7 +51,7 @@ def samples(coefficients: Array, steps: Array, shares: Array, first: int, out: A
                         out[k, b, s, u * joints + j] = value
 
 
-@fast
+@fast("f8[4], f8[2], i8, f8[2], f8[1] -> f8[2]", "c16[4], c16[2], i8, f8[2], f8[1] -> c16[2]")
 def square_integrals(coefficients: Array, steps: Array, order: int, powers: Array, weights: Array, out: Array) -> None:
     """Integrals of a derivative's square over all segments, by quadrature in each; also for complex numbers.
 
@@ -86,7 +86,7 @@ def square_integrals(coefficients: Array, steps: Array, order: int, powers: Arra
                 out[b, j] += integral * factor
 
 
-@fast
+@fast("f8[4], f8[2] -> f8[4], f8[4], f8[3], f8[3]")
 def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, lowest: Array, highest: Array) -> None:
     """Exact least and greatest values of the first derivatives, see :func:`trajevo.base.polynomials.extremes`.
 
@@ -102,7 +102,6 @@ def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, l
     degree = coefficients.shape[3] - 1
     unit, low, high = np.empty(degree + 1), np.zeros(orders), np.zeros(orders)
     places, counts, room = np.empty((orders, degree + 2)), np.zeros(orders, np.intp), np.empty((4, degree + 2))
-    lowest[:], highest[:] = np.inf, -np.inf
     for b in range(batch):
         for s in range(segments):
             for j in range(joints):
@@ -117,6 +116,8 @@ def extremes(coefficients: Array, steps: Array, least: Array, greatest: Array, l
                 scale = 1.0
                 for order in range(orders):
                     least[order, b, s, j], greatest[order, b, s, j] = low[order] * scale, high[order] * scale
+                    if s == 0:
+                        lowest[order, b, j], highest[order, b, j] = np.inf, -np.inf
                     lowest[order, b, j] = min(lowest[order, b, j], least[order, b, s, j])
                     highest[order, b, j] = max(highest[order, b, j], greatest[order, b, s, j])
                     scale /= steps[b, s]
@@ -151,16 +152,20 @@ def climb(unit: Array, low: Array, high: Array, places: Array, counts: Array, ro
 
     The ends and stationary points of every derivative are written into ``places``, their number into ``counts``.
     """
-    degree, (current, nodes, values, roots) = len(unit) - 1, room
-    nodes[0], nodes[1], count = 0.0, 1.0, 2
+    degree, current, values, count = len(unit) - 1, room[0], room[1], 2
+    nodes, roots = room[2], room[3]
+    nodes[0], nodes[1] = 0.0, 1.0
     for order in range(degree, -1, -1):
         size = degree - order
         differentiate(unit, order, current)
         for i in range(count):
             values[i] = value_at(current, size, nodes[i])
         if order < len(low):
-            low[order], high[order] = values[:count].min(), values[:count].max()
-            places[order, :count], counts[order] = nodes[:count], count
+            low[order] = high[order] = values[0]
+            counts[order] = count
+            for i in range(count):
+                low[order], high[order] = min(low[order], values[i]), max(high[order], values[i])
+                places[order, i] = nodes[i]
         if order == 0 or size == 0:
             continue
         roots[0], found = 0.0, 1
@@ -223,7 +228,7 @@ def _root(c: Array, degree: int, left: float, right: float, from_value: float, t
     return root
 
 
-@fast
+@fast("c16[4], c16[2], f8[1], i8 -> c16[4]")
 def complex_samples(coefficients: Array, steps: Array, shares: Array, first: int, out: Array) -> None:
     """As :func:`samples`; coefficients, steps and output are complex."""
     orders, batch, segments, _ = out.shape
@@ -263,7 +268,7 @@ def _of_cubic_at(coefficients: Array, shares: Array, length: complex, out: Array
         out[2, w] = complex(x, 6.0 * h * t + 2.0 * g + 6.0 * d * step)
 
 
-@fast
+@fast("c16[4], c16[2] -> c16[4], c16[4], c16[3], c16[3]")
 def complex_extremes(
     coefficients: Array, steps: Array, least: Array, greatest: Array, lowest: Array, highest: Array
 ) -> None:

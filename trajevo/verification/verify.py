@@ -15,6 +15,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.units import pretty
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError
 from trajevo.formulation.constraints.motion_limits import via_errors
@@ -69,6 +70,30 @@ class Utilisation:
 
 @final
 @dataclass(frozen=True)
+class Known:
+    """An objective of a motion, and how far it is known.
+
+    Attributes:
+        name: the objective.
+        value: its value on record, SI.
+        unit: SI unit.
+        known_to: how much it changes when segments have twice as many samples, SI.
+    """
+
+    name: str
+    value: float
+    unit: str
+    known_to: float
+
+    def __str__(self) -> str:
+        if not self.known_to:
+            return f"{self.name} exactly"
+        share = f" ({100.0 * self.known_to / abs(self.value):.2g} %)" if self.value else ""
+        return f"{self.name} to {self.known_to:.2g} {pretty(self.unit)}{share}"
+
+
+@final
+@dataclass(frozen=True)
 class Verification:
     """The result of checking one motion at dense samples.
 
@@ -76,6 +101,7 @@ class Verification:
         solution: row of the solution and the rule that chose it.
         instants: number of samples.
         rows: greatest utilisation of every finite limit of every joint, then of the problem's other constraints.
+        objectives: the objectives, and how far each is known.
         derivative_mismatch: greatest difference of velocity, acceleration and jerk from finite differences of position,
             velocity and acceleration, or jump of position and velocity at a break, as a share of the peak.
         effort_difference: greatest difference between our effort and Pinocchio's [N·m or N].
@@ -89,6 +115,7 @@ class Verification:
     solution: str
     instants: int
     rows: tuple[Utilisation, ...]
+    objectives: tuple[Known, ...]
     derivative_mismatch: float
     effort_difference: float
     effort_mismatch: float
@@ -174,6 +201,10 @@ def verify(solution: Solution, *, density: int = 20) -> Verification:
         solution=f"row {solution.index}" + ("" if solution.rule == "row" else f" ({solution.rule})"),
         instants=len(motion.t),
         rows=(*_robot_rows(rollout, motion, effort), *_problem_rows(solution, dense)),
+        objectives=tuple(
+            Known(one.name, solution.F[one.name], one.unit, solution.known_to[one.name])
+            for one in solution.front.record.objectives
+        ),
         derivative_mismatch=_derivative_mismatch(rollout.trajectory, motion, shares),
         effort_difference=float(apart.max()),
         effort_mismatch=float((apart / np.maximum(np.abs(effort).max(axis=0), 1e-6)).max()),

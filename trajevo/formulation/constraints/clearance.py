@@ -1,10 +1,9 @@
 """Clearance as a constraint, proven between samples.
 
-The distance of two solids changes at most as fast as their points move, and a joint moves a point at most its speed
-times a reach that holds in every configuration (:meth:`trajevo.formulation.constraints.collision.Collision.reach`).
-Over an interval Δt with distances d₀, d₁ at its ends the distance therefore stays above
-(d₀ + d₁ - Σ reach ∫|v| dt)/2. Intervals whose bound is too low are halved until the bound is high enough or within a
-tolerance of the distance.
+The distance of two solids changes at most as fast as their points move. Over an interval with distances d₀, d₁ at its
+ends it therefore stays above (d₀ + d₁ - T)/2, if the solids move by at most T relative to each other
+(:mod:`trajevo.formulation.constraints.broad_phase.sweeps`). Intervals whose bound is too low are halved until the bound
+is high enough or within a tolerance of the distance.
 """
 
 from __future__ import annotations
@@ -41,9 +40,10 @@ NAMES = ("clearance to obstacles", "clearance to itself")
 def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> Constraint:
     """Missing clearance, divided by the clearance (0.01 m at least); at most 0 only if the clearance is proven.
 
-    For a motion that keeps the clearance at all instants checked, the distance is a proven lower bound, which may be
-    far below the true distance if there is much room. For any other motion it is the least distance found, negative in
-    a collision, so that a search can reduce the violation. The payload's geometry is not considered.
+    For a motion that keeps the clearance at all instants checked, the distance is a proven lower bound: the least of
+    those of sixteenths of segments, or of parts of these where they leave it open. For any other motion it is the least
+    distance found, negative in a collision, so that a search can reduce the violation. Both are those of all pairs,
+    whichever distances need not be computed. The payload's geometry is not considered.
 
     Args:
         robot: the robot; its actuators drive its joints directly.

@@ -14,7 +14,10 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.clearance_search import furthest, kinds_of, states_at
+from trajevo.formulation.constraints.broad_phase.bodies import Placed
+from trajevo.formulation.constraints.broad_phase.near import INTERVALS, Grid
+from trajevo.formulation.constraints.broad_phase.sweeps import Sweeps
+from trajevo.formulation.constraints.clearance_search import kinds_of
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -22,9 +25,9 @@ from trajevo.trajectory.batch import TrajectoryBatch
 #: Least divisor of a column [m], since a clearance of 0 cannot be one.
 _LEAST_SCALE = 0.01
 
-#: Intervals of every segment whose ends are sampled for the terms, and steps of each to which minima are refined.
-_INTERVALS, _FINER = 16, 256
-_SHARE = 1.0 / (_INTERVALS * _FINER)
+#: Steps of every interval of the samples to which minima are refined for the terms.
+_FINER = 256
+_SHARE = 1.0 / (INTERVALS * _FINER)
 #: Tolerances that the terms add to a clearance: one for the proof, the rest for what is missed between steps.
 _KEPT = 1.05
 
@@ -50,10 +53,59 @@ def takes_steps(trajectory: TrajectoryBatch) -> bool:
 
 def real_parts(trajectory: TrajectoryBatch) -> tuple[Array, Array]:
     """First row of every run of rows with equal real parts, (N,), and which of these runs each row is of, (B,)."""
-    q = trajectory.at_shares(np.linspace(0.0, 1.0, _INTERVALS + 1), 0).real.reshape(len(trajectory), -1)
+    q = trajectory.at_shares(np.linspace(0.0, 1.0, INTERVALS + 1), 0).real.reshape(len(trajectory), -1)
     told = np.concatenate([trajectory.breaks.real, q], axis=1)
     first = np.append(True, (told[1:] != told[:-1]).any(axis=1))[: len(told)]
     return np.flatnonzero(first), np.cumsum(first) - 1
+
+
+@final
+class SampledDistances:
+    """Distances of all pairs in N states, computed where they are needed.
+
+    Args:
+        collision: robot and scene.
+        q: positions of the joints, shape (N, n_joints) [rad or m].
+        placed: the robot's solids there.
+
+    Attributes:
+        d: distances, inf where none was computed, shape (N, n_pairs) [m].
+        lower: their lower bounds, the distances where these are known, shape (N, n_pairs) [m].
+    """
+
+    def __init__(self, collision: Collision, q: Array, placed: Placed) -> None:
+        self.collision, self.q, self.placed = collision, q, placed
+        self.lower = collision.lower_bounds.everywhere(placed.whole).T - DISTANCE_ERROR
+        self.d = np.full(self.lower.shape, np.inf)
+        self._coarse = np.ones(self.lower.shape, dtype=bool)
+
+    def find_least(self, at: Array) -> None:
+        """Compute the least distance of each pair in each group of states, (..., U), and all that are equal to it."""
+        lower = self.lower[at]
+        self.ask(at, lower == lower.min(axis=-2, keepdims=True))
+        self.ask(at, self.below(at, self.d[at].min(axis=-2, keepdims=True)))
+
+    def below(self, at: Array, most: Array) -> Array:
+        """Mask (..., n_pairs) of distances in states at, (...), that may be less than most."""
+        rough = self._mask(at, self.lower[at] < most) & self._coarse
+        state, pair = np.nonzero(rough)
+        closer = self.collision.lower_bounds.of(self.placed, state, pair) - DISTANCE_ERROR
+        self.lower[state, pair] = np.maximum(self.lower[state, pair], closer)
+        self._coarse[state, pair] = False
+        low: Array = self.lower[at] < most
+        return low
+
+    def ask(self, at: Array, chosen: Array) -> None:
+        """Compute distances in states at, (...), chosen by a mask (..., n_pairs)."""
+        state, pair = np.nonzero(self._mask(at, chosen) & np.isinf(self.d))
+        self.d[state, pair] = self.lower[state, pair] = self.collision.distances_of(self.q, state, pair)
+        self._coarse[state, pair] = False
+
+    def _mask(self, at: Array, chosen: Array) -> Array:
+        mask = np.zeros(self.d.shape, dtype=bool)
+        where = np.nonzero(chosen)
+        mask[at[where[:-1]], where[-1]] = True
+        return mask
 
 
 @final
@@ -83,29 +135,30 @@ class ClearanceTerms:
         """Least distances, (B, S, n_pairs) [m]."""
         first, which = real_parts(trajectory)
         real = trajectory.real_rows(first)
-        distances = self._at_shares(real)
+        distances, dips = self._at_shares(real)
         at = distances.argmin(axis=2)
         least = np.take_along_axis(distances, at[:, :, None], axis=2)[:, :, 0]
         step = at * _FINER
-        self._look_closer(real, distances, least, step)
+        self._look_closer(real, distances, dips, least, step)
         if not takes_steps(trajectory):
             return least[which]
         row, segment, pair = (index.ravel() for index in np.indices(step.shape))
-        q, motion, state = _states(real, row, segment, step.ravel())
+        q, state = _states(real, row, segment, step.ravel())
         order, slopes = np.argsort(state, kind="stable"), np.empty((len(row), q.shape[1]))
-        slopes[order] = self.collision.slopes_of(q, state[order], pair[order], motion=motion)
+        slopes[order] = self.collision.slopes_of(q, state[order], pair[order])
         steps, place = np.unique(step, return_inverse=True)
         moved = _at(trajectory, steps * _SHARE, 0).imag
         moved = moved[np.arange(len(which))[:, None, None], np.arange(step.shape[1])[:, None], place[which]]
         stepped: Array = least[which] + 1j * (slopes.reshape(*step.shape, -1)[which] * moved).sum(axis=3)
         return stepped
 
-    def _look_closer(self, real: TrajectoryBatch, distances: Array, least: Array, step: Array) -> None:
+    def _look_closer(
+        self, real: TrajectoryBatch, distances: Array, dips: tuple[Array, ...], least: Array, step: Array
+    ) -> None:
         """Refine the least distances in place, around local minima of the samples where a pair may come too close."""
-        wanted = wanted_clearances(self.collision.scene)[kinds_of(self.collision)] + self.tolerance
-        row, segment, at, pair = np.nonzero(_dips(distances, wanted))
+        row, segment, at, pair = dips
         items = row, segment, pair
-        centre = np.clip(at, 1, _INTERVALS - 1) * _FINER
+        centre = np.clip(at, 1, INTERVALS - 1) * _FINER
         best, d = at * _FINER, distances[row, segment, at, pair]
         apart, steps = _FINER // 4, centre[:, None] + np.arange(-4, 5) * (_FINER // 4)
         while True:
@@ -117,7 +170,7 @@ class ClearanceTerms:
             apart //= 2
             if not apart:
                 break
-            steps = np.clip(best[:, None] + np.array([-apart, apart]), 0, _INTERVALS * _FINER)
+            steps = np.clip(best[:, None] + np.array([-apart, apart]), 0, INTERVALS * _FINER)
         np.minimum.at(least, items, d)
         decides = d == least[items]
         step[tuple(index[decides] for index in items)] = best[decides]
@@ -125,36 +178,64 @@ class ClearanceTerms:
     def _distances(self, real: TrajectoryBatch, items: tuple[Array, ...], steps: Array) -> Array:
         """Distances of rows, segments and pairs (K,) at steps of the finer grid, (K, M) [m]."""
         row, segment, pair = (np.repeat(index, steps.shape[1]) for index in items)
-        q, motion, state = _states(real, row, segment, steps.ravel())
+        q, state = _states(real, row, segment, steps.ravel())
         order, d = np.argsort(state, kind="stable"), np.empty(steps.size)
-        d[order] = self.collision.distances_of(q, state[order], pair[order], motion=motion)
+        d[order] = self.collision.distances_of(q, state[order], pair[order])
         return d.reshape(steps.shape)
 
-    def _at_shares(self, real: TrajectoryBatch) -> Array:
-        """Distances at even shares of every segment, (N, S, U, n_pairs) [m]."""
-        q = _at(real, np.linspace(0.0, 1.0, _INTERVALS + 1), 0)
-        N, S, U, n = q.shape
-        # The end of a segment is the start of the next.
-        ends = np.concatenate([q[:, :, :-1].reshape(N, -1, n), q[:, -1, -1:]], axis=1)
-        found = self.collision.distances(ends.reshape(-1, n), motion=np.repeat(np.arange(N), ends.shape[1]))
-        return found.reshape(N, ends.shape[1], -1)[:, np.arange(S)[:, None] * _INTERVALS + np.arange(U)]
+    def _at_shares(self, real: TrajectoryBatch) -> tuple[Array, tuple[Array, ...]]:
+        """Distances at even shares of every segment [m], inf where they are neither needed nor the least of a segment.
+
+        Returns:
+            The distances, (N, S, U, n_pairs), and where they have minima so low that a pair may be too close between.
+        """
+        sweeps = Sweeps(self.collision, real)
+        grid = Grid(real, sweeps)
+        samples = SampledDistances(self.collision, grid.q.reshape(-1, real.n_joints), grid.placed)
+        N, S = grid.dt.shape
+        #: The end of a segment is the start of the next.
+        at = np.arange(N)[:, None, None] * grid.size + np.arange(S)[:, None] * INTERVALS + np.arange(INTERVALS + 1)
+        samples.find_least(at)
+        wanted = wanted_clearances(self.collision.scene)[kinds_of(self.collision)] + self.tolerance
+        # Between samples a distance changes by no more than its solids move.
+        travel = np.zeros((N, S, INTERVALS + 2, len(wanted)))
+        travel[:, :, 1:-1] = grid.travel[:, sweeps.column].reshape(N, S, INTERVALS, -1)
+        low = samples.below(at, wanted + np.maximum(travel[:, :, :-1], travel[:, :, 1:]))
+        beside = low.copy()
+        beside[:, :, 1:] |= low[:, :, :-1]
+        beside[:, :, :-1] |= low[:, :, 1:]
+        samples.ask(at, beside)
+        distances = samples.d[at]
+        return distances, _dips(distances, low, wanted)
 
 
-def _states(real: TrajectoryBatch, row: Array, segment: Array, step: Array) -> tuple[Array, Array, Array]:
-    """Distinct states at K steps of segments: positions (N, n_joints), trajectories (N,), state of each step (K,)."""
+def _states(real: TrajectoryBatch, row: Array, segment: Array, step: Array) -> tuple[Array, Array]:
+    """Distinct states at K steps of segments: positions (N, n_joints), and the state of each step (K,)."""
     t = real.breaks[row, segment] + step * _SHARE * real.segment_durations[row, segment]
-    (q,), own, state = states_at(real, row, t, (0,))
-    return q, own, state
+    order = np.lexsort((t, row))
+    rows, instants = row[order], t[order]
+    new = (np.diff(rows, prepend=-1) != 0) | (np.diff(instants, prepend=-1.0) != 0.0)
+    state = np.empty(len(t), dtype=np.intp)
+    state[order] = np.cumsum(new) - 1
+    return real.real_rows(rows[new]).evaluate(instants[new][:, None])[:, 0], state
 
 
-def _dips(distances: Array, wanted: Array) -> Array:
-    """Mask (N, S, U, n_pairs) of local minima so low that the pair may be too close between samples."""
-    far = np.full_like(distances[:, :, :1], np.inf)
-    before = np.concatenate([far, distances[:, :, :-1]], axis=2)
-    after = np.concatenate([distances[:, :, 1:], far], axis=2)
+def _dips(distances: Array, low: Array, wanted: Array) -> tuple[Array, ...]:
+    """Where distances (N, S, U, n_pairs) have local minima so low that the pair may be too close between samples.
+
+    Args:
+        distances: distances of samples; none of a low sample or beside it is missing.
+        low: mask of the samples that may be such minima.
+        wanted: distance that is kept, shape (n_pairs,).
+    """
+    places = np.nonzero(low)
+    row, segment, at, pair = places
+    last, d = distances.shape[2] - 1, distances[places]
+    before = np.where(at > 0, distances[row, segment, np.maximum(at - 1, 0), pair], np.inf)
+    after = np.where(at < last, distances[row, segment, np.minimum(at + 1, last), pair], np.inf)
     rise = np.maximum(np.where(np.isfinite(before), before, after), np.where(np.isfinite(after), after, before))
-    dips: Array = (distances <= before) & (distances <= after) & (2.0 * distances - rise < wanted)
-    return dips
+    dips = (d <= before) & (d <= after) & (2.0 * d - rise < wanted[pair])
+    return tuple(index[dips] for index in places)
 
 
 @final
@@ -195,13 +276,16 @@ def stepped_bounds(
     place = place.reshape(2, N, C)
     seen = _at(real, shares, 0)[motion, segment, place].reshape(2 * N * C, -1)
     alone, pairs = np.arange(len(seen)), np.tile(deciding.pair.ravel(), 2)
-    slopes = collision.slopes_of(seen, alone, pairs, motion=alone).reshape(2, N, C, -1)
+    slopes = collision.slopes_of(seen, alone, pairs).reshape(2, N, C, -1)
     q, v = (_at(trajectory, shares, order)[later, segment[which], place[:, which]] for order in (0, 1))
     d = (slopes[:, which] * q.imag).sum(axis=(0, 3))
     dt = (share[1] - share[0])[which] * trajectory.segment_durations[later, segment[which]]
-    reach = collision.reach(*trajectory.extremes(0))[later, deciding.pair[which]]
-    travel = (reach * furthest(v, trajectory.peak(2)[:, None], dt[..., None])).sum(axis=2)
-    bounds: Array = 0.5 * (d - travel.imag)
+    sweeps, count = Sweeps(collision, trajectory), d.size
+    moved = sweeps.bodies.moved(sweeps.bodies.placed(np.moveaxis(q, 0, 2).reshape(2 * count, -1)))[::2]
+    where = np.repeat(np.arange(len(trajectory)), C), segment[which].ravel()
+    travel = sweeps.travel(where, moved, v.reshape(2, count, -1), dt.ravel())
+    own = travel[np.arange(count), sweeps.column[deciding.pair[which]].ravel()]
+    bounds: Array = 0.5 * (d - own.imag.reshape(d.shape))
     return bounds
 
 

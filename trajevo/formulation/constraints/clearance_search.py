@@ -1,7 +1,9 @@
 """Least distances along motions, proven between samples by branch and bound.
 
-Over an interval Δt with distances d₀, d₁ at its ends a distance stays above (d₀ + d₁ - Σ reach ∫|v| dt)/2. Intervals
-whose bound is too low are halved until the bound is high enough or within a tolerance of the distance.
+Over an interval with distances d₀, d₁ at its ends a distance stays above (d₀ + d₁ - T)/2, with T how far both solids
+can move relative to each other. Sixteenths of segments come first; those whose bound is too low are halved until it is
+high enough or within a tolerance of the distance. Distances are computed only where lower bounds leave it open whether
+they are the least ones, so that the results are those of all pairs at all instants.
 """
 
 from __future__ import annotations
@@ -12,11 +14,10 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.formulation.constraints.broad_phase.near import Grid, KnownDistances, Near, Sieve, ask_least
+from trajevo.formulation.constraints.broad_phase.sweeps import Sweeps
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
 from trajevo.trajectory.batch import TrajectoryBatch
-
-#: Number of halvings in the search for the greatest depth of a collision; 3 give 16 intervals per segment.
-_SEARCHED = 3
 
 
 def kinds_of(collision: Collision) -> Array:
@@ -24,71 +25,76 @@ def kinds_of(collision: Collision) -> Array:
     return np.array([int(pair.itself) for pair in collision.pairs], dtype=np.intp)
 
 
-def states_at(
-    trajectory: TrajectoryBatch, row: Array, t: Array, derivatives: tuple[int, ...]
-) -> tuple[list[Array], Array, Array]:
-    """Distinct states of trajectories.
+@dataclass(frozen=True, eq=False)
+class Spans:
+    """J intervals of time.
 
-    Args:
-        trajectory: B trajectories.
-        row: index of the trajectory of each instant, shape (K,).
-        t: instants, shape (K,) [s].
-        derivatives: orders of the derivatives, 0 for positions.
-
-    Returns:
-        Each derivative in N distinct states, (N, n_joints), the trajectory of each state, (N,), and the state of each
-        instant, (K,).
+    Attributes:
+        row: index of the trajectory, (J,).
+        segment: index of its segment, (J,).
+        t: both ends, (2, J) [s].
+        q: joint positions there, (2, J, n_joints) [rad or m].
+        v: joint velocities there, within the segment, (2, J, n_joints) [rad/s or m/s]; (2, J, 0) if not needed.
+        travel: how far the solids of each column of :class:`Sweeps` can move relative to each other, (J, columns) [m].
     """
-    instants, state = np.unique(np.stack([row, t], axis=1), axis=0, return_inverse=True)
-    own = instants[:, 0].astype(np.intp)
-    column = np.arange(len(own)) - np.searchsorted(own, own)  # place among the instants of its trajectory
-    padded = np.zeros((len(trajectory), column.max(initial=0) + 1))
-    padded[own, column] = instants[:, 1]
-    return [trajectory.evaluate(padded, derivative)[own, column] for derivative in derivatives], own, state
 
+    row: Array
+    segment: Array
+    t: Array
+    q: Array
+    v: Array
+    travel: Array
 
-def furthest(v: Array, peak: Array, dt: Array) -> Array:
-    """How far joints can move in an interval: |v| is at most both |v₀| + a τ and |v₁| + a (Δt - τ).
+    def used(self, index: Array) -> tuple[Spans, Array]:
+        """Those with given indices, each once and in order, and the new indices."""
+        marked = np.zeros(len(self.row), dtype=bool)
+        marked[index] = True
+        t, q, v = (each[:, marked] for each in (self.t, self.q, self.v))
+        used = Spans(self.row[marked], self.segment[marked], t, q, v, self.travel[marked])
+        return used, (np.cumsum(marked) - 1)[index]
 
-    Args:
-        v: velocities at both ends, shape (2, ..., n_joints) [rad/s or m/s]; complex steps are kept.
-        peak: greatest |acceleration| a, shape (..., n_joints) [rad/s² or m/s²].
-        dt: length Δt of the interval, shape (..., 1) [s].
-
-    Returns:
-        Shape (..., n_joints) [rad or m].
-    """
-    speed = v * np.sign(v.real)
-    most: Array = 0.5 * speed.sum(axis=0) * dt + 0.25 * peak * dt**2
-    return most
+    def halves(self, sweeps: Sweeps, middle: tuple[Array, Array, Array]) -> Spans:
+        """Their first halves, then their second halves; the middle's instants, positions and velocities are given."""
+        t, q, v = (
+            np.stack([ends[0], inner, ends[1]]) for ends, inner in zip((self.t, self.q, self.v), middle, strict=True)
+        )
+        placed = sweeps.bodies.placed(np.swapaxes(q, 0, 1).reshape(-1, q.shape[2]))
+        between = sweeps.bodies.moved(placed)  # the third of three is from one interval to the next
+        moved = np.concatenate([between[0::3], between[1::3]])
+        t, q, v = (np.concatenate([each[:2], each[1:]], axis=1) for each in (t, q, v))
+        row, segment = np.tile(self.row, 2), np.tile(self.segment, 2)
+        return Spans(row, segment, t, q, v, sweeps.travel((row, segment), moved, v, t[1] - t[0]))
 
 
 @dataclass(frozen=True, eq=False)
 class Intervals:
-    """K time intervals, each of one pair.
+    """K intervals of time, each of one pair.
 
     Attributes:
-        row: index of the trajectory, (K,).
+        pieces: J intervals of time.
+        piece: index of the interval of time, ascending, (K,).
         pair: index of the pair, (K,).
-        t: both ends, (2, K) [s].
-        v: joint velocities at both ends, within the segment, (2, K, n_joints) [rad/s or m/s].
         d: distances at both ends, (2, K) [m].
         known: a lower bound that is already proven, (K,) [m].
         proof: both ends of the interval for which this bound was proven, (2, K) [s].
     """
 
-    row: Array
+    pieces: Spans
+    piece: Array
     pair: Array
-    t: Array
-    v: Array
     d: Array
     known: Array
     proof: Array
 
+    @property
+    def row(self) -> Array:
+        """Indices of the trajectories, (K,)."""
+        return self.pieces.row[self.piece]
+
     def chosen(self, keep: Array) -> Intervals:
         """The intervals selected by a mask, (K,)."""
-        single = {name: getattr(self, name)[keep] for name in ("row", "pair", "known")}
-        return Intervals(**single, **{name: getattr(self, name)[:, keep] for name in ("t", "v", "d", "proof")})
+        pieces, piece = self.pieces.used(self.piece[keep])
+        return Intervals(pieces, piece, self.pair[keep], self.d[:, keep], self.known[keep], self.proof[:, keep])
 
 
 @final
@@ -99,13 +105,13 @@ class Least:
         self.d, self.pair, self.t = np.full((count, 2), np.inf), np.zeros((count, 2), np.intp), np.zeros((2, count, 2))
 
     def take(self, row: Array, kind: Array, pair: Array, d: Array, t: Array) -> None:
-        """Take in distances (K,) of pairs in intervals t, (2, K)."""
-        better = d < self.d[row, kind]
-        row, kind, d = row[better], kind[better], d[better]
-        np.minimum.at(self.d, (row, kind), d)
-        least = d == self.d[row, kind]
+        """Take in distances (K,) of pairs in intervals t, (2, K); of equal ones the first."""
+        better = np.flatnonzero(d < self.d[row, kind])
+        group = 2 * row[better] + kind[better]
+        order = np.lexsort((pair[better], t[0, better], d[better], group))
+        least = better[order[np.flatnonzero(np.diff(group[order], prepend=-1))]]
         row, kind = row[least], kind[least]
-        self.pair[row, kind], self.t[:, row, kind] = pair[better][least], t[:, better][:, least]
+        self.d[row, kind], self.pair[row, kind], self.t[:, row, kind] = d[least], pair[least], t[:, least]
 
 
 @dataclass(eq=False)
@@ -127,88 +133,91 @@ class ClearanceSearch:
     to_the_end: bool = False
     sampled: Least = field(init=False)
     proven: Least = field(init=False)
-    halvings: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        trajectory = self.trajectory
-        self.reach = self.collision.reach(*trajectory.extremes(0))
-        self.peak = trajectory.peak(2)
-        self.kind = kinds_of(self.collision)
-        self.sampled, self.proven = Least(len(trajectory)), Least(len(trajectory))
+        self.kind, self.sweeps = kinds_of(self.collision), Sweeps(self.collision, self.trajectory)
+        self.grid = Grid(self.trajectory, self.sweeps)
+        self.sampled, self.proven = Least(len(self.trajectory)), Least(len(self.trajectory))
 
     def start(self) -> Intervals:
-        """Both halves of every segment."""
-        trajectory, shares = self.trajectory, np.array([0.0, 0.5, 1.0])
-        B, S, n = len(trajectory), trajectory.breaks.shape[1] - 1, trajectory.n_joints
-        q, v = (trajectory.at_shares(shares, order).reshape(B, S, 3, n) for order in (0, 1))
-        t = trajectory.breaks[:, :-1, None] + shares * trajectory.segment_durations[:, :, None]
-        ends = np.concatenate([q[:, :, :2].reshape(B, 2 * S, n), q[:, -1, 2:]], axis=1)
-        motion = np.repeat(np.arange(B), 2 * S + 1)
-        d = self.collision.distances(ends.reshape(-1, n), motion=motion).reshape(B, 2 * S + 1, -1) - DISTANCE_ERROR
-        row, step, pair = (index.ravel() for index in np.indices((B, 2 * S, d.shape[2])))
-        segment, half = step // 2, step % 2
-        ends_t = np.stack([t[row, segment, half], t[row, segment, half + 1]])
-        self._sample(row, pair, d[row, step, pair], ends_t[0])
-        self._sample(row, pair, d[row, step + 1, pair], ends_t[1])
-        return self._open(
-            Intervals(
-                row=row,
-                pair=pair,
-                t=ends_t,
-                v=np.stack([v[row, segment, half], v[row, segment, half + 1]]),
-                d=np.stack([d[row, step, pair], d[row, step + 1, pair]]),
-                known=np.full(len(row), -np.inf),
-                proof=ends_t,
-            )
-        )
+        """The even intervals of every segment that may decide and are still open; takes in samples at their ends."""
+        bounds, column, error = self.collision.lower_bounds, self.sweeps.column, 2.0 * DISTANCE_ERROR
+        sieve, P = Sieve(bounds, self.grid, self.kind, column, self._known, error), len(self.kind)
+        near = sieve.near()
+        instants = near.interval + near.interval // (self.grid.size - 1) + np.array([[0], [1]])
+        numbers, ends = np.unique(instants * P + near.pair, return_inverse=True)
+        ends = ends.reshape(instants.shape)
+        states = KnownDistances(*np.divmod(numbers, P), self._known)
+        lower = np.empty(len(numbers))
+        lower[ends] = near.lower
+        row, kind = states.instant // self.grid.size, self.kind[states.pair]
+        # A motion that keeps the clearance is judged by bounds, so that its samples need not be known.
+        most = sieve.nearest if self.to_the_end else np.minimum(sieve.nearest, self.wanted)
+        asked = ask_least(2 * row + kind, lower, most.ravel(), states.distances)
+        t = self.grid.instants(states.instant[asked])
+        self.sampled.take(row[asked], kind[asked], states.pair[asked], states.d[asked], np.stack([t, t]))
+        return self._open(self._deciding(near, ends, states, sieve.nearest.ravel()))
+
+    def _deciding(self, near: Near, ends: Array, states: KnownDistances, most: Array) -> Intervals:
+        """The intervals that may have the least bound of their motions, none of those whose samples decide."""
+        row = near.interval // (self.grid.size - 1)
+        kind, travel = self.kind[near.pair], self.grid.travel[near.interval, self.sweeps.column[near.pair]]
+        judged = np.flatnonzero((self.sampled.d >= self.wanted)[row, kind] | self.to_the_end)
+
+        def bounds(asked: Array) -> Array:
+            chosen = judged[asked]
+            d = states.distances(ends[:, chosen])
+            bound = 0.5 * (d.sum(axis=0) - travel[chosen])
+            # Halves of an interval that has to be halved are bounded by at most the distance at its ends.
+            high: Array = np.where(bound < self._enough(row[chosen], kind[chosen]), d.min(axis=0), bound)
+            return high
+
+        lower = 0.5 * (near.lower.sum(axis=0) - travel)
+        chosen = judged[ask_least((2 * row + kind)[judged], lower[judged], most, bounds)]
+        chosen = chosen[np.argsort(near.interval[chosen], kind="stable")]
+        d, unproven = states.distances(ends[:, chosen]), np.full(len(chosen), -np.inf)
+        numbers, piece = np.unique(near.interval[chosen], return_inverse=True)
+        pieces = Spans(*self.grid.ends(numbers), self.grid.travel[numbers])
+        return Intervals(pieces, piece, near.pair[chosen], d, unproven, pieces.t[:, piece])
+
+    def _known(self, instant: Array, pair: Array) -> Array:
+        """Distances at instants of the grid in ascending order, (K,) [m]."""
+        new = np.diff(instant, prepend=-1) != 0
+        q = self.grid.q.reshape(-1, self.trajectory.n_joints)[instant[new]]
+        return self.collision.distances_of(q, np.cumsum(new) - 1, pair) - DISTANCE_ERROR
 
     def halve(self, work: Intervals) -> Intervals:
         """Sample the middle of every interval and keep the halves that are still open."""
-        self.halvings += 1
-        middle = work.t.mean(axis=0)
-        d, v = self._look(work, middle)
-        self._sample(work.row, work.pair, d, middle)
+        pieces, row = work.pieces, work.row
+        middle = pieces.t.mean(axis=0)
+        own = self.trajectory.real_rows(pieces.row)
+        q = own.evaluate(middle[:, None], 0)[:, 0]
+        v = own.evaluate(middle[:, None], 1)[:, 0] if self.sweeps.need_velocities else pieces.v[0]
+        d = self.collision.distances_of(q, work.piece, work.pair) - DISTANCE_ERROR
+        self.sampled.take(row, self.kind[work.pair], work.pair, d, np.broadcast_to(middle[work.piece], (2, len(d))))
         known, proof = self._bound(work)
-        inner = {"t": middle, "v": v, "d": d}
-        left = {name: np.stack([getattr(work, name)[0], value]) for name, value in inner.items()}
-        right = {name: np.stack([value, getattr(work, name)[1]]) for name, value in inner.items()}
-        halves = {name: np.concatenate([left[name], right[name]], axis=1) for name in inner}
-        row, pair, known = (np.tile(values, 2) for values in (work.row, work.pair, known))
-        return self._open(Intervals(row=row, pair=pair, known=known, proof=np.tile(proof, 2), **halves))
-
-    def _look(self, work: Intervals, t: Array) -> tuple[Array, Array]:
-        """Distances (K,) and joint velocities (K, n_joints) at one instant of every interval."""
-        (q, v), row, state = states_at(self.trajectory, work.row, t, (0, 1))
-        order, d = np.argsort(state, kind="stable"), np.empty(len(t))
-        d[order] = self.collision.distances_of(q, state[order], work.pair[order], motion=row) - DISTANCE_ERROR
-        return d, v[state]
+        ends = np.concatenate([np.stack([work.d[0], d]), np.stack([d, work.d[1]])], axis=1)
+        halves = pieces.halves(self.sweeps, (middle, q, v))
+        piece = np.concatenate([work.piece, work.piece + len(middle)])
+        return self._open(Intervals(halves, piece, np.tile(work.pair, 2), ends, np.tile(known, 2), np.tile(proof, 2)))
 
     def _open(self, work: Intervals) -> Intervals:
         """Settle the intervals that are proven or need no further halving, and return the others."""
         kind, (bound, proof) = self.kind[work.pair], self._bound(work)
-        sampled = self.sampled.d[work.row, kind]
-        collides = sampled < self.wanted[kind]
-        near = np.where(collides, -np.inf, self.wanted[kind])
-        enough = np.maximum(sampled - self.tolerance, near) if self.to_the_end else self.wanted[kind]
-        settled = np.where(
-            collides & (not self.to_the_end),
-            (bound >= sampled) | (self.halvings >= _SEARCHED),
-            (bound >= enough) | (0.5 * self._travel(work) <= self.tolerance),
-        )
-        self.proven.take(work.row[settled], kind[settled], work.pair[settled], bound[settled], proof[:, settled])
+        row, travel = work.row, work.pieces.travel[work.piece, self.sweeps.column[work.pair]]
+        settled = (bound >= self._enough(row, kind)) | (0.5 * travel <= self.tolerance)
+        self.proven.take(row[settled], kind[settled], work.pair[settled], bound[settled], proof[:, settled])
         return work.chosen(~settled)
+
+    def _enough(self, row: Array, kind: Array) -> Array:
+        """Bounds from which on an interval needs no halving, (K,) [m]."""
+        sampled, wanted = self.sampled.d[row, kind], self.wanted[kind]
+        if self.to_the_end:
+            return np.where(sampled < wanted, sampled - self.tolerance, np.maximum(sampled - self.tolerance, wanted))
+        return np.where(sampled < wanted, -np.inf, wanted)
 
     def _bound(self, work: Intervals) -> tuple[Array, Array]:
         """Lower bounds (K,) [m] and the intervals for which they were proven, (2, K) [s]."""
-        own = 0.5 * (work.d.sum(axis=0) - self._travel(work))
+        own = 0.5 * (work.d.sum(axis=0) - work.pieces.travel[work.piece, self.sweeps.column[work.pair]])
         better = own > work.known
-        return np.where(better, own, work.known), np.where(better, work.t, work.proof)
-
-    def _travel(self, work: Intervals) -> Array:
-        """How far the two solids can move relative to each other, (K,) [m]."""
-        most = furthest(work.v, self.peak[work.row], (work.t[1] - work.t[0])[:, None])
-        travel: Array = (self.reach[work.row, work.pair] * most).sum(axis=1)
-        return travel
-
-    def _sample(self, row: Array, pair: Array, d: Array, t: Array) -> None:
-        self.sampled.take(row, self.kind[pair], pair, d, np.stack([t, t]))
+        return np.where(better, own, work.known), np.where(better, work.pieces.t[:, work.piece], work.proof)

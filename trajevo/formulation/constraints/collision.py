@@ -7,19 +7,22 @@ if the hulls keep a clearance, so does the robot. The payload has no geometry.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, final
 
+import coal
 import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.broad_phase.bodies import Bodies
+from trajevo.formulation.constraints.broad_phase.lower_bounds import LowerBounds
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.formulation.constraints.solids import (
     Witnesses,
     bounding_ball,
-    joint_frames,
     parting,
     robot_geometry,
     solid_of,
@@ -30,8 +33,8 @@ from trajevo.robot.robot import Robot
 #: Number of random configurations, and the share of them in which a pair touches to be skipped (as MoveIt's assistant).
 _DRAWN, _ALWAYS = 200, 0.95
 
-#: Tolerance of coal's distances [m], no slower than its default 1e-6. Depths keep the default: below it, coal fails.
-_TOLERANCE = 1e-10
+#: Tolerances of coal's distances and depths [m], no slower than its default 1e-6. Below these coal misses some depths.
+_TOLERANCE, _DEPTH_TOLERANCE = 1e-10, 3e-7
 
 #: Depth [m] assumed where coal does not find it and returns 1.8e308, and the greatest depth that is believed [m].
 _UNKNOWN_DEPTH, _DEEPEST = 1e-3, 1e3
@@ -61,12 +64,23 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class _Made:
-    """Geometry, the pairs in its order, those that nearly always touch, and unused buffers for distances."""
+    """What is made of a robot and a scene once.
+
+    Attributes:
+        geometry: geometry of both.
+        derived: what is kept with the robot's geometry by :func:`robot_geometry`.
+        ends: first and second solid of every pair, shape (n_pairs, 2).
+        pairs: the pairs by name.
+        skipped: pairs that nearly always touch.
+        unused: buffers that no thread uses.
+    """
 
     geometry: Any
+    derived: dict[str, Any]
+    ends: Array
     pairs: tuple[Pair, ...]
     skipped: tuple[Pair, ...]
-    unused: Any
+    unused: list[tuple[Any, Any]] = field(default_factory=list)
 
 
 @final
@@ -88,7 +102,7 @@ class Collision:
 
     robot: Robot
     scene: Scene
-    _cache: dict[str, _Made] = field(default_factory=dict, init=False, repr=False)
+    _cache: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._made()
@@ -106,87 +120,84 @@ class Collision:
         """Pairs of links that are not checked because they touch in nearly every configuration."""
         return self._made().skipped
 
-    def distances(self, q: Array, *, motion: Array | None = None) -> Array:
+    def distances(self, q: Array) -> Array:
         """Signed distances of all pairs; minus the depth where two solids overlap.
+
+        To the bit, a distance depends on the state and the pair alone.
 
         Args:
             q: joint positions, shape (N, n_joints) [rad or m].
-            motion: index of the motion of each state, from 0 on, shape (N,); a single motion if None. If the states of
-                each motion are consecutive, the last digits of its distances do not depend on other motions.
 
         Returns:
             Shape (N, n_pairs) [m].
         """
         configurations = self._configurations(q)
-        geometry, places, data, requests = self._buffers()
-        distances, last = np.empty((len(configurations), len(self.pairs))), -1
-        # One call in C++ per state: neither Pinocchio nor coal returns distances of a batch.
-        for row, configuration, number in zip(distances, configurations, _motions(motion, len(q)), strict=True):
-            if number != last:
-                data.distanceRequests, last = requests, number
-            pin.computeDistances(self.robot.model, places, geometry, data, configuration)
-            row[:] = [result.min_distance for result in data.distanceResults]
+        distances = np.empty((len(configurations), len(self.pairs)))
+        with self._buffers() as (geometry, places, data):
+            # One call in C++ per state: neither Pinocchio nor coal returns distances of a batch.
+            for row, configuration in zip(distances, configurations, strict=True):
+                pin.computeDistances(self.robot.model, places, geometry, data, configuration)
+                row[:] = [result.min_distance for result in data.distanceResults]
         return _plausible(distances)
 
-    def distances_of(self, q: Array, state: Array, pair: Array, *, motion: Array | None = None) -> Array:
-        """Signed distances of some pairs in some states, cheaper than all distances if they are few.
+    def distances_of(self, q: Array, state: Array, pair: Array) -> Array:
+        """Signed distances of some pairs in some states: the same as all distances, cheaper if they are few.
 
         Args:
             q: joint positions, shape (N, n_joints) [rad or m].
-            state: rows of ``q``, shape (K,), ascending.
+            state: rows of ``q``, shape (K,); cheapest if equal ones are next to each other.
             pair: indices of pairs, shape (K,).
-            motion: as for :meth:`distances`, shape (N,).
 
         Returns:
             Shape (K,) [m].
         """
-        results = self._results(q, state, pair, motion)
-        return _plausible(np.fromiter((result.min_distance for result, _ in results), np.float64, len(state)))
+        compute, found, last = pin.computeDistance, [], -1
+        configurations, model = self._configurations(q), self.robot.model
+        with self._buffers() as (geometry, places, data):
+            for row, watched in zip(state.tolist(), pair.tolist(), strict=True):
+                if row != last:
+                    pin.updateGeometryPlacements(model, places, geometry, data, configurations[row])
+                    last = row
+                found.append(compute(geometry, data, watched).min_distance)
+        return _plausible(np.array(found, dtype=np.float64))
 
-    def slopes_of(self, q: Array, state: Array, pair: Array, *, motion: Array | None = None) -> Array:
+    def slopes_of(self, q: Array, state: Array, pair: Array) -> Array:
         """Derivatives of signed distances with respect to the positions of the model's joints, depths included.
 
         If two solids overlap and coal does not find the depth, the distance of their centres is used instead.
 
         Args:
             q: joint positions, shape (N, n_joints) [rad or m].
-            state: rows of ``q``, shape (K,), ascending.
+            state: rows of ``q``, shape (K,); cheapest if equal ones are next to each other.
             pair: indices of pairs, shape (K,).
-            motion: as for :meth:`distances`, shape (N,).
 
         Returns:
             Shape (K, n_joints) [m/rad or 1].
         """
-        geometry, size = self._made().geometry, len(state)
-        own = [(geometry.collisionPairs[k].first, geometry.collisionPairs[k].second) for k in pair.tolist()]
-        entries = geometry.geometryObjects
-        carriers = np.array([[entries[i].parentJoint for i in ends] for ends in own], dtype=np.intp).reshape(size, 2)
-        points, normals = np.empty((size, 2, 3)), np.empty((size, 3))
-        frames = np.empty((len(q), 2, self.robot.dof, 3))
-        last_row, rows = -1, state.tolist()
-        for k, (result, places) in enumerate(self._results(q, state, pair, motion)):
-            if rows[k] != last_row:
-                last_row = rows[k]
-                frames[last_row] = joint_frames(self.robot, places)
-            points[k], normals[k] = (result.getNearestPoint1(), result.getNearestPoint2()), result.normal
-            if result.min_distance < -_DEEPEST or not abs(normals[k] @ normals[k] - 1.0) < _UNIT:
-                points[k] = [places.oMi[entries[i].parentJoint].act(bounding_ball(entries[i])[0]) for i in own[k]]
+        made = self._made()
+        entries, own = made.geometry.geometryObjects, made.ends[pair]
+        carriers = np.array([entry.parentJoint for entry in entries], dtype=np.intp)[own]
+        points, normals = np.empty((len(state), 2, 3)), np.empty((len(state), 3))
+        for k, (result, places) in enumerate(self._results(q, state, pair)):
+            points[k, 0], points[k, 1], normals[k] = result.getNearestPoint1(), result.getNearestPoint2(), result.normal
+            x, y, z = normals[k].tolist()
+            if result.min_distance < -_DEEPEST or not abs(x * x + y * y + z * z - 1.0) < _UNIT:
+                solids = (entries[i] for i in own[k].tolist())
+                points[k] = [places.oMi[solid.parentJoint].act(bounding_ball(solid)[0]) for solid in solids]
                 apart = points[k, 1] - points[k, 0]
                 normals[k] = apart / max(float(np.linalg.norm(apart)), _TOLERANCE)
-        return frozen(parting(self.robot, frames[state], Witnesses(carriers, points, normals)))
+        frames = self.bodies.joint_frames(self._configurations(q))[state]
+        return frozen(parting(self.robot, frames, Witnesses(carriers, points, normals)))
 
-    def _results(self, q: Array, state: Array, pair: Array, motion: Array | None) -> Iterator[tuple[Any, Any]]:
+    def _results(self, q: Array, state: Array, pair: Array) -> Iterator[tuple[Any, Any]]:
         """The result of coal for each pair in its state, and Pinocchio's data of that state."""
-        configurations = self._configurations(q)
-        geometry, places, data, requests = self._buffers()
-        motions, last, last_row = _motions(motion, len(q)), -1, -1
-        for row, watched in zip(state.tolist(), pair.tolist(), strict=True):  # as in distances
-            if motions[row] != last:
-                data.distanceRequests, last = requests, motions[row]
-            if row != last_row:
-                pin.updateGeometryPlacements(self.robot.model, places, geometry, data, configurations[row])
-                last_row = row
-            yield pin.computeDistance(geometry, data, watched), places
+        configurations, last_row = self._configurations(q), -1
+        with self._buffers() as (geometry, places, data):
+            for row, watched in zip(state.tolist(), pair.tolist(), strict=True):
+                if row != last_row:
+                    pin.updateGeometryPlacements(self.robot.model, places, geometry, data, configurations[row])
+                    last_row = row
+                yield pin.computeDistance(geometry, data, watched), places
 
     def reach(self, lower: Array, upper: Array) -> Array:
         """Bound of the rate of change of each pair's distance per unit of joint speed, in every configuration.
@@ -202,38 +213,89 @@ class Collision:
         Returns:
             Shape (B, n_pairs, n_joints) [m/rad or 1].
         """
-        geometry = self._made().geometry
-        single = [solid_reach(self.robot, entry, lower, upper) for entry in geometry.geometryObjects]
-        rows = []
-        for pair in geometry.collisionPairs:
-            first, second = single[pair.first], single[pair.second]
-            rows.append(np.where((first > 0.0) & (second > 0.0), 0.0, first + second))
-        return frozen(np.stack(rows, axis=1))
+        solids = self.solid_reach(lower, upper)
+        still = np.zeros((len(solids), len(self.scene.obstacles), self.robot.dof))
+        first, second = (np.concatenate([solids, still], axis=1)[:, end] for end in self.ends.T)
+        reach = np.where((first > 0.0) & (second > 0.0), 0.0, first + second)
+        return frozen(np.broadcast_to(reach, (len(lower), *reach.shape[1:])))
+
+    def solid_reach(self, lower: Array, upper: Array) -> Array:
+        """Bound of the speed of each of the robot's G solids per unit of joint speed, as :meth:`reach` for distances.
+
+        Returns:
+            Shape (B, G, n_joints) [m/rad or 1], or (1, G, n_joints) if no joint slides: it is the same for all motions.
+        """
+        robot, derived = self.robot, self._made().derived
+        if not robot.joint_axes[1].all():
+            return np.stack([solid_reach(robot, entry, lower, upper) for entry in self._own], axis=1)
+        if "reach" not in derived:
+            still = np.zeros((1, robot.dof))
+            derived["reach"] = np.stack([solid_reach(robot, entry, still, still) for entry in self._own], axis=1)
+        found: Array = derived["reach"]
+        return found
+
+    @property
+    def ends(self) -> Array:
+        """First and second solid of every pair, shape (n_pairs, 2); obstacles are numbered after the robot's solids."""
+        return self._made().ends
+
+    @property
+    def bodies(self) -> Bodies:
+        """The robot's solids in balls."""
+        derived = self._made().derived
+        if "bodies" not in derived:
+            derived["bodies"] = Bodies(self.robot, self._own)
+        found: Bodies = derived["bodies"]
+        return found
+
+    @property
+    def lower_bounds(self) -> LowerBounds:
+        """Lower bounds of the distances, for many states at once."""
+        if "bounds" not in self._cache:
+            self._cache["bounds"] = LowerBounds(self.bodies, self.scene.obstacles, self.ends)
+        found: LowerBounds = self._cache["bounds"]
+        return found
+
+    @property
+    def _own(self) -> list[Any]:
+        """The robot's geometry objects."""
+        entries = list(self._made().geometry.geometryObjects)
+        return entries[: len(entries) - len(self.scene.obstacles)]
 
     def _configurations(self, q: Array) -> Array:
         actuated = numbers(q, name="q", shape=("N", self.robot.dof))
         still = np.zeros_like(actuated)
         return self.robot.transmission.motion(actuated, still, still)[0]
 
-    def _buffers(self) -> tuple[Any, Any, Any, Any]:
-        # coal stores its last result in the requests and starts from it, which is fast along a motion. So that digits
-        # do not depend on other motions, each motion starts with a copy of unused requests.
+    @contextmanager
+    def _buffers(self) -> Iterator[tuple[Any, Any, Any]]:
+        """Geometry, and Pinocchio's data of model and geometry, which no other thread uses meanwhile."""
         made = self._made()
-        return made.geometry, self.robot.model.createData(), made.geometry.createData(), made.unused.distanceRequests
+        try:
+            places, data = made.unused.pop()
+        except IndexError:
+            places, data = self.robot.model.createData(), _distance_data(made.geometry)
+        try:
+            yield made.geometry, places, data
+        finally:
+            made.unused.append((places, data))
 
     def _made(self) -> _Made:
         if "made" not in self._cache:
             self._cache["made"] = self._make()
-        return self._cache["made"]
+        made: _Made = self._cache["made"]
+        return made
 
     def _make(self) -> _Made:
-        robot, geometry = self.robot, robot_geometry(self.robot)
+        robot, (geometry, derived) = self.robot, robot_geometry(self.robot)
         count = len(geometry.geometryObjects)
         for obstacle in self.scene.obstacles:
             placement = pin.SE3(obstacle.rotation, np.array(obstacle.position))
             # Obstacles may have the names of links, but Pinocchio needs unique names.
             entry = pin.GeometryObject(f"obstacle {obstacle.name}", 0, placement, solid_of(obstacle))
             geometry.addGeometryObject(entry)
+        for entry in geometry.geometryObjects:
+            entry.geometry.computeLocalAABB()
         own = list(geometry.geometryObjects)[:count]  # not earlier: adding objects moves the others in memory
         if not any(entry.parentJoint > 0 for entry in own):
             raise InvalidInputError(f"robot {robot.name!r}: {robot.urdf}: expected <collision> geometry, got none")
@@ -248,7 +310,7 @@ class Collision:
         names = [entry.name for entry in own] + [obstacle.name for obstacle in self.scene.obstacles]
         pairs = [Pair(names[i], names[j], j < len(own)) for i, j in kept]
         skipped = [Pair(names[i], names[j], True) for i, j in touching]
-        return _Made(geometry, tuple(pairs), tuple(skipped), _distance_data(geometry))
+        return _Made(geometry, derived, np.array(kept), tuple(pairs), tuple(skipped))
 
     def _touching(self, geometry: Any, inside: list[tuple[int, int]]) -> list[tuple[int, int]]:
         if not inside:
@@ -286,15 +348,15 @@ def _watch(geometry: Any, pairs: list[tuple[int, int]]) -> None:
 
 def _distance_data(geometry: Any) -> Any:
     """Buffers for the distances of a geometry's pairs."""
-    data = geometry.createData()
-    for request in data.distanceRequests:
-        request.gjk_tolerance, request.gjk_max_iterations = _TOLERANCE, 1000
+    request, data = coal.DistanceRequest(), geometry.createData()
+    request.gjk_tolerance, request.gjk_max_iterations = _TOLERANCE, 1000
+    request.epa_tolerance = _DEPTH_TOLERANCE
+    # Pinocchio lets coal start from what it found last, so that digits depend on what was asked before. To start from
+    # the centres of the bounding volumes takes as long, and pairs that are far apart can be left out.
+    request.gjk_initial_guess = coal.GJKInitialGuess.BoundingVolumeGuess
+    for k in range(len(geometry.collisionPairs)):
+        data.distanceRequests[k] = request
     return data
-
-
-def _motions(motion: Array | None, count: int) -> list[int]:
-    """Index of the motion of each state."""
-    return [0] * count if motion is None else motion.tolist()
 
 
 def _plausible(distances: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
@@ -18,39 +18,56 @@ from trajevo.robot.robot import Robot, held_still
 from trajevo.robot.urdf import checked_urdf
 
 
-def robot_geometry(robot: Robot) -> Any:
+@final
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A robot's geometry, what was derived from it, and time and size of the files that its meshes are from."""
+
+    geometry: Any
+    derived: dict[str, Any]
+    files: tuple[tuple[int, int] | None, ...]
+
+
+#: The geometry of robots that this process has used last: meshes are read and hulls are built once.
+_kept: OrderedDict[Any, _Kept] = OrderedDict()
+_MOST_KEPT = 8
+
+
+def robot_geometry(robot: Robot) -> tuple[Any, dict[str, Any]]:
     """Collision geometry on the joints of the robot's model, meshes as convex hulls.
 
-    Robots that differ in masses or limits only, as the same problem with another payload has, share meshes and hulls,
-    which are made once in a process while their files stay as they are.
+    Returns:
+        Pinocchio's geometry model, to which obstacles can be added, and what callers have derived from the geometry by
+        name, to which they can add: it is kept as long as the robot and its files stay the same.
     """
     text = checked_urdf(robot.urdf, robot.locked)
     locked = tuple(sorted(robot.locked.items()))
-    key = (text, str(robot.urdf), tuple(map(str, robot.packages)), locked, tuple(robot.model.names))
-    found = _MADE.pop(key, None)
-    if found is None or found[1] != _state_of_meshes(found[0]):
-        geometry = _made(robot, text)
-        found = geometry, _state_of_meshes(geometry)
-    _MADE[key] = found
-    while len(_MADE) > _MOST_MADE:
-        _MADE.pop(next(iter(_MADE)))  # the one that was not asked for longest
-    geometry = found[0].copy()
-    return geometry
+    key = robot.urdf, text, tuple(map(str, robot.packages)), locked, tuple(robot.model.names)
+    kept = _kept.get(key)
+    if kept is None or kept.files != _files(kept.geometry):
+        geometry = _read(robot, text)
+        kept = _Kept(geometry, {}, _files(geometry))
+        _kept[key] = kept
+        while len(_kept) > _MOST_KEPT:
+            _kept.popitem(last=False)
+    _kept.move_to_end(key)
+    return kept.geometry.copy(), kept.derived
 
 
-#: Geometries by what they were made of, with the state of their files, and how many of them are kept.
-_MADE: dict[tuple[Any, ...], tuple[Any, list[tuple[str, int, int]]]] = {}
-_MOST_MADE = 8
+def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
+    """Time and size of the files of meshes; None for a geometry without a file, or a file that is gone."""
+    found: list[tuple[int, int] | None] = []
+    for entry in geometry.geometryObjects:
+        try:
+            stat = Path(entry.meshPath).stat()
+        except OSError:
+            found.append(None)
+        else:
+            found.append((stat.st_mtime_ns, stat.st_size))
+    return tuple(found)
 
 
-def _state_of_meshes(geometry: Any) -> list[tuple[str, int, int]]:
-    """File, time of change [ns] and size of every mesh."""
-    files = sorted({entry.meshPath for entry in geometry.geometryObjects if Path(entry.meshPath).is_file()})
-    return [(file, os.stat(file).st_mtime_ns, os.stat(file).st_size) for file in files]
-
-
-def _made(robot: Robot, text: str) -> Any:
-    """As :func:`robot_geometry`, from a URDF's text."""
+def _read(robot: Robot, text: str) -> Any:
     whole = pin.buildModelFromXML(text)
     folders = [str(folder) for folder in robot.packages]
     try:
@@ -65,6 +82,8 @@ def _made(robot: Robot, text: str) -> Any:
     for entry in geometry.geometryObjects:
         if isinstance(entry.geometry, coal.BVHModelBase):
             entry.geometry = _hull(entry.geometry, f"{robot.urdf}: mesh of {entry.name!r}")
+        if isinstance(entry.geometry, coal.Sphere):
+            entry.geometry = _ball(entry.geometry.radius)
         carrier = entry.parentJoint
         while carrier in numbers_locked:
             carrier = whole.parents[carrier]
@@ -82,11 +101,18 @@ def _hull(mesh: Any, where: str) -> Any:
     return mesh.convex
 
 
+def _ball(radius: float) -> Any:
+    """A ball for coal, which finds wrong depths of its own balls in cylinders."""
+    return coal.Capsule(radius, 0.0)
+
+
 def bounding_ball(entry: Any) -> tuple[Array, float]:
     """Centre (3,) and radius [m] of a ball around a geometry, in the frame of its joint."""
     solid = entry.geometry
     solid.computeLocalAABB()
     centre, radius = np.array(solid.aabb_center), float(solid.aabb_radius)
+    if isinstance(solid, coal.Capsule):
+        radius = float(solid.halfLength + solid.radius)
     if isinstance(solid, coal.Convex):
         radius = float(np.linalg.norm(np.asarray(solid.points()) - centre, axis=1).max())
     moved: Array = entry.placement.act(centre)
@@ -99,7 +125,7 @@ def solid_of(obstacle: Obstacle) -> Any:
         case Box():
             return coal.Box(*obstacle.size)
         case Sphere():
-            return coal.Sphere(obstacle.radius)
+            return _ball(obstacle.radius)
         case Cylinder():
             return coal.Cylinder(obstacle.radius, obstacle.length)
     raise InvalidInputError(f"obstacle {obstacle.name!r}: expected a box, a sphere or a cylinder, got {obstacle!r}")
@@ -160,26 +186,13 @@ def solid_reach(robot: Robot, entry: Any, lower: Array, upper: Array) -> Array:
     return found
 
 
-def joint_frames(robot: Robot, places: Any) -> Array:
-    """Axis and origin of every joint in the base frame, shape (2, n_joints, 3) [1 and m].
-
-    Args:
-        robot: the robot.
-        places: Pinocchio's data after forward kinematics.
-    """
-    axes, _ = robot.joint_axes
-    frames = list(places.oMi)[1:]
-    turned = [frame.rotation @ axis for frame, axis in zip(frames, axes, strict=True)]
-    return np.array([turned, [frame.translation for frame in frames]])
-
-
 def parting(robot: Robot, frames: Array, witnesses: Witnesses) -> Array:
     """Rate at which the points of pairs move apart along their normals, per unit of joint speed.
 
     Args:
         robot: the robot.
         frames: axes and origins of its joints in the state of each pair, shape (K, 2, n_joints, 3), see
-            :func:`joint_frames`.
+            :meth:`trajevo.formulation.constraints.broad_phase.bodies.Bodies.joint_frames`.
         witnesses: nearest points of K pairs.
 
     Returns:

@@ -44,7 +44,7 @@ class Nearest:
         if not collisions:
             return None
         collision = collisions[0]
-        distances = collision.distances(given.positions, motion=np.arange(len(given.positions)))
+        distances = collision.distances(given.positions)
         wanted = wanted_clearances(collision.scene)[[int(pair.itself) for pair in collision.pairs]]
         worst = (distances - wanted).argmin(axis=1)
         return cls(

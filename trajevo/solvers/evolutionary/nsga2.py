@@ -138,7 +138,8 @@ def _columns(values: Any, size: int) -> Array:
 
 
 def _violation(G: Array, H: Array) -> Array:
-    violation: Array = np.maximum(0.0, G).sum(axis=1)
+    # In rows: numpy adds columns in another order than the entries of one row, which pymoo adds.
+    violation: Array = np.maximum(0.0, np.ascontiguousarray(G)).sum(axis=1)
     return violation + np.maximum(0.0, np.abs(H) - _EQUAL).sum(axis=1) if H.shape[1] else violation
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array, frozen, one_blas_thread
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
@@ -87,6 +88,7 @@ def solve_nnc(
         interrupted=interrupted,
         stopped_by=stopping.asked_by if interrupted else "",
         seconds=time.perf_counter() - began,
+        kernels=jit.kind(),
     )
 
 

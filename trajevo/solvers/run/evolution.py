@@ -139,6 +139,7 @@ def _front(books: Books, manifest: Manifest, **how: Any) -> Front:
         "settings": manifest.settings,
         "seed": manifest.seed,
         "versions": versions_since(manifest.versions),
+        "kernels": manifest.kernels,
     }
     return books.front(**named, **how)
 

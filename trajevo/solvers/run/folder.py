@@ -24,6 +24,7 @@ import pydantic
 
 from trajevo.base.arrays import Array
 from trajevo.base.files import SCRATCH, locked, write_whole
+from trajevo.base.jit import Kind
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, Record, Settings
@@ -53,6 +54,8 @@ class Manifest(Record):
         polish: whether the front is refined by gradients at the end.
         polish_every: number of generations after which refined members are inserted, again and again, or None.
         versions: versions of Python and of the packages with which the run was begun.
+        kernels: what computes the run from its first evaluation to its last, compiled loops or numpy; None for a run of
+            an older version.
     """
 
     format: Literal["trajevo run"] = "trajevo run"
@@ -70,6 +73,7 @@ class Manifest(Record):
     polish: bool = False
     polish_every: int | None = None
     versions: dict[str, str]
+    kernels: Kind | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from trajevo.base import jit
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.feasibility.check import check
 from trajevo.formulation.problem import TrajectoryProblem
@@ -84,7 +85,7 @@ def resume(
     to_solve = _problem(manifest.problem, problem, run)
     solver = algorithm_of(manifest.algorithm)
     seeded(solver)
-    with run.alone():
+    with run.alone(), jit.one_kind(manifest.kernels):
         if generations is not None:
             manifest = _longer(manifest, generations, run)
         _compare_versions(manifest, run)

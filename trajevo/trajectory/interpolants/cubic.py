@@ -31,7 +31,7 @@ from trajevo.trajectory.interpolants.interpolant import (
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 
-@fast
+@fast("f8[2], f8[2], f8[2] -> f8[4]", "c16[2], f8[2], f8[2] -> c16[4]")
 def _coefficients(h: Array, points: Array, ends: Array, out: Array) -> None:
     """Coefficients of splines with two virtual knots.
 
@@ -45,13 +45,17 @@ def _coefficients(h: Array, points: Array, ends: Array, out: Array) -> None:
     count, joints = intervals + 1, points.shape[1]
     known, a = np.empty((count, joints), out.dtype), np.empty((count, joints), out.dtype)
     share = np.zeros(count, out.dtype)
-    known[0], known[2 : count - 2], known[count - 1] = points[0], points[1:-1], points[-1]
-    a[0], a[count - 1] = ends[1], ends[3]
+    for j in range(joints):
+        known[0, j], known[count - 1, j] = points[0, j], points[count - 3, j]
+        a[0, j], a[count - 1, j] = ends[1, j], ends[3, j]
+        for k in range(2, count - 2):
+            known[k, j] = points[k - 1, j]
     for b in range(batch):
         step = h[b]
         first, last = step[0], step[intervals - 1]
-        known[1] = points[0] + first * ends[0] + first**2 * ends[1] / 3.0
-        known[count - 2] = points[-1] - last * ends[2] + last**2 * ends[3] / 3.0
+        for j in range(joints):
+            known[1, j] = points[0, j] + first * ends[0, j] + first**2 * ends[1, j] / 3.0
+            known[count - 2, j] = points[count - 3, j] - last * ends[2, j] + last**2 * ends[3, j] / 3.0
         share[1], share[count - 2] = first**2 / 6.0, last**2 / 6.0
         _accelerations(step, known, share, a)
         for k in range(intervals):

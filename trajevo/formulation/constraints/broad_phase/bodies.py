@@ -1,0 +1,158 @@
+"""Where many states put the balls around a robot's solids, and how far its solids move between two states.
+
+To the bit, the numbers of a state do not depend on the other states. Complex steps are kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.formulation.constraints.broad_phase.covers import Cover
+from trajevo.robot.robot import Robot
+
+
+class _Joint(NamedTuple):
+    """A joint, with the z axis of its frame along its axis.
+
+    Attributes:
+        parent: number of its parent.
+        column: its column in q.
+        turns: whether it turns, otherwise it slides.
+        start: axes of its frame at position 0 and its origin in its parent's frame, shape (4, 3).
+    """
+
+    parent: int
+    column: int
+    turns: bool
+    start: Array
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Solids in N states.
+
+    Attributes:
+        whole: centres of the ball around each solid, shape (G, 3, N) [m].
+        axes: axes of the joint that carries it, shape (G, 9, N).
+        balls: centres of all balls in blocks of states, shape (G, blocks, 3, 1 + K, BLOCK) [m].
+    """
+
+    whole: Array
+    axes: Array
+    balls: Array
+
+
+@final
+class Bodies:
+    """The G solids of a robot, each in one ball and in K balls that cover it.
+
+    Args:
+        robot: the robot.
+        solids: its geometry objects.
+
+    Attributes:
+        radii: radii of the balls, the one around each solid first, shape (G, 1 + K) [m].
+    """
+
+    def __init__(self, robot: Robot, solids: Sequence[Any]) -> None:
+        self._carriers = np.array([entry.parentJoint for entry in solids])
+        self._joints, turned = _joints(robot)
+        covers = [Cover.of(entry) for entry in solids]
+        most = max(len(cover.radii) for cover in covers)
+        # Covers of fewer balls repeat their last one.
+        wide = [np.minimum(np.arange(most), len(cover.radii) - 1) for cover in covers]
+        centres = np.stack([cover.centres[chosen] for cover, chosen in zip(covers, wide, strict=True)])
+        self._centres = centres @ turned[self._carriers]
+        self.radii = np.stack([cover.radii[chosen] for cover, chosen in zip(covers, wide, strict=True)])
+
+    def placed(self, q: Array) -> Placed:
+        """The solids in states.
+
+        Args:
+            q: positions of the model's joints, shape (N, n_joints) [rad or m].
+        """
+        frames = self._frames(_blocks(q))[self._carriers]
+        balls = np.matmul(self._centres[:, None, None], frames[:, :, :, :3])
+        balls += frames[:, :, :, 3:]
+        solids, count = len(self.radii), len(q)
+        axes = np.moveaxis(frames[:, :, :, :3], 1, 3).reshape(solids, 9, -1)[..., :count]
+        return Placed(np.swapaxes(balls[:, :, :, 0], 1, 2).reshape(solids, 3, -1)[..., :count], axes, balls)
+
+    def moved(self, placed: Placed) -> Array:
+        """How far any point of each solid is moved from one state to the next, at most, shape (N - 1, G) [m]."""
+        along = _square(np.diff(placed.whole).swapaxes(0, 1))
+        # The spectral norm of the difference of two rotations is its Frobenius norm over √2.
+        around = _square(np.diff(placed.axes).swapaxes(0, 1))
+        moved: Array = (np.sqrt(along) + np.sqrt(0.5 * around) * self.radii[:, :1]).T
+        return moved
+
+    def joint_frames(self, q: Array) -> Array:
+        """Axis and origin of every joint in the base frame, shape (N, 2, n_joints, 3) [1 and m].
+
+        Args:
+            q: positions of the model's joints, shape (N, n_joints) [rad or m].
+        """
+        frames = self._frames(_blocks(q))[1:, :, :, 2:]
+        placed: Array = np.moveaxis(frames, (1, 4, 3, 0, 2), (0, 1, 2, 3, 4)).reshape(-1, 2, len(frames), 3)
+        return placed[: len(q)]
+
+    def _frames(self, q: Array) -> Array:
+        """Axes and origins of the base and of every joint, shape (J, blocks, 3, 4, BLOCK); the last axis but one is x,
+        y, z, and the origin.
+        """
+        sines, cosines = np.sin(q), np.cos(q)[:, :, None, None]
+        crossed = np.stack([sines, -sines], axis=2)[:, :, None]
+        frames = np.zeros((1 + len(self._joints), len(q), 3, 4, BLOCK), dtype=q.dtype)
+        frames[0, :, :, :3] = np.eye(3)[:, :, None]
+        for joint, (parent, column, turns, start) in enumerate(self._joints, 1):
+            frame = frames[joint]
+            np.matmul(start, frames[parent, :, :, :3], out=frame)
+            frame[:, :, 3] += frames[parent, :, :, 3]
+            if turns:  # x' = cos q x + sin q y, y' = cos q y - sin q x
+                across = frame[:, :, :2]
+                np.add(cosines[:, column] * across, crossed[:, column] * across[:, :, ::-1], out=across)
+            else:
+                frame[:, :, 3] += q[:, column, None] * frame[:, :, 2]
+        return frames
+
+
+#: Number of states in one matrix product: the products of all states have the same shape, so that the digits of a state
+#: do not depend on the other states (see :func:`trajevo.base.arrays.row_products`).
+BLOCK = 48
+
+
+def _blocks(q: Array) -> Array:
+    """States (N, n_joints) in blocks, shape (M, n_joints, BLOCK)."""
+    count = -(-len(q) // BLOCK)
+    padded = np.zeros((count * BLOCK, q.shape[1]), dtype=q.dtype)
+    padded[: len(q)] = q
+    return np.ascontiguousarray(padded.reshape(count, BLOCK, -1).swapaxes(1, 2))
+
+
+def _square(vectors: Array) -> Array:
+    """Sums of squares over the first axis, one after the other."""
+    total: Array = vectors[0] * vectors[0]
+    for row in vectors[1:]:
+        total += row * row
+    return total
+
+
+def _joints(robot: Robot) -> tuple[list[_Joint], Array]:
+    """The joints, and the axes of their frames in the model's frames, the base first, shape (J, 3, 3)."""
+    model, (axes, turns) = robot.model, robot.joint_axes
+    found, turned = [], [np.eye(3)]
+    for joint, axis, turning in zip(range(1, model.njoints), axes, turns, strict=True):
+        # Any frame whose last axis is the joint's.
+        first = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        first /= np.linalg.norm(first)
+        turned.append(np.column_stack([first, np.cross(axis, first), axis]))
+        parent, place = int(model.parents[joint]), model.jointPlacements[joint]
+        start = turned[parent].T @ np.column_stack([place.rotation @ turned[-1], place.translation])
+        found.append(_Joint(parent, int(model.joints[joint].idx_q), bool(turning), np.ascontiguousarray(start.T)))
+    return found, np.stack(turned)
