@@ -5,6 +5,7 @@ Everything that users need is here, in :mod:`trajevo.plots` and in :mod:`trajevo
 
 from __future__ import annotations
 
+import gc
 import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -259,14 +260,25 @@ if not (_PACKAGE / "problems").is_dir() and (_PACKAGE.parent / "pyproject.toml")
     __path__.append(str(_PACKAGE.parent))
 
 
+def _imported(module: str) -> Any:
+    """A module; an import leaves no garbage behind, and takes a tenth less without a search for it."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        return importlib.import_module(module)
+    finally:
+        if collects:
+            gc.enable()
+
+
 if not TYPE_CHECKING:  # or type checkers would take every name for one of this package
 
     def __getattr__(name: str) -> Any:
         if name in _ROOMS:
-            return importlib.import_module(f"trajevo.{name}")
+            return _imported(f"trajevo.{name}")
         if name not in _HOMES:
             raise AttributeError(f"module 'trajevo' has no attribute {name!r}")
-        value = getattr(importlib.import_module(f"trajevo.{_HOMES[name]}"), name)
+        value = getattr(_imported(f"trajevo.{_HOMES[name]}"), name)
         globals()[name] = value
         return value
 
