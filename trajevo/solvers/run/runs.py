@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from trajevo.base import jit
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.feasibility.check import check
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Front
-from trajevo.front.records import ProblemRecord, installed_versions
+from trajevo.front.records import FORMULAS, ProblemRecord, installed_versions
 from trajevo.solvers.evolutionary.algorithm_state import algorithm_of
 from trajevo.solvers.evolutionary.seeded_tournaments import seeded
 from trajevo.solvers.gradient.polish import polish
@@ -24,6 +26,9 @@ _PLANNED = ("RVEA",)
 
 #: Least CPU time for polishing, if the evolution has used up all of it [s].
 _LEAST_CPU_TIME = 1e-3
+
+#: Individuals of a run that are evaluated again where other formulas computed them, and share by which they may differ.
+_COMPARED, _SAME = 8, 1e-6
 
 
 @dataclass(frozen=True)
@@ -75,8 +80,8 @@ def resume(
         The front; if the run is finished, it is made again from the evaluated individuals.
 
     Raises:
-        InvalidInputError: the folder holds no run that can be resumed, the problem is not that of the run, or
-            ``generations`` is less than planned.
+        InvalidInputError: the folder holds no run that can be resumed, the problem is not that of the run, other
+            formulas of trajevo gave its individuals other numbers, or ``generations`` is less than planned.
     """
     run = RunFolder(folder)
     manifest = run.manifest()
@@ -89,6 +94,7 @@ def resume(
         if generations is not None:
             manifest = _longer(manifest, generations, run)
         _compare_versions(manifest, run)
+        _compare_formulas(manifest, to_solve, run)
         impossible = () if run.checkpoint() is not None else check(to_solve).impossible
         if impossible:
             front = nothing_searched(to_solve, manifest, impossible)
@@ -164,6 +170,27 @@ def _longer(manifest: Manifest, generations: Any, run: RunFolder) -> Manifest:
     )
     run.replace_manifest(longer)
     return longer
+
+
+def _compare_formulas(manifest: Manifest, problem: TrajectoryProblem, run: RunFolder) -> None:
+    """Refuse to go on with numbers that formulas of another version of trajevo computed, if they differ here."""
+    name, here = FORMULAS
+    then = manifest.versions.get(name, "unknown")
+    if then == here or run.checkpoint() is None:
+        return
+    for block in run.blocks(1):
+        known = np.flatnonzero(np.isfinite(block.F).all(axis=1))[:_COMPARED]
+        if not len(known):
+            continue
+        found = problem.evaluate(block.X[known], return_values_of=["F"])
+        apart = np.abs(found - block.F[known]) > _SAME * np.abs(block.F[known]).max(axis=0, initial=0.0)
+        for row, k in np.argwhere(apart)[:1]:
+            objective, recorded = problem.objectives[k], block.F[known][row, k]
+            raise InvalidInputError(
+                f"{run.folder}: begun with formulas {then} of trajevo, here they are {here}: {objective.name} of an "
+                f"individual on record is {recorded:.6g} {objective.unit}, here {found[row, k]:.6g}; one front cannot "
+                "hold both. Its individuals can begin a new run: optimise(problem, initial=read_run(folder).X, ...)"
+            )
 
 
 def _compare_versions(manifest: Manifest, run: RunFolder) -> None:
