@@ -107,18 +107,31 @@ sys.exit(code)
 
 def main() -> None:
     """Print the table."""
-    print("CPU seconds; kernels are compiled, or read from their cache; end: of Python, with other processes")
+    print("CPU seconds; kernels: read from their cache; end: of Python, with processes that the run waits for")
+    print("empty: nothing is compiled, the run computes with numpy; full: all loops are compiled")
     print(f"{'task':26s}{''.join(f'{part:>12s}' for part in PARTS)}{'end':>7s}{'all':>8s}{'wall':>7s}  asked for")
     for task in sys.argv[1:] or TASKS:
         with tempfile.TemporaryDirectory() as folder:
             for caches, most in zip(("empty", "full"), ASKED.get(task, (None, None)), strict=True):
+                if caches == "full":
+                    compile_all(Path(folder))
                 print(f"{f'{task}, {caches}':26s}{measured(task, Path(folder), most)}", flush=True)
+
+
+def with_caches(folder: Path) -> dict[str, str]:
+    """The environment with all caches in a folder."""
+    return os.environ | {name: str(folder / "caches") for name in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")}
+
+
+def compile_all(folder: Path) -> None:
+    """What the process beside a first run does, to its end."""
+    command = [sys.executable, "-m", "trajevo.base.kernels"]
+    subprocess.run(command, env=with_caches(folder), check=True, stdout=subprocess.DEVNULL)
 
 
 def measured(task: str, folder: Path, most: float | None) -> str:
     """One line of the table: a run in a process of its own, with its caches in a folder."""
-    caches = {name: str(folder / "caches") for name in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")}
-    environment = os.environ | caches
+    environment = with_caches(folder)
     if task == "init":
         command = [sys.executable, "-m", "trajevo", "init", "task.toml"]
         if not (folder / "task.toml").exists():

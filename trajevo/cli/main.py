@@ -28,6 +28,9 @@ class _Home(NamedTuple):
     help: str
 
 
+#: New objects after which garbage is looked for, a hundred times as many as usual: a command makes hardly any cycles.
+_ALLOCATIONS = 70_000
+
 #: Commands in the order in which ``trajevo --help`` lists them.
 COMMANDS = {
     "list": _Home("robots", "list_everything", "List problems, their building blocks, formats and robots."),
@@ -187,6 +190,7 @@ def main() -> None:
     """Entry point: one sentence, and exit code 2 for bad input or 3 where a front holds no solution."""
     # No window is needed; matplotlib is imported later, if at all.
     os.environ["MPLBACKEND"] = "Agg"
+    gc.set_threshold(_ALLOCATIONS)
     atexit.register(gc.freeze)  # the end of the process frees its memory; looking for garbage first takes up to 0.7 s
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
