@@ -21,7 +21,7 @@ from trajevo.trajectory.batch import TrajectoryBatch
 _LEFT_OUT = 5e-5
 #: Share of a joint's greatest effort that the last terms may be, for peaks of efforts, and for integrals of squares
 #: where no dry friction jumps: what is left out of those is about the square of that share.
-_OF_PEAK, _OF_SQUARES = 1e-4, 3e-3
+_OF_PEAK, _OF_SQUARES = 1e-4, 6e-3
 #: Share of the last terms of efforts' polynomials, times the travel, that the polynomials leave out of the work.
 _OF_LAST_TERMS = 0.05
 

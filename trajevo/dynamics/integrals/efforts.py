@@ -158,9 +158,7 @@ def _squares(rollout: Rollout, group: Resolved, factor: Factor) -> Array:
     """∫ Σ over joints of (effort x factor)² dt over every segment, shape (P,)."""
     smooth, integrals = group.values, group.nodes.integrals
     if not rollout.robot.friction.is_dry:
-        square = np.square(smooth * factor(group.states[1]))
-        total: Array = combined(integrals.sum(axis=0), square).sum(axis=1) * group.durations
-        return total
+        return _smooth_squares(rollout, group, factor)
     weight = np.square(factor(group.states[1]))
     powers = [np.matmul(integrals, smooth * smooth * weight)]
     powers += [np.matmul(integrals, smooth * weight), np.matmul(integrals, weight)]
@@ -169,7 +167,19 @@ def _squares(rollout: Rollout, group: Resolved, factor: Factor) -> Array:
     found = powers[0] + cells.dry * (2.0 * powers[1] + cells.dry * powers[2])
     if cells.turns.any():
         found[cells.turns] = _split_squares(rollout, group, cells, factor, [power[cells.turns] for power in powers])
-    total = found.sum(axis=(1, 2))
+    total: Array = found.sum(axis=(1, 2))
+    return total
+
+
+def _smooth_squares(rollout: Rollout, group: Resolved, factor: Factor) -> Array:
+    """As :func:`_squares`, without dry friction."""
+    nodes, effort, v = group.nodes, group.values, group.states[1]
+    weights = nodes.integrals.sum(axis=0)  # at the first nodes those of Gauss and Lobatto, exact beyond the polynomials
+    if len(nodes.shares) > rollout.dynamics.samples:
+        onto, weights = nodes.for_squares
+        effort, v = np.matmul(onto, effort), np.matmul(onto, v)
+    square: Array = combined(weights, np.square(effort * factor(v))).sum(axis=1)
+    total: Array = square * group.durations
     return total
 
 

@@ -12,6 +12,8 @@ from trajevo.base.arrays import Array, frozen
 
 #: Greatest number of nodes: beyond it the polynomial through values at interlaced nodes begins to swing between them.
 MOST_NODES = 49
+#: Gauss-Legendre nodes for squares beyond the number of nodes, for the degree of what the values are multiplied by.
+_FURTHER = 6
 
 
 @cache
@@ -71,6 +73,16 @@ class Nodes:
         What a polynomial of higher degree would add is about as great as these, or less.
         """
         return frozen(self._coefficients[-2:].copy())
+
+    @cached_property
+    def for_squares(self) -> tuple[Array, Array]:
+        """Matrix (U, M) from values at the nodes to those at Gauss-Legendre nodes, and their weights (U,) of sum 1.
+
+        They are exact for squares of the polynomials, which have twice the degree that the nodes stand for, and a
+        little more.
+        """
+        places, weights = np.polynomial.legendre.leggauss(len(self.shares) + _FURTHER)
+        return self.onto(0.5 * (1.0 + places)), frozen(0.5 * weights)
 
     def onto(self, shares: Array) -> Array:
         """Matrix (U, M) from values at the nodes to the polynomial's values at other shares (U,)."""
