@@ -143,11 +143,11 @@ def _split_work(rollout: Rollout, group: Resolved, cells: _Cells, split: Array, 
     """∫ |effort x velocity| dt over the cells that are split, shape (K,), from the integral without their split."""
     cubics = _cubics(group, split)
     pieces = _pieces(rollout, cubics, cells, split, _PRODUCT[0])
-    part = pieces.spans * (_PRODUCT[1] @ (pieces.effort * pieces.v))
+    part = pieces.spans * _sum(_PRODUCT[1], pieces.effort * pieces.v)
     absolute = pieces.summed(part * np.sign(part.real))
     effort, v = cubics.at(_PRODUCT[0])
     signed = (
-        0.5 * cubics.spans * (_PRODUCT[1] @ (effort * v)) + cells.dry[split] * np.diff(group.states[0], axis=1)[split]
+        0.5 * cubics.spans * _sum(_PRODUCT[1], effort * v) + cells.dry[split] * np.diff(group.states[0], axis=1)[split]
     )
     share = np.divide(signed, absolute, out=np.zeros_like(signed), where=absolute.real > 0.0)
     found: Array = absolute + share * (work - signed)
@@ -190,16 +190,22 @@ def _split_squares(rollout: Rollout, group: Resolved, cells: _Cells, factor: Fac
     """
     cubics = _cubics(group, cells.turns)
     pieces = _pieces(rollout, cubics, cells, cells.turns, _SQUARE[0])
-    split = pieces.summed(pieces.spans * (_SQUARE[1] @ np.square(pieces.effort * factor(pieces.v))))
+    split = pieces.summed(pieces.spans * _sum(_SQUARE[1], np.square(pieces.effort * factor(pieces.v))))
     effort, v = cubics.at(_SQUARE[0])
     weight = np.square(factor(v))
-    by_cubics = [0.5 * cubics.spans * (_SQUARE[1] @ (effort**power * weight)) for power in (2, 1, 0)]
+    by_cubics = [0.5 * cubics.spans * _sum(_SQUARE[1], effort**power * weight) for power in (2, 1, 0)]
     second, first, zeroth = (exact - cubic for exact, cubic in zip(powers, by_cubics, strict=True))
     parts = _parts(rollout, cubics, cells, cells.turns)
     dry = np.zeros_like(split)
     np.add.at(dry, parts.cells, (parts.upper - parts.lower) * parts.dry)
     found: Array = split + second + dry * (2.0 * first + dry * zeroth)
     return found
+
+
+def _sum(weights: Array, values: Array) -> Array:
+    """Sum over the first axis of values (U, K) times weights (U,) or (U, K): as :func:`combined`, whatever K is."""
+    total: Array = combined(weights, values[None])[0]
+    return total
 
 
 def _cells(rollout: Rollout, group: Resolved) -> _Cells:
@@ -271,7 +277,7 @@ def _cubics(group: Resolved, chosen: Array) -> _Cubics:
     span, effort = group.durations[segment] * width, group.values[segment, :, joint]
     efforts, speeds = [], []
     for node in (cell, cell + 1):
-        efforts += [group.values[segment, node, joint], np.einsum("km,km->k", group.nodes.slopes[node], effort) * width]
+        efforts += [group.values[segment, node, joint], _sum(group.nodes.slopes[node].T, effort.T) * width]
         speeds += [v[segment, node, joint], a[segment, node, joint] * span]
     return _Cubics(polynomials.cubic(*efforts), polynomials.cubic(*speeds), span, joint)
 
