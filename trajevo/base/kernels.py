@@ -28,6 +28,7 @@ from trajevo.base.files import locked, write_whole
 #: All modules with loops that are called from Python.
 MODULES = (
     "trajevo.dynamics.rnea_loops",
+    "trajevo.formulation.constraints.broad_phase.loops",
     "trajevo.front.archive",
     "trajevo.trajectory.interpolants.cubic",
     "trajevo.trajectory.polynomial_loops",

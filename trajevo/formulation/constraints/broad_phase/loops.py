@@ -1,0 +1,222 @@
+"""Loops over the solids of a robot in many states, which numba (the optional extra ``fast``) compiles.
+
+They replace the numpy code of :mod:`trajevo.formulation.constraints.broad_phase.bodies` and
+:mod:`trajevo.formulation.constraints.broad_phase.lower_bounds` for real numbers; results agree up to rounding. States
+are handled in blocks of :data:`WIDE`: every component is a row with its values in all states of the block, and loops
+over a row are vectorised by the compiler.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.base.jit import fast
+
+#: Number of states of a block.
+WIDE = 16
+
+#: Kinds of obstacles.
+BOX, CYLINDER, SPHERE = range(3)
+
+#: Taken off every bound [m], far above rounding.
+SLACK = 1e-9
+
+
+@fast("f8[2], f8[2], f8[2], i8[1], i8[1], b1[1], f8[3] -> f8[3]")
+def frames(
+    q: Array, sine: Array, cosine: Array, parents: Array, columns: Array, turns: Array, starts: Array, out: Array
+) -> None:
+    """Axes and origins of the base and of every joint.
+
+    Args:
+        q: positions, shape (N, n) [rad or m].
+        sine: their sines, the same shape.
+        cosine: their cosines, the same shape.
+        parents: number of every joint's parent from 1, or 0 for the base, shape (J,).
+        columns: column of every joint in ``q``, shape (J,).
+        turns: which joints turn about the z axis of their frame; the others slide along it, shape (J,).
+        starts: x, y and z axis of every joint's frame at position 0 and its origin in its parent's, shape (J, 4, 3).
+        out: output, shape (blocks, 1 + J, 12 WIDE): all of x, y, z axis and origin, component by component.
+    """
+    s, c, slide = np.zeros(WIDE), np.ones(WIDE), np.zeros(WIDE)
+    for block in range(len(out)):
+        count = min(WIDE, len(q) - block * WIDE)
+        base = out[block, 0]
+        for row in range(12):
+            value = 1.0 if row in (0, 4, 8) else 0.0
+            for i in range(WIDE):
+                base[row * WIDE + i] = value
+        for joint in range(len(parents)):
+            column = columns[joint]
+            for i in range(count):
+                state = block * WIDE + i
+                if turns[joint]:
+                    s[i], c[i], slide[i] = sine[state, column], cosine[state, column], 0.0
+                else:
+                    s[i], c[i], slide[i] = 0.0, 1.0, q[state, column]
+            _joint_frame(out[block, parents[joint]], starts[joint], s, c, slide, out[block, joint + 1])
+
+
+@fast
+def _joint_frame(parent: Array, start: Array, s: Array, c: Array, slide: Array, own: Array) -> None:
+    """Axes and origin of a joint in all states of a block."""
+    for k in range(3):
+        for i in range(WIDE):
+            a, b = parent[k * WIDE + i], parent[(3 + k) * WIDE + i]
+            d, e = parent[(6 + k) * WIDE + i], parent[(9 + k) * WIDE + i]
+            x = a * start[0, 0] + b * start[0, 1] + d * start[0, 2]
+            y = a * start[1, 0] + b * start[1, 1] + d * start[1, 2]
+            z = a * start[2, 0] + b * start[2, 1] + d * start[2, 2]
+            own[k * WIDE + i] = c[i] * x + s[i] * y
+            own[(3 + k) * WIDE + i] = c[i] * y - s[i] * x
+            own[(6 + k) * WIDE + i] = z
+            own[(9 + k) * WIDE + i] = e + (a * start[3, 0] + b * start[3, 1] + d * start[3, 2]) + slide[i] * z
+
+
+@fast("f8[3], i8[1], f8[2] -> f8[3]")
+def centres(placed: Array, carriers: Array, points: Array, out: Array) -> None:
+    """Where points of solids are.
+
+    Args:
+        placed: axes and origins of joints, shape (blocks, 1 + J, 12 WIDE).
+        carriers: number of the joint that carries each solid, shape (G,).
+        points: a point of each solid in the frame of its joint, shape (G, 3) [m].
+        out: output, shape (G, 3, blocks WIDE) [m].
+    """
+    for block in range(len(placed)):
+        for solid in range(len(carriers)):
+            own, (x, y, z) = placed[block, carriers[solid]], points[solid]
+            for k in range(3):
+                row = out[solid, k, block * WIDE : (block + 1) * WIDE]
+                for i in range(WIDE):
+                    value = own[k * WIDE + i] * x + own[(3 + k) * WIDE + i] * y + own[(6 + k) * WIDE + i] * z
+                    row[i] = value + own[(9 + k) * WIDE + i]
+
+
+@fast("f8[3], f8[3], i8[1], f8[1] -> f8[2]")
+def moved(placed: Array, whole: Array, carriers: Array, radii: Array, out: Array) -> None:
+    """How far any point of each solid is moved from one state to the next, at most.
+
+    Args:
+        placed: axes and origins of joints, shape (blocks, 1 + J, 12 WIDE).
+        whole: centres of the ball around each solid, shape (G, 3, blocks WIDE) [m].
+        carriers: number of the joint that carries each solid, shape (G,).
+        radii: radii of these balls, shape (G,) [m].
+        out: output, shape (N - 1, G) [m].
+    """
+    around = np.empty(WIDE)
+    for block in range(len(placed)):
+        begin = block * WIDE
+        count = min(WIDE, len(out) - begin)
+        for solid in range(len(carriers)):
+            own, x, y, z = placed[block, carriers[solid]], whole[solid, 0], whole[solid, 1], whole[solid, 2]
+            for i in range(WIDE - 1):
+                around[i] = 0.0
+            for row in range(9):
+                for i in range(WIDE - 1):
+                    turned = own[row * WIDE + i + 1] - own[row * WIDE + i]
+                    around[i] += turned * turned
+            if count == WIDE:  # to the next block's first state
+                other, around[WIDE - 1] = placed[block + 1, carriers[solid]], 0.0
+                for row in range(9):
+                    turned = other[row * WIDE] - own[row * WIDE + WIDE - 1]
+                    around[WIDE - 1] += turned * turned
+            for i in range(count):
+                at = begin + i
+                dx, dy, dz = x[at + 1] - x[at], y[at + 1] - y[at], z[at + 1] - z[at]
+                # The spectral norm of the difference of two rotations is its Frobenius norm over √2.
+                turned = math.sqrt(0.5 * around[i]) * radii[solid]
+                out[at, solid] = math.sqrt(dx * dx + dy * dy + dz * dz) + turned
+
+
+@fast("f8[3], i8[1], f8[3], f8[2], i8[2], i8[1], f8[2], i8[1], i8[1] -> f8[1]")
+def bounds(
+    placed: Array,
+    carriers: Array,
+    balls: Array,
+    radii: Array,
+    ends: Array,
+    kinds: Array,
+    numbers: Array,
+    state: Array,
+    pair: Array,
+    out: Array,
+) -> None:
+    """Lower bounds of the distances of some pairs in some states.
+
+    Args:
+        placed: axes and origins of joints, shape (blocks, 1 + J, 12 WIDE).
+        carriers: number of the joint that carries each solid, shape (G,).
+        balls: centres of the ball around each solid and of those that cover it, in its joint's frame, shape
+            (G, 1 + K, 3) [m].
+        radii: their radii, shape (G, 1 + K) [m].
+        ends: first and second solid of every pair, obstacles from G on, shape (n_pairs, 2).
+        kinds: kinds of obstacles, shape (O,).
+        numbers: what tells where they are, shape (O, 15).
+        state: indices of states, shape (M,).
+        pair: indices of pairs, shape (M,).
+        out: output, shape (M,) [m].
+    """
+    solids, count = radii.shape
+    one, other = np.empty((count, 3)), np.empty((count, 3))
+    for k in range(len(pair)):
+        first, second = ends[pair[k]]
+        block, i = state[k] // WIDE, state[k] % WIDE
+        _balls_of(placed[block, carriers[first]], i, balls[first], one)
+        whole, parts = np.inf, np.inf
+        if second >= solids:
+            obstacle = second - solids
+            for ball in range(count):
+                x, y, z = one[ball]
+                apart = _distance(kinds[obstacle], numbers[obstacle], x, y, z) - radii[first, ball]
+                if ball == 0:
+                    whole = apart
+                else:
+                    parts = min(parts, apart)
+        else:
+            _balls_of(placed[block, carriers[second]], i, balls[second], other)
+            whole = _length(one[0], other[0]) - radii[first, 0] - radii[second, 0]
+            for ball in range(1, count):
+                for beside in range(1, count):
+                    apart = _length(one[ball], other[beside]) - radii[first, ball] - radii[second, beside]
+                    parts = min(parts, apart)
+        # A solid that overlaps may be deeper than each of its parts, but not than the ball around it.
+        out[k] = (max(whole, parts) if parts > 0.0 else whole) - SLACK
+
+
+@fast
+def _balls_of(frame: Array, i: int, balls: Array, out: Array) -> None:
+    """Centres of the balls of a solid in one state of a block."""
+    for ball in range(len(balls)):
+        x, y, z = balls[ball]
+        for k in range(3):
+            value = frame[k * WIDE + i] * x + frame[(3 + k) * WIDE + i] * y + frame[(6 + k) * WIDE + i] * z
+            out[ball, k] = value + frame[(9 + k) * WIDE + i]
+
+
+@fast
+def _length(one: Array, other: Array) -> float:
+    """Distance of two points."""
+    x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@fast
+def _distance(kind: int, numbers: Array, px: float, py: float, pz: float) -> float:
+    """Signed distance of a point to an obstacle, negative inside [m]."""
+    x = numbers[0] * px + numbers[3] * py + numbers[6] * pz + numbers[9]
+    y = numbers[1] * px + numbers[4] * py + numbers[7] * pz + numbers[10]
+    z = numbers[2] * px + numbers[5] * py + numbers[8] * pz + numbers[11]
+    a, b, c = numbers[12], numbers[13], numbers[14]
+    if kind == SPHERE:
+        return math.sqrt(x * x + y * y + z * z) - a
+    if kind == CYLINDER:
+        first, second, third = math.sqrt(x * x + y * y) - a, abs(z) - b, -np.inf
+    else:
+        first, second, third = abs(x) - a, abs(y) - b, abs(z) - c
+    inside = min(max(first, max(second, third)), 0.0)
+    first, second, third = max(first, 0.0), max(second, 0.0), max(third, 0.0)
+    return math.sqrt(first * first + second * second + third * third) + inside
