@@ -16,7 +16,7 @@ from trajevo.base.arrays import Array
 from trajevo.base.jit import fast
 
 #: Number of states of a block.
-WIDE = 16
+WIDE = 64
 
 #: Kinds of obstacles.
 BOX, CYLINDER, SPHERE = range(3)
@@ -161,27 +161,22 @@ def bounds(
         out: output, shape (M,) [m].
     """
     solids, count = radii.shape
-    one, other = np.empty((count, 3)), np.empty((count, 3))
+    one, other = np.empty((3, count)), np.empty((3, count))
     for k in range(len(pair)):
-        first, second = ends[pair[k]]
+        first, second = ends[pair[k], 0], ends[pair[k], 1]
         block, i = state[k] // WIDE, state[k] % WIDE
         _balls_of(placed[block, carriers[first]], i, balls[first], one)
-        whole, parts = np.inf, np.inf
         if second >= solids:
-            obstacle = second - solids
-            for ball in range(count):
-                x, y, z = one[ball]
-                apart = _distance(kinds[obstacle], numbers[obstacle], x, y, z) - radii[first, ball]
-                if ball == 0:
-                    whole = apart
-                else:
-                    parts = min(parts, apart)
+            kind, where = kinds[second - solids], numbers[second - solids]
+            whole, parts = _distance(kind, where, one, 0) - radii[first, 0], np.inf
+            for ball in range(1, count):
+                parts = min(parts, _distance(kind, where, one, ball) - radii[first, ball])
         else:
             _balls_of(placed[block, carriers[second]], i, balls[second], other)
-            whole = _length(one[0], other[0]) - radii[first, 0] - radii[second, 0]
+            whole, parts = _length(one, 0, other, 0) - radii[first, 0] - radii[second, 0], np.inf
             for ball in range(1, count):
                 for beside in range(1, count):
-                    apart = _length(one[ball], other[beside]) - radii[first, ball] - radii[second, beside]
+                    apart = _length(one, ball, other, beside) - radii[first, ball] - radii[second, beside]
                     parts = min(parts, apart)
         # A solid that overlaps may be deeper than each of its parts, but not than the ball around it.
         out[k] = (max(whole, parts) if parts > 0.0 else whole) - SLACK
@@ -189,24 +184,25 @@ def bounds(
 
 @fast
 def _balls_of(frame: Array, i: int, balls: Array, out: Array) -> None:
-    """Centres of the balls of a solid in one state of a block."""
-    for ball in range(len(balls)):
-        x, y, z = balls[ball]
-        for k in range(3):
-            value = frame[k * WIDE + i] * x + frame[(3 + k) * WIDE + i] * y + frame[(6 + k) * WIDE + i] * z
-            out[ball, k] = value + frame[(9 + k) * WIDE + i]
+    """Centres of the balls of a solid in one state of a block, shape (3, balls)."""
+    for k in range(3):
+        a, b = frame[k * WIDE + i], frame[(3 + k) * WIDE + i]
+        c, d = frame[(6 + k) * WIDE + i], frame[(9 + k) * WIDE + i]
+        for ball in range(len(balls)):
+            out[k, ball] = a * balls[ball, 0] + b * balls[ball, 1] + c * balls[ball, 2] + d
 
 
 @fast
-def _length(one: Array, other: Array) -> float:
-    """Distance of two points."""
-    x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
+def _length(one: Array, first: int, other: Array, second: int) -> float:
+    """Distance of two of points (3, ...)."""
+    x, y, z = one[0, first] - other[0, second], one[1, first] - other[1, second], one[2, first] - other[2, second]
     return math.sqrt(x * x + y * y + z * z)
 
 
 @fast
-def _distance(kind: int, numbers: Array, px: float, py: float, pz: float) -> float:
-    """Signed distance of a point to an obstacle, negative inside [m]."""
+def _distance(kind: int, numbers: Array, points: Array, place: int) -> float:
+    """Signed distance of one of points (3, ...) to an obstacle, negative inside [m]."""
+    px, py, pz = points[0, place], points[1, place], points[2, place]
     x = numbers[0] * px + numbers[3] * py + numbers[6] * pz + numbers[9]
     y = numbers[1] * px + numbers[4] * py + numbers[7] * pz + numbers[10]
     z = numbers[2] * px + numbers[5] * py + numbers[8] * pz + numbers[11]
