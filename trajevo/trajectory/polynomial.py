@@ -104,8 +104,8 @@ class PolynomialBatch(TrajectoryBatch):
         """Values at instants; any derivative."""
         instants, order = self._instants(t), checked_order(derivative)
         segment = (instants.real[:, :, None] >= self.breaks.real[:, None, 1:-1]).sum(axis=2)
-        start = np.take_along_axis(self.breaks, segment, axis=1)
-        chosen = np.take_along_axis(self.coefficients, segment[:, :, None, None], axis=1)
+        row = np.arange(len(segment))[:, None]
+        start, chosen = self.breaks[row, segment], self.coefficients[row, segment]
         local = polynomials.derivative(np.moveaxis(chosen, -1, 0), order)
         return frozen(polynomials.values(local, (instants - start)[:, :, None]))
 

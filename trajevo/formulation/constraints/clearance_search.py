@@ -107,6 +107,8 @@ class Least:
     def take(self, row: Array, kind: Array, pair: Array, d: Array, t: Array) -> None:
         """Take in distances (K,) of pairs in intervals t, (2, K); of equal ones the first."""
         better = np.flatnonzero(d < self.d[row, kind])
+        if not len(better):
+            return
         group = 2 * row[better] + kind[better]
         order = np.lexsort((pair[better], t[0, better], d[better], group))
         least = better[order[np.flatnonzero(np.diff(group[order], prepend=-1))]]

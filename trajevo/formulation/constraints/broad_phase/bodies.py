@@ -126,7 +126,7 @@ class Bodies:
         blocks, solids = -(-len(q) // loops.WIDE), len(self.radii)
         frames = np.empty((blocks, 1 + len(self._joints), 12 * loops.WIDE))
         whole = np.empty((solids, 3, blocks * loops.WIDE))
-        loops.frames(q, np.sin(q), np.cos(q), *self._tree, frames)
+        loops.frames(q, *self._tree, frames)
         loops.centres(frames, self.carriers, self.centres[:, 0], whole)
         return PlacedByLoops(len(q), frames, self.carriers, whole)
 

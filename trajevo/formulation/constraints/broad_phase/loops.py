@@ -18,6 +18,13 @@ from trajevo.base.jit import fast
 #: Number of states of a block.
 WIDE = 64
 
+#: Multiples of π/2 are subtracted as a sum of three parts; multiples of the first two up to 2²⁰ are exact.
+_PER_QUARTER = 2.0 / np.pi
+_FIRST, _SECOND, _THIRD = 1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21
+
+#: Greatest angle for the polynomials [rad]; beyond it the functions of the math library are used.
+_GREATEST_ANGLE = 1e5
+
 #: Kinds of obstacles.
 BOX, CYLINDER, SPHERE = range(3)
 
@@ -25,23 +32,19 @@ BOX, CYLINDER, SPHERE = range(3)
 SLACK = 1e-9
 
 
-@fast("f8[2], f8[2], f8[2], i8[1], i8[1], b1[1], f8[3] -> f8[3]")
-def frames(
-    q: Array, sine: Array, cosine: Array, parents: Array, columns: Array, turns: Array, starts: Array, out: Array
-) -> None:
+@fast("f8[2], i8[1], i8[1], b1[1], f8[3] -> f8[3]")
+def frames(q: Array, parents: Array, columns: Array, turns: Array, starts: Array, out: Array) -> None:
     """Axes and origins of the base and of every joint.
 
     Args:
         q: positions, shape (N, n) [rad or m].
-        sine: their sines, the same shape.
-        cosine: their cosines, the same shape.
         parents: number of every joint's parent from 1, or 0 for the base, shape (J,).
         columns: column of every joint in ``q``, shape (J,).
         turns: which joints turn about the z axis of their frame; the others slide along it, shape (J,).
         starts: x, y and z axis of every joint's frame at position 0 and its origin in its parent's, shape (J, 4, 3).
         out: output, shape (blocks, 1 + J, 12 WIDE): all of x, y, z axis and origin, component by component.
     """
-    s, c, slide = np.zeros(WIDE), np.ones(WIDE), np.zeros(WIDE)
+    angle, slide, c, s = np.zeros(WIDE), np.zeros(WIDE), np.empty(WIDE), np.empty(WIDE)
     for block in range(len(out)):
         count = min(WIDE, len(q) - block * WIDE)
         base = out[block, 0]
@@ -52,16 +55,44 @@ def frames(
         for joint in range(len(parents)):
             column = columns[joint]
             for i in range(count):
-                state = block * WIDE + i
-                if turns[joint]:
-                    s[i], c[i], slide[i] = sine[state, column], cosine[state, column], 0.0
-                else:
-                    s[i], c[i], slide[i] = 0.0, 1.0, q[state, column]
-            _joint_frame(out[block, parents[joint]], starts[joint], s, c, slide, out[block, joint + 1])
+                position = q[block * WIDE + i, column]
+                angle[i], slide[i] = (position, 0.0) if turns[joint] else (0.0, position)
+            _cosine_and_sine(angle, c, s)
+            _joint_frame(out[block, parents[joint]], starts[joint], c, s, slide, out[block, joint + 1])
 
 
 @fast
-def _joint_frame(parent: Array, start: Array, s: Array, c: Array, slide: Array, own: Array) -> None:
+def _cosine_and_sine(angle: Array, c: Array, s: Array) -> None:
+    """Cosines and sines as in :mod:`trajevo.dynamics.rnea_loops`.
+
+    They are written again because numba does not compile a loop anew if one in another file has changed.
+    """
+    far_away = False
+    for i in range(WIDE):
+        quarters = np.floor(angle[i] * _PER_QUARTER + 0.5)
+        x = angle[i] - quarters * _FIRST - quarters * _SECOND - quarters * _THIRD
+        y = x * x
+        p = (1.58969099521155010221e-10 * y - 2.50507602534068634195e-08) * y + 2.75573137070700676789e-06
+        p = ((p * y - 1.98412698298579493134e-04) * y + 8.33333333332248946124e-03) * y - 1.66666666666666324348e-01
+        sine = x + x * y * p
+        p = (-1.13596475577881948265e-11 * y + 2.08757232129817482790e-09) * y - 2.75573143513906633035e-07
+        p = ((p * y + 2.48015872894767294178e-05) * y - 1.38888888888741095749e-03) * y + 4.16666666666666019037e-02
+        cosine = 1.0 - (0.5 * y - y * y * p)
+        quarter = quarters - 4.0 * np.floor(0.25 * quarters)
+        odd = quarter == 1.0 or quarter == 3.0
+        near, far = (sine, cosine) if odd else (cosine, sine)
+        c[i] = -near if quarter == 1.0 or quarter == 2.0 else near
+        s[i] = -far if quarter >= 2.0 else far
+    for i in range(WIDE):
+        far_away |= abs(angle[i]) > _GREATEST_ANGLE
+    if far_away:
+        for i in range(WIDE):
+            if abs(angle[i]) > _GREATEST_ANGLE:
+                c[i], s[i] = math.cos(angle[i]), math.sin(angle[i])
+
+
+@fast
+def _joint_frame(parent: Array, start: Array, c: Array, s: Array, slide: Array, own: Array) -> None:
     """Axes and origin of a joint in all states of a block."""
     for k in range(3):
         for i in range(WIDE):

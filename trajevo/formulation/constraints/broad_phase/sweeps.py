@@ -44,7 +44,8 @@ class Sweeps:
         bounds = trajectory.extremes(0)
         own, peaks = collision.solid_reach(*bounds), [trajectory.segment_peaks(order) for order in (1, 2)]
         self._bending, self._peak = _bending(collision.robot, own[:, None], *peaks), peaks[1]
-        self._reach = collision.reach(*bounds)[:, inner]
+        # Only between links, which may move together.
+        self._reach = collision.reach(*bounds)[:, inner] if len(inner) else np.empty((0, 0, collision.robot.dof))
 
     @property
     def need_velocities(self) -> bool:
