@@ -92,6 +92,7 @@ class Bodies:
         radii: radii of the balls, the one around each solid first, shape (G, 1 + K) [m].
         centres: their centres in the frame of the joint that carries the solid, shape (G, 1 + K, 3) [m].
         carriers: number of this joint, shape (G,).
+        turning: which joints turn, otherwise they slide, shape (n_joints,).
     """
 
     def __init__(self, robot: Robot, solids: Sequence[Any]) -> None:
@@ -106,6 +107,8 @@ class Bodies:
         self.radii = np.stack([cover.radii[chosen] for cover, chosen in zip(covers, wide, strict=True)])
 
         self._tree = _tree(self._joints)
+        self.turning = np.empty(robot.dof, dtype=bool)
+        self.turning[self._tree[1]] = self._tree[2]
 
     def placed(self, q: Array) -> Placed | PlacedByLoops:
         """The solids in states.

@@ -191,26 +191,124 @@ def bounds(
         pair: indices of pairs, shape (M,).
         out: output, shape (M,) [m].
     """
-    solids, count = radii.shape
-    one, other = np.empty((3, count)), np.empty((3, count))
+    one, other = np.empty((3, radii.shape[1])), np.empty((3, radii.shape[1]))
     for k in range(len(pair)):
-        first, second = ends[pair[k], 0], ends[pair[k], 1]
-        block, i = state[k] // WIDE, state[k] % WIDE
-        _balls_of(placed[block, carriers[first]], i, balls[first], one)
-        if second >= solids:
-            kind, where = kinds[second - solids], numbers[second - solids]
-            whole, parts = _distance(kind, where, one, 0) - radii[first, 0], np.inf
-            for ball in range(1, count):
-                parts = min(parts, _distance(kind, where, one, ball) - radii[first, ball])
-        else:
-            _balls_of(placed[block, carriers[second]], i, balls[second], other)
-            whole, parts = _length(one, 0, other, 0) - radii[first, 0] - radii[second, 0], np.inf
-            for ball in range(1, count):
-                for beside in range(1, count):
-                    apart = _length(one, ball, other, beside) - radii[first, ball] - radii[second, beside]
-                    parts = min(parts, apart)
-        # A solid that overlaps may be deeper than each of its parts, but not than the ball around it.
-        out[k] = (max(whole, parts) if parts > 0.0 else whole) - SLACK
+        out[k] = _bound(placed, carriers, balls, radii, ends, kinds, numbers, state[k], pair[k], one, other)
+
+
+@fast("f8[3], i8[1], f8[3], f8[2], i8[2], i8[1], f8[2], f8[2], i8[1], f8[2], f8, i8, i8, i8[2] -> i8[2], f8[2], i8[1]")
+def near(
+    placed: Array,
+    carriers: Array,
+    balls: Array,
+    radii: Array,
+    ends: Array,
+    kinds: Array,
+    numbers: Array,
+    travel: Array,
+    column: Array,
+    most: Array,
+    error: float,
+    size: int,
+    width: int,
+    begin: Array,
+    found: Array,
+    lower: Array,
+    counted: Array,
+) -> None:
+    """Intervals between neighbouring steps that may decide, from wider ones that are halved.
+
+    Args:
+        placed: as for :func:`bounds`, as the next six, in the states of a grid.
+        carriers: see there.
+        balls: see there.
+        radii: see there.
+        ends: see there.
+        kinds: see there.
+        numbers: see there.
+        travel: how far solids can move relative to each other between neighbouring steps, shape (intervals, columns)
+            [m].
+        column: column of every pair, shape (n_pairs,).
+        most: distance of each motion and pair from which on nothing decides, shape (B, n_pairs) [m].
+        error: how far a distance may be below its lower bound [m].
+        size: number of states of each motion.
+        width: number of steps of the wider intervals.
+        begin: their pairs, motions, and first steps, shape (3, K).
+        found: output, numbers of intervals and indices of pairs, shape (2, K width).
+        lower: output, lower bounds of the distance at both ends, shape (2, K width) [m].
+        counted: output, how many were found, shape (1,).
+    """
+    one, other = np.empty((3, radii.shape[1])), np.empty((3, radii.shape[1]))
+    steps, widths, low, high = np.empty(64, np.int64), np.empty(64, np.int64), np.empty(64), np.empty(64)
+    counted[0], right = 0, 0.0
+    for k in range(begin.shape[1]):
+        pair, row, first = begin[0, k], begin[1, k], begin[2, k]
+        after = k > 0 and begin[0, k - 1] == pair and begin[1, k - 1] == row and begin[2, k - 1] + width == first
+        steps[0], widths[0], left = first, width, 1
+        for side in range(2):
+            if side == 0 and after:
+                low[0] = right
+                continue
+            state = row * size + first + side * width
+            right = _bound(placed, carriers, balls, radii, ends, kinds, numbers, state, pair, one, other) - error
+            if side == 0:
+                low[0] = right
+        high[0] = right
+        while left > 0:
+            left -= 1
+            step, wide, at, to = steps[left], widths[left], low[left], high[left]
+            moved, interval = 0.0, row * (size - 1) + step
+            for i in range(wide):
+                moved += travel[interval + i, column[pair]]
+            if at + to - moved >= 2.0 * most[row, pair]:
+                continue
+            if wide == 1:
+                n = counted[0]
+                found[0, n], found[1, n], lower[0, n], lower[1, n] = interval, pair, at, to
+                counted[0] = n + 1
+                continue
+            half = wide // 2
+            state = row * size + step + half
+            middle = _bound(placed, carriers, balls, radii, ends, kinds, numbers, state, pair, one, other) - error
+            steps[left], widths[left], low[left], high[left] = step, half, at, middle
+            steps[left + 1], widths[left + 1], low[left + 1], high[left + 1] = step + half, half, middle, to
+            left += 2
+
+
+@fast
+def _bound(
+    placed: Array,
+    carriers: Array,
+    balls: Array,
+    radii: Array,
+    ends: Array,
+    kinds: Array,
+    numbers: Array,
+    state: int,
+    pair: int,
+    one: Array,
+    other: Array,
+) -> float:
+    """Lower bound of the distance of a pair in a state [m]; the last two are room for the balls of both solids."""
+    solids, count = radii.shape
+    first, second = ends[pair, 0], ends[pair, 1]
+    block, i = state // WIDE, state % WIDE
+    _balls_of(placed[block, carriers[first]], i, balls[first], one)
+    parts = np.inf
+    if second >= solids:
+        kind, where = kinds[second - solids], numbers[second - solids]
+        whole = _distance(kind, where, one, 0) - radii[first, 0]
+        for ball in range(1, count):
+            parts = min(parts, _distance(kind, where, one, ball) - radii[first, ball])
+    else:
+        _balls_of(placed[block, carriers[second]], i, balls[second], other)
+        whole = _length(one, 0, other, 0) - radii[first, 0] - radii[second, 0]
+        for ball in range(1, count):
+            for beside in range(1, count):
+                apart = _length(one, ball, other, beside) - radii[first, ball] - radii[second, beside]
+                parts = min(parts, apart)
+    # A solid that overlaps may be deeper than each of its parts, but not than the ball around it.
+    return (max(whole, parts) if parts > 0.0 else whole) - SLACK
 
 
 @fast

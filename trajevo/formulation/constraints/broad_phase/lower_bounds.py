@@ -25,6 +25,9 @@ class LowerBounds:
         bodies: the robot's G solids.
         obstacles: the obstacles of its scene.
         ends: first and second solid of every pair, shape (n_pairs, 2); obstacles are numbered from G on.
+
+    Attributes:
+        for_loops: all of this as :func:`loops.bounds` takes it.
     """
 
     def __init__(self, bodies: Bodies, obstacles: Sequence[Obstacle], ends: Array) -> None:
@@ -35,7 +38,7 @@ class LowerBounds:
         rows = np.array([_numbers(obstacle) for obstacle in obstacles]).reshape(len(obstacles), -1)
         self._numbers = rows.T
         self._kind = np.array([*kinds, -1])[self._obstacle.clip(-1)]
-        self._for_loops = bodies.carriers, bodies.centres, bodies.radii, ends, np.array(kinds, np.int64), rows
+        self.for_loops = bodies.carriers, bodies.centres, bodies.radii, ends, np.array(kinds, np.int64), rows
 
     def everywhere(self, centres: Array) -> Array:
         """Bounds by the one ball around each solid, of all pairs in all states, shape (n_pairs, N) [m].
@@ -63,7 +66,7 @@ class LowerBounds:
         """
         bounds, kind = np.empty(len(pair)), self._kind[pair]
         if isinstance(placed, PlacedByLoops):
-            loops.bounds(placed.frames, *self._for_loops, state, pair, bounds)
+            loops.bounds(placed.frames, *self.for_loops, state, pair, bounds)
             return bounds
         centres, (_, blocks, axes, balls, size) = placed.balls.ravel(), placed.balls.shape
         offsets = (np.arange(axes * balls) * size).reshape(axes, balls, 1)
