@@ -82,7 +82,10 @@ class PolynomialBatch(TrajectoryBatch):
 
     def real_rows(self, rows: Array) -> PolynomialBatch:
         """The chosen trajectories without complex steps."""
-        return PolynomialBatch(self.breaks[rows].real, self.coefficients[rows].real)
+        chosen = object.__new__(PolynomialBatch)  # rows of what has been checked
+        object.__setattr__(chosen, "breaks", frozen(self.breaks[rows].real))
+        object.__setattr__(chosen, "coefficients", frozen(self.coefficients[rows].real))
+        return chosen
 
     def slowed(self, factor: float) -> PolynomialBatch:
         """The same paths in ``factor`` times the time: coefficient k is divided by ``factor`` to the k."""
