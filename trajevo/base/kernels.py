@@ -29,7 +29,7 @@ from trajevo.base.files import locked, write_whole
 MODULES = (
     "trajevo.dynamics.rnea_loops",
     "trajevo.formulation.constraints.broad_phase.loops",
-    "trajevo.formulation.constraints.clearance_loops",
+    "trajevo.formulation.constraints.broad_phase.search_loops",
     "trajevo.front.archive",
     "trajevo.trajectory.interpolants.cubic",
     "trajevo.trajectory.polynomial_loops",

@@ -15,7 +15,7 @@ import numpy as np
 
 from trajevo.base import jit
 from trajevo.base.arrays import Array
-from trajevo.formulation.constraints import clearance_loops
+from trajevo.formulation.constraints.broad_phase import search_loops
 from trajevo.formulation.constraints.broad_phase.near import Grid, KnownDistances, Near, Sieve, ask_least
 from trajevo.formulation.constraints.broad_phase.sweeps import Sweeps
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
@@ -109,7 +109,7 @@ class Least:
     def take(self, row: Array, kind: Array, pair: Array, d: Array, t: Array) -> None:
         """Take in distances (K,) of pairs in intervals t, (2, K); of equal ones the first."""
         if jit.can_compile():
-            clearance_loops.take(row, kind, pair, d, t, self.d, self.pair, self.t)
+            search_loops.take(row, kind, pair, d, t, self.d, self.pair, self.t)
             return
         better = np.flatnonzero(d < self.d[row, kind])
         if not len(better):
@@ -229,7 +229,7 @@ class ClearanceSearch:
         if jit.can_compile():
             known, proof, settled = work.known.copy(), work.proof.copy(), np.empty(len(work.pair), bool)
             given = work.piece, work.pair, pieces.row, self.kind, work.d, self.sweeps.column, pieces.travel, pieces.t
-            clearance_loops.settle(*given, enough, self.tolerance, known, proof, settled)
+            search_loops.settle(*given, enough, self.tolerance, known, proof, settled)
             return known, proof, settled
         travel = pieces.travel[work.piece, self.sweeps.column[work.pair]]
         own = 0.5 * (work.d.sum(axis=0) - travel)

@@ -75,8 +75,9 @@ class PlacedByLoops:
     @property
     def axes(self) -> Array:
         """Axes of the joint that carries each solid, shape (G, 9, N)."""
-        rows = self.frames.reshape(*self.frames.shape[:2], 12, -1)[:, self.carriers, :9]
-        axes: Array = np.moveaxis(rows, 0, 2).reshape(len(self.carriers), 9, -1)[..., : self.count]
+        blocks, joints, _ = self.frames.shape
+        rows = self.frames.reshape(blocks, joints, 4, 3, -1)[:, self.carriers, :3]
+        axes: Array = np.moveaxis(rows, (0, 2), (3, 2)).reshape(len(self.carriers), 9, -1)[..., : self.count]
         return axes
 
 
@@ -198,9 +199,10 @@ def _square(vectors: Array) -> Array:
 
 def _tree(joints: Sequence[_Joint]) -> tuple[Array, Array, Array, Array]:
     """The joints as :func:`loops.frames` takes them."""
-    whole = (np.array([getattr(joint, name) for joint in joints], dtype=np.int64) for name in ("parent", "column"))
+    parents = np.array([joint.parent for joint in joints], dtype=np.int64)
+    columns = np.array([joint.column for joint in joints], dtype=np.int64)
     turns = np.array([joint.turns for joint in joints], dtype=bool)
-    return *whole, turns, np.stack([joint.start for joint in joints])
+    return parents, columns, turns, np.stack([joint.start for joint in joints])
 
 
 def _joints(robot: Robot) -> tuple[list[_Joint], Array]:

@@ -25,8 +25,8 @@ _FIRST, _SECOND, _THIRD = 1.57079632673412561417e00, 6.07710050630396597660e-11,
 #: Greatest angle for the polynomials [rad]; beyond it the functions of the math library are used.
 _GREATEST_ANGLE = 1e5
 
-#: Kinds of obstacles.
-BOX, CYLINDER, SPHERE = range(3)
+#: Kinds of obstacles; boxes are 0.
+CYLINDER, SPHERE = 1, 2
 
 #: Taken off every bound [m], far above rounding.
 SLACK = 1e-9
@@ -308,7 +308,8 @@ def _bound(
                 apart = _length(one, ball, other, beside) - radii[first, ball] - radii[second, beside]
                 parts = min(parts, apart)
     # A solid that overlaps may be deeper than each of its parts, but not than the ball around it.
-    return (max(whole, parts) if parts > 0.0 else whole) - SLACK
+    bound: float = (max(whole, parts) if parts > 0.0 else whole) - SLACK
+    return bound
 
 
 @fast
@@ -325,7 +326,8 @@ def _balls_of(frame: Array, i: int, balls: Array, out: Array) -> None:
 def _length(one: Array, first: int, other: Array, second: int) -> float:
     """Distance of two of points (3, ...)."""
     x, y, z = one[0, first] - other[0, second], one[1, first] - other[1, second], one[2, first] - other[2, second]
-    return math.sqrt(x * x + y * y + z * z)
+    length: float = math.sqrt(x * x + y * y + z * z)
+    return length
 
 
 @fast
@@ -336,12 +338,14 @@ def _distance(kind: int, numbers: Array, points: Array, place: int) -> float:
     y = numbers[1] * px + numbers[4] * py + numbers[7] * pz + numbers[10]
     z = numbers[2] * px + numbers[5] * py + numbers[8] * pz + numbers[11]
     a, b, c = numbers[12], numbers[13], numbers[14]
+    signed: float = math.sqrt(x * x + y * y + z * z) - a
     if kind == SPHERE:
-        return math.sqrt(x * x + y * y + z * z) - a
+        return signed
     if kind == CYLINDER:
         first, second, third = math.sqrt(x * x + y * y) - a, abs(z) - b, -np.inf
     else:
         first, second, third = abs(x) - a, abs(y) - b, abs(z) - c
     inside = min(max(first, max(second, third)), 0.0)
     first, second, third = max(first, 0.0), max(second, 0.0), max(third, 0.0)
-    return math.sqrt(first * first + second * second + third * third) + inside
+    signed = math.sqrt(first * first + second * second + third * third) + inside
+    return signed

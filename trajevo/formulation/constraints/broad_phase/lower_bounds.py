@@ -94,7 +94,7 @@ class LowerBounds:
         return bounds - loops.SLACK
 
 
-#: Kinds of obstacles, by their place in this list.
+#: Kinds of obstacles, by their place in this list, as in :mod:`trajevo.formulation.constraints.broad_phase.loops`.
 _KINDS: list[type[Obstacle]] = [Box, Cylinder, Sphere]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -161,8 +161,10 @@ class Sieve:
         pair, row, end = np.nonzero(self._close(width))
         begin, count = np.stack([pair, row, end * width]), np.zeros(1, dtype=np.int64)
         found, lower = np.empty((2, len(pair) * width), dtype=np.int64), np.empty((2, len(pair) * width))
-        given = self.grid.travel, self.column, self.nearest[:, self.kind], self.error, self.grid.size, width, begin
-        loops.near(placed.frames, *self.bounds.for_loops, *given, found, lower, count)
+        most, sizes = self.nearest[:, self.kind], (self.error, self.grid.size, width)
+        given: list[Any] = [placed.frames, *self.bounds.for_loops, self.grid.travel, self.column, most, *sizes]
+        given += [begin, found, lower, count]
+        loops.near(*given)
         interval, pair = found[:, : count[0]]
         return Near(interval, pair, lower[:, : count[0]])
 
