@@ -222,7 +222,7 @@ def main() -> int:
     import argparse
     import traceback
 
-    parser = argparse.ArgumentParser(description="compile all loops of trajevo, which takes about 15 s once")
+    parser = argparse.ArgumentParser(description="compile all loops of trajevo, which takes about 18 s once")
     parser.add_argument("--beside", action="store_true", help="at the lowest priority, unless another process does so")
     beside = parser.parse_args().beside
     if beside and hasattr(os, "nice"):
