@@ -338,14 +338,17 @@ def _distance(kind: int, numbers: Array, points: Array, place: int) -> float:
     y = numbers[1] * px + numbers[4] * py + numbers[7] * pz + numbers[10]
     z = numbers[2] * px + numbers[5] * py + numbers[8] * pz + numbers[11]
     a, b, c = numbers[12], numbers[13], numbers[14]
-    signed: float = math.sqrt(x * x + y * y + z * z) - a
+    inside = 0.0
     if kind == SPHERE:
-        return signed
-    if kind == CYLINDER:
-        first, second, third = math.sqrt(x * x + y * y) - a, abs(z) - b, -np.inf
+        first, second, third = x, y, z
+        inside = -a
+    elif kind == CYLINDER:
+        first, second, third = math.sqrt(x * x + y * y) - a, abs(z) - b, 0.0
+        inside = min(max(first, second), 0.0)
+        first, second = max(first, 0.0), max(second, 0.0)
     else:
         first, second, third = abs(x) - a, abs(y) - b, abs(z) - c
-    inside = min(max(first, max(second, third)), 0.0)
-    first, second, third = max(first, 0.0), max(second, 0.0), max(third, 0.0)
-    signed = math.sqrt(first * first + second * second + third * third) + inside
+        inside = min(max(first, max(second, third)), 0.0)
+        first, second, third = max(first, 0.0), max(second, 0.0), max(third, 0.0)
+    signed: float = math.sqrt(first * first + second * second + third * third) + inside
     return signed
