@@ -138,6 +138,20 @@ def test_loops_and_numpy_leave_out_what_never_decides(robots, name, to_the_end):
         np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("kernels", ["compiled", "numpy"])
+def test_a_robot_without_obstacles_is_checked_against_itself(robots, kernels):
+    if kernels == "compiled":
+        pytest.importorskip("numba")
+    robot, around = robots["branched"], Scene((), 0.02, 0.01)
+    with jit.one_kind(kernels):
+        given = Collision(robot, around), motions(robot, 5), np.array([0.02, 0.01]), 1e-3, True
+        some, every = (decided(kind(*given), to_the_end=True) for kind in (ClearanceSearch, Everything))
+    assert np.isinf(some[0][:, 0]).all()
+    assert np.isfinite(some[0][:, 1]).all()
+    for one, other in zip(some, every, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_loops_place_and_bound_as_numpy(robots, name):
     pytest.importorskip("numba")

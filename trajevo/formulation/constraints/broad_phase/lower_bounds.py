@@ -35,7 +35,7 @@ class LowerBounds:
         self._obstacle = second - len(bodies.radii)  # below 0 for pairs of the robot's own solids
         self._second = np.where(self._obstacle < 0, second, 0)
         kinds = [_KINDS.index(type(obstacle)) for obstacle in obstacles]
-        rows = np.array([_numbers(obstacle) for obstacle in obstacles]).reshape(len(obstacles), -1)
+        rows = np.array([_numbers(obstacle) for obstacle in obstacles]).reshape(-1, _SIZE)
         self._numbers = rows.T
         self._kind = np.array([*kinds, -1])[self._obstacle.clip(-1)]
         self.for_loops = bodies.carriers, bodies.centres, bodies.radii, ends, np.array(kinds, np.int64), rows
@@ -96,6 +96,10 @@ class LowerBounds:
 
 #: Kinds of obstacles, by their place in this list, as in :mod:`trajevo.formulation.constraints.broad_phase.loops`.
 _KINDS: list[type[Obstacle]] = [Box, Cylinder, Sphere]
+
+
+#: Number of numbers that tell where an obstacle is.
+_SIZE = 15
 
 
 def _numbers(obstacle: Obstacle) -> list[float]:
