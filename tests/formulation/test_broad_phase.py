@@ -6,6 +6,8 @@ import pytest
 
 from tests.formulation.test_clearance import BALL, LIMITS
 from trajevo import ViaPoints, load_robot
+from trajevo.base import jit
+from trajevo.formulation.constraints.broad_phase.bodies import Placed
 from trajevo.formulation.constraints.broad_phase.covers import Cover
 from trajevo.formulation.constraints.broad_phase.near import INTERVALS, Grid
 from trajevo.formulation.constraints.broad_phase.sweeps import Sweeps
@@ -119,6 +121,55 @@ def test_results_are_those_of_all_pairs_to_the_bit(robots, name, seed, to_the_en
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.parametrize("to_the_end", [False, True])
+@pytest.mark.parametrize("name", ROBOTS)
+def test_loops_and_numpy_leave_out_what_never_decides(robots, name, to_the_end):
+    """Both kinds of kernel agree with all pairs to the bit, and with each other to rounding."""
+    pytest.importorskip("numba")
+    robot, around, found = robots[name], scene(4, itself=name != "ball"), []
+    collision = Collision(robot, around)
+    for kernels in (lambda: jit.one_kind("compiled"), jit.uncompiled):
+        with kernels():
+            given = collision, motions(robot, 4, 3), np.array([around.clearance, 0.01]), 1e-3, to_the_end
+            found.append(decided(ClearanceSearch(*given), to_the_end=to_the_end))
+            for one, other in zip(found[-1], decided(Everything(*given), to_the_end=to_the_end), strict=True):
+                np.testing.assert_array_equal(one, other)
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("kernels", ["compiled", "numpy"])
+def test_a_robot_without_obstacles_is_checked_against_itself(robots, kernels):
+    if kernels == "compiled":
+        pytest.importorskip("numba")
+    robot, around = robots["branched"], Scene((), 0.02, 0.01)
+    with jit.one_kind(kernels):
+        given = Collision(robot, around), motions(robot, 5), np.array([0.02, 0.01]), 1e-3, True
+        some, every = (decided(kind(*given), to_the_end=True) for kind in (ClearanceSearch, Everything))
+    assert np.isinf(some[0][:, 0]).all()
+    assert np.isfinite(some[0][:, 1]).all()
+    for one, other in zip(some, every, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_loops_place_and_bound_as_numpy(robots, name):
+    pytest.importorskip("numba")
+    robot = robots[name]
+    collision, found = Collision(robot, scene(2, itself=name != "ball")), []
+    q = np.random.default_rng(2).uniform(-2.0, 2.0, (150, robot.dof))
+    q[0] = 1e6 * np.arange(1, robot.dof + 1) if collision.bodies.turning.all() else q[0]
+    state, pair = (index.ravel() for index in np.indices((len(q), len(collision.pairs))))
+    for kernels in (lambda: jit.one_kind("compiled"), jit.uncompiled):
+        with kernels():
+            placed = collision.bodies.placed(q)
+            bounds = collision.lower_bounds.of(placed, state, pair)
+            found.append((placed.whole, placed.axes, collision.bodies.moved(placed), bounds))
+    assert type(placed) is Placed
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-11)
+
+
 def test_many_distances_are_left_out(robots, monkeypatch):
     asked, compute = [], Collision.distances_of
     monkeypatch.setattr(Collision, "distances_of", lambda *given: asked.append(len(given[2])) or compute(*given))
@@ -195,3 +246,7 @@ def test_states_are_placed_as_by_pinocchio_whatever_the_batch(robots):
         alone = collision.bodies.placed(q[70:71])
         np.testing.assert_array_equal(alone.whole[..., 0], placed.whole[..., 70])
         np.testing.assert_array_equal(alone.axes[..., 0], placed.axes[..., 70])
+        some = collision.bodies.placed(q[50:75])
+        moved = collision.bodies.moved(placed)
+        np.testing.assert_array_equal(collision.bodies.moved(some), moved[50:74])
+        assert collision.bodies.moved(alone).shape == (0, moved.shape[1])

@@ -28,6 +28,8 @@ from trajevo.base.files import locked, write_whole
 #: All modules with loops that are called from Python.
 MODULES = (
     "trajevo.dynamics.rnea_loops",
+    "trajevo.formulation.constraints.broad_phase.loops",
+    "trajevo.formulation.constraints.broad_phase.search_loops",
     "trajevo.front.archive",
     "trajevo.trajectory.interpolants.cubic",
     "trajevo.trajectory.polynomial_loops",
@@ -220,7 +222,7 @@ def main() -> int:
     import argparse
     import traceback
 
-    parser = argparse.ArgumentParser(description="compile all loops of trajevo, which takes about 15 s once")
+    parser = argparse.ArgumentParser(description="compile all loops of trajevo, which takes about 18 s once")
     parser.add_argument("--beside", action="store_true", help="at the lowest priority, unless another process does so")
     beside = parser.parse_args().beside
     if beside and hasattr(os, "nice"):

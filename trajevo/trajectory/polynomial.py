@@ -82,7 +82,10 @@ class PolynomialBatch(TrajectoryBatch):
 
     def real_rows(self, rows: Array) -> PolynomialBatch:
         """The chosen trajectories without complex steps."""
-        return PolynomialBatch(self.breaks[rows].real, self.coefficients[rows].real)
+        chosen = object.__new__(PolynomialBatch)  # rows of what has been checked
+        object.__setattr__(chosen, "breaks", frozen(self.breaks[rows].real))
+        object.__setattr__(chosen, "coefficients", frozen(self.coefficients[rows].real))
+        return chosen
 
     def slowed(self, factor: float) -> PolynomialBatch:
         """The same paths in ``factor`` times the time: coefficient k is divided by ``factor`` to the k."""
@@ -104,8 +107,8 @@ class PolynomialBatch(TrajectoryBatch):
         """Values at instants; any derivative."""
         instants, order = self._instants(t), checked_order(derivative)
         segment = (instants.real[:, :, None] >= self.breaks.real[:, None, 1:-1]).sum(axis=2)
-        start = np.take_along_axis(self.breaks, segment, axis=1)
-        chosen = np.take_along_axis(self.coefficients, segment[:, :, None, None], axis=1)
+        row = np.arange(len(segment))[:, None]
+        start, chosen = self.breaks[row, segment], self.coefficients[row, segment]
         local = polynomials.derivative(np.moveaxis(chosen, -1, 0), order)
         return frozen(polynomials.values(local, (instants - start)[:, :, None]))
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.broad_phase.bodies import Placed
+from trajevo.formulation.constraints.broad_phase.bodies import Placed, PlacedByLoops
 from trajevo.formulation.constraints.broad_phase.near import INTERVALS, Grid
 from trajevo.formulation.constraints.broad_phase.sweeps import Sweeps
 from trajevo.formulation.constraints.clearance_search import kinds_of
@@ -73,7 +73,7 @@ class SampledDistances:
         lower: their lower bounds, the distances where these are known, shape (N, n_pairs) [m].
     """
 
-    def __init__(self, collision: Collision, q: Array, placed: Placed) -> None:
+    def __init__(self, collision: Collision, q: Array, placed: Placed | PlacedByLoops) -> None:
         self.collision, self.q, self.placed = collision, q, placed
         self.lower = collision.lower_bounds.everywhere(placed.whole).T - DISTANCE_ERROR
         self.d = np.full(self.lower.shape, np.inf)

@@ -13,7 +13,9 @@ from typing import final
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.formulation.constraints.broad_phase import search_loops
 from trajevo.formulation.constraints.broad_phase.near import Grid, KnownDistances, Near, Sieve, ask_least
 from trajevo.formulation.constraints.broad_phase.sweeps import Sweeps
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
@@ -106,7 +108,12 @@ class Least:
 
     def take(self, row: Array, kind: Array, pair: Array, d: Array, t: Array) -> None:
         """Take in distances (K,) of pairs in intervals t, (2, K); of equal ones the first."""
+        if jit.can_compile():
+            search_loops.take(row, kind, pair, d, t, self.d, self.pair, self.t)
+            return
         better = np.flatnonzero(d < self.d[row, kind])
+        if not len(better):
+            return
         group = 2 * row[better] + kind[better]
         order = np.lexsort((pair[better], t[0, better], d[better], group))
         least = better[order[np.flatnonzero(np.diff(group[order], prepend=-1))]]
@@ -162,6 +169,7 @@ class ClearanceSearch:
         """The intervals that may have the least bound of their motions, none of those whose samples decide."""
         row = near.interval // (self.grid.size - 1)
         kind, travel = self.kind[near.pair], self.grid.travel[near.interval, self.sweeps.column[near.pair]]
+        enough = self._enough()
         judged = np.flatnonzero((self.sampled.d >= self.wanted)[row, kind] | self.to_the_end)
 
         def bounds(asked: Array) -> Array:
@@ -169,7 +177,7 @@ class ClearanceSearch:
             d = states.distances(ends[:, chosen])
             bound = 0.5 * (d.sum(axis=0) - travel[chosen])
             # Halves of an interval that has to be halved are bounded by at most the distance at its ends.
-            high: Array = np.where(bound < self._enough(row[chosen], kind[chosen]), d.min(axis=0), bound)
+            high: Array = np.where(bound < enough[row[chosen], kind[chosen]], d.min(axis=0), bound)
             return high
 
         lower = 0.5 * (near.lower.sum(axis=0) - travel)
@@ -189,35 +197,43 @@ class ClearanceSearch:
     def halve(self, work: Intervals) -> Intervals:
         """Sample the middle of every interval and keep the halves that are still open."""
         pieces, row = work.pieces, work.row
-        middle = pieces.t.mean(axis=0)
+        middle = 0.5 * (pieces.t[0] + pieces.t[1])
         own = self.trajectory.real_rows(pieces.row)
         q = own.evaluate(middle[:, None], 0)[:, 0]
         v = own.evaluate(middle[:, None], 1)[:, 0] if self.sweeps.need_velocities else pieces.v[0]
         d = self.collision.distances_of(q, work.piece, work.pair) - DISTANCE_ERROR
         self.sampled.take(row, self.kind[work.pair], work.pair, d, np.broadcast_to(middle[work.piece], (2, len(d))))
-        known, proof = self._bound(work)
         ends = np.concatenate([np.stack([work.d[0], d]), np.stack([d, work.d[1]])], axis=1)
         halves = pieces.halves(self.sweeps, (middle, q, v))
         piece = np.concatenate([work.piece, work.piece + len(middle)])
-        return self._open(Intervals(halves, piece, np.tile(work.pair, 2), ends, np.tile(known, 2), np.tile(proof, 2)))
+        return self._open(
+            Intervals(halves, piece, np.tile(work.pair, 2), ends, np.tile(work.known, 2), np.tile(work.proof, 2))
+        )
 
     def _open(self, work: Intervals) -> Intervals:
         """Settle the intervals that are proven or need no further halving, and return the others."""
-        kind, (bound, proof) = self.kind[work.pair], self._bound(work)
-        row, travel = work.row, work.pieces.travel[work.piece, self.sweeps.column[work.pair]]
-        settled = (bound >= self._enough(row, kind)) | (0.5 * travel <= self.tolerance)
+        kind, row, (bound, proof, settled) = self.kind[work.pair], work.row, self._bound(work)
         self.proven.take(row[settled], kind[settled], work.pair[settled], bound[settled], proof[:, settled])
-        return work.chosen(~settled)
+        return Intervals(work.pieces, work.piece, work.pair, work.d, bound, proof).chosen(~settled)
 
-    def _enough(self, row: Array, kind: Array) -> Array:
-        """Bounds from which on an interval needs no halving, (K,) [m]."""
-        sampled, wanted = self.sampled.d[row, kind], self.wanted[kind]
+    def _enough(self) -> Array:
+        """Bounds from which on an interval needs no halving, (B, 2) [m]."""
+        sampled, wanted = self.sampled.d, self.wanted
         if self.to_the_end:
             return np.where(sampled < wanted, sampled - self.tolerance, np.maximum(sampled - self.tolerance, wanted))
         return np.where(sampled < wanted, -np.inf, wanted)
 
-    def _bound(self, work: Intervals) -> tuple[Array, Array]:
-        """Lower bounds (K,) [m] and the intervals for which they were proven, (2, K) [s]."""
-        own = 0.5 * (work.d.sum(axis=0) - work.pieces.travel[work.piece, self.sweeps.column[work.pair]])
+    def _bound(self, work: Intervals) -> tuple[Array, Array, Array]:
+        """Lower bounds (K,) [m], the intervals for which they were proven, (2, K) [s], and which need no halving."""
+        pieces, enough = work.pieces, self._enough()
+        if jit.can_compile():
+            known, proof, settled = work.known.copy(), work.proof.copy(), np.empty(len(work.pair), bool)
+            given = work.piece, work.pair, pieces.row, self.kind, work.d, self.sweeps.column, pieces.travel, pieces.t
+            search_loops.settle(*given, enough, self.tolerance, known, proof, settled)
+            return known, proof, settled
+        travel = pieces.travel[work.piece, self.sweeps.column[work.pair]]
+        own = 0.5 * (work.d.sum(axis=0) - travel)
         better = own > work.known
-        return np.where(better, own, work.known), np.where(better, work.pieces.t[:, work.piece], work.proof)
+        bound, proof = np.where(better, own, work.known), np.where(better, pieces.t[:, work.piece], work.proof)
+        settled = (bound >= enough[work.row, self.kind[work.pair]]) | (0.5 * travel <= self.tolerance)
+        return bound, proof, settled

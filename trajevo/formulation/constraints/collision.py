@@ -226,7 +226,7 @@ class Collision:
             Shape (B, G, n_joints) [m/rad or 1], or (1, G, n_joints) if no joint slides: it is the same for all motions.
         """
         robot, derived = self.robot, self._made().derived
-        if not robot.joint_axes[1].all():
+        if not self.bodies.turning.all():
             return np.stack([solid_reach(robot, entry, lower, upper) for entry in self._own], axis=1)
         if "reach" not in derived:
             still = np.zeros((1, robot.dof))

@@ -11,7 +11,9 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.formulation.constraints.broad_phase import loops
 from trajevo.formulation.constraints.broad_phase.covers import Cover
 from trajevo.robot.robot import Robot
 
@@ -49,6 +51,37 @@ class Placed:
 
 
 @final
+@dataclass(frozen=True, eq=False)
+class PlacedByLoops:
+    """Solids in N states, by compiled loops.
+
+    Attributes:
+        count: number N of states.
+        frames: axes and origins of joints in blocks of states, see :func:`loops.frames`.
+        carriers: number of the joint that carries each solid, shape (G,).
+        centres: centres of the ball around each solid, in all states of the blocks, see :func:`loops.centres` [m].
+    """
+
+    count: int
+    frames: Array
+    carriers: Array
+    centres: Array
+
+    @property
+    def whole(self) -> Array:
+        """Centres of the ball around each solid, shape (G, 3, N) [m]."""
+        return self.centres[..., : self.count]
+
+    @property
+    def axes(self) -> Array:
+        """Axes of the joint that carries each solid, shape (G, 9, N)."""
+        blocks, joints, _ = self.frames.shape
+        rows = self.frames.reshape(blocks, joints, 4, 3, -1)[:, self.carriers, :3]
+        axes: Array = np.moveaxis(rows, (0, 2), (3, 2)).reshape(len(self.carriers), 9, -1)[..., : self.count]
+        return axes
+
+
+@final
 class Bodies:
     """The G solids of a robot, each in one ball and in K balls that cover it.
 
@@ -58,34 +91,55 @@ class Bodies:
 
     Attributes:
         radii: radii of the balls, the one around each solid first, shape (G, 1 + K) [m].
+        centres: their centres in the frame of the joint that carries the solid, shape (G, 1 + K, 3) [m].
+        carriers: number of this joint, shape (G,).
+        turning: which joints turn, otherwise they slide, shape (n_joints,).
     """
 
     def __init__(self, robot: Robot, solids: Sequence[Any]) -> None:
-        self._carriers = np.array([entry.parentJoint for entry in solids])
+        self.carriers = np.array([entry.parentJoint for entry in solids])
         self._joints, turned = _joints(robot)
         covers = [Cover.of(entry) for entry in solids]
         most = max(len(cover.radii) for cover in covers)
         # Covers of fewer balls repeat their last one.
         wide = [np.minimum(np.arange(most), len(cover.radii) - 1) for cover in covers]
         centres = np.stack([cover.centres[chosen] for cover, chosen in zip(covers, wide, strict=True)])
-        self._centres = centres @ turned[self._carriers]
+        self.centres = centres @ turned[self.carriers]
         self.radii = np.stack([cover.radii[chosen] for cover, chosen in zip(covers, wide, strict=True)])
 
-    def placed(self, q: Array) -> Placed:
+        self._tree = _tree(self._joints)
+        self.turning = np.empty(robot.dof, dtype=bool)
+        self.turning[self._tree[1]] = self._tree[2]
+
+    def placed(self, q: Array) -> Placed | PlacedByLoops:
         """The solids in states.
 
         Args:
             q: positions of the model's joints, shape (N, n_joints) [rad or m].
         """
-        frames = self._frames(_blocks(q))[self._carriers]
-        balls = np.matmul(self._centres[:, None, None], frames[:, :, :, :3])
+        if jit.can_compile() and q.dtype == np.float64:
+            return self._placed_by_loops(q)
+        frames = self._frames(_blocks(q))[self.carriers]
+        balls = np.matmul(self.centres[:, None, None], frames[:, :, :, :3])
         balls += frames[:, :, :, 3:]
         solids, count = len(self.radii), len(q)
         axes = np.moveaxis(frames[:, :, :, :3], 1, 3).reshape(solids, 9, -1)[..., :count]
         return Placed(np.swapaxes(balls[:, :, :, 0], 1, 2).reshape(solids, 3, -1)[..., :count], axes, balls)
 
-    def moved(self, placed: Placed) -> Array:
+    def _placed_by_loops(self, q: Array) -> PlacedByLoops:
+        blocks, solids = -(-len(q) // loops.WIDE), len(self.radii)
+        frames = np.empty((blocks, 1 + len(self._joints), 12 * loops.WIDE))
+        whole = np.empty((solids, 3, blocks * loops.WIDE))
+        loops.frames(q, *self._tree, frames)
+        loops.centres(frames, self.carriers, self.centres[:, 0], whole)
+        return PlacedByLoops(len(q), frames, self.carriers, whole)
+
+    def moved(self, placed: Placed | PlacedByLoops) -> Array:
         """How far any point of each solid is moved from one state to the next, at most, shape (N - 1, G) [m]."""
+        if isinstance(placed, PlacedByLoops):
+            found = np.empty((max(placed.count - 1, 0), len(self.radii)))
+            loops.moved(placed.frames, placed.centres, self.carriers, self.radii[:, 0], found)
+            return found
         along = _square(np.diff(placed.whole).swapaxes(0, 1))
         # The spectral norm of the difference of two rotations is its Frobenius norm over √2.
         around = _square(np.diff(placed.axes).swapaxes(0, 1))
@@ -141,6 +195,14 @@ def _square(vectors: Array) -> Array:
     for row in vectors[1:]:
         total += row * row
     return total
+
+
+def _tree(joints: Sequence[_Joint]) -> tuple[Array, Array, Array, Array]:
+    """The joints as :func:`loops.frames` takes them."""
+    parents = np.array([joint.parent for joint in joints], dtype=np.int64)
+    columns = np.array([joint.column for joint in joints], dtype=np.int64)
+    turns = np.array([joint.turns for joint in joints], dtype=bool)
+    return parents, columns, turns, np.stack([joint.start for joint in joints])
 
 
 def _joints(robot: Robot) -> tuple[list[_Joint], Array]:

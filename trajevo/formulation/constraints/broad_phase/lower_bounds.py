@@ -12,11 +12,9 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.formulation.constraints.broad_phase.bodies import Bodies, Placed
+from trajevo.formulation.constraints.broad_phase import loops
+from trajevo.formulation.constraints.broad_phase.bodies import Bodies, Placed, PlacedByLoops
 from trajevo.formulation.constraints.scene import Box, Cylinder, Obstacle, Sphere
-
-#: Taken off every bound [m], far above rounding.
-_SLACK = 1e-9
 
 
 @final
@@ -27,6 +25,9 @@ class LowerBounds:
         bodies: the robot's G solids.
         obstacles: the obstacles of its scene.
         ends: first and second solid of every pair, shape (n_pairs, 2); obstacles are numbered from G on.
+
+    Attributes:
+        for_loops: all of this as :func:`loops.bounds` takes it.
     """
 
     def __init__(self, bodies: Bodies, obstacles: Sequence[Obstacle], ends: Array) -> None:
@@ -34,8 +35,10 @@ class LowerBounds:
         self._obstacle = second - len(bodies.radii)  # below 0 for pairs of the robot's own solids
         self._second = np.where(self._obstacle < 0, second, 0)
         kinds = [_KINDS.index(type(obstacle)) for obstacle in obstacles]
-        self._numbers = np.array([_numbers(obstacle) for obstacle in obstacles]).reshape(len(obstacles), -1).T
+        rows = np.array([_numbers(obstacle) for obstacle in obstacles]).reshape(-1, _SIZE)
+        self._numbers = rows.T
         self._kind = np.array([*kinds, -1])[self._obstacle.clip(-1)]
+        self.for_loops = bodies.carriers, bodies.centres, bodies.radii, ends, np.array(kinds, np.int64), rows
 
     def everywhere(self, centres: Array) -> Array:
         """Bounds by the one ball around each solid, of all pairs in all states, shape (n_pairs, N) [m].
@@ -51,9 +54,9 @@ class LowerBounds:
         pairs = np.flatnonzero(self._obstacle < 0)
         first, second = self._first[pairs], self._second[pairs]
         bounds[pairs] = _length(np.moveaxis(centres[first] - centres[second], 1, 0)) - radii[first] - radii[second]
-        return bounds - _SLACK
+        return bounds - loops.SLACK
 
-    def of(self, placed: Placed, state: Array, pair: Array) -> Array:
+    def of(self, placed: Placed | PlacedByLoops, state: Array, pair: Array) -> Array:
         """Bounds of some pairs in some states, shape (K,) [m].
 
         Args:
@@ -62,6 +65,9 @@ class LowerBounds:
             pair: indices of pairs, shape (K,).
         """
         bounds, kind = np.empty(len(pair)), self._kind[pair]
+        if isinstance(placed, PlacedByLoops):
+            loops.bounds(placed.frames, *self.for_loops, state, pair, bounds)
+            return bounds
         centres, (_, blocks, axes, balls, size) = placed.balls.ravel(), placed.balls.shape
         offsets = (np.arange(axes * balls) * size).reshape(axes, balls, 1)
         block, place = np.divmod(state, size)
@@ -85,11 +91,15 @@ class LowerBounds:
                 whole, parts = apart[0], apart[1:].min(axis=0)
             # A solid that overlaps may be deeper than each of its parts, but not than the ball around it.
             bounds[chosen] = np.where(parts > 0.0, np.maximum(whole, parts), whole)
-        return bounds - _SLACK
+        return bounds - loops.SLACK
 
 
-#: Kinds of obstacles, by their place in this list.
+#: Kinds of obstacles, by their place in this list, as in :mod:`trajevo.formulation.constraints.broad_phase.loops`.
 _KINDS: list[type[Obstacle]] = [Box, Cylinder, Sphere]
+
+
+#: Number of numbers that tell where an obstacle is.
+_SIZE = 15
 
 
 def _numbers(obstacle: Obstacle) -> list[float]:

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.formulation.constraints.broad_phase import loops
+from trajevo.formulation.constraints.broad_phase.bodies import PlacedByLoops
 from trajevo.formulation.constraints.broad_phase.lower_bounds import LowerBounds
 from trajevo.formulation.constraints.broad_phase.sweeps import Sweeps
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -127,6 +129,8 @@ class Sieve:
     def near(self) -> Near:
         """What is left."""
         width = INTERVALS // _FIRST
+        if isinstance(self.grid.placed, PlacedByLoops):
+            return self._near_by_loops(self.grid.placed, width)
         near = self._first(width)
         while width > 1:
             width //= 2
@@ -152,13 +156,28 @@ class Sieve:
             nearest[:, kind] = known(np.arange(B) * self.grid.size + end * (INTERVALS // _FIRST), pairs[pair])
         return nearest
 
+    def _near_by_loops(self, placed: PlacedByLoops, width: int) -> Near:
+        """The same in one loop, which halves one interval after the other."""
+        pair, row, end = np.nonzero(self._close(width))
+        begin, count = np.stack([pair, row, end * width]), np.zeros(1, dtype=np.int64)
+        found, lower = np.empty((2, len(pair) * width), dtype=np.int64), np.empty((2, len(pair) * width))
+        most, sizes = self.nearest[:, self.kind], (self.error, self.grid.size, width)
+        given: list[Any] = [placed.frames, *self.bounds.for_loops, self.grid.travel, self.column, most, *sizes]
+        given += [begin, found, lower, count]
+        loops.near(*given)
+        interval, pair = found[:, : count[0]]
+        return Near(interval, pair, lower[:, : count[0]])
+
+    def _close(self, width: int) -> Array:
+        """Mask of the first intervals that the bounds at their ends leave, shape (n_pairs, B, S x _FIRST)."""
+        travel, ends = self._travel(width).T, self.coarse[:, :, :-1] + self.coarse[:, :, 1:]
+        close: Array = ends - travel[self.column].reshape(ends.shape) < 2.0 * self.nearest[:, self.kind].T[:, :, None]
+        return close
+
     def _first(self, width: int) -> Near:
         """What is left of the first intervals."""
-        coarse, column = self.coarse, self.column
-        travel = self._travel(width).T
-        most = 2.0 * self.nearest[:, self.kind].T
-        ends = coarse[:, :, :-1] + coarse[:, :, 1:]
-        close = ends - travel[column].reshape(ends.shape) < most[:, :, None]
+        coarse, column, close = self.coarse, self.column, self._close(width)
+        travel, most = self._travel(width).T, 2.0 * self.nearest[:, self.kind].T
         # Closer bounds where they are needed.
         needed = np.zeros(coarse.shape, dtype=bool)
         needed[:, :, :-1] |= close
@@ -168,7 +187,7 @@ class Sieve:
         coarse[pair, row, end] = self.bounds.of(self.grid.placed, state, pair) - self.error
         pair, row, end = np.nonzero(close)
         lower = np.stack([coarse[pair, row, end], coarse[pair, row, end + 1]])
-        piece = row * (ends.shape[2]) + end
+        piece = row * close.shape[2] + end
         left = np.flatnonzero(lower.sum(axis=0) - travel[column[pair], piece] < most[pair, row])
         return Near(piece[left] * width, pair[left], lower[:, left])
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 
 if TYPE_CHECKING:
@@ -43,8 +42,9 @@ class Sweeps:
         self._inner = first[inner], second[inner]
         bounds = trajectory.extremes(0)
         own, peaks = collision.solid_reach(*bounds), [trajectory.segment_peaks(order) for order in (1, 2)]
-        self._bending, self._peak = _bending(collision.robot, own[:, None], *peaks), peaks[1]
-        self._reach = collision.reach(*bounds)[:, inner]
+        self._bending, self._peak = _bending(self.bodies.turning, own[:, None], *peaks), peaks[1]
+        # Only between links, which may move together.
+        self._reach = collision.reach(*bounds)[:, inner] if len(inner) else np.empty((0, 0, collision.robot.dof))
 
     @property
     def need_velocities(self) -> bool:
@@ -89,11 +89,11 @@ def furthest(v: Array, peak: Array, dt: Array) -> Array:
     return most
 
 
-def _bending(robot: Robot, reach: Array, speed: Array, acceleration: Array) -> Array:
+def _bending(turning: Array, reach: Array, speed: Array, acceleration: Array) -> Array:
     """Bound of the acceleration of any point of G solids.
 
     Args:
-        robot: the robot.
+        turning: which joints turn, shape (n_joints,).
         reach: bound of a point's speed per unit of joint speed, shape (..., G, n_joints) [m/rad or 1].
         speed: greatest joint speeds, shape (..., n_joints) [rad/s or m/s].
         acceleration: greatest joint accelerations, the same shape [rad/s² or m/s²].
@@ -101,8 +101,6 @@ def _bending(robot: Robot, reach: Array, speed: Array, acceleration: Array) -> A
     Returns:
         Shape (..., G) [m/s²].
     """
-    turning = np.empty(robot.dof, dtype=bool)
-    turning[[joint.idx_v for joint in robot.model.joints[1:]]] = robot.joint_axes[1]
     v, a = speed[..., None, :], acceleration[..., None, :]
     # A joint's axis turns with the joints before it, and the arm turns around it: twice the product of both speeds.
     turns = np.where((reach.real > 0.0) & turning, v, 0.0)
