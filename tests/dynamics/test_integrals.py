@@ -182,9 +182,9 @@ def test_crossings_lie_where_polynomials_change_their_sign():
     np.testing.assert_array_equal(polynomials.crossing(np.abs(line), *ends), np.ones(7))
 
 
-def test_what_is_known_of_an_estimate_grows_with_what_is_left_out():
+def test_integrals_of_septic_motions_hardly_change_with_more_samples():
     problem = problem_of("ur5", "septic_spline")
     rollout = problem.rollout(motions(problem, 1))
     for function in (efforts.mechanical_energy, efforts.integrated_square_effort, travel.tool_path_length):
         values = [function(replace(rollout, dynamics=rollout.dynamics.sampled(samples)))[0] for samples in (6, 12, 24)]
-        assert abs(values[0] - values[1]) <= 1e-4 * values[2]
+        np.testing.assert_allclose(values[:2], values[2], rtol=1e-4)

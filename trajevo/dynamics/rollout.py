@@ -139,11 +139,15 @@ class Rollout:
 
         A joint whose velocity is mere rounding counts as at rest, see :meth:`without_rounding`.
         """
-        v = self.without_rounding(v)
-        if self.masses is None:
-            return frozen(self.dynamics.effort(q, v, a))
-        each = self.dynamics.effort_per_kilogram(q, v, a)
-        return frozen(self.dynamics.unloaded_effort(q, v, a) + self.masses[:, None, None] * each)
+        return frozen(self._loaded_effort(self.masses, q, self.without_rounding(v), a))
+
+    def _loaded_effort(self, masses: Array | None, q: Array, v: Array, a: Array) -> Array:
+        """Effort with the payload, or with payloads of the given masses (P,) [kg], in states (P, T, n_joints)."""
+        if masses is None:
+            return self.dynamics.effort(q, v, a)
+        of_payload = masses[:, None, None] * self.dynamics.effort_per_kilogram(q, v, a)
+        loaded: Array = self.dynamics.unloaded_effort(q, v, a) + of_payload
+        return loaded
 
     def without_rounding(self, v: Array) -> Array:
         """Velocities, shape (B, T, n_joints) [rad/s or m/s], with mere rounding set to 0.
@@ -189,7 +193,7 @@ class Rollout:
         allowed = np.full(len(first.segments), share)
         return resolve(first, self.trajectory, self._smooth_effort, left_out=left_out, allowed=allowed)
 
-    @property
+    @cached_property
     def _first_nodes(self) -> Resolved:
         smooth = self.effort - self.robot.friction.dry(self._moving) if self.robot.friction.is_dry else self.effort
         return at_samples(self.trajectory, self.dynamics.samples, (self.q, self.v, self.a), smooth)
@@ -197,11 +201,7 @@ class Rollout:
     def _smooth_effort(self, rows: Array, q: Array, v: Array, a: Array) -> Array:
         """Effort without dry friction in states (P, T, n_joints) of the trajectories ``rows`` (P,) [N·m or N]."""
         v = np.where(np.abs(v.real) <= self.standing[rows, None], 0.0, v)
-        if self.masses is None:
-            effort = self.dynamics.effort(q, v, a)
-        else:
-            each = self.dynamics.effort_per_kilogram(q, v, a)
-            effort = self.dynamics.unloaded_effort(q, v, a) + self.masses[rows, None, None] * each
+        effort = self._loaded_effort(None if self.masses is None else self.masses[rows], q, v, a)
         smooth: Array = effort - self.robot.friction.dry(v) if self.robot.friction.is_dry else effort
         return smooth
 

@@ -142,7 +142,7 @@ def _summed(rollout: Rollout, groups: tuple[Resolved, ...], of: Callable[[Resolv
 def _split_work(rollout: Rollout, group: Resolved, cells: _Cells, split: Array, work: Array) -> Array:
     """∫ |effort x velocity| dt over the cells that are split, shape (K,), from the integral without their split."""
     cubics = _cubics(group, split)
-    pieces = _pieces(rollout, cubics, cells, split, _PRODUCT[0])
+    pieces = _pieces(cubics, _parts(rollout, cubics, cells, split), _PRODUCT[0])
     part = pieces.spans * _sum(_PRODUCT[1], pieces.effort * pieces.v)
     absolute = pieces.summed(part * np.sign(part.real))
     effort, v = cubics.at(_PRODUCT[0])
@@ -189,13 +189,13 @@ def _split_squares(rollout: Rollout, group: Resolved, cells: _Cells, factor: Fac
     ``powers`` are the integrals of factor² times the effort without dry friction to the power 2, 1 and 0.
     """
     cubics = _cubics(group, cells.turns)
-    pieces = _pieces(rollout, cubics, cells, cells.turns, _SQUARE[0])
+    parts = _parts(rollout, cubics, cells, cells.turns)
+    pieces = _pieces(cubics, parts, _SQUARE[0])
     split = pieces.summed(pieces.spans * _sum(_SQUARE[1], np.square(pieces.effort * factor(pieces.v))))
     effort, v = cubics.at(_SQUARE[0])
     weight = np.square(factor(v))
     by_cubics = [0.5 * cubics.spans * _sum(_SQUARE[1], effort**power * weight) for power in (2, 1, 0)]
     second, first, zeroth = (exact - cubic for exact, cubic in zip(powers, by_cubics, strict=True))
-    parts = _parts(rollout, cubics, cells, cells.turns)
     dry = np.zeros_like(split)
     np.add.at(dry, parts.cells, (parts.upper - parts.lower) * parts.dry)
     found: Array = split + second + dry * (2.0 * first + dry * zeroth)
@@ -306,9 +306,8 @@ def _parts(rollout: Rollout, cubics: _Cubics, cells: _Cells, chosen: Array) -> _
     return _Parts(which, lower, upper, np.where(cells.turns[chosen][which], directed, cells.dry[chosen][which]))
 
 
-def _pieces(rollout: Rollout, cubics: _Cubics, cells: _Cells, chosen: Array, nodes: Array) -> _Pieces:
-    """The chosen cells, a mask (P, M - 1, n_joints), in pieces, with their values at nodes on [-1, 1]."""
-    parts = _parts(rollout, cubics, cells, chosen)
+def _pieces(cubics: _Cubics, parts: _Parts, nodes: Array) -> _Pieces:
+    """The cells of the parts in pieces, with their values at nodes on [-1, 1]."""
     effort = cubics.effort[:, parts.cells]
     effort[0] += parts.dry
     part, lower, upper = polynomials.of_one_sign(effort, parts.lower, parts.upper)
