@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,10 +10,11 @@ from typing import Literal, final
 
 import pydantic
 
-from trajevo.base.files import locked, write_whole
+from trajevo.base.files import MOST_DATA, locked, opened_lock, own_folder, read_text, why_not, write_whole
 from trajevo.base.jit import Kind
+from trajevo.base.plain import from_json
 from trajevo.errors import InvalidInputError
-from trajevo.front.records import Record
+from trajevo.front.records import Record, told
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.study.record import Cell, StudyRecord, canonical, cells_of
 
@@ -68,6 +68,11 @@ class StudyFolder:
         """Folder of a cell's run, by the name of the cell."""
         return self.folder / CELLS_FOLDER / name
 
+    def _own(self, name: str) -> Path:
+        """The folder of a cell's run, made if it is missing."""
+        own_folder(self.folder / CELLS_FOLDER)
+        return own_folder(self.cell(name))
+
     def record(self) -> StudyRecord:
         """The study as data.
 
@@ -75,16 +80,14 @@ class StudyFolder:
             InvalidInputError: the folder holds no study, or one of another version of trajevo.
         """
         try:
-            return StudyRecord.model_validate_json(self.study_file.read_text(encoding="utf-8"))
+            return StudyRecord.model_validate_json(read_text(self.study_file, most=MOST_DATA))
         except FileNotFoundError as error:
             raise InvalidInputError(f"{self.folder} holds no study: it has no {STUDY_FILE}") from error
         except (OSError, UnicodeDecodeError) as error:
-            raise InvalidInputError(f"{self.study_file}: cannot be read: {error}") from error
+            raise InvalidInputError(f"{self.study_file}: cannot be read: {why_not(error)}") from error
         except pydantic.ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(map(str, first["loc"])) or "content"
             raise InvalidInputError(
-                f"{self.study_file}: is no study of this version of trajevo: {place}: {first['msg']}"
+                f"{self.study_file}: is no study of this version of trajevo: {told(error)}"
             ) from error
 
     def keep(self, record: StudyRecord) -> None:
@@ -98,23 +101,23 @@ class StudyFolder:
             if difference:
                 raise InvalidInputError(f"{self.folder} holds another study: {difference}; choose another folder")
         try:
-            (self.folder / CELLS_FOLDER).mkdir(parents=True, exist_ok=True)
+            own_folder(self.folder / CELLS_FOLDER)
             write_whole(self.study_file, record.model_dump_json(indent=1).encode())
         except OSError as error:
-            raise InvalidInputError(f"{self.folder}: the study cannot be written there: {error.strerror}") from error
+            raise InvalidInputError(f"{self.folder}: the study cannot be written there: {why_not(error)}") from error
 
     def finished(self, name: str) -> bool:
         """Whether the run of a cell is finished."""
         file = RunFolder(self.cell(name)).front_file
         try:
-            return not json.loads(file.read_text(encoding="utf-8"))["run"]["interrupted"]
+            return not from_json(read_text(file, most=MOST_DATA))["run"]["interrupted"]
         except (OSError, ValueError, KeyError, TypeError):
             return False
 
     def failure(self, name: str) -> Failure | None:
         """Why a cell failed when it was last run, or None."""
         try:
-            return Failure.model_validate_json((self.cell(name) / FAILURE_FILE).read_text(encoding="utf-8"))
+            return Failure.model_validate_json(read_text(self.cell(name) / FAILURE_FILE))
         except (OSError, ValueError):
             return None
 
@@ -124,8 +127,7 @@ class StudyFolder:
         Raises:
             OSError: it cannot be written.
         """
-        self.cell(name).mkdir(parents=True, exist_ok=True)
-        write_whole(self.cell(name) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
+        write_whole(self._own(name) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
 
     def forgive(self, name: str) -> None:
         """Remove the record of a cell's failure."""
@@ -140,14 +142,13 @@ class StudyFolder:
         Raises:
             OSError: the cell's folder cannot be written.
         """
-        self.cell(name).mkdir(parents=True, exist_ok=True)
-        with (self.cell(name) / CLAIM_FILE).open("ab") as claim:
+        with opened_lock(self._own(name) / CLAIM_FILE) as claim:
             yield locked(claim.fileno())
 
     def running(self, name: str) -> bool:
         """Whether another process runs a cell now."""
         try:
-            with (self.cell(name) / CLAIM_FILE).open("ab") as claim:
+            with opened_lock(self.cell(name) / CLAIM_FILE) as claim:
                 return not locked(claim.fileno())
         except OSError:
             return False
