@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -123,7 +124,7 @@ def _from_settings(settings: Mapping[str, Any]) -> GeometricPath:
 
 
 def _from_file(file: str | Path, control_points: int | None, robot: Robot) -> GeometricPath:
-    if not Path(file).is_file():
+    if not os.path.isfile(file):
         raise UnknownNameError("path", file, [*EXAMPLE_PATHS, "a CSV file of points"])
     points, units = read_points(file)
     for column, (unit, expected) in enumerate(zip(units, robot.joint_units, strict=False), start=1):

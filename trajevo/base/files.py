@@ -140,9 +140,18 @@ def own_folder(folder: Path) -> Path:
         OSError: it cannot be made.
         InvalidInputError: there is a link of that name, through which nothing is written.
     """
+    no_link(folder).mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def no_link(folder: Path) -> Path:
+    """A folder in which files are written or removed, which may be missing.
+
+    Raises:
+        InvalidInputError: there is a link of that name, through which nothing is changed.
+    """
     if folder.is_symlink():
         raise InvalidInputError(f"{folder}: expected a folder, got a link to {os.readlink(folder)}; remove the link")
-    folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 

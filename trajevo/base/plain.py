@@ -176,7 +176,7 @@ def read_arrays(file: Path) -> dict[str, Array]:
             _check_entries(entries)
             return {entry.filename.removesuffix(".npy"): _array(archive, entry) for entry in entries}
     except InvalidInputError as error:
-        raise InvalidInputError(f"{file}: {error}") from error
+        raise InvalidInputError(f"{file}: is damaged or no file of arrays: {error}") from error
     # Whatever a reader of zip files and of array headers may raise for bytes that are not theirs.
     except (ArithmeticError, LookupError, RuntimeError, SyntaxError, MemoryError, TypeError, ValueError, OSError,
             EOFError, zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error) as error:  # fmt: skip
@@ -209,12 +209,10 @@ def _array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Array:
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, by_column, kind = read(stream)
     held = len(stream.getbuffer()) - stream.tell()
-    if (
-        kind.hasobject
-        or kind.kind not in _KINDS
-        or math.prod(shape) * kind.itemsize != held
-        or min(shape, default=0) < 0
-    ):
+    if kind.hasobject:
+        raise InvalidInputError(f"the array {entry.filename!r} holds objects, which are not read")
+    claimed = math.prod(shape) * kind.itemsize if min(shape, default=0) >= 0 else -1
+    if kind.kind not in _KINDS or claimed != held:
         raise InvalidInputError(
             f"the array {entry.filename!r} says that it has shape {shape} and type {kind}, but it holds {held} bytes"
         )

@@ -126,7 +126,7 @@ class Places:
         place = tuple(p for p in place if p not in ("float", "str", "list", "dict", "MovingSettings"))
         if error["type"] == "extra_forbidden":
             known = [*_keys_at(model, error["loc"]), *(beside if len(place) == 1 else ())]
-            return f"{self.prefix(place)}unknown key; {known_names(str(place[-1]), known)}"
+            return f"{self.prefix(place)}unknown key; {known_names(str(error['loc'][-1]), known)}"
         got = "" if error["type"] in ("missing", "value_error") else f", got {error['input']!r}"
         return self.prefix(place) + str(error["msg"]).removeprefix("Value error, ") + got
 

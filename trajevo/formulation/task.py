@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -64,7 +65,7 @@ def _robot(settings: TaskSettings, folder: Path) -> Robot:
     if limits:
         given["limits"] = limits
     local = folder / given["name"]
-    if local.suffix == ".urdf" or (local / "robot.toml").is_file():
+    if local.suffix == ".urdf" or os.path.isfile(local / "robot.toml"):
         given["name"] = local
     return robot_of(given)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,7 +56,7 @@ def robot_source(name: str | Path) -> RobotSource:
     if str(name) in list_robots():
         return _folder(ROBOTS_FOLDER / str(name))
     path = Path(name)
-    if (path / "robot.toml").is_file():
+    if os.path.isfile(path / "robot.toml"):
         return _folder(path)
     if path.suffix == ".urdf":
         return RobotSource(path.stem, path.parent, None, path, (path.parent, path.parent.parent))

@@ -6,6 +6,7 @@ word. So every mesh that a URDF names is read here first, and refused unless it 
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -95,7 +96,7 @@ def _found(name: str, packages: Sequence[Path]) -> Iterator[Path]:
     scheme, mark, rest = name.partition("://")
     places: Iterable[Path] = [folder / rest for folder in packages] if scheme == "package" else [Path(rest)]
     for place in places if mark else [Path(name)]:
-        if "\0" not in name and place.exists():
+        if os.path.exists(place):
             yield place
 
 
@@ -171,7 +172,7 @@ def _is_corner(corner: bytes, counts: tuple[int, ...]) -> bool:
 def _check_named(file: Path, line: bytes) -> None:
     """Check a file of colours, which the reader of a mesh opens too."""
     place = file.parent / line.split(maxsplit=1)[-1].decode(errors="replace").strip()
-    if "\0" not in str(place) and place.exists():
+    if os.path.exists(place):
         read_bytes(place, most=MOST_DATA)
 
 

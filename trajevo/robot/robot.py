@@ -8,6 +8,7 @@ that come with trajevo. The other is a bare URDF, for which the caller gives wha
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -323,7 +324,7 @@ def robot_of(given: Any) -> Robot:
 def _settings(name: str | Path, **given: Any) -> Any:
     """Plain data from which the robot can be loaded again in any working directory: paths are made absolute."""
     path = Path(name)
-    by_name = str(name) in list_robots() or not (path.suffix == ".urdf" or (path / "robot.toml").is_file())
+    by_name = str(name) in list_robots() or not (path.suffix == ".urdf" or os.path.isfile(path / "robot.toml"))
     asked = str(name) if by_name else str(path.resolve())
     chosen = {key: _plain(value) for key, value in given.items() if value is not None}
     return {"name": asked, **chosen} if chosen else asked

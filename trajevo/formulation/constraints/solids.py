@@ -98,7 +98,7 @@ def _read(robot: Robot, text: str) -> Any:
 def _hull(mesh: Any, where: str) -> Any:
     try:
         mesh.buildConvexHull(True, "Qt")  # not buildConvexRepresentation, which assumes that the mesh is convex
-    except RuntimeError as error:
+    except (RuntimeError, ValueError) as error:
         said = " ".join(str(error).split())
         raise InvalidInputError(f"{where}: expected a solid, its convex hull cannot be built: {said}") from error
     return mesh.convex

@@ -239,7 +239,7 @@ class RunFolder:
             try:
                 block = Block(**arrays)
                 rows = {len(array) for array in arrays.values()}
-                whole = int(block.generation[0]) == int(file.stem) and len(rows) == 1
+                whole = int(block.generation[0]) == int(file.stem) and len(rows) == 1 and _is_whole(block)
             except (TypeError, IndexError, ValueError) as error:
                 raise InvalidInputError(f"{file}: is no block of a run") from error
             if not whole:
@@ -266,6 +266,21 @@ class RunFolder:
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
         if (self.folder / BLOCKS_FOLDER).exists():
             shutil.rmtree(self.folder / BLOCKS_FOLDER)
+
+
+def _is_whole(block: Block) -> bool:
+    """Whether the columns of a block have the shapes and types of a run, and numbers where there must be numbers."""
+    numbers = all(each.ndim == 2 and each.dtype.kind == "f" for each in (block.X, block.F, block.G))
+    others = block.generation.ndim == block.said.ndim == 1 and (block.generation.dtype.kind, block.said.dtype.kind) == (
+        "i",
+        "U",
+    )
+    return (
+        numbers
+        and others
+        and bool(np.isfinite(block.X).all())
+        and not bool(np.isnan(block.F).any() or np.isnan(block.G).any())
+    )
 
 
 @contextmanager
