@@ -28,6 +28,10 @@ _STARTS = ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.spa
 _WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
 
+#: State of a socket that listens, in Linux's tables.
+_LISTEN = "0A"
+
+
 class TooLongError(BaseException):
     """An input takes too long."""
 
@@ -43,6 +47,21 @@ class Finding:
 
     kind: str
     said: str
+
+
+def listening() -> list[Finding]:
+    """Sockets of this process that listen on addresses which other machines reach, by whatever they were opened."""
+    own = {os.readlink(entry.path) for entry in os.scandir("/proc/self/fd") if os.path.lexists(entry.path)}
+    if not any(name.startswith("socket:") for name in own):
+        return []
+    found = []
+    for table in ("tcp", "tcp6"):
+        for row in Path(f"/proc/self/net/{table}").read_text().splitlines()[1:]:
+            _, local, _, state, *rest = row.split()
+            loopback = local.startswith(("0100007F:", "00000000000000000000000001000000:"))
+            if state == _LISTEN and f"socket:[{rest[5]}]" in own and not loopback:
+                found.append(Finding("socket", f"listens on {local}"))
+    return found
 
 
 class Sandbox:

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 
 from tests.fuzz.kinds import Kind, kinds, plant
 from tests.fuzz.mutations import mutated
-from tests.fuzz.sandbox import Finding, Sandbox
+from tests.fuzz.sandbox import Finding, Sandbox, listening
 
 #: Every so manieth block of inputs is drawn by hypothesis, and how many are in a block.
 _EVERY, _BLOCK = 4, 25
@@ -96,9 +96,10 @@ def work(folder: Path, seed: int, numbers: range, names: list[str], tell: Callab
         each.mkdir(parents=True, exist_ok=True)
     tempfile.tempdir = str(place)  # where a front is kept that cannot be written into its folder
     known = kinds(made)
-    for name in names:  # once without mutations and unwatched: what is imported late is imported here
-        known[name].lay(place, known[name].seeds[0])
-        known[name].read(place)
+    for name in names:  # without mutations and unwatched: what is imported late is imported here
+        for content in known[name].seeds:
+            known[name].lay(place, content)
+            known[name].read(place)
     sandbox = Sandbox(place)
     sandbox.bound_memory()
     count = 0
@@ -113,7 +114,7 @@ def work(folder: Path, seed: int, numbers: range, names: list[str], tell: Callab
             found = sandbox.watch(lambda kind=kind: kind.read(place))  # type: ignore[misc]
             if (outside / "file").read_bytes() != _CANARY or os.listdir(outside) != ["file"]:
                 found.append(Finding("write", f"a file outside the folder was changed: {os.listdir(outside)}"))
-            for finding in found:
+            for finding in (*found, *listening()):
                 tell(name, number, finding)
             count += 1
     return count

@@ -85,11 +85,13 @@ def read_bytes(file: Path, *, most: int = MOST_TEXT) -> bytes:
         handle = os.open(file, os.O_RDONLY | _NO_WAIT | _BINARY)
     except ValueError as error:  # a null character
         raise InvalidInputError(f"{str(file)!r}: expected the path of a file: {error}") from error
+    found = os.fstat(handle)
+    if not stat.S_ISREG(found.st_mode):
+        os.close(handle)
+        raise InvalidInputError(f"{file}: expected a regular file, got {_kind(found.st_mode)}")
     with open(handle, "rb") as stream:
-        found = os.fstat(handle)
-        if not stat.S_ISREG(found.st_mode):
-            raise InvalidInputError(f"{file}: expected a regular file, got {_kind(found.st_mode)}")
-        content = stream.read(most + 1) if found.st_size <= most else b""
+        # One byte more tells whether the file has grown meanwhile; no memory is taken for bytes that it does not have.
+        content = stream.read(found.st_size + 1) if found.st_size <= most else b""
     if max(len(content), found.st_size) > most:
         size = max(len(content), found.st_size) / 2**20
         raise InvalidInputError(f"{file}: expected a file of at most {most / 2**20:g} MiB, got {size:.1f} MiB")

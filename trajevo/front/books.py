@@ -119,6 +119,8 @@ class Books:
             whole = values.shape == books["evaluations"].shape and values.ndim == 1 and values.dtype.kind == kind
             if not (whole and (known >= 0).all() and (known < _MOST).all()):
                 raise ValueError(f"expected {name} of every generation, from 0 on")
+        if (books["evaluations"] + np.cumsum(books["polishing"]) >= _MOST).any():
+            raise ValueError(f"expected fewer than {_MOST} evaluations")
         self.reference_point = np.array(corner, dtype=np.float64) if len(corner) else None
         self.evaluations = [int(value) for value in books["evaluations"]]
         self.hypervolume = [float(value) for value in books["hypervolume"]]

@@ -248,12 +248,14 @@ class RunFolder:
 
     def forget_after(self, generations: int) -> None:
         """Remove what was written after a checkpoint: blocks that it does not count, and incomplete files."""
-        for file in own_folder(self.folder / BLOCKS_FOLDER).glob("*.npz"):
-            if file.stem.isdecimal() and int(file.stem) > generations:
+        blocks = own_folder(self.folder / BLOCKS_FOLDER)
+        late = (file for file in blocks.glob("*.npz") if file.stem.isdecimal() and int(file.stem) > generations)
+        incomplete = (file for place in (self.folder, blocks) for file in place.glob(f"*{SCRATCH}"))
+        for file in (*late, *incomplete):
+            try:
                 file.unlink()
-        for place in (self.folder, self.folder / BLOCKS_FOLDER):
-            for file in place.glob(f"*{SCRATCH}"):
-                file.unlink()
+            except OSError as error:
+                raise InvalidInputError(f"{file}: cannot be removed: {why_not(error)}") from error
 
     def free(self) -> int:
         """Free bytes on the folder's disk."""
