@@ -157,6 +157,18 @@ def no_link(folder: Path) -> Path:
     return folder
 
 
+def removed(file: Path) -> None:
+    """Remove a file, or a link, unless it is missing.
+
+    Raises:
+        InvalidInputError: it cannot be removed.
+    """
+    try:
+        file.unlink(missing_ok=True)
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be removed: {why_not(error)}") from error
+
+
 def opened_lock(file: Path) -> BinaryIO:
     """A file to be locked, made if it is missing.
 

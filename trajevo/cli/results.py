@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from trajevo.base.files import no_link, why_not
+from trajevo.base.files import no_link, removed
 from trajevo.cli.console import Terminal
 from trajevo.cli.terminal import print_rivals, print_run
-from trajevo.errors import InvalidInputError, checked_name
+from trajevo.errors import checked_name
 from trajevo.exporters.export import is_exported
 from trajevo.front.front import Front
 from trajevo.front.thinning import told_share
@@ -123,7 +123,4 @@ def clear_stale(folder: Path) -> None:
     told = (folder / name for name in PICTURES)
     exported = (file for file in folder.glob("*.*") if is_exported(file))
     for file in (folder / REPORT_FILE, analyses_of(folder), *pictures, *told, *exported):
-        try:
-            file.unlink(missing_ok=True)
-        except OSError as error:
-            raise InvalidInputError(f"{file}: cannot be removed: {why_not(error)}") from error
+        removed(file)

@@ -10,7 +10,17 @@ from typing import Literal, final
 
 import pydantic
 
-from trajevo.base.files import MOST_DATA, locked, opened_lock, own_folder, read_text, why_not, write_whole
+from trajevo.base.files import (
+    MOST_DATA,
+    locked,
+    no_link,
+    opened_lock,
+    own_folder,
+    read_text,
+    removed,
+    why_not,
+    write_whole,
+)
 from trajevo.base.jit import Kind
 from trajevo.base.plain import from_json
 from trajevo.errors import InvalidInputError
@@ -68,10 +78,10 @@ class StudyFolder:
         """Folder of a cell's run, by the name of the cell."""
         return self.folder / CELLS_FOLDER / name
 
-    def _own(self, name: str) -> Path:
-        """The folder of a cell's run, made if it is missing."""
-        own_folder(self.folder / CELLS_FOLDER)
-        return own_folder(self.cell(name))
+    def _folder(self, name: str) -> Path:
+        """The folder of a cell's run, which may be missing, but is not reached through a link."""
+        no_link(self.folder / CELLS_FOLDER)
+        return no_link(self.cell(name))
 
     def record(self) -> StudyRecord:
         """The study as data.
@@ -127,11 +137,11 @@ class StudyFolder:
         Raises:
             OSError: it cannot be written.
         """
-        write_whole(self._own(name) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
+        write_whole(own_folder(self._folder(name)) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
 
     def forgive(self, name: str) -> None:
         """Remove the record of a cell's failure."""
-        (self.cell(name) / FAILURE_FILE).unlink(missing_ok=True)
+        removed(self._folder(name) / FAILURE_FILE)
 
     @contextmanager
     def claimed(self, name: str) -> Iterator[bool]:
@@ -142,13 +152,13 @@ class StudyFolder:
         Raises:
             OSError: the cell's folder cannot be written.
         """
-        with opened_lock(self._own(name) / CLAIM_FILE) as claim:
+        with opened_lock(own_folder(self._folder(name)) / CLAIM_FILE) as claim:
             yield locked(claim.fileno())
 
     def running(self, name: str) -> bool:
         """Whether another process runs a cell now."""
         try:
-            with opened_lock(self.cell(name) / CLAIM_FILE) as claim:
+            with opened_lock(self._folder(name) / CLAIM_FILE) as claim:
                 return not locked(claim.fileno())
         except OSError:
             return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +34,10 @@ class _Kept:
 #: The geometry of robots that this process has used last: meshes are read and hulls are built once.
 _kept: OrderedDict[Any, _Kept] = OrderedDict()
 _MOST_KEPT = 8
+
+
+#: Greatest number of vertices that bound no solid, and least thickness of one as a share of its length.
+_CORNERS, _FLAT = 3, 1e-6
 
 
 def robot_geometry(robot: Robot) -> tuple[Any, dict[str, Any]]:
@@ -76,7 +81,7 @@ def _read(robot: Robot, text: str) -> Any:
     try:
         geometry = pin.buildGeomFromUrdfString(whole, text, pin.GeometryType.COLLISION, package_dirs=folders)
     except (ValueError, RuntimeError) as error:
-        said = " ".join(str(error).split())
+        said = _said(error)
         raise InvalidInputError(f"{robot.urdf}: Pinocchio cannot read its collision geometry: {said}") from error
     numbers_locked, held = held_still(whole, robot.urdf, robot.locked)
     places = whole.createData()
@@ -96,12 +101,22 @@ def _read(robot: Robot, text: str) -> Any:
 
 
 def _hull(mesh: Any, where: str) -> Any:
+    points = np.asarray(mesh.vertices())
+    whole = len(points) > _CORNERS and bool(np.isfinite(points).all())
+    extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if whole else np.zeros(1)
+    if not extents[-1] > _FLAT * extents[0]:  # for which coal ends the process
+        raise InvalidInputError(f"{where}: expected a solid, got {len(points)} vertices in one plane")
     try:
         mesh.buildConvexHull(True, "Qt")  # not buildConvexRepresentation, which assumes that the mesh is convex
     except (RuntimeError, ValueError) as error:
-        said = " ".join(str(error).split())
+        said = _said(error)
         raise InvalidInputError(f"{where}: expected a solid, its convex hull cannot be built: {said}") from error
     return mesh.convex
+
+
+def _said(error: Exception) -> str:
+    """What an error of a library in C++ says, without its place there."""
+    return re.sub(r"^From file: .*? message: ", "", " ".join(str(error).split()))
 
 
 def _ball(radius: float) -> Any:

@@ -21,7 +21,17 @@ import numpy as np
 import pydantic
 
 from trajevo.base.arrays import Array
-from trajevo.base.files import MOST_DATA, SCRATCH, locked, opened_lock, own_folder, read_text, why_not, write_whole
+from trajevo.base.files import (
+    MOST_DATA,
+    SCRATCH,
+    locked,
+    opened_lock,
+    own_folder,
+    read_text,
+    removed,
+    why_not,
+    write_whole,
+)
 from trajevo.base.jit import Kind
 from trajevo.base.plain import read_arrays
 from trajevo.errors import InvalidInputError
@@ -252,10 +262,7 @@ class RunFolder:
         late = (file for file in blocks.glob("*.npz") if file.stem.isdecimal() and int(file.stem) > generations)
         incomplete = (file for place in (self.folder, blocks) for file in place.glob(f"*{SCRATCH}"))
         for file in (*late, *incomplete):
-            try:
-                file.unlink()
-            except OSError as error:
-                raise InvalidInputError(f"{file}: cannot be removed: {why_not(error)}") from error
+            removed(file)
 
     def free(self) -> int:
         """Free bytes on the folder's disk."""
