@@ -112,9 +112,9 @@ def test_points_are_read_from_regular_files_only(tmp_path):
 @pytest.mark.parametrize(
     ("setting", "says"),
     [
-        (("--population", "200000000"), "--population: expected a whole number of at most 1000000, got 200000000"),
+        (("--population", "200000000"), "--population: expected a whole number of at most 200000, got 200000000"),
         (("--generations", "9999999999"), "--generations: expected a whole number of at most 2147483647"),
-        (("--offsprings", "1000001"), "--offsprings: expected a whole number of at most 1000000"),
+        (("--offsprings", "200001"), "--offsprings: expected a whole number of at most 200000"),
     ],
 )
 def test_sizes_that_no_machine_holds_are_refused(setting, says, tmp_path):

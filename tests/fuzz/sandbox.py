@@ -134,5 +134,5 @@ class Sandbox:
         text = os.fsdecode(path)
         folder, name = os.path.split(os.path.abspath(text))
         real = os.path.realpath(text) if through else os.path.join(os.path.realpath(folder), name)
-        if not (real + os.sep).startswith(self._inside) and real not in ("/dev/null",):
+        if not (real + os.sep).startswith(self._inside) and real != "/dev/null" and "__pycache__" not in real:
             self._found.append(Finding("write", f"{event} {text!r}, which is {real!r}"))

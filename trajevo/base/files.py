@@ -30,7 +30,7 @@ _PLACES = (Path(__file__).resolve().parents[1], Path(__file__).resolve().parents
 SCRATCH = ".part"
 
 #: Greatest size of a file that people write, such as a task or a URDF, and of a file of a run or a mesh [bytes].
-MOST_TEXT, MOST_DATA = 2**24, 2**27
+MOST_TEXT, MOST_DATA = 2**24, 2**28
 
 #: Folders whose entries stand for open files and devices: they are written to, never replaced.
 _OPEN_FILES = (Path("/dev"), Path("/dev/fd"), Path("/proc/self/fd"))

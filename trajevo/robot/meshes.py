@@ -108,7 +108,7 @@ def _check_points(file: Path, points: Array, *, what: str = "vertices") -> None:
     if wrong.any():
         row = int(np.argmax(wrong))
         raise InvalidInputError(
-            f"{file}: vertex {row}: expected finite coordinates below {_FARTHEST:g}, got {points[row].tolist()}"
+            f"{file}: {what}, row {row}: expected finite coordinates below {_FARTHEST:g}, got {points[row].tolist()}"
         )
 
 
@@ -128,7 +128,8 @@ def _check_stl(file: Path, content: bytes) -> None:
         _check_points(file, corners.astype(np.float64))
         return
     found = _STL_VERTEX.findall(content)
-    if not content.lstrip().startswith(b"solid") or len(found) % 3 or len(found) != content.count(b"vertex"):
+    counts = {content.count(word) * 3 for word in (b"facet normal", b"outer loop", b"endloop", b"endfacet")}
+    if not content.lstrip().startswith(b"solid") or counts != {len(found)} or len(found) != content.count(b"vertex"):
         raise InvalidInputError(f"{file}: expected an STL of whole triangles, got {len(content)} bytes")
     _check_points(file, _numbers(file, found, "vertices").reshape(-1, 3))
 
