@@ -121,8 +121,8 @@ class Archive:
         """Decision vectors, objectives and constraint values in the order of the objectives, read-only.
 
         Args:
-            last: hand over the archive's own memory, so that there is no second copy of the points; the archive is empty
-                afterwards.
+            last: hand over the archive's own memory, so that there is no second copy of the points; afterwards the
+                archive is empty.
         """
         order = np.lexsort(self.F.T[::-1]) if len(self.F) else np.arange(0)
         F = frozen(self.F[order])
