@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal, final
 
 import pydantic
+from pydantic_core import from_json
 
 from trajevo.base.files import (
     MOST_DATA,
@@ -16,13 +18,13 @@ from trajevo.base.files import (
     no_link,
     opened_lock,
     own_folder,
+    read_bytes,
     read_text,
     removed,
     why_not,
     write_whole,
 )
 from trajevo.base.jit import Kind
-from trajevo.base.plain import from_json
 from trajevo.errors import InvalidInputError
 from trajevo.front.records import Record, told
 from trajevo.solvers.run.folder import RunFolder
@@ -120,9 +122,10 @@ class StudyFolder:
         """Whether the run of a cell is finished."""
         file = RunFolder(self.cell(name)).front_file
         try:
-            return not from_json(read_text(file, most=MOST_DATA))["run"]["interrupted"]
-        except (OSError, ValueError, KeyError, TypeError):
+            stands = file.stat()
+        except OSError:
             return False
+        return _finished(file, stands.st_ino, stands.st_mtime_ns, stands.st_size)
 
     def failure(self, name: str) -> Failure | None:
         """Why a cell failed when it was last run, or None."""
@@ -189,6 +192,15 @@ class StudyFolder:
         if failure is not None:
             return CellStanding(cell, "failed", failure)
         return CellStanding(cell, "stopped" if RunFolder(self.cell(cell.name)).begun else "waiting", None)
+
+
+@lru_cache(maxsize=4096)
+def _finished(file: Path, _node: int, _written: int, _size: int) -> bool:
+    """Whether a front file is that of a finished run; a file that has changed is read again."""
+    try:
+        return not from_json(read_bytes(file, most=MOST_DATA))["run"]["interrupted"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def _difference(old: StudyRecord, new: StudyRecord) -> str:
