@@ -22,6 +22,7 @@ from trajevo.cli.terminal import print_examination, print_run
 from trajevo.exporters.export import export, is_exported
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene, Sphere
+from trajevo.formulation.feasibility.check import check
 from trajevo.path.csv_points import read_points
 from trajevo.path.via_points import joint_points
 from trajevo.plots.analyses import analyse
@@ -52,7 +53,7 @@ class Kind:
     target: str
     seeds: tuple[bytes, ...]
     beside: dict[str, bytes]
-    read: Callable[[Path], None]
+    read: Callable[[Path], object]
     written: bool = False
 
     def lay(self, folder: Path, content: bytes) -> None:
@@ -141,6 +142,10 @@ def _go_on(folder: Path) -> None:
 
 def _read_analyses(folder: Path) -> None:
     analyse(Front.load(folder / "front.json"), "none", file=folder / "front.analyses.npz")
+
+
+def _read_task(folder: Path) -> None:
+    check(load_task(folder / "task.toml").problem)
 
 
 def _read_study(folder: Path) -> None:
@@ -389,14 +394,14 @@ def kinds(folder: Path) -> dict[str, Kind]:
             "task.toml",
             (TASK.encode(), TASK_FILE_POINTS.encode()),
             two | {"points.csv": POINTS[0]},
-            lambda place: load_task(place / "task.toml").problem.robot.name,  # type: ignore[arg-type, return-value]
+            _read_task,
         ),
         Kind(
             "study.toml",
             "study.toml",
             (STUDY.encode(), STUDY_OF_TASK.encode()),
             two | {"task.toml": TASK.encode()},
-            lambda place: load_study(place / "study.toml").record.seed,  # type: ignore[arg-type, return-value]
+            lambda place: load_study(place / "study.toml"),
         ),
         Kind("URDF", "two.urdf", (PLAIN,), {}, lambda place: _read_robot(place / "two.urdf")),
         Kind(
@@ -411,7 +416,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
             "joint_limits.yaml",
             (JOINT_LIMITS,),
             two,
-            lambda place: load_robot(place / "two.urdf", limits=place / "joint_limits.yaml").dof,  # type: ignore[arg-type, return-value]
+            lambda place: load_robot(place / "two.urdf", limits=place / "joint_limits.yaml"),
         ),
         Kind("points", "points.csv", POINTS, two, _read_points),
         Kind("netCDF", "front.nc", ((folder / "knee.nc").read_bytes(),), {}, _read_netcdf, written=True),
