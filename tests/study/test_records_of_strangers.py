@@ -127,6 +127,7 @@ def test_a_checkpoint_s_history_is_checked(name, changed, says, folder):
     [
         ("X", lambda array: array * np.nan),
         ("F", lambda array: array * np.nan),
+        ("G", lambda array: array * 0.0 - np.inf),
         ("G", lambda array: array.astype(str)),
         ("X", lambda array: array[0]),
         ("generation", lambda array: array.astype(float)),
