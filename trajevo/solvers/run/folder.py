@@ -282,7 +282,7 @@ def _is_whole(block: Block) -> bool:
     kinds = {"generation": (1, "i"), "X": (2, "f"), "F": (2, "f"), "G": (2, "f"), "said": (1, "U")}
     if any((array.ndim, array.dtype.kind) != kinds[name] for name, array in vars(block).items()):
         return False
-    return bool(np.isfinite(block.X).all() and (block.F > -np.inf).all() and (block.G > -np.inf).all())
+    return bool(np.isfinite(block.X).all()) and all(np.greater(each, -np.inf).all() for each in (block.F, block.G))
 
 
 @contextmanager
