@@ -243,8 +243,11 @@ class Places:
         """Message of an error that begins with an argument's name, with the line of that name's key if there is one."""
         said = str(error).split(":")[0].split(".")[0]
         name = {"boxes": "moving"}.get(said, said)
-        names = [f"{error.kind}s", error.kind] if isinstance(error, UnknownNameError) else [name]
-        place = next((place for name in names for place in self.lines if place[-1] == name), ())
+        if isinstance(error, UnknownNameError):  # begins with the word unknown, not with an argument
+            names = (f"{error.kind}s", error.kind)
+            place = next((place for name in names for place in self.lines if place[-1] == name), ())
+            return self.prefix(place) + str(error)
+        place = next((place for place in self.lines if place[-1] == name), ())
         return self.prefix(place) + (str(error).removeprefix(f"{said}: ") if place else str(error))
 
 
