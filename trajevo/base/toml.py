@@ -14,6 +14,8 @@ from typing import Any, TypeVar, get_args
 
 import pydantic
 
+from trajevo.base.files import read_bytes, why_not
+from trajevo.base.plain import from_toml
 from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError, known_names, no_such_file
 
 _TABLE = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
@@ -93,19 +95,23 @@ def read_toml(file: Path) -> tuple[dict[str, Any], Places]:
         InvalidInputError: the file cannot be read, or holds a number that is too large.
     """
     try:
-        text = file.read_bytes().decode("utf-8-sig")
+        text = read_bytes(file).decode("utf-8-sig")
     except FileNotFoundError:
         raise InvalidInputError(no_such_file(file)) from None
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
         raise InvalidInputError(f"{file}: line {line}: cannot be read as TOML: is not UTF-8 text") from error
     except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be read as TOML: {error.strerror}") from error
+        raise InvalidInputError(f"{file}: cannot be read as TOML: {why_not(error)}") from error
     text = text.replace("\r\n", "\n")
     try:
-        return tomllib.loads(text, parse_float=partial(_finite, file=file, text=text)), Places(file, key_lines(text))
+        return from_toml(text, parse_float=partial(_finite, file=file, text=text)), Places(file, key_lines(text))
+    except InvalidInputError:
+        raise
     except tomllib.TOMLDecodeError as error:
         raise InvalidInputError(f"{file}: {_told(str(error), text)}") from error
+    except ValueError as error:
+        raise InvalidInputError(f"{file}: cannot be read as TOML: {why_not(error)}") from error
 
 
 def _finite(written: str, *, file: Path, text: str) -> float:

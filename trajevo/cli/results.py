@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from trajevo.base.files import no_link, removed
+from trajevo.cli.console import Terminal
 from trajevo.cli.terminal import print_rivals, print_run
 from trajevo.errors import checked_name
 from trajevo.exporters.export import is_exported
@@ -64,8 +65,8 @@ NO_SOLUTION = 3
 REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 
 
-_out = Console(soft_wrap=True, highlight=False)
-_err = Console(soft_wrap=True, highlight=False, stderr=True)
+_out = Terminal()
+_err = Terminal(stderr=True)
 
 
 def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
@@ -118,8 +119,8 @@ def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool, vi
 
 def clear_stale(folder: Path) -> None:
     """Remove an earlier run's files beside the new front: report, analyses, pictures, exported solutions; no others."""
-    pictures = (folder / PLOTS_FOLDER / f"{stem}.png" for stem in FIGURES)
+    pictures = (no_link(folder / PLOTS_FOLDER) / f"{stem}.png" for stem in FIGURES)
     told = (folder / name for name in PICTURES)
     exported = (file for file in folder.glob("*.*") if is_exported(file))
     for file in (folder / REPORT_FILE, analyses_of(folder), *pictures, *told, *exported):
-        file.unlink(missing_ok=True)
+        removed(file)

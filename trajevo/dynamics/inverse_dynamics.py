@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, final
@@ -17,6 +18,9 @@ from trajevo.robot.payload import Payload, carrying, kilogram, probe, tool_regre
 from trajevo.robot.robot import Robot
 
 NO_PAYLOAD = Payload(0.0)
+
+#: Greatest number of threads.
+_MOST_THREADS = 1_000
 
 #: A joint is at rest below this share of its greatest speed plus its greatest position over the duration.
 _ROUNDING = 1e-9
@@ -45,10 +49,12 @@ class Dynamics:
     _models: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        for name, least in (("samples", 2), ("threads", 1)):
+        for name, least, most in (("samples", 2, math.inf), ("threads", 1, _MOST_THREADS)):
             value = getattr(self, name)
             if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
                 raise InvalidInputError(f"{name}: expected a whole number of at least {least}, got {value!r}")
+            if value > most:
+                raise InvalidInputError(f"{name}: expected a whole number of at most {most}, got {value!r}")
             object.__setattr__(self, name, int(value))
 
     def __getstate__(self) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import tomllib
 from collections.abc import Iterator
@@ -10,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from trajevo.base.files import data_folder
+from trajevo.base.files import data_folder, why_not
 from trajevo.errors import InvalidInputError, checked_name, no_such_file
 from trajevo.formulation.registry import list_problems
 
@@ -80,7 +81,7 @@ def example_file(kind: str, given: str | Path, *, folder: str | Path = ".") -> P
         UnknownNameError: ``given`` is not a file, does not end in ``.toml`` and is not the name of an example.
     """
     path = Path(folder) / given
-    if path.suffix == ".toml" or path.is_file():
+    if path.suffix == ".toml" or os.path.isfile(path):
         return path
     if len(Path(given).parts) > 1:
         raise InvalidInputError(no_such_file(path))
@@ -120,14 +121,14 @@ def copy_example(name: str, folder: str | Path) -> list[Path]:
     files = known[checked_name("example", name, known)].files
     copies = [Path(folder) / file.name for file in files]
     for copy in copies:
-        if copy.exists():
+        if copy.exists() or copy.is_symlink():
             raise InvalidInputError(f"{copy}: exists already; choose another folder")
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
         for file, copy in zip(files, copies, strict=True):
             shutil.copyfile(file, copy)  # without its permissions: installed files may be read-only
     except OSError as error:
-        raise InvalidInputError(f"{folder}: cannot be written: {error.strerror}") from error
+        raise InvalidInputError(f"{folder}: cannot be written: {why_not(error)}") from error
     return copies
 
 

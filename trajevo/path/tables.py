@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.base.files import read_bytes, why_not
 from trajevo.base.units import si_unit, split_header, to_si, units_of
 from trajevo.errors import InvalidInputError, known_names, no_such_file
 
@@ -152,7 +153,7 @@ def read_table(file: str | Path, *, example: str = "azimuth [deg], pitch [deg]")
 def _lines(file: Path) -> Iterator[tuple[int, str]]:
     """Number and text of every line, without comments."""
     try:
-        content = file.read_bytes()
+        content = read_bytes(file)
         wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))  # "Unicode text" of a spreadsheet
         text = content.decode("utf-16" if wide else "utf-8").removeprefix("\ufeff")
     except FileNotFoundError:
@@ -160,7 +161,7 @@ def _lines(file: Path) -> Iterator[tuple[int, str]]:
     except UnicodeDecodeError as error:
         raise InvalidInputError(f"{file}: cannot be read as a table: is not UTF-8 text") from error
     except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be read as a table: {error.strerror}") from error
+        raise InvalidInputError(f"{file}: cannot be read as a table: {why_not(error)}") from error
     for number, line in enumerate(text.splitlines(), start=1):
         yield number, _COMMENT.sub("", line)
 

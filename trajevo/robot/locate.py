@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 from trajevo.base.files import data_folder
 from trajevo.errors import InvalidInputError, UnknownNameError, no_such_file
+from trajevo.robot.urdf import read_urdf
 
 ROBOTS_FOLDER = data_folder("robots")
 
@@ -68,7 +69,7 @@ def robot_source(name: str | Path) -> RobotSource:
     if str(name) in list_robots():
         return _folder(ROBOTS_FOLDER / str(name))
     path = Path(name)
-    if (path / "robot.toml").is_file():
+    if os.path.isfile(path / "robot.toml"):
         return _folder(path)
     if is_urdf(path):
         return RobotSource(path.stem, path.parent, None, path, _around(path))
@@ -89,8 +90,8 @@ def other_robot(source: RobotSource) -> str | None:
     if source.settings is not None or source.name not in known or not source.urdf.is_file():
         return None
     try:
-        inside = ElementTree.parse(source.urdf).getroot().get("name", "")
-    except (OSError, LookupError, ValueError, ElementTree.ParseError):
+        inside = read_urdf(source.urdf).get("name", "")
+    except InvalidInputError:
         return None  # reported when the URDF is read next
     found = (source.urdf.stem.lower(), inside.lower())
     others = [name for name in known if name != source.name and all(name in text for text in found)]
@@ -124,23 +125,23 @@ def robot_path(name: str | Path, *, folder: Path = Path()) -> Path | None:
         folder: folder from which a relative path starts.
     """
     path = folder / name
-    return path if is_urdf(path) or (path / "robot.toml").is_file() else None
+    return path if is_urdf(path) or os.path.isfile(path / "robot.toml") else None
 
 
 def _top_of(path: Path) -> str:
     """Tag of the top element of an XML file, ``""`` if there is none."""
     try:
-        return str(next(ElementTree.iterparse(path, events=("start",)))[1].tag)
-    except (OSError, StopIteration, LookupError, ValueError, ElementTree.ParseError):
+        return str(read_urdf(path).tag)
+    except InvalidInputError:
         return ""
 
 
 def _refuse_path(path: Path) -> None:
     """Refuse what is meant as a path but leads to no robot, and say the way out; a bare name is let through."""
     ending = path.suffix.lower()
-    if path.is_dir():
+    if os.path.isdir(path):
         raise InvalidInputError(f"robot: {path}: {_no_robot_in(path)}")
-    if not path.is_file():
+    if not os.path.isfile(path):
         if ending or len(path.parts) > 1:
             raise InvalidInputError(f"robot: {no_such_file(path, 'file' if ending else 'file or folder')}")
         return

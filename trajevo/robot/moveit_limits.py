@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from trajevo.base.files import read_bytes, why_not
 from trajevo.base.toml import shortened
 from trajevo.base.units import believed, per_time, to_si, with_unit
 from trajevo.errors import InvalidInputError, known_names, no_such_file
@@ -204,7 +205,7 @@ def _content(file: Path) -> _Entry:
     import yaml  # imported where it reads and writes, since that takes long
 
     try:
-        text = file.read_bytes().decode("utf-8-sig")
+        text = read_bytes(file).decode("utf-8-sig")
         node = yaml.compose(text, Loader=yaml.SafeLoader)
     except FileNotFoundError:
         raise InvalidInputError(no_such_file(file)) from None
@@ -212,9 +213,10 @@ def _content(file: Path) -> _Entry:
         mark = error.problem_mark or error.context_mark
         at = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         raise InvalidInputError(f"{file}: {at}cannot be read as YAML: {error.problem or error.context}") from error
+    except InvalidInputError:
+        raise
     except (OSError, ValueError, yaml.YAMLError) as error:
-        why = " ".join(str(getattr(error, "strerror", None) or error).split())
-        raise InvalidInputError(f"{file}: cannot be read as YAML: {why}") from error
+        raise InvalidInputError(f"{file}: cannot be read as YAML: {why_not(error)}") from error
     except RecursionError as error:
         raise InvalidInputError(f"{file}: cannot be read as YAML: {_TOO_DEEP}") from error
     if node is None:
