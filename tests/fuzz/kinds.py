@@ -23,7 +23,7 @@ from trajevo.exporters.export import export, is_exported
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene, Sphere
 from trajevo.formulation.feasibility.check import check
-from trajevo.path.csv_points import read_points
+from trajevo.path.tables import read_table
 from trajevo.path.via_points import joint_points
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import Picture, save_pictures
@@ -168,7 +168,7 @@ def _read_robot(name: Path) -> None:
 def _read_points(folder: Path) -> None:
     robot = load_robot(folder / "two.urdf", limits=LIMITS)
     try:
-        read_points(folder / "points.csv")
+        read_table(folder / "points.csv")
     finally:
         joint_points(folder / "points.csv", robot)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
 from trajevo.formulation.task_file import MovingSettings, TaskSettings
 from trajevo.path.via_points import joint_points
+from trajevo.robot.locate import robot_path
 from trajevo.robot.robot import Robot, robot_of
 
 #: The registered problem that a task is solved as.
@@ -35,7 +35,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
     with where.at("robot"):
         robot = _robot(settings, folder)
     with where.at("points"):
-        points = joint_points(_points(settings, folder, robot, to_rad), robot)
+        points = joint_points(_points(settings, folder, robot, to_rad), robot, angle=settings.angle)
     arguments = {
         "robot": robot,
         "points": points,
@@ -46,7 +46,9 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "constraints": settings.constraints.limits,
         **settings.parameters,
         "limits": settings.constraints.held,
-        "payload": settings.payload if isinstance(settings.payload, float | int) else settings.payload.model_dump(),
+        "payload": settings.payload
+        if isinstance(settings.payload, float | int | str)
+        else settings.payload.model_dump(),
         "payload_range": settings.payload_range,
         "reference_point": settings.reference_point,
         "samples": settings.samples,
@@ -64,9 +66,12 @@ def _robot(settings: TaskSettings, folder: Path) -> Robot:
     limits = settings.limits.model_dump(exclude_none=True)
     if limits:
         given["limits"] = limits
-    local = folder / given["name"]
-    if local.suffix == ".urdf" or os.path.isfile(local / "robot.toml"):
-        given["name"] = local
+    name = Path(given["name"])
+    if robot_path(name, folder=folder) or name.suffix or len(name.parts) > 1:
+        given["name"] = folder / name
+    if "packages" in given:
+        listed = given["packages"]
+        given["packages"] = [folder / each for each in ([listed] if isinstance(listed, str) else listed)]
     return robot_of(given)
 
 
@@ -80,8 +85,9 @@ def _points(settings: TaskSettings, folder: Path, robot: Robot, to_rad: float) -
             points.append(_in_radians(joints, robot, to_rad))
             continue
         pose: dict[str, Any] = {} if isinstance(point, list) else point.model_dump(exclude_none=True)
-        if "rpy" in pose:
-            pose["rpy"] = [angle * to_rad for angle in pose["rpy"]]
+        for key in ("rpy", "rotation_vector"):
+            if key in pose:
+                pose[key] = [angle * to_rad for angle in pose[key]]
         points.append(pose)
     return points
 
