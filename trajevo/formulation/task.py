@@ -66,6 +66,8 @@ def _robot(settings: TaskSettings, folder: Path) -> Robot:
     limits = settings.limits.model_dump(exclude_none=True)
     if limits:
         given["limits"] = limits
+    if "dh" in given or "joints" in given:
+        return robot_of(given)
     name = Path(given["name"])
     if robot_path(name, folder=folder) or name.suffix or len(name.parts) > 1:
         given["name"] = folder / name
