@@ -5,27 +5,31 @@ import pickle
 
 import numpy as np
 import pytest
-from click.testing import Result
-from typer.testing import CliRunner
 
+from tests.helpers import refused, trajevo
 from trajevo import (
-    Front,
     Payload,
     Robot,
     ViaPointProblem,
     animate,
     certify,
-    export,
+    dlcc,
+    largest_payload,
     load_task,
     minimise_weighted,
-    optimise,
-    payload_capacity,
-    verify,
+    payload_bounds,
+    payload_effort,
+    plots,
+    read_run,
+    resume,
+    slowdown_for,
 )
-from trajevo.cli.main import app
+from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.problem import Weights
+from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import robot_of
+from trajevo.verification.newton_euler import NewtonEuler
 
 INF = float("inf")
 
@@ -118,7 +122,10 @@ def test_limits_are_what_was_given():
     assert not robot.gives_effort
 
 
-@pytest.mark.parametrize("given", [{}, {"position": [-3.0, 3.0], "kind": "prismatic", "names": ["u", "w"]}])
+SLIDES = {"position": [-3.0, 3.0], "velocity": "2 m/s", "kind": "prismatic", "names": ["u", "w"]}
+
+
+@pytest.mark.parametrize("given", [{}, SLIDES])
 def test_it_is_made_again_from_its_settings(given):
     robot = two(**given)
     for again in (
@@ -141,7 +148,7 @@ def test_it_is_made_again_from_its_settings(given):
         ({"names": ["a", "a"]}, "robot 'two': joint 'a': expected a unique name, got 2 joints"),
         ({"names": "ab"}, "names: expected 2 names of joints, one for each, got 'ab'"),
         ({"kind": "turning"}, "unknown kind of joint 'turning'"),
-        ({"kind": ["revolute"]}, "names: "),
+        ({"kind": ["revolute"]}, "kind: expected one or 2, one for each joint, got ['revolute']"),
         ({"jerk": {"joint_1": 1.0}}, "jerk: expected a limit for joint_2, got none; inf is no limit"),
         ({"velocity": [180.0, 1.0]}, "looks like deg/s"),
         ({"velocity": [0.0, 1.0]}, "robot 'two': joint 'joint_1': velocity: expected a positive limit, got 0"),
@@ -151,13 +158,12 @@ def test_it_is_made_again_from_its_settings(given):
 )
 def test_a_wrong_limit_is_refused(given, told):
     whole = {"velocity": [1.0, 1.0], "acceleration": 2.0, "jerk": [8.0, INF], "name": "two"} | given
-    if told == "names: ":
-        told = "limits.velocity: expected 1 or 1 values, got 2"
     with pytest.raises(TrajevoError) as error:
         Robot.from_limits(**whole)
     assert told in str(error.value)
 
 
+SCENE = {"clearance": 0.01, "obstacles": [{"name": "s", "shape": "sphere", "radius": 0.1, "position": [1.0, 0.0, 0.0]}]}
 POINTS = [[0.0, 0.0], [1.0, 0.5], [0.3, 0.2], [1.5, 1.0]]
 
 
@@ -174,7 +180,7 @@ POINTS = [[0.0, 0.0], [1.0, 0.5], [0.3, 0.2], [1.5, 1.0]]
         ({"payload": Payload(1.0)}, "a payload"),
         ({"tool_speed": 1.0}, "a limit of tool speed"),
         ({"tool_height": 0.1}, "a limit of tool height"),
-        ({"clearance": 0.01, "scene": {"sphere": [{"name": "s", "position": [1.0, 0.0, 0.0], "radius": 0.1}]}}, "clear"),
+        ({"scene": SCENE}, "a clearance"),
         ({"moving": [{"point": 1, "tool": (0.1, 0.1, 0.0)}]}, "a box of the tool"),
         ({"points": [[0.0, 0.0], {"position": [0.1, 0.2, 0.3]}, [1.0, 1.0]]}, "the place of the tool"),
     ],
@@ -189,16 +195,112 @@ def test_what_needs_a_body_is_refused_by_name(given, named):
 
 
 def test_points_move_in_a_box_of_joints():
-    problem = ViaPointProblem(robot=two(), points=POINTS, moving=[{"point": 1, "joints": 0.1}], interpolant="cubic")
-    assert [v.name for v in problem.interpolant.variables if v.name.startswith("q_1")] == [
-        "q_1 of joint_1",
-        "q_1 of joint_2",
-    ]
+    moving = [{"point": 1, "joints": [0.1, 0.1]}]
+    problem = ViaPointProblem(
+        robot=two(), points=POINTS, moving=moving, interpolant="cubic", constraints=("velocity", "acceleration")
+    )
+    assert [variable.name for variable in problem.interpolant.variables][-2:] == ["q_1 of joint_1", "q_1 of joint_2"]
+    moved = problem.decode(np.array([[1.0, 1.0, 1.0, 1.0, 1.0, 0.05, -0.05]]))
+    assert np.abs(moved.evaluate(np.array([[2.0]]))[0, 0] - [1.05, 0.45]).max() < 1e-12
 
 
 @pytest.fixture(scope="module")
-def solved(tmp_path_factory):
+def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("alone")
     (folder / "task.toml").write_text(TASK)
-    problem = load_task(folder / "task.toml")
-    return optimise(problem.problem if hasattr(problem, "problem") else problem, seed=1, generations=4, population=12)
+    solved = trajevo("solve", "task.toml", cwd=folder)
+    assert solved.returncode == 0, solved.stderr
+    return folder
+
+
+def test_a_task_of_limits_alone_is_checked_solved_and_shown(run):
+    checked = trajevo("check", "task.toml", cwd=run)
+    assert checked.returncode == 0
+    assert "point  range used  to the next, at least" in checked.stdout
+    shown = trajevo("show", "runs/task", cwd=run)
+    assert shown.returncode == 0
+    assert "of turn" in trajevo("certify", "runs/task", cwd=run).stdout
+    verified = trajevo("verify", "runs/task", cwd=run)
+    assert "keeps every limit" in verified.stdout
+    assert "Pinocchio" not in verified.stdout
+    assert not list((run / "runs/task/plots").glob("*tool_path*"))
+    assert trajevo("report", "runs/task", "--full", cwd=run).returncode == 0
+
+
+def test_a_run_of_limits_alone_is_read_and_goes_on(run):
+    front = read_run(run / "runs/task")
+    robot = front.problem.robot
+    assert robot.settings["joints"] == ["turn", "slide"]
+    assert robot.joint_units == ("rad", "m")
+    np.testing.assert_array_equal(robot.limits.jerk, [8.0, INF])
+    again = load_task(run / "task.toml").problem
+    assert json.dumps(again.settings) == json.dumps(front.problem.settings)
+    longer = resume(run / "runs/task", generations=6, progress=False)
+    assert longer.problem.settings == front.problem.settings
+
+
+@pytest.mark.parametrize("name", ["csv", "json", "ros2", "moveit", "mujoco", "netcdf"])
+def test_what_needs_no_body_is_exported(run, name):
+    done = trajevo("export", "runs/task", "--format", name, "--out", f"{name}.out", cwd=run)
+    assert done.returncode == 0, done.stderr
+    if name not in ("netcdf", "json"):
+        lines = (run / f"{name}.out").read_text().splitlines()
+        written = [line for line in lines if not line.startswith("#")]
+        assert any("turn" in line for line in written)
+        told = [line for line in written if ("effort" in line or "force" in line) and "[]" not in line]
+        assert all("false" in line for line in told)
+
+
+def test_a_task_limits_effort_only_where_it_says_so(tmp_path):
+    (tmp_path / "task.toml").write_text(TASK[: TASK.index("[constraints]")])
+    named = load_task(tmp_path / "task.toml").problem.settings["constraints"]
+    assert named == ["position", "velocity", "acceleration", "jerk"]
+    (tmp_path / "task.toml").write_text(TASK.replace('"acceleration", "jerk"]', '"effort"]'))
+    refused(lambda: load_task(tmp_path / "task.toml"), "a limit of effort needs a body")
+
+
+@pytest.mark.parametrize(
+    ("computed", "named"),
+    [
+        (lambda front: animate(front.knee(), "never.html"), "an animation"),
+        (lambda front: plots.stick_figure(front.knee()), "a picture of the arm"),
+        (lambda front: plots.tool_path(front.knee()), "a picture of the tool's path"),
+        (lambda front: dlcc(front.knee()), "effort"),
+        (lambda front: payload_bounds(front.knee()), "a payload"),
+        (lambda front: payload_effort(front.knee()), "effort"),
+        (lambda front: slowdown_for(front.knee(), payload=Payload(1.0)), "a payload"),
+        (lambda front: largest_payload(front.problem, seed=1), "a payload"),
+        (lambda front: certify(front.knee(), power=1.0), "a limit of power"),
+        (lambda front: certify(front.knee(), tool_speed=1.0), "a limit of tool speed"),
+        (lambda front: front.problem.robot.tool_poses(np.zeros((1, 2))), "the place of the tool"),
+        (lambda front: ToolKinematics.of(front.problem.robot), "the place of the tool"),
+        (lambda front: Dynamics(front.problem.robot).effort(*np.zeros((3, 1, 2))), "effort"),
+        (lambda front: NewtonEuler(front.problem.robot), "effort"),
+    ],
+)
+def test_what_needs_a_body_is_refused_after_the_search(run, computed, named):
+    front = read_run(run / "runs/task")
+    with pytest.raises(InvalidInputError) as error:
+        computed(front)
+    assert str(error.value).startswith(f"robot 'two': {named} needs a body")
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        ("velocity = ", "effort = ", "limits: effort: a robot of joints and limits alone has none"),
+        ("acceleration = 2.0", "", "limits: expected acceleration, got none"),
+        ('"slide"]', '"turn"]', "expected a unique name"),
+        ('kind = ["revolute", ', 'kind = ["ball", ', "unknown kind of joint 'ball'"),
+        ('name = "two", ', 'name = "two", tool = "t", ', "got 'tool'"),
+        ('joints = ["turn", "slide"], ', "", "robot: kind: "),
+    ],
+)
+def test_a_mistake_in_a_task_is_told_with_its_line(tmp_path, before, after, told):
+    (tmp_path / "task.toml").write_text(TASK.replace(before, after))
+    done = trajevo("check", "task.toml", cwd=tmp_path)
+    assert done.returncode not in (0, None)
+    assert told in " ".join(done.stderr.split())
+    assert "task.toml" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -175,7 +175,7 @@ def _urdf_of(settings: Path) -> Path | None:
     except InvalidInputError:  # is told as an error of the settings
         content = {}
     named = content.get("urdf")
-    if isinstance(named, str):
+    if isinstance(named, str) and "dh" not in content:
         return settings.parent / named
     there = sorted(settings.parent.glob("*.urdf")) if "dh" not in content else []
     return there[0] if len(there) == 1 else None

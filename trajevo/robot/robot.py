@@ -411,7 +411,7 @@ def robot_of(given: Any) -> Robot:
         return given
     if not isinstance(given, Mapping):
         return load_robot(given)
-    if "dh" in given or "joints" in given:
+    if not {"dh", "joints", "kind"}.isdisjoint(given):
         made: Robot = written_robot_of(Robot, given)
         return made
     accepted = tuple(inspect.signature(load_robot).parameters)

@@ -96,6 +96,7 @@ class NewtonEuler:
     _tree: _Tree = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        self.robot.check_body("effort")
         object.__setattr__(self, "_tree", _read_tree(self.robot))
 
     def effort(self, q: Array, v: Array, a: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.robot.loading.arguments import STANDARD_GRAVITY, checked_gravity, plain_settings
-from trajevo.robot.loading.chain import Pose6, Segment, DhStep, chain_urdf
+from trajevo.robot.loading.chain import DhStep, Pose6, Segment, chain_urdf
 from trajevo.robot.loading.dh import KINDS, DhTable, joint_names, planar_rows
 
 
@@ -224,8 +224,8 @@ def _check_name(name: Any) -> None:
 
 
 def _count(names: Any, kind: Any, limits: Mapping[str, Any]) -> int:
-    """Number of joints: as many as are named, or else as kinds or limits are listed."""
-    for given in (names, kind, *(limits[key] for key in ("velocity", "acceleration", "jerk"))):
+    """Number of joints: as many as are named, or else as limits or kinds are listed."""
+    for given in (names, *(limits[key] for key in ("velocity", "acceleration", "jerk")), kind):
         if isinstance(given, list | tuple | np.ndarray | Mapping) and len(given):
             return len(given)
     raise InvalidInputError("names: expected the names of the joints, as no limit is given for each of them, got none")
@@ -243,6 +243,8 @@ def written_robot_of(cls: type[Any], given: Mapping[str, Any]) -> Any:
         InvalidInputError: another key, or as for the two methods.
     """
     by_table = "dh" in given
+    if not by_table and "joints" not in given:
+        raise InvalidInputError("robot: kind: expected joints with it, the names of the robot's joints, got none")
     accepted = (
         ("name", "dh", "limits", "gravity", "allow_massless") if by_table else ("name", "joints", "kind", "limits")
     )

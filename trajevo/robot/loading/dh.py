@@ -11,7 +11,7 @@ import numpy as np
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.units import believed, quantity, with_unit
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
-from trajevo.robot.loading.chain import Pose6, Segment, DhStep, chain_urdf
+from trajevo.robot.loading.chain import DhStep, Pose6, Segment, chain_urdf
 
 CONVENTIONS = ("standard", "modified")
 KINDS = ("revolute", "prismatic")
