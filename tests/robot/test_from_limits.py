@@ -29,6 +29,8 @@ from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.problem import Weights
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import robot_of
+from trajevo.study.definition import Study
+from trajevo.study.run import run_study
 from trajevo.verification.newton_euler import NewtonEuler
 
 INF = float("inf")
@@ -249,6 +251,15 @@ def test_what_needs_no_body_is_exported(run, name):
         assert any("turn" in line for line in written)
         told = [line for line in written if ("effort" in line or "force" in line) and "[]" not in line]
         assert all("false" in line for line in told)
+
+
+def test_a_study_varies_limits_and_runs(run, tmp_path):
+    study = Study(task=run / "task.toml", seed=1, repeats=1, factors={"limits.jerk": [8.0, 20.0]}, generations=2)
+    slides = study.jobs[0]["arguments"]["robot"]
+    assert slides["joints"] == ["turn", "slide"]
+    assert Study.of(study.record).record == study.record
+    standing = run_study(study, tmp_path / "study", progress=False)
+    assert standing.finished
 
 
 def test_a_task_limits_effort_only_where_it_says_so(tmp_path):
