@@ -16,6 +16,7 @@ import pydantic
 from trajevo.base.files import opening_robots_only
 from trajevo.base.jit import Kind
 from trajevo.base.plain import plain_data
+from trajevo.base.toml import problem_of
 from trajevo.errors import InvalidInputError, one_line
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
@@ -47,7 +48,7 @@ def told(error: pydantic.ValidationError) -> str:
     """The first of the errors that pydantic found in a record, as its place and what is wrong there."""
     first = error.errors()[0]
     place = ".".join(str(part) for part in first["loc"]) or "content"
-    return f"{place}: {first['msg'].removeprefix('Value error, ')}"
+    return f"{place}: {problem_of(first)}"
 
 
 def _settings(given: Any) -> Any:
