@@ -5,9 +5,44 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+#: Characters that steer a terminal or reorder its text, and what is shown for them.
+_SHOWN = {
+    **{code: 0x2400 + code for code in range(0x20) if chr(code) not in "\t\n"},
+    0x7F: 0x2421,
+    **dict.fromkeys(
+        (
+            *range(0x80, 0xA0),
+            0x61C,
+            0x200E,
+            0x200F,
+            *range(0x2028, 0x202F),
+            *range(0x2066, 0x206A),
+            *range(0xD800, 0xE000),
+        ),
+        0xFFFD,
+    ),
+}
+
+
+def visible(text: str) -> str:
+    """Text in which control and bidirectional characters are replaced by signs; tabs and line ends stay."""
+    return text if text.isascii() and text.isprintable() else text.translate(_SHOWN)
+
+
+def one_line(text: str) -> str:
+    """Text as :func:`visible` gives it, on one line."""
+    return text if text.isascii() and text.isprintable() else " ".join(visible(text).split())
+
 
 class TrajevoError(ValueError):
-    """Base of every error that trajevo raises on purpose."""
+    """Base of every error that trajevo raises on purpose.
+
+    Args:
+        *said: one sentence; what files brought into it cannot steer a terminal.
+    """
+
+    def __init__(self, *said: str) -> None:
+        super().__init__(*map(visible, said))
 
 
 class InvalidInputError(TrajevoError):

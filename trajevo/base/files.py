@@ -1,11 +1,24 @@
-"""Folders of data, files that are written completely or not at all, and locks on files."""
+"""Folders of data, files that are read and written with care, and locks on files.
+
+Files may come from strangers. What is read is a regular file of bounded size. What is written never goes through a
+symbolic link, and is written completely or not at all.
+"""
 
 from __future__ import annotations
 
+import errno
 import os
+import secrets
+import stat
 import sys
-from contextlib import suppress
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
+from typing import BinaryIO
+
+from trajevo.errors import InvalidInputError
 
 if sys.platform != "win32":
     import fcntl
@@ -16,27 +29,99 @@ _PLACES = (Path(__file__).resolve().parents[1], Path(__file__).resolve().parents
 #: End of the name of a file that is still being written.
 SCRATCH = ".part"
 
+#: Greatest size of a file that people write, such as a task or a URDF, and of a file of a run or a mesh [bytes].
+MOST_TEXT, MOST_DATA = 2**24, 2**27
+
+#: Folders whose entries stand for open files and devices: they are written to, never replaced.
+_OPEN_FILES = (Path("/dev"), Path("/dev/fd"), Path("/proc/self/fd"))
+
+#: Greatest time to wait for the reader of a pipe [s].
+_PATIENCE = 5.0
+
+#: Flags that not every system has.
+_NO_LINK, _NO_WAIT, _BINARY = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
+
+#: The data whose files are closed, see :func:`opening_robots_only`; empty if any file may be opened.
+_named_by: ContextVar[str] = ContextVar("_named_by", default="")
+
 
 def data_folder(name: str) -> Path:
     """A folder of data that comes with trajevo, such as ``"robots"``."""
     return next(place / name for place in _PLACES if (place / name).is_dir())
 
 
+@contextmanager
+def opening_robots_only(source: str) -> Iterator[None]:
+    """A context in which the names of files in some data open nothing but URDFs and ``robot.toml``.
+
+    A run, which may be from a stranger, names its robot; a file of points that it names could be any file.
+
+    Args:
+        source: what the data is, for messages.
+    """
+    before = _named_by.set(source)
+    try:
+        yield
+    finally:
+        _named_by.reset(before)
+
+
+def read_bytes(file: Path, *, most: int = MOST_TEXT) -> bytes:
+    """The content of a regular file.
+
+    Args:
+        file: the file, or a link to it.
+        most: its greatest size [bytes].
+
+    Raises:
+        OSError: it cannot be opened or read.
+        InvalidInputError: it is a device, a pipe or a folder, is larger, or is named by the data of a run.
+    """
+    source = _named_by.get()
+    if source and file.suffix != ".urdf" and file.name != "robot.toml":
+        raise InvalidInputError(f"{source} names a file to read, {str(file)!r}; the data of a run opens no other files")
+    try:
+        # A pipe that nobody writes to must not be waited for.
+        handle = os.open(file, os.O_RDONLY | _NO_WAIT | _BINARY)
+    except ValueError as error:  # a null character
+        raise InvalidInputError(f"{str(file)!r}: expected the path of a file: {error}") from error
+    with open(handle, "rb") as stream:
+        found = os.fstat(handle)
+        if not stat.S_ISREG(found.st_mode):
+            raise InvalidInputError(f"{file}: expected a regular file, got {_kind(found.st_mode)}")
+        content = stream.read(most + 1) if found.st_size <= most else b""
+    if max(len(content), found.st_size) > most:
+        size = max(len(content), found.st_size) / 2**20
+        raise InvalidInputError(f"{file}: expected a file of at most {most / 2**20:g} MiB, got {size:.1f} MiB")
+    return content
+
+
+def read_text(file: Path, *, most: int = MOST_TEXT) -> str:
+    """The content of a regular file as UTF-8 text, with the line ends of this language.
+
+    Raises:
+        OSError, InvalidInputError: as for :func:`read_bytes`.
+        UnicodeDecodeError: it is no UTF-8.
+    """
+    return read_bytes(file, most=most).decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
+
+
 def write_whole(file: Path, content: bytes | memoryview) -> None:
     """Write a file so that it holds either the old or the new content, whatever kills the process.
 
-    A temporary file beside it is written, forced to the disk and renamed. Anything but a regular file, such as
-    ``/dev/stdout``, must not be replaced and is written to directly.
+    A new file beside it is written, forced to the disk and renamed, so that a link of that name is replaced, not
+    followed. What the caller names among the open files and devices in ``/dev``, and a pipe, are written to directly.
 
     Raises:
         OSError: the file cannot be written; the old file is unchanged.
     """
-    if file.exists() and not file.is_file():
-        file.write_bytes(content)
+    if _is_written_to(file):
+        with _written_to(file) as stream:
+            stream.write(content)
         return
-    scratch = file.with_name(file.name + SCRATCH)
+    scratch = file.with_name(f"{file.name}.{secrets.token_hex(4)}{SCRATCH}")
     try:
-        with scratch.open("wb") as stream:
+        with open(os.open(scratch, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINK | _BINARY, 0o666), "wb") as stream:
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
@@ -46,6 +131,28 @@ def write_whole(file: Path, content: bytes | memoryview) -> None:
             scratch.unlink(missing_ok=True)
         raise
     _keep_name(file.parent)
+
+
+def own_folder(folder: Path) -> Path:
+    """Make a folder that is written into, with those above it, unless it is there.
+
+    Raises:
+        OSError: it cannot be made.
+        InvalidInputError: there is a link of that name, through which nothing is written.
+    """
+    if folder.is_symlink():
+        raise InvalidInputError(f"{folder}: expected a folder, got a link to {os.readlink(folder)}; remove the link")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def opened_lock(file: Path) -> BinaryIO:
+    """A file to be locked, made if it is missing.
+
+    Raises:
+        OSError: it cannot be opened for writing, or is a link.
+    """
+    return open(os.open(file, os.O_RDWR | os.O_CREAT | os.O_APPEND | _NO_LINK | _NO_WAIT | _BINARY, 0o666), "ab")
 
 
 def locked(handle: int) -> bool:
@@ -64,6 +171,42 @@ def locked(handle: int) -> bool:
     except OSError:
         pass
     return True
+
+
+def why_not(error: Exception) -> str:
+    """Why a file cannot be used, in a few words on one line: the system's, or those of the error."""
+    return " ".join(str(getattr(error, "strerror", None) or error or type(error).__name__).split())
+
+
+def _kind(mode: int) -> str:
+    kinds = {"a folder": stat.S_ISDIR, "a pipe": stat.S_ISFIFO, "a socket": stat.S_ISSOCK}
+    return next((kind for kind, fits in kinds.items() if fits(mode)), "a device")
+
+
+def _is_written_to(file: Path) -> bool:
+    """Whether a file is written to directly, as a device or a pipe; other files, and links, are replaced."""
+    if file.absolute().parent in _OPEN_FILES:
+        return True
+    try:
+        mode = file.lstat().st_mode
+    except OSError:
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISLNK(mode))
+
+
+def _written_to(file: Path) -> BinaryIO:
+    """A device or a pipe, opened for writing; a pipe that nobody begins to read is not waited for without end."""
+    until = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            handle = os.open(file, os.O_WRONLY | _NO_WAIT | _BINARY)
+            break
+        except OSError as error:
+            if error.errno != errno.ENXIO or time.monotonic() > until:
+                raise
+            time.sleep(_PATIENCE / 100.0)
+    os.set_blocking(handle, True)
+    return open(handle, "wb")
 
 
 def _keep_name(folder: Path) -> None:

@@ -1,35 +1,61 @@
-"""Plain data: what JSON and TOML can hold, so that it is equal after it is written to a file and read again."""
+"""Plain data: what JSON and TOML can hold, so that it is equal after it is written to a file and read again.
+
+Files of such data may come from strangers: their size, their depth, and the memory that they unpack to are bounded
+before that memory is taken.
+"""
 
 from __future__ import annotations
 
+import io
+import json
 import math
-from collections.abc import Mapping
-from pathlib import PurePath
+import sys
+import tomllib
+import zipfile
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
 
+from trajevo.base.arrays import Array
+from trajevo.base.files import MOST_DATA, read_bytes
 from trajevo.errors import InvalidInputError
 
+#: Greatest depth of lists and tables in each other, and of entries of YAML with all references written out.
+MOST_LEVELS, _MOST_ENTRIES = 32, 100_000
 
-def plain_data(place: str, value: Any) -> Any:
+#: Greatest number of arrays in a file.
+_MOST_ARRAYS = 10_000
+
+#: Kinds of numpy's types that hold numbers or text, and nothing that could be executed.
+_KINDS = "biufUS"
+
+
+def plain_data(place: str, value: Any, *, levels: int = MOST_LEVELS) -> Any:
     """Data as numbers, texts, lists and tables; arrays and tuples become lists, numbers of numpy those of Python.
 
     Args:
         place: where the data comes from, with which messages begin.
         value: the data.
+        levels: how deep lists and tables may lie in each other.
 
     Raises:
-        InvalidInputError: anything else, a number that is not finite, or text that is no Unicode.
+        InvalidInputError: anything else, a number that is not finite, text that is no Unicode, or data that is deeper.
     """
-    if isinstance(value, Mapping):
-        return {_text(place, str(key)): plain_data(f"{place}.{key}", entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, PurePath):
         value = str(value)
+    if isinstance(value, Mapping | list | tuple) and not levels:
+        raise InvalidInputError(f"{place}: expected lists and tables at most {MOST_LEVELS} deep in each other")
+    if isinstance(value, Mapping):
+        entries = value.items()
+        return {_text(place, str(key)): plain_data(f"{place}.{key}", each, levels=levels - 1) for key, each in entries}
     if isinstance(value, list | tuple):
-        return [plain_data(place, entry) for entry in value]
+        return [plain_data(place, entry, levels=levels - 1) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
         raise InvalidInputError(f"{place}: expected finite numbers, got {value}; for no limit, write the text 'inf'")
     if isinstance(value, str):
@@ -45,3 +71,152 @@ def _text(place: str, value: str) -> str:
     except UnicodeEncodeError as error:
         raise InvalidInputError(f"{place}: expected text that can be written as UTF-8, got {value!r}") from error
     return value
+
+
+def from_json(text: str) -> Any:
+    """The data of a JSON text.
+
+    Raises:
+        ValueError: it is no JSON, or deeper than :data:`MOST_LEVELS`.
+    """
+    return _parsed(json.loads, text)
+
+
+def from_toml(text: str) -> dict[str, Any]:
+    """The data of a TOML text.
+
+    Raises:
+        ValueError: it is no TOML, or deeper than :data:`MOST_LEVELS`; ``TOMLDecodeError`` names line and column.
+    """
+    found: dict[str, Any] = _parsed(tomllib.loads, text)
+    return found
+
+
+def from_yaml(text: str) -> Any:
+    """The data of a YAML text, of plain types alone.
+
+    Raises:
+        ValueError: it is no YAML, deeper than :data:`MOST_LEVELS`, or many times larger with its references written
+            out.
+    """
+    import yaml  # imported where it reads, since that takes long
+
+    def load(content: str) -> Any:
+        loader = yaml.SafeLoader(content)
+        try:
+            node = loader.get_single_node()
+            if node is None:
+                return None
+            _check_size(node)
+            return loader.construct_document(node)
+        finally:
+            loader.dispose()
+
+    try:
+        return _parsed(load, text)
+    except (yaml.YAMLError, OverflowError, TypeError, AttributeError) as error:
+        raise ValueError(" ".join(str(error).split())) from error
+
+
+def _parsed(parse: Callable[[str], Any], text: str) -> Any:
+    try:
+        found = parse(text)
+    except RecursionError as error:
+        raise ValueError(_TOO_DEEP) from error
+    except ValueError as error:
+        if "integer string conversion" in str(error):
+            raise ValueError(f"expected whole numbers of at most {sys.get_int_max_str_digits()} digits") from error
+        raise
+    level = [found]
+    for _ in range(MOST_LEVELS + 1):
+        level = [entry for each in level for entry in _inside(each) if isinstance(entry, dict | list)]
+        if not level:
+            return found
+    raise ValueError(_TOO_DEEP)
+
+
+_TOO_DEEP = f"expected lists and tables at most {MOST_LEVELS} deep in each other"
+
+
+def _inside(value: Any) -> Iterator[Any]:
+    yield from value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+
+
+def _check_size(node: Any) -> None:
+    """Refuse YAML whose references, written out, make too many entries: some lines can stand for billions."""
+    sizes: dict[int, int] = {}
+
+    def size(of: Any, levels: int) -> int:
+        if not levels:
+            raise ValueError(_TOO_DEEP)
+        if id(of) not in sizes:
+            inner = of.value if isinstance(of.value, list) else ()
+            parts = (part for entry in inner for part in (entry if isinstance(entry, tuple) else (entry,)))
+            sizes[id(of)] = 1 + sum(size(part, levels - 1) for part in parts)
+        return sizes[id(of)]
+
+    if size(node, MOST_LEVELS + 1) > _MOST_ENTRIES:
+        raise ValueError(f"expected at most {_MOST_ENTRIES} entries with all references written out")
+
+
+def read_arrays(file: Path) -> dict[str, Array]:
+    """The arrays of numbers and text of a file of ``numpy.savez``, of which nothing is executed.
+
+    Args:
+        file: the file; its arrays take at most :data:`~trajevo.base.files.MOST_DATA` bytes together.
+
+    Raises:
+        OSError: it cannot be read.
+        InvalidInputError: it is no such file, an array is damaged, given twice or holds objects, or it is too large.
+    """
+    content = read_bytes(file, most=MOST_DATA)
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            entries = archive.infolist()
+            _check_entries(entries)
+            return {entry.filename.removesuffix(".npy"): _array(archive, entry) for entry in entries}
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{file}: {error}") from error
+    # Whatever a reader of zip files and of array headers may raise for bytes that are not theirs.
+    except (ArithmeticError, LookupError, RuntimeError, SyntaxError, MemoryError, TypeError, ValueError, OSError,
+            EOFError, zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error) as error:  # fmt: skip
+        said = " ".join(str(error).split()) or type(error).__name__
+        raise InvalidInputError(f"{file}: is damaged or no file of arrays: {said}") from error
+
+
+def _check_entries(entries: list[zipfile.ZipInfo]) -> None:
+    names = Counter(entry.filename for entry in entries)
+    twice = next((name for name, count in names.items() if count > 1), None)
+    if twice is not None:
+        raise InvalidInputError(f"the array {twice!r} is given twice")
+    size = sum(entry.file_size for entry in entries)
+    if size > MOST_DATA or len(entries) > _MOST_ARRAYS:
+        raise InvalidInputError(
+            f"expected at most {_MOST_ARRAYS} arrays of {MOST_DATA / 2**20:g} MiB together, got {len(entries)} "
+            f"of {size / 2**20:.1f} MiB"
+        )
+    other = next(
+        (entry for entry in entries if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)), None
+    )
+    if other is not None:
+        raise InvalidInputError(f"the array {other.filename!r} is packed in a way that numpy does not use")
+
+
+def _array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Array:
+    """An array whose header is compared with its bytes first: numpy would take the memory that the header claims."""
+    stream = io.BytesIO(archive.read(entry))
+    version = np.lib.format.read_magic(stream)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, by_column, kind = read(stream)
+    held = len(stream.getbuffer()) - stream.tell()
+    if (
+        kind.hasobject
+        or kind.kind not in _KINDS
+        or math.prod(shape) * kind.itemsize != held
+        or min(shape, default=0) < 0
+    ):
+        raise InvalidInputError(
+            f"the array {entry.filename!r} says that it has shape {shape} and type {kind}, but it holds {held} bytes"
+        )
+    values: Array = np.frombuffer(stream.getbuffer(), dtype=kind, offset=stream.tell()) if held else np.empty(0, kind)
+    return values.reshape(shape, order="F" if by_column else "C")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,6 +11,8 @@ from typing import Any, TypeVar, get_args
 
 import pydantic
 
+from trajevo.base.files import read_text, why_not
+from trajevo.base.plain import from_toml
 from trajevo.errors import InvalidInputError, TrajevoError, known_names
 
 _TABLE = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
@@ -74,11 +75,12 @@ def read_toml(file: Path) -> tuple[dict[str, Any], Places]:
         InvalidInputError: the file cannot be read.
     """
     try:
-        text = file.read_text(encoding="utf-8")
-        return tomllib.loads(text), Places(file, key_lines(text))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise InvalidInputError(f"{file}: cannot be read as TOML: {why}") from error
+        text = read_text(file)
+        return from_toml(text), Places(file, key_lines(text))
+    except InvalidInputError:
+        raise
+    except (OSError, ValueError) as error:
+        raise InvalidInputError(f"{file}: cannot be read as TOML: {why_not(error)}") from error
 
 
 def validated(model: type[Model], content: dict[str, Any], places: Places) -> Model:

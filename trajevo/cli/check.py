@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import typer
-from rich.console import Console
 
+from trajevo.cli.console import Terminal
 from trajevo.cli.problem_options import ProblemArgument, chosen_problem, problem_options
 from trajevo.cli.results import NO_SOLUTION
 from trajevo.formulation.feasibility.check import check
 
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 
 
 @problem_options

@@ -7,14 +7,14 @@ from typing import Annotated
 
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Column, Table
 
+from trajevo.cli.console import Terminal
 from trajevo.formulation.examples import copy_example, list_examples
 
 #: The next command for a copy, by the kind of the example.
 _NEXT = {"task": "trajevo solve {}", "study": "trajevo study run {}", "notebook": "jupyter lab {}"}
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 
 
 def examples(

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from trajevo.base.files import why_not, write_whole
+from trajevo.cli.console import Terminal
 from trajevo.errors import InvalidInputError
 
 _EXAMPLE = Path(__file__).with_name("task.toml")
@@ -20,17 +21,17 @@ def write_example(file: str | Path) -> Path:
         InvalidInputError: the file exists, or cannot be written.
     """
     target = Path(file)
-    if target.exists():
+    if target.exists() or target.is_symlink():
         raise InvalidInputError(f"{target}: exists already; choose another name")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(_EXAMPLE.read_text(encoding="utf-8"), encoding="utf-8")
+        write_whole(target, _EXAMPLE.read_bytes())
     except OSError as error:
-        raise InvalidInputError(f"{target}: cannot be written: {error.strerror}") from error
+        raise InvalidInputError(f"{target}: cannot be written: {why_not(error)}") from error
     return target
 
 
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 
 
 def init(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import gc
 import importlib
 import io
@@ -12,11 +13,12 @@ import warnings
 from typing import Annotated, Any, NamedTuple, final
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
 from trajevo import __version__
+from trajevo.base.files import why_not
+from trajevo.cli.console import Terminal
 from trajevo.errors import NoSolutionError, TrajevoError
 
 
@@ -195,10 +197,21 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    console = Console(stderr=True, soft_wrap=True, highlight=False)
+    console = Terminal(stderr=True)
     warnings.showwarning = lambda message, *_: console.print(f"warning: {message}", markup=False)
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
     except TrajevoError as error:
         console.print(f"error: {error}", markup=False)
         sys.exit(3 if isinstance(error, NoSolutionError) else 2)
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        # Whatever is left to print would fail again when the process ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if error.errno != errno.EPIPE:  # of which nobody wants to hear: the reader has seen enough
+            console.print(f"error: standard output: cannot be written: {why_not(error)}", markup=False)
+        sys.exit(2)

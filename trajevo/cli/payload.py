@@ -25,6 +25,7 @@ from trajevo.capacity.sensitivity import sensitivity
 from trajevo.capacity.slowdown import SlowdownCurve, slowdown_curve, slowdown_for
 from trajevo.capacity.uncertainty import price_of_uncertainty
 from trajevo.capacity.workspace import PLANES, ToolPlane, workspace_capacity
+from trajevo.cli.console import Terminal
 from trajevo.cli.results import (
     CURVE_PICTURE,
     DIAGRAM_PICTURE,
@@ -44,7 +45,7 @@ from trajevo.path.inverse_kinematics import Pose
 from trajevo.plots.pictures import save_figure
 from trajevo.robot.robot import load_robot
 
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 
 #: Number of boxes whose price is computed, including the exactly known payload.
 _TOLERANCES = 6
@@ -231,7 +232,7 @@ def _print_robust(out: Console, effort: PayloadEffort, com: tuple[float, float, 
     )
 
 
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 
 #: Rows of the table of a curve.
 _ROWS = 12

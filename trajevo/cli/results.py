@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from trajevo.cli.console import Terminal
 from trajevo.cli.terminal import print_rivals, print_run
 from trajevo.errors import checked_name
 from trajevo.exporters.export import is_exported
@@ -64,8 +64,8 @@ NO_SOLUTION = 3
 REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 
 
-_out = Console(soft_wrap=True, highlight=False)
-_err = Console(soft_wrap=True, highlight=False, stderr=True)
+_out = Terminal()
+_err = Terminal(stderr=True)
 
 
 def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from trajevo.cli.console import Terminal
 from trajevo.cli.terminal import print_examination, print_list
 from trajevo.robot.examine import examine
 
@@ -14,7 +14,7 @@ MasslessOption = Annotated[
     bool, typer.Option("--allow-massless", help="Links without mass are meant: efforts leave them out.")
 ]
 
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 
 
 def list_everything() -> None:

@@ -9,13 +9,13 @@ from typing import Annotated
 import numpy as np
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from trajevo import plots
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.sensitivity import sensitivity
+from trajevo.cli.console import Terminal
 from trajevo.cli.results import (
     PLOTS_FOLDER,
     REPORT_FILE,
@@ -39,7 +39,7 @@ from trajevo.verification.certificate import Certificate
 from trajevo.verification.certify import certify, certify_all
 from trajevo.verification.verify import verify, verify_all
 
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; the problem's unit if not given.")]
 
 
@@ -155,7 +155,7 @@ def verify_motions(
         raise typer.Exit(1)
 
 
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 
 
 def certificate(

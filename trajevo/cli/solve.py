@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, final
 
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
+from trajevo.base.files import own_folder, why_not
+from trajevo.cli.console import Terminal
 from trajevo.cli.problem_options import ProblemArgument, chosen_problem, flag, problem_options
 from trajevo.cli.results import (
     NO_SOLUTION,
@@ -34,7 +36,7 @@ from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
 from trajevo.solvers.run.runs import resume as resume_run
 
 METHODS = ("evolution", "nnc")
-_err = Console(soft_wrap=True, highlight=False, stderr=True)
+_err = Terminal(stderr=True)
 
 
 @search_options
@@ -153,16 +155,13 @@ def _claim(folder: Path, overwrite: bool) -> None:
         go_on = f", or go on with it: trajevo resume {folder}" if run.begun else ""
         raise InvalidInputError(f"{folder} already holds a run; choose another --out or add --overwrite{go_on}")
     try:
-        (folder / PLOTS_FOLDER).mkdir(parents=True, exist_ok=True)
-        for place in (folder, folder / PLOTS_FOLDER):
-            probe = place / ".writable"
-            probe.touch()
-            probe.unlink()
+        for place in (folder, own_folder(folder / PLOTS_FOLDER)):
+            tempfile.TemporaryFile(dir=place).close()
     except OSError as error:
-        raise InvalidInputError(f"{folder}: the output folder cannot be written: {error.strerror}") from error
+        raise InvalidInputError(f"{folder}: the output folder cannot be written: {why_not(error)}") from error
 
 
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 
 
 def polish_run(

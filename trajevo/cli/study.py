@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Column, Table
 
+from trajevo.cli.console import Terminal
 from trajevo.errors import InvalidInputError
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import standing
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from trajevo.study.results import StudyResults
 
 app = typer.Typer(help="Many runs: the product of factors, on one machine or a cluster.", no_args_is_help=True)
-_out = Console(soft_wrap=True, highlight=False)
+_out = Terminal()
 
 _Folder = Annotated[Path, typer.Argument(help="Folder of a study.")]
 

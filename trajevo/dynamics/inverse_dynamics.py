@@ -18,6 +18,9 @@ from trajevo.robot.robot import Robot
 
 NO_PAYLOAD = Payload(0.0)
 
+#: Greatest number of instants per segment, and of threads.
+_MOST_SAMPLES, _MOST_THREADS = 20_000, 1_000
+
 #: A joint is at rest below this share of its greatest speed plus its greatest position over the duration.
 _ROUNDING = 1e-9
 
@@ -45,10 +48,12 @@ class Dynamics:
     _models: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        for name, least in (("samples", 2), ("threads", 1)):
+        for name, least, most in (("samples", 2, _MOST_SAMPLES), ("threads", 1, _MOST_THREADS)):
             value = getattr(self, name)
             if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
                 raise InvalidInputError(f"{name}: expected a whole number of at least {least}, got {value!r}")
+            if value > most:
+                raise InvalidInputError(f"{name}: expected a whole number of at most {most}, got {value!r}")
             object.__setattr__(self, name, int(value))
 
     def __getstate__(self) -> dict[str, Any]:

@@ -15,8 +15,8 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.rollout import Rollout
-from trajevo.errors import InvalidInputError
-from trajevo.exporters.exporter import Exporter, comments
+from trajevo.errors import InvalidInputError, one_line
+from trajevo.exporters.exporter import Exporter, cell, comments
 from trajevo.front.front import Solution
 from trajevo.robot.limit_files import write_joint_limits
 from trajevo.robot.transmission import Direct
@@ -131,7 +131,7 @@ def replay_table(solution: Solution, step: float) -> str:
         f"# locked: {json.dumps(dict(robot.locked))}\n"
     )
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(headers)
+    writer.writerow(map(cell, headers))
     writer.writerows([[repr(value) for value in row] for row in np.concatenate(columns, axis=1).tolist()])
     return stream.getvalue()
 
@@ -165,10 +165,10 @@ def urscript(solution: Solution, step: float) -> str:
     cycle = f"t={_decimal(step)}, lookahead_time={_LOOKAHEAD}, gain={_GAIN}"
     return "\n".join(
         [
-            f"# trajevo: {' '.join(solution.front.record.title.split())}",  # a line break would end the comment
+            f"# trajevo: {solution.front.record.title}",
             f"# {solution.rule}, row {solution.index} of the front, {robot.name!r}, seed {solution.front.run.seed}",
             f"# {duration:.9f} s; the last position is held {_LOOKAHEAD} s longer, as servoj looks ahead; rad",
-            f"# certificate: {certify(solution)}",
+            f"# certificate: {one_line(str(certify(solution)))}",  # a line break would end the comment
             "def trajevo_motion():",
             f"  movej({_angles(q[0])}, a={_decimal(acceleration)}, v={_decimal(speed)})",
             *(f"  servoj({_angles(row)}, {cycle})" for row in q[1:]),

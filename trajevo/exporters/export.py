@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trajevo.base.files import write_whole
+from trajevo.base.files import why_not, write_whole
 from trajevo.base.plugins import Registry
 from trajevo.base.units import ANGLE_UNITS
 from trajevo.errors import InvalidInputError, checked_name
@@ -114,4 +114,4 @@ def _write(file: Path, content: bytes | memoryview) -> None:
     try:
         write_whole(file, content)
     except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+        raise InvalidInputError(f"{file}: cannot be written: {why_not(error)}") from error

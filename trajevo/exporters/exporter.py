@@ -11,6 +11,9 @@ from typing import Any, Literal, final
 from trajevo.front.front import Solution
 from trajevo.verification.certify import certify
 
+#: Beginnings of cells that spreadsheets compute.
+_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+
 #: First bytes of a file that starts with :func:`comments`.
 COMMENTED = b"# problem: {"
 
@@ -53,6 +56,11 @@ class Exporter:
         """
         known = file.name.endswith(f".{self.ending}") and first.startswith(self.beginning)
         return known and (self.recognises is None or self.recognises(file))
+
+
+def cell(text: str) -> str:
+    """Text of a cell of a table, which no spreadsheet takes for a formula."""
+    return f"'{text}" if text.startswith(_FORMULAS) else text
 
 
 def about(solution: Solution) -> dict[str, Any]:

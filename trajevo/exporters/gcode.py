@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, one_line
 from trajevo.exporters.exporter import Exporter, comments
 from trajevo.front.front import Solution
 from trajevo.verification.certify import certify
@@ -105,7 +105,7 @@ def g_code(solution: Solution, step: float) -> str:
         f"; trajevo: {solution.front.record.title}",
         f"; {solution.rule}, row {solution.index} of the front, {duration:.6f} s in {len(found.feed)} blocks",
         f"; greatest distance of the motion from a block {found.deviation:.3g} mm",
-        f"; certificate: {certify(solution)}",
+        f"; certificate: {one_line(str(certify(solution)))}",  # a line break would end the comment
         "; starts and ends at rest; feeds are the mean speeds of the blocks",
         "G21 G90 G94",
         f"G0 {_words(found.letters, found.position[0])}",

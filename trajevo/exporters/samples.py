@@ -12,7 +12,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.units import display, per_time
-from trajevo.exporters.exporter import Exporter, about, comments
+from trajevo.exporters.exporter import Exporter, about, cell, comments
 from trajevo.front.front import Solution
 from trajevo.trajectory.batch import DERIVATIVES
 
@@ -36,7 +36,7 @@ def sample_table(solution: Solution, step: float, angle: str) -> str:
     stream = io.StringIO()
     stream.write(comments(solution))
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(headers)
+    writer.writerow(map(cell, headers))
     writer.writerows([[repr(value) for value in row] for row in table.tolist()])
     return stream.getvalue()
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from trajevo.base.files import data_folder
+from trajevo.base.files import data_folder, why_not
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.registry import list_problems
 
@@ -116,14 +116,14 @@ def copy_example(name: str, folder: str | Path) -> list[Path]:
     files = known[checked_name("example", name, known)].files
     copies = [Path(folder) / file.name for file in files]
     for copy in copies:
-        if copy.exists():
+        if copy.exists() or copy.is_symlink():
             raise InvalidInputError(f"{copy}: exists already; choose another folder")
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
         for file, copy in zip(files, copies, strict=True):
             shutil.copyfile(file, copy)  # without its permissions: installed files may be read-only
     except OSError as error:
-        raise InvalidInputError(f"{folder}: cannot be written: {error.strerror}") from error
+        raise InvalidInputError(f"{folder}: cannot be written: {why_not(error)}") from error
     return copies
 
 

@@ -27,6 +27,9 @@ from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import Interpolant, Variable
 
+#: Greatest number of instants per segment at which a problem samples effort and tool.
+MOST_SAMPLES = 10_000
+
 #: Numbers of one quantity that are evaluated at a time (1 MB, which fits into the cache), least number of individuals
 #: in such a chunk, and their number in the first chunk.
 _CACHED, _FEWEST, _FIRST = 2**17, 16, 128
@@ -119,6 +122,8 @@ class TrajectoryProblem(Problem):
         length: str = "m",
     ) -> None:
         keep_heap()
+        if dynamics.samples > MOST_SAMPLES:
+            raise InvalidInputError(f"samples: expected at most {MOST_SAMPLES} per segment, got {dynamics.samples}")
         self.dynamics = dynamics
         self.interpolant = interpolant
         self.payload_range = payload_range

@@ -12,6 +12,9 @@ from pymoo.core.algorithm import Algorithm
 
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 
+#: Greatest number of individuals of a population: their motions are in memory together.
+MOST_INDIVIDUALS = 1_000_000
+
 #: Kinds of first population: name -> what its individuals are.
 STARTS = {
     "random": "uniform between the bounds",
@@ -26,14 +29,16 @@ STARTS = {
 DEFAULT_STARTS = "spread"
 
 
-def _whole(least: int) -> pydantic.PlainValidator:
-    """Accept whole numbers of at least ``least``, and None."""
+def _whole(least: int, most: int = 2**31 - 1) -> pydantic.PlainValidator:
+    """Accept whole numbers from ``least`` to ``most``, and None."""
 
     def check(value: Any) -> int | None:
         if value is None:
             return None
         if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
             raise ValueError(f"expected a whole number of at least {least}, got {value!r}")
+        if value > most:
+            raise ValueError(f"expected a whole number of at most {most}, got {value!r}")
         return int(value)
 
     return pydantic.PlainValidator(check)
@@ -132,18 +137,18 @@ class Search(pydantic.BaseModel):
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True, arbitrary_types_allowed=True)
 
-    seed: Annotated[int | None, _whole(0)] = _setting("Seed of all randomness.")
+    seed: Annotated[int | None, _whole(0, 2**128 - 1)] = _setting("Seed of all randomness.")
     algorithm: Annotated[str | Algorithm, pydantic.PlainValidator(_algorithm)] = pydantic.Field(
         default="nsga2",
         description="Name of the algorithm; nsga2 if not given.",
         validation_alias=pydantic.AliasChoices("algorithm", "name"),
         json_schema_extra={"of_algorithm": False},
     )
-    population: Annotated[int | None, _whole(4)] = _setting(
+    population: Annotated[int | None, _whole(4, MOST_INDIVIDUALS)] = _setting(
         "Number of individuals; the paper's if not given.", of_algorithm=True
     )
     generations: Annotated[int | None, _whole(1)] = _setting("Number of generations; the paper's if not given.")
-    offsprings: Annotated[int | None, _whole(1)] = _setting(
+    offsprings: Annotated[int | None, _whole(1, MOST_INDIVIDUALS)] = _setting(
         "New individuals per generation; as many as the population if not given.", of_algorithm=True
     )
     crossover_probability: Annotated[float | None, _between(0.0, 1.0)] = _setting(

@@ -15,7 +15,7 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.archive import Archive
 from trajevo.front.front import Front
 from trajevo.front.hypervolume import Chronicle, Volume, Volumes, hypervolume
-from trajevo.front.records import Blocking, FailedIndividual, History, ProblemRecord, Run, installed_versions
+from trajevo.front.records import Blocking, FailedIndividual, History, ProblemRecord, Run, Stop, installed_versions
 
 
 class Books:
@@ -120,7 +120,7 @@ class Books:
         evaluations: int,
         interrupted: bool,
         seconds: float,
-        stopped_by: str = "",
+        stopped_by: Stop = "",
         resumed: Sequence[int] = (),
         kernels: Kind | None,
         versions: dict[str, str] | None = None,

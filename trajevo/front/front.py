@@ -12,14 +12,14 @@ import numpy as np
 import pydantic
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.base.files import write_whole
+from trajevo.base.files import MOST_DATA, read_text, why_not, write_whole
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError, UnknownNameError
 from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.formulation.registry import problem_class
 from trajevo.front import selection
 from trajevo.front.checked import RecordCheck
-from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run
+from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run, told
 from trajevo.front.selection import Choice
 from trajevo.front.thinning import MOST_SHOWN, thinned
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -303,7 +303,7 @@ class Front:
         try:
             write_whole(target, self._file().model_dump_json(indent=1).encode())
         except OSError as error:
-            raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+            raise InvalidInputError(f"{file}: cannot be written: {why_not(error)}") from error
 
     @classmethod
     def load(cls, file: str | Path, *, problem: TrajectoryProblem | None = None) -> Front:
@@ -320,15 +320,13 @@ class Front:
             InvalidInputError: the file is missing or is not a front; the message names the entry.
         """
         try:
-            content = FrontFile.model_validate_json(_path(file).read_text(encoding="utf-8"))
+            content = FrontFile.model_validate_json(read_text(_path(file), most=MOST_DATA))
         except OSError as error:
-            raise InvalidInputError(f"{file}: cannot be read: {error.strerror}") from error
+            raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
         except UnicodeDecodeError as error:
             raise InvalidInputError(f"{file}: is no front of trajevo: not UTF-8 text") from error
         except pydantic.ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(str(part) for part in first["loc"]) or "content"
-            raise InvalidInputError(f"{file}: is no front of trajevo: {place}: {first['msg']}") from error
+            raise InvalidInputError(f"{file}: is no front of trajevo: {told(error)}") from error
         front = cls(
             X=np.array(content.X),
             F=np.array(content.F),

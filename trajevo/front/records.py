@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import cache
@@ -12,8 +13,10 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
+from trajevo.base.files import opening_robots_only
 from trajevo.base.jit import Kind
 from trajevo.base.plain import plain_data
+from trajevo.errors import InvalidInputError, one_line
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
 from trajevo.front.hypervolume import Volumes
@@ -39,6 +42,13 @@ class Record(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
 
+def told(error: pydantic.ValidationError) -> str:
+    """The first of the errors that pydantic found in a record, as its place and what is wrong there."""
+    first = error.errors()[0]
+    place = ".".join(str(part) for part in first["loc"]) or "content"
+    return f"{place}: {first['msg'].removeprefix('Value error, ')}"
+
+
 def _settings(given: Any) -> Any:
     return plain_data("settings", given) if isinstance(given, Mapping) else given  # pydantic refuses the rest
 
@@ -46,12 +56,34 @@ def _settings(given: Any) -> Any:
 #: Settings by name, as they are when they are read from JSON: lists, not tuples or arrays.
 Settings = Annotated[dict[str, Any], pydantic.BeforeValidator(_settings)]
 
+#: Text that is printed and exported: on one line, and without characters that steer a terminal.
+Line = Annotated[str, pydantic.AfterValidator(one_line)]
+
+#: A number of things that were counted; the files that are exported hold them in 32 bits.
+Count = Annotated[int, pydantic.Field(ge=0, lt=2**31)]
+
+#: The same, of things of which there is at least one.
+AtLeastOne = Annotated[int, pydantic.Field(ge=1, lt=2**31)]
+
+#: A share, or a time [s].
+FromZero = Annotated[float, pydantic.Field(ge=0.0)]
+
+
+#: Name of the signal that stopped a run, or empty.
+Stop = Annotated[str, pydantic.Field(pattern=r"^(SIGINT|SIGTERM)?$")]
+
+
+def _payload(given: dict[str, Any]) -> dict[str, Any]:
+    if isinstance(given.get("mass"), bool) or not isinstance(given.get("mass"), int | float):
+        raise ValueError("expected the mass of the payload, a number [kg]")
+    return given
+
 
 class VariableRecord(Record):
     """A decision variable: name, SI unit and bounds."""
 
-    name: str
-    unit: str
+    name: Line
+    unit: Line
     lower: float
     upper: float
 
@@ -59,9 +91,9 @@ class VariableRecord(Record):
 class ObjectiveRecord(Record):
     """An objective: name, SI unit and the source of its formula."""
 
-    name: str
-    unit: str
-    reference: str
+    name: Line
+    unit: Line
+    reference: Line
 
 
 class ProblemRecord(Record):
@@ -71,17 +103,26 @@ class ProblemRecord(Record):
     """
 
     name: str
-    title: str
+    title: Line
     settings: Settings
-    robot: str
-    robot_reference: str
-    angle: str
-    length: str = "m"
-    payload: Settings
+    robot: Line
+    robot_reference: Line
+    angle: Literal["rad", "deg"]
+    length: Literal["m", "mm"] = "m"
+    payload: Annotated[Settings, pydantic.AfterValidator(_payload)]
     limits: dict[str, tuple[float | None, ...]]
     variables: tuple[VariableRecord, ...]
     objectives: tuple[ObjectiveRecord, ...]
-    constraints: tuple[str, ...]
+    constraints: tuple[Line, ...]
+
+    @pydantic.model_validator(mode="after")
+    def _names_differ(self) -> ProblemRecord:
+        variables, objectives = ([each.name for each in named] for named in (self.variables, self.objectives))
+        for kind, names in (("variables", variables), ("objectives", objectives), ("constraints", self.constraints)):
+            twice = next((name for name, count in Counter(names).items() if count > 1), None)
+            if twice is not None:
+                raise ValueError(f"expected names of {kind} that differ, got {twice!r} twice")
+        return self
 
     @classmethod
     def of(cls, problem: TrajectoryProblem) -> ProblemRecord:
@@ -90,32 +131,38 @@ class ProblemRecord(Record):
         Raises:
             InvalidInputError: a setting of the problem is no plain data, or a number that is not finite.
         """
-        return cls(
-            name=problem.registered_name,
-            title=problem.title,
-            settings=plain_data("settings", problem.settings),
-            robot=problem.robot.name,
-            robot_reference=problem.robot.reference,
-            angle=problem.angle,
-            length=problem.length,
-            payload=problem.dynamics.payload.settings,
-            limits={name: _finite(values) for name, values in vars(problem.robot.limits).items()},
-            variables=tuple(
+        given: dict[str, Any] = {
+            "name": problem.registered_name,
+            "title": problem.title,
+            "settings": plain_data("settings", problem.settings),
+            "robot": problem.robot.name,
+            "robot_reference": problem.robot.reference,
+            "angle": problem.angle,
+            "length": problem.length,
+            "payload": problem.dynamics.payload.settings,
+            "limits": {name: _finite(values) for name, values in vars(problem.robot.limits).items()},
+            "variables": tuple(
                 VariableRecord(name=v.name, unit=v.unit, lower=v.lower, upper=v.upper) for v in problem.variables
             ),
-            objectives=tuple(
+            "objectives": tuple(
                 ObjectiveRecord(name=o.name, unit=o.unit, reference=o.reference) for o in problem.objectives
             ),
-            constraints=problem.constraint_names,
-        )
+            "constraints": problem.constraint_names,
+        }
+        try:
+            return cls(**given)
+        except pydantic.ValidationError as error:
+            raise InvalidInputError(f"problem: {told(error)}") from error
 
     def make(self) -> TrajectoryProblem:
         """The registered problem, made again from its settings.
 
         Raises:
-            TrajevoError: there is no such problem any more, or it refuses the settings.
+            TrajevoError: there is no such problem any more, it refuses the settings, or they name a file to read other
+                than that of a robot.
         """
-        return load_problem(self.name, **self.settings)
+        with opening_robots_only(f"the record of the problem {self.name!r}"):
+            return load_problem(self.name, **self.settings)
 
     def difference(self, problem: TrajectoryProblem) -> str:
         """The first entry in which a problem differs from this record, with both values; empty if there is none.
@@ -158,20 +205,20 @@ class Run(Record):
             same numbers to rounding, and each the same to the bit.
     """
 
-    algorithm: str
+    algorithm: Line
     settings: Settings
-    seed: int
-    generations: int
-    evaluations: int
-    failures: int
+    seed: Annotated[int, pydantic.Field(ge=0)]
+    generations: Count
+    evaluations: Count
+    failures: Count
     first_failure: str
     failed: tuple[FailedIndividual, ...] = ()
     interrupted: bool
-    stopped_by: str = ""
-    resumed: tuple[int, ...] = ()
-    seconds: float
-    cpu_seconds: tuple[float, ...] = ()
-    versions: dict[str, str]
+    stopped_by: Stop = ""
+    resumed: tuple[Count, ...] = ()
+    seconds: FromZero
+    cpu_seconds: tuple[FromZero, ...] = ()
+    versions: dict[Line, Line]
     kernels: Kind | None = None
 
 
@@ -191,10 +238,10 @@ class History(Record):
     """
 
     reference_point: tuple[float, ...] | None
-    evaluations: tuple[int, ...]
+    evaluations: tuple[Count, ...]
     hypervolume: Volumes
-    least_violation: tuple[float | None, ...]
-    front_size: tuple[int, ...]
+    least_violation: tuple[FromZero | None, ...]
+    front_size: tuple[Count, ...]
 
 
 class Blocking(Record):

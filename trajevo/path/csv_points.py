@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.files import read_text, why_not
 from trajevo.base.units import si_unit, split_header, to_si
 from trajevo.errors import InvalidInputError
 
@@ -93,11 +95,12 @@ def _csv_numbers(
 def _csv_lines(file: Path) -> list[tuple[int, list[str]]]:
     """Line number and stripped cells of every line that is neither blank nor a comment, the header first."""
     try:
-        with file.open(newline="", encoding="utf-8-sig") as stream:
-            rows = [[cell.strip() for cell in row] for row in csv.reader(stream)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise InvalidInputError(f"{file}: cannot be read as CSV: {why}") from error
+        text = read_text(file).removeprefix("\ufeff")
+        rows = [[cell.strip() for cell in row] for row in csv.reader(io.StringIO(text, newline=""))]
+    except InvalidInputError:
+        raise
+    except (OSError, ValueError, csv.Error) as error:
+        raise InvalidInputError(f"{file}: cannot be read as CSV: {why_not(error)}") from error
     lines = [(i, row) for i, row in enumerate(rows, start=1) if any(row) and not row[0].startswith("#")]
     if not lines:
         raise InvalidInputError(f"{file}: empty; expected a header such as 'azimuth [deg], pitch [deg]'")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import warnings
-import zipfile
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -14,7 +13,8 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.base.files import write_whole
+from trajevo.base.files import why_not, write_whole
+from trajevo.base.plain import from_json, read_arrays
 from trajevo.capacity.capacity import Capacities, Capacity, EffortAlong
 from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram
 from trajevo.capacity.payload_studies import AroundMotion, Carried, LeastTimes
@@ -46,7 +46,7 @@ _RECORDS: dict[str, Any] = {
 }
 
 #: Errors that NumPy's reader, or the records, raise for a damaged file.
-_DAMAGED = (KeyError, ValueError, TypeError, EOFError, OSError, AttributeError, zipfile.BadZipFile)
+_DAMAGED = (KeyError, ValueError, TypeError, OSError, AttributeError, IndexError, ArithmeticError)
 
 
 def read_analyses(file: Path, front: Front) -> dict[str, Any]:
@@ -57,12 +57,12 @@ def read_analyses(file: Path, front: Front) -> dict[str, Any]:
     if not file.exists():
         return {}
     try:
-        with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as arrays:
-            about = json.loads(str(arrays["about"]))
-            if about["made"] != _made_for(front):
-                return {}
-            reader = _Reader(arrays, front)
-            return {name: reader.value(tree) for name, tree in about["analyses"].items()}
+        arrays = read_arrays(file)
+        about = from_json(str(arrays["about"]))
+        if about["made"] != _made_for(front):
+            return {}
+        reader = _Reader(arrays, front)
+        return {name: reader.value(tree) for name, tree in about["analyses"].items()}
     except _DAMAGED as error:
         said = str(error).splitlines()[0] if str(error) else type(error).__name__
         warnings.warn(f"{file}: analyses that were kept cannot be read and count as none: {said}", stacklevel=3)
@@ -83,7 +83,7 @@ def write_analyses(file: Path, front: Front, found: Mapping[str, Any]) -> None:
     try:
         write_whole(file, stream.getbuffer())
     except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+        raise InvalidInputError(f"{file}: cannot be written: {why_not(error)}") from error
 
 
 def _made_for(front: Front) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from trajevo.base.arrays import Array
+from trajevo.base.files import why_not, write_whole
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
@@ -175,9 +176,9 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     page = Page(f"{rollout.robot.name}, {times[-1]:.3f} s")
     _draw(page.visualizer(), rollout, times, rate)
     try:
-        Path(file).write_text(page.get_scene(), encoding="utf-8")
+        write_whole(Path(file), page.get_scene().encode())
     except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+        raise InvalidInputError(f"{file}: cannot be written: {why_not(error)}") from error
     return Path(file)
 
 

@@ -14,7 +14,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo import plots
-from trajevo.base.files import write_whole
+from trajevo.base.files import MOST_DATA, own_folder, read_bytes, why_not, write_whole
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front
 from trajevo.front.records import installed_versions
@@ -148,14 +148,22 @@ def save_pictures(pictures: Sequence[Picture], folder: Path) -> list[Path]:
     """
     if pictures:
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            own_folder(folder)
         except OSError as error:
-            raise InvalidInputError(f"{folder}: cannot be written: {error.strerror}") from error
+            raise InvalidInputError(f"{folder}: cannot be written: {why_not(error)}") from error
     files = [folder / f"{picture.stem}.png" for picture in pictures]
     for file, picture in zip(files, pictures, strict=True):
-        if not (file.is_file() and file.read_bytes() == picture.png):
+        if not _holds(file, picture.png):
             written(file, picture.png)
     return files
+
+
+def _holds(file: Path, content: bytes) -> bool:
+    """Whether a file, not a link to one, has this content already."""
+    try:
+        return not file.is_symlink() and read_bytes(file, most=MOST_DATA) == content
+    except (OSError, InvalidInputError):
+        return False
 
 
 def save_figure(figure: Any, file: Path) -> Path:
@@ -176,7 +184,7 @@ def written(file: Path, content: bytes) -> Path:
     try:
         write_whole(file, content)
     except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be written: {error.strerror}") from error
+        raise InvalidInputError(f"{file}: cannot be written: {why_not(error)}") from error
     return file
 
 
@@ -252,7 +260,7 @@ def _kept(file: Path, made_for: str) -> bytes | None:
     from PIL import Image  # imported where pictures are read and written, since that takes long
 
     try:
-        png = file.read_bytes()
+        png = read_bytes(file, most=MOST_DATA)
         with Image.open(io.BytesIO(png)) as image:
             ours = image.info.get(_MADE_FOR) == made_for
             image.verify()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 import warnings as python_warnings
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
 from trajevo.robot.masses import MovingBody, placeholders
@@ -168,8 +168,8 @@ def _settings(path: Path, errors: list[str]) -> RobotFile | None:
 def _urdf_of(settings: Path) -> Path | None:
     """URDF of a ``robot.toml`` that may be broken: the one that it names, or else the only one in its folder."""
     try:
-        named = tomllib.loads(settings.read_text(encoding="utf-8")).get("urdf")
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        named = read_toml(settings)[0].get("urdf")
+    except InvalidInputError:
         named = None
     if isinstance(named, str):
         return settings.parent / named

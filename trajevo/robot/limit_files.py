@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.files import read_text, why_not
+from trajevo.base.plain import from_yaml
 from trajevo.base.units import per_time, quantity
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 from trajevo.robot.joints import JointLimits
@@ -56,13 +58,12 @@ def read_joint_limits(
         InvalidInputError: the file is not of this kind, a value is missing or not a number, or a factor applies to a
             joint whose limit is not in the file.
     """
-    import yaml  # imported where it reads and writes, since that takes long
-
     try:
-        content = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        why = " ".join(str(getattr(error, "strerror", None) or error).split())
-        raise InvalidInputError(f"{file}: cannot be read as YAML: {why}") from error
+        content = from_yaml(read_text(Path(file)))
+    except InvalidInputError:
+        raise
+    except (OSError, ValueError) as error:
+        raise InvalidInputError(f"{file}: cannot be read as YAML: {why_not(error)}") from error
     if not isinstance(content, dict) or not isinstance(content.get("joint_limits"), dict):
         raise InvalidInputError(f"{file}: expected a mapping 'joint_limits' from joints to limits, got {content!r}")
     scales = {"position": 1.0, "velocity": 1.0, "acceleration": 1.0, "jerk": 1.0, "effort": 1.0}

@@ -6,10 +6,10 @@ import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 from trajevo.base.files import data_folder
 from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.robot.urdf import read_urdf
 
 ROBOTS_FOLDER = data_folder("robots")
 
@@ -75,8 +75,8 @@ def other_robot(source: RobotSource) -> str | None:
     if source.settings is not None or source.name not in known or not source.urdf.is_file():
         return None
     try:
-        inside = ElementTree.parse(source.urdf).getroot().get("name", "")
-    except (OSError, LookupError, ValueError, ElementTree.ParseError):
+        inside = read_urdf(source.urdf).get("name", "")
+    except InvalidInputError:
         return None  # reported when the URDF is read next
     found = (source.urdf.stem.lower(), inside.lower())
     others = [name for name in known if name != source.name and all(name in text for text in found)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Literal
@@ -12,6 +11,7 @@ import numpy as np
 import pydantic
 
 from trajevo.base.arrays import Array
+from trajevo.base.toml import read_toml
 from trajevo.base.units import per_time, si_unit, to_si
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.transmission import CoupledScrews, Direct, Transmission
@@ -99,11 +99,9 @@ def entry_problems(path: Path) -> list[str]:
         InvalidInputError: the file cannot be read as TOML.
     """
     try:
-        _Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        _Settings.model_validate(read_toml(path)[0])
     except pydantic.ValidationError as error:
         return _sentences(path, error)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InvalidInputError(f"{path}: cannot be read as TOML: {error}") from error
     return []
 
 
@@ -130,9 +128,7 @@ class RobotFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self.settings = _Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise InvalidInputError(f"{path}: cannot be read as TOML: {error}") from error
+            self.settings = _Settings.model_validate(read_toml(path)[0])
         except pydantic.ValidationError as error:
             raise InvalidInputError(_sentences(path, error)[0]) from error
 

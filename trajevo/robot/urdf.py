@@ -10,15 +10,23 @@ from collections import Counter
 from collections.abc import Collection, Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.files import read_bytes, why_not
 from trajevo.errors import InvalidInputError
 
 #: The numbers that Pinocchio's URDF parser reads; Python's float() takes more: nan, inf, 1_0, trailing spaces.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+#: Greatest number of links: Pinocchio's reader ends the process where a chain of 4,000 exhausts its stack.
+MOST_LINKS = 2_000
+
+#: Greatest depth of XML elements in each other; those of a URDF are seven deep.
+MOST_DEEP = 100
 
 #: Share by which a tensor may break the triangle inequality: files hold rounded numbers, which matters for thin plates.
 _ROUNDING = 1e-6
@@ -64,9 +72,48 @@ def read_urdf(file: Path) -> ElementTree.Element:
     if not file.is_file():
         raise InvalidInputError(f"{file}: no such URDF file")
     try:
-        return ElementTree.parse(file).getroot()
-    except (OSError, LookupError, ValueError, ElementTree.ParseError) as error:
+        content = read_bytes(file)
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
+    return parsed_xml(content, file)
+
+
+def parsed_xml(content: bytes, file: Path) -> ElementTree.Element:
+    """The top element of an XML file.
+
+    Raises:
+        InvalidInputError: it is not XML, declares entities, which could unpack to any size, or is deeper than
+            :data:`MOST_DEEP`.
+    """
+    try:
+        top = ElementTree.fromstring(content, ElementTree.XMLParser(target=_Builder()))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{file}: {error}") from error
+    except (LookupError, ValueError, ElementTree.ParseError) as error:
         raise InvalidInputError(f"{file}: cannot be read as XML: {error}") from error
+    found: ElementTree.Element = top
+    return found
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Builds elements, of a document without declarations and not too deep."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._depth = 0
+
+    def start(self, tag: Any, attrs: Any) -> ElementTree.Element:
+        self._depth += 1
+        if self._depth > MOST_DEEP:
+            raise InvalidInputError(f"expected XML elements at most {MOST_DEEP} deep in each other")
+        return super().start(tag, attrs)
+
+    def end(self, tag: str) -> ElementTree.Element:
+        self._depth -= 1
+        return super().end(tag)
+
+    def doctype(self, *_: object) -> None:
+        raise InvalidInputError("expected XML without <!DOCTYPE>, whose entities could unpack to any size")
 
 
 def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str] = ()) -> Iterator[str]:
@@ -84,6 +131,10 @@ def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str
     """
     if robot.tag != "robot":
         yield f"{file}: expected <robot> as the top element, got <{robot.tag}>"
+        return
+    count = len(robot.findall("link"))
+    if count > MOST_LINKS:
+        yield f"{file}: expected at most {MOST_LINKS} links, got {count}"
         return
     for link in robot.iterfind("link"):
         inertial = link.find("inertial")
@@ -182,6 +233,8 @@ def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
         for name, count in counts.items():
             if not name:
                 yield f"{file}: expected a name for every {tag}, got {count} without one"
+            elif not name.isprintable():
+                yield f"{file}: {tag} {name!r}: expected a name of printable characters on one line"
             elif count > 1:
                 yield f"{file}: {tag} {name!r}: expected a unique name, got {count} {tag}s with that name"
 
@@ -216,13 +269,16 @@ def _tree_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
 
 def _loop(parents: dict[str, list[str]]) -> list[str]:
     """Links of a loop from parent to child, the first again at the end; empty if there is none."""
+    clear: set[str] = set()  # links from which the way up was walked: no loop is above them
     for start in parents:
-        path = [start]
-        while parents[path[-1]]:
-            above = parents[path[-1]][0]
-            if above in path:
-                return [above, *reversed(path[path.index(above) :])]
-            path.append(above)
+        path, at = {start: None}, start
+        while at not in clear and parents[at]:
+            at = parents[at][0]
+            if at in path:
+                walked = list(path)
+                return [at, *reversed(walked[walked.index(at) :])]
+            path[at] = None
+        clear.update(path)
     return []
 
 
@@ -289,16 +345,23 @@ def bodies(robot: ElementTree.Element, lock: Collection[str]) -> tuple[Body, ...
     for joint in robot.iterfind("joint"):
         carriers.setdefault(_end(joint, "child"), joint)
     held: dict[str | None, list[LinkRow]] = {}
+    tops: dict[str, str] = {}  # link -> the uppermost one of its body
     for link in link_rows(robot):
-        at, seen = link.name, {link.name}
-        while at in carriers and (carriers[at].get("type") == "fixed" or carriers[at].get("name") in lock):
+        at, passed = link.name, {link.name: None}
+        while at not in tops and at in carriers and _holds_still(carriers[at], lock):
             at = _end(carriers[at], "parent")
-            if at in seen:  # a loop, which is reported as such
+            if at in passed:  # a loop, which is reported as such
                 break
-            seen.add(at)
-        mover = carriers[at].get("name", "") if at in carriers else None
+            passed[at] = None
+        top = tops.get(at, at)
+        tops.update(dict.fromkeys(passed, top))
+        mover = carriers[top].get("name", "") if top in carriers else None
         held.setdefault(mover, []).append(link)
     return tuple(Body(joint, tuple(links)) for joint, links in held.items())
+
+
+def _holds_still(joint: ElementTree.Element, lock: Collection[str]) -> bool:
+    return joint.get("type") == "fixed" or joint.get("name") in lock
 
 
 def massless_bodies(found: tuple[Body, ...]) -> Iterator[tuple[str, list[str]]]:

@@ -12,12 +12,16 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, final
 
+from trajevo.base.files import MOST_DATA, read_bytes
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
 from trajevo.study.cell import Outcome, lost_cell, run_cell_in_worker
 from trajevo.study.engines import DYING, POLL, Engine, checked_workers
 from trajevo.study.folder import STUDY_FILE
 from trajevo.study.jobs import Job
+
+#: Address at which a local cluster listens: only this machine reaches it.
+_LOOPBACK = "127.0.0.1"
 
 #: Greatest time to wait for a scheduler and its first worker [s].
 _PATIENCE = 30.0
@@ -97,8 +101,10 @@ def _own_cluster(stack: ExitStack, workers: int, processes: bool) -> Any:
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
+            # Nobody else on the network may give these workers anything to run, or watch them.
+            host=_LOOPBACK,
             # Any free port, as several clusters may run on a machine.
-            dashboard_address=":0",
+            dashboard_address=f"{_LOOPBACK}:0",
             # The outcomes of cells tell what happens to the workers.
             silence_logs=logging.CRITICAL,
         )
@@ -117,7 +123,7 @@ def dask_setup(worker: Any) -> None:
 
 def _check(client: Any, folder: str) -> None:
     """Make sure that every worker sees the study and has the same version of trajevo."""
-    content = (Path(folder) / STUDY_FILE).read_bytes()
+    content = read_bytes(Path(folder) / STUDY_FILE, most=MOST_DATA)
     for worker, seen in client.run(_seen, folder, on_error="return").items():
         if isinstance(seen, Exception):
             raise InvalidInputError(f"worker {worker}: cannot use trajevo: {type(seen).__name__}: {seen}")
@@ -131,7 +137,7 @@ def _check(client: Any, folder: str) -> None:
 
 def _seen(folder: str) -> tuple[str, bytes | None]:
     file = Path(folder) / STUDY_FILE
-    return version("trajevo"), file.read_bytes() if file.is_file() else None
+    return version("trajevo"), read_bytes(file, most=MOST_DATA) if file.is_file() else None
 
 
 def _outcome(future: Any, job: Job, folder: str) -> Outcome:

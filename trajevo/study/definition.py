@@ -90,8 +90,9 @@ class Study:
             record = StudyRecord(**given)
         except pydantic.ValidationError as error:
             first = error.errors()[0]
-            place = ".".join(map(str, first["loc"]))
-            raise InvalidInputError(f"{place}: {first['msg']}, got {first['input']!r}") from error
+            place = ".".join(map(str, first["loc"])) or "study"
+            got = f", got {first['input']!r}" if first["loc"] else ""
+            raise InvalidInputError(f"{place}: {first['msg'].removeprefix('Value error, ')}{got}") from error
         self._settle(record)
 
     @classmethod

@@ -17,7 +17,7 @@ from types import FrameType
 from typing import Any, final
 
 from trajevo.base.signals import Stopping
-from trajevo.errors import InvalidInputError, checked_name
+from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.study.cell import Outcome, lost_cell, run_cell, run_cell_in_worker
 from trajevo.study.jobs import Job
 
@@ -29,8 +29,15 @@ POLL = 0.1
 #: Message for workers that die as they start.
 DYING = "workers: the processes die as they start; a script that starts a study needs if __name__ == '__main__':"
 
+#: How often workers may die as they start, before the study ends.
+_STARTS = 2
+
 #: How often the process of a cell may die while the cell runs alone, before the cell counts as failed.
 _DEATHS = 2
+
+
+class _DyingError(TrajevoError):
+    """Workers die as they start."""
 
 
 class Engine(ABC):
@@ -77,7 +84,8 @@ class Processes(Engine):
     """Runs cells in parallel processes of this machine, a pool of ``concurrent.futures``.
 
     If a worker dies, its pool breaks. The cells that were running are then resumed from their checkpoints one at a
-    time, to find the one that kills its process; the waiting cells run in a new pool.
+    time, to find the one that kills its process; the waiting cells run in a new pool. A worker that dies as it starts
+    gets one more try, then its cell fails; if none has ever started, the study ends.
 
     Args:
         workers: number of processes.
@@ -101,30 +109,57 @@ class Processes(Engine):
 
     def run(self, jobs: Sequence[Job], folder: str, stopping: Stopping) -> Iterator[Outcome]:
         """See :meth:`Engine.run`."""
-        waiting = deque(jobs)
+        waiting, begun = deque(jobs), False
         while waiting and not stopping:
-            for job in (yield from self._pool(waiting, self._workers, folder, stopping)):
+            try:
+                lost = yield from self._pool(waiting, self._workers, folder, stopping)
+            except _DyingError as error:
+                if not begun:
+                    raise InvalidInputError(DYING) from error
+                yield lost_cell(waiting.popleft(), folder, str(error))
+                continue
+            begun = True
+            for job in lost:
                 yield from self._alone(job, folder, stopping)
 
     def _alone(self, job: Job, folder: str, stopping: Stopping) -> Iterator[Outcome]:
         """Run a cell alone in a pool, after a process of its former pool has died."""
+        said = f"its process died {1 + _DEATHS} times, for example because memory ran out"
         for _ in range(_DEATHS):
-            lost = yield from self._pool(deque([job]), 1, folder, stopping)
+            try:
+                lost = yield from self._pool(deque([job]), 1, folder, stopping)
+            except _DyingError as error:
+                said = str(error)
+                break
             if not lost or stopping:
                 return
-        said = f"its process died {1 + _DEATHS} times, for example because memory ran out"
         yield lost_cell(job, folder, said)
+
+    def _started(self, workers: int, begun: Any) -> ProcessPoolExecutor:
+        """A pool whose first worker has begun; one that dies while it starts, killed for its memory, is started again.
+
+        Raises:
+            _DyingError: workers die as they start, again and again.
+        """
+        for _ in range(_STARTS):
+            pool = ProcessPoolExecutor(workers, mp_context=self._context, initializer=_begin_worker, initargs=(begun,))
+            try:
+                pool.submit(os.getpid).result()
+            except BrokenProcessPool:
+                pool.shutdown(cancel_futures=True)
+                continue
+            return pool
+        raise _DyingError(f"the process that was to run it died {_STARTS} times as it started")
 
     def _pool(
         self, waiting: deque[Job], workers: int, folder: str, stopping: Stopping
     ) -> Generator[Outcome, None, list[Job]]:
         """Run waiting cells in one pool; returns the cells that were running if it broke."""
         begun, running = self._context.SimpleQueue(), dict[Future[Outcome], Job]()
-        pool = ProcessPoolExecutor(workers, mp_context=self._context, initializer=_begin_worker, initargs=(begun,))
+        pool = self._started(workers, begun)
         pids: list[int] = []
         ended = False
         try:
-            _check(pool)
             while running or (waiting and not stopping):
                 # Submit no more than can run, since cells that wait inside a pool are lost if it breaks.
                 while waiting and len(running) < workers and not stopping:
@@ -156,13 +191,6 @@ def checked_workers(workers: object) -> int:
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         raise InvalidInputError(f"workers: expected a whole number of at least 1, got {workers!r}")
     return workers
-
-
-def _check(pool: ProcessPoolExecutor) -> None:
-    try:
-        pool.submit(os.getpid).result()
-    except BrokenProcessPool as error:
-        raise InvalidInputError(DYING) from error
 
 
 def _begin_worker(begun: Any) -> None:

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Literal, final
 
 import pydantic
-from pydantic_core import from_json
 
-from trajevo.base.files import locked, write_whole
+from trajevo.base.files import MOST_DATA, locked, opened_lock, own_folder, read_text, why_not, write_whole
 from trajevo.base.jit import Kind
+from trajevo.base.plain import from_json
 from trajevo.errors import InvalidInputError
-from trajevo.front.records import Record
+from trajevo.front.records import Record, told
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.study.record import Cell, StudyRecord, canonical, cells_of
 
@@ -69,6 +69,11 @@ class StudyFolder:
         """Folder of a cell's run, by the name of the cell."""
         return self.folder / CELLS_FOLDER / name
 
+    def _own(self, name: str) -> Path:
+        """The folder of a cell's run, made if it is missing."""
+        own_folder(self.folder / CELLS_FOLDER)
+        return own_folder(self.cell(name))
+
     def record(self) -> StudyRecord:
         """The study as data.
 
@@ -76,16 +81,14 @@ class StudyFolder:
             InvalidInputError: the folder holds no study, or one of another version of trajevo.
         """
         try:
-            return StudyRecord.model_validate_json(self.study_file.read_text(encoding="utf-8"))
+            return StudyRecord.model_validate_json(read_text(self.study_file, most=MOST_DATA))
         except FileNotFoundError as error:
             raise InvalidInputError(f"{self.folder} holds no study: it has no {STUDY_FILE}") from error
         except (OSError, UnicodeDecodeError) as error:
-            raise InvalidInputError(f"{self.study_file}: cannot be read: {error}") from error
+            raise InvalidInputError(f"{self.study_file}: cannot be read: {why_not(error)}") from error
         except pydantic.ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(map(str, first["loc"])) or "content"
             raise InvalidInputError(
-                f"{self.study_file}: is no study of this version of trajevo: {place}: {first['msg']}"
+                f"{self.study_file}: is no study of this version of trajevo: {told(error)}"
             ) from error
 
     def keep(self, record: StudyRecord) -> None:
@@ -99,10 +102,10 @@ class StudyFolder:
             if difference:
                 raise InvalidInputError(f"{self.folder} holds another study: {difference}; choose another folder")
         try:
-            (self.folder / CELLS_FOLDER).mkdir(parents=True, exist_ok=True)
+            own_folder(self.folder / CELLS_FOLDER)
             write_whole(self.study_file, record.model_dump_json(indent=1).encode())
         except OSError as error:
-            raise InvalidInputError(f"{self.folder}: the study cannot be written there: {error.strerror}") from error
+            raise InvalidInputError(f"{self.folder}: the study cannot be written there: {why_not(error)}") from error
 
     def finished(self, name: str) -> bool:
         """Whether the run of a cell is finished."""
@@ -116,7 +119,7 @@ class StudyFolder:
     def failure(self, name: str) -> Failure | None:
         """Why a cell failed when it was last run, or None."""
         try:
-            return Failure.model_validate_json((self.cell(name) / FAILURE_FILE).read_text(encoding="utf-8"))
+            return Failure.model_validate_json(read_text(self.cell(name) / FAILURE_FILE))
         except (OSError, ValueError):
             return None
 
@@ -126,8 +129,7 @@ class StudyFolder:
         Raises:
             OSError: it cannot be written.
         """
-        self.cell(name).mkdir(parents=True, exist_ok=True)
-        write_whole(self.cell(name) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
+        write_whole(self._own(name) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
 
     def forgive(self, name: str) -> None:
         """Remove the record of a cell's failure."""
@@ -142,14 +144,13 @@ class StudyFolder:
         Raises:
             OSError: the cell's folder cannot be written.
         """
-        self.cell(name).mkdir(parents=True, exist_ok=True)
-        with (self.cell(name) / CLAIM_FILE).open("ab") as claim:
+        with opened_lock(self._own(name) / CLAIM_FILE) as claim:
             yield locked(claim.fileno())
 
     def running(self, name: str) -> bool:
         """Whether another process runs a cell now."""
         try:
-            with (self.cell(name) / CLAIM_FILE).open("ab") as claim:
+            with opened_lock(self.cell(name) / CLAIM_FILE) as claim:
                 return not locked(claim.fileno())
         except OSError:
             return False
@@ -186,7 +187,7 @@ class StudyFolder:
 def _finished(file: Path, _node: int, _written: int, _size: int) -> bool:
     """Whether a front file is that of a finished run; a file that has changed is read again."""
     try:
-        return not from_json(file.read_bytes())["run"]["interrupted"]
+        return not from_json(read_text(file, most=MOST_DATA))["run"]["interrupted"]
     except (OSError, ValueError, KeyError, TypeError):
         return False
 

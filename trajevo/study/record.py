@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from typing import Annotated, Any, Literal
 
@@ -15,7 +18,10 @@ import pydantic
 
 from trajevo.base.plain import plain_data
 from trajevo.errors import InvalidInputError
-from trajevo.front.records import Record
+from trajevo.front.records import Line, Record, Settings
+
+#: Greatest number of cells: each has a folder of its own.
+MOST_CELLS = 100_000
 
 #: Longest name of a cell's folder; file systems allow 255 bytes.
 _LONGEST_NAME = 120
@@ -30,14 +36,14 @@ _FACTOR_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
 class Level(Record):
     """A value that a factor takes, and the short text that stands for it in names, tables and pictures."""
 
-    label: str
-    value: Any
+    label: Line
+    value: Annotated[Any, pydantic.BeforeValidator(partial(plain_data, "value"))]
 
 
 class TaskContent(Record):
     """A task's file: its content, and the folder to which relative paths in it refer."""
 
-    content: dict[str, Any]
+    content: Settings
     folder: str
 
 
@@ -60,11 +66,20 @@ class StudyRecord(Record):
     problem: str | None = None
     task: TaskContent | None = None
     seed: Annotated[int, pydantic.Field(strict=True, ge=0)]
-    repeats: Annotated[int, pydantic.Field(strict=True, ge=1)]
-    fixed: dict[str, Any]
+    repeats: Annotated[int, pydantic.Field(strict=True, ge=1, le=MOST_CELLS)]
+    fixed: Settings
     factors: dict[str, tuple[Level, ...]]
     folder: str = "."
     problems: dict[str, str] = pydantic.Field(default_factory=dict)
+
+    @pydantic.model_validator(mode="after")
+    def _few_enough_cells(self) -> StudyRecord:
+        count = math.prod(map(len, self.factors.values())) * self.repeats
+        if count > MOST_CELLS:
+            raise ValueError(f"expected at most {MOST_CELLS} cells, got {count}")
+        for factor, levels in self.factors.items():
+            levels_of(factor, levels)
+        return self
 
 
 @dataclass(frozen=True)
@@ -148,16 +163,15 @@ def levels_of(factor: str, given: Any) -> tuple[Level, ...]:
         # Case is ignored, since some file systems do not distinguish names by case.
         ("label", [level.label.casefold() for level in levels]),
     ):
-        twice = next((level for level, key in zip(levels, keys, strict=True) if keys.count(key) > 1), None)
+        counts = Counter(keys)
+        twice = next((level for level, key in zip(levels, keys, strict=True) if counts[key] > 1), None)
         if twice is not None:
             raise InvalidInputError(f"{place}: the {what} {twice.label!r} is given twice")
     return levels
 
 
 def _level(place: str, given: Any) -> Level:
-    if isinstance(given, Level):
-        return given
-    value = plain_data(place, given)
+    value = given.model_dump() if isinstance(given, Level) else plain_data(place, given)
     if isinstance(value, dict):
         if set(value) != {"label", "value"} or not isinstance(value["label"], str):
             raise InvalidInputError(

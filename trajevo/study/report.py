@@ -11,8 +11,9 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 
-from trajevo.base.files import write_whole
+from trajevo.base.files import own_folder, why_not, write_whole
 from trajevo.errors import InvalidInputError
+from trajevo.exporters.exporter import cell
 from trajevo.study.plots import attainments, hypervolume_bands, hypervolume_boxes
 from trajevo.study.results import StudyResults
 from trajevo.study.statistics import Comparison, compare_levels
@@ -58,7 +59,7 @@ def write_study(results: StudyResults, folder: str | Path | None = None) -> Stud
         write_whole(place / COMPARISONS_FILE, _table(comparisons).encode())
         files += [place / COMPARISONS_FILE, *_pictures(results, place / PLOTS_FOLDER, notes)]
     except OSError as error:
-        raise InvalidInputError(f"{place}: the results cannot be written there: {error.strerror}") from error
+        raise InvalidInputError(f"{place}: the results cannot be written there: {why_not(error)}") from error
     return StudyReport(tuple(files), tuple(comparisons), tuple(notes))
 
 
@@ -66,12 +67,13 @@ def _table(comparisons: list[Comparison]) -> str:
     stream = io.StringIO()
     writer = csv.writer(stream)
     writer.writerow([field.name for field in fields(Comparison)])
-    writer.writerows(astuple(comparison) for comparison in comparisons)
+    for comparison in comparisons:
+        writer.writerow(cell(value) if isinstance(value, str) else value for value in astuple(comparison))
     return stream.getvalue()
 
 
 def _pictures(results: StudyResults, folder: Path, notes: list[str]) -> list[Path]:
-    folder.mkdir(parents=True, exist_ok=True)
+    own_folder(folder)
     drawings: dict[str, Callable[[StudyResults, str | None], Any]] = {
         "hypervolume": hypervolume_boxes,
         "generations": hypervolume_bands,
@@ -87,7 +89,9 @@ def _pictures(results: StudyResults, folder: Path, notes: list[str]) -> list[Pat
             except InvalidInputError as error:
                 notes.append(f"not drawn: {file.name}: {error}")
                 continue
-            figure.savefig(file, dpi=150)
+            stream = io.BytesIO()
+            figure.savefig(stream, format="png", dpi=150)
             plt.close(figure)
+            write_whole(file, stream.getbuffer())
             written.append(file)
     return written

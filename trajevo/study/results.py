@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.base.files import SCRATCH, write_whole
+from trajevo.base.files import why_not, write_whole
 from trajevo.base.units import display
 from trajevo.errors import InvalidInputError
+from trajevo.exporters.exporter import cell
 from trajevo.front.hypervolume import hypervolume
 from trajevo.front.records import ObjectiveRecord
 from trajevo.study.record import Cell, StudyRecord
@@ -185,15 +185,14 @@ class StudyResults:
         place = self.folder if folder is None else Path(folder)
         units = {name: f"{name} [{unit}]" for name, unit in self.units.items()}
         stream = io.StringIO()
-        self.table().rename(columns=units).to_csv(stream, index=False)
-        scratch = place / (DATASET_FILE + SCRATCH)
+        table = self.table().map(lambda value: cell(value) if isinstance(value, str) else value)
+        table.rename(columns=units).to_csv(stream, index=False)
         try:
             place.mkdir(parents=True, exist_ok=True)
             write_whole(place / TABLE_FILE, stream.getvalue().encode())
-            self.dataset().to_netcdf(scratch, format="NETCDF4")
-            os.replace(scratch, place / DATASET_FILE)
+            write_whole(place / DATASET_FILE, self.dataset().to_netcdf(engine="netcdf4", format="NETCDF4"))
         except OSError as error:
-            raise InvalidInputError(f"{place}: the results cannot be written there: {error.strerror}") from error
+            raise InvalidInputError(f"{place}: the results cannot be written there: {why_not(error)}") from error
         return place / TABLE_FILE, place / DATASET_FILE
 
     def display(self, objective: int) -> tuple[str, str, float]:

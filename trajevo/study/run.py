@@ -11,7 +11,7 @@ from typing import Self, final
 
 from trajevo.base import jit
 from trajevo.base.signals import Stopping
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, visible
 from trajevo.study.cell import Outcome
 from trajevo.study.definition import Study
 from trajevo.study.engines import POLL, Engine, InProcess
@@ -72,7 +72,7 @@ class CellsShown:
         console = self._console if self._bar is None else self._bar.console
         if outcome["state"] == "failed":
             console.print(
-                f"failed: {outcome['cell']}: {outcome['said']}", markup=False, highlight=False, soft_wrap=True
+                visible(f"failed: {outcome['cell']}: {outcome['said']}"), markup=False, highlight=False, soft_wrap=True
             )
         if self._bar is not None:
             self._bar.update(self._task, completed=self._finished, description=self._told())

@@ -17,6 +17,7 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
+from trajevo.robot.urdf import read_urdf
 
 _NOTHING = Payload(0.0)
 
@@ -188,10 +189,7 @@ class NewtonEuler:
 
 def _read_tree(robot: Robot) -> _Tree:
     """Read the URDF; everything fixed or locked is merged into the moving joints that carry it."""
-    try:
-        root = ElementTree.parse(robot.urdf).getroot()
-    except (OSError, ElementTree.ParseError) as error:
-        raise InvalidInputError(f"{robot.urdf}: cannot be read as XML: {error}") from error
+    root = read_urdf(robot.urdf)
     columns = {name: column for column, name in enumerate(list(robot.model.names)[1:])}
     joints = [(joint, _end(joint, "parent"), _end(joint, "child")) for joint in root.iterfind("joint")]
     children = {child for _, _, child in joints}

@@ -6,6 +6,7 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
+from xml.etree import ElementTree
 
 import coal
 import numpy as np
@@ -14,6 +15,7 @@ import pinocchio as pin
 from trajevo.base.arrays import Array, row_products
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.scene import Box, Cylinder, Obstacle, Sphere
+from trajevo.robot.meshes import check_solids
 from trajevo.robot.robot import Robot, held_still
 from trajevo.robot.urdf import checked_urdf
 
@@ -68,6 +70,7 @@ def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
 
 
 def _read(robot: Robot, text: str) -> Any:
+    check_solids(ElementTree.fromstring(text), robot.urdf, robot.packages)
     whole = pin.buildModelFromXML(text)
     folders = [str(folder) for folder in robot.packages]
     try:

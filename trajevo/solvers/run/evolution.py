@@ -16,6 +16,7 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.evaluator import Evaluator
 
 from trajevo.base.arrays import Array, one_blas_thread
+from trajevo.base.files import why_not
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.feasibility.findings import Finding
@@ -261,7 +262,7 @@ class _Keeper:
             self._due = began + _TRY_AGAIN
             if not self._complained:
                 warnings.warn(
-                    f"{self._folder.folder}: no checkpoint can be written: {error.strerror}; the run goes on in memory "
+                    f"{self._folder.folder}: no checkpoint can be written: {why_not(error)}; the run goes on in memory "
                     f"and tries again every {_TRY_AGAIN:g} s",
                     stacklevel=3,
                 )

@@ -8,32 +8,28 @@ that counts it. So a run can be read and resumed even if its process was killed.
 from __future__ import annotations
 
 import io
-import json
 import shutil
 import tempfile
 import warnings
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, final
+from typing import Annotated, Literal, final
 
 import numpy as np
 import pydantic
 
 from trajevo.base.arrays import Array
-from trajevo.base.files import SCRATCH, locked, write_whole
+from trajevo.base.files import MOST_DATA, SCRATCH, locked, opened_lock, own_folder, read_text, why_not, write_whole
 from trajevo.base.jit import Kind
+from trajevo.base.plain import read_arrays
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front
-from trajevo.front.records import ProblemRecord, Record, Settings
+from trajevo.front.records import AtLeastOne, Line, ProblemRecord, Record, Settings, told
 
 FRONT_FILE, MANIFEST_FILE, CHECKPOINT_FILE, BLOCKS_FOLDER = "front.json", "manifest.json", "checkpoint.npz", "blocks"
 LOCK_FILE, EVOLVED_FILE = ".lock", "evolved.json"
-
-#: Errors that NumPy's reader raises for a damaged file or a file with other content.
-_DAMAGED = (KeyError, ValueError, TypeError, EOFError, OSError, zipfile.BadZipFile, json.JSONDecodeError)
 
 
 class Manifest(Record):
@@ -61,18 +57,18 @@ class Manifest(Record):
     format: Literal["trajevo run"] = "trajevo run"
     version: Literal[1] = 1
     problem: ProblemRecord
-    algorithm: dict[str, Any] | None
+    algorithm: Settings | None
     not_resumable: str
-    algorithm_name: str
+    algorithm_name: Line
     settings: Settings
-    seed: int
-    generations: int
-    time_limit: float | None
-    evaluations: int | None = None
-    cpu_time: float | None = None
+    seed: Annotated[int, pydantic.Field(ge=0)]
+    generations: AtLeastOne
+    time_limit: Annotated[float, pydantic.Field(gt=0.0)] | None
+    evaluations: AtLeastOne | None = None
+    cpu_time: Annotated[float, pydantic.Field(gt=0.0)] | None = None
     polish: bool = False
-    polish_every: int | None = None
-    versions: dict[str, str]
+    polish_every: AtLeastOne | None = None
+    versions: dict[Line, Line]
     kernels: Kind | None = None
 
 
@@ -135,7 +131,7 @@ class RunFolder:
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            lock = (self.folder / LOCK_FILE).open("ab")
+            lock = opened_lock(self.folder / LOCK_FILE)
         except OSError as error:
             raise self._unwritable(error) from error
         with lock:
@@ -157,7 +153,7 @@ class RunFolder:
             raise InvalidInputError(f"{self.folder} already holds a run")
         try:
             self.clear()
-            (self.folder / BLOCKS_FOLDER).mkdir(parents=True)
+            own_folder(self.folder / BLOCKS_FOLDER)
         except OSError as error:
             raise self._unwritable(error) from error
         self.replace_manifest(manifest)
@@ -198,18 +194,14 @@ class RunFolder:
         """
         file = self.folder / MANIFEST_FILE
         try:
-            return Manifest.model_validate_json(file.read_text(encoding="utf-8"))
+            return Manifest.model_validate_json(read_text(file, most=MOST_DATA))
         except FileNotFoundError as error:
             finished = "the finished front of a run without checkpoints" if self.holds_run else "no run"
             raise InvalidInputError(f"{self.folder} holds {finished}: it has no {MANIFEST_FILE}") from error
         except (OSError, UnicodeDecodeError) as error:
-            raise InvalidInputError(f"{file}: cannot be read: {error}") from error
+            raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
         except pydantic.ValidationError as error:
-            first = error.errors()[0]
-            place = ".".join(str(part) for part in first["loc"]) or "content"
-            raise InvalidInputError(
-                f"{file}: is no manifest of this version of trajevo: {place}: {first['msg']}"
-            ) from error
+            raise InvalidInputError(f"{file}: is no manifest of this version of trajevo: {told(error)}") from error
 
     def write(self, block: Block | None, checkpoint: Mapping[str, Array]) -> None:
         """Add the block of the generations since the last checkpoint, if any, then replace the checkpoint.
@@ -219,7 +211,7 @@ class RunFolder:
         """
         if block is not None:
             name = f"{int(block.generation[0]):06d}.npz"
-            write_whole(self.folder / BLOCKS_FOLDER / name, _packed(vars(block)))
+            write_whole(own_folder(self.folder / BLOCKS_FOLDER) / name, _packed(vars(block)))
         write_whole(self.folder / CHECKPOINT_FILE, _packed(checkpoint))
 
     def checkpoint(self) -> dict[str, Array] | None:
@@ -256,7 +248,7 @@ class RunFolder:
 
     def forget_after(self, generations: int) -> None:
         """Remove what was written after a checkpoint: blocks that it does not count, and incomplete files."""
-        for file in (self.folder / BLOCKS_FOLDER).glob("*.npz"):
+        for file in own_folder(self.folder / BLOCKS_FOLDER).glob("*.npz"):
             if file.stem.isdecimal() and int(file.stem) > generations:
                 file.unlink()
         for place in (self.folder, self.folder / BLOCKS_FOLDER):
@@ -268,7 +260,7 @@ class RunFolder:
         return shutil.disk_usage(self.folder).free
 
     def _unwritable(self, error: OSError) -> InvalidInputError:
-        return InvalidInputError(f"{self.folder}: the run cannot be written there: {error.strerror}")
+        return InvalidInputError(f"{self.folder}: the run cannot be written there: {why_not(error)}")
 
     def _clear_rest(self) -> None:
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
@@ -309,7 +301,6 @@ def _packed(arrays: Mapping[str, Array]) -> bytes:
 
 def _unpacked(file: Path) -> dict[str, Array]:
     try:
-        with np.load(file, allow_pickle=False) as arrays:
-            return dict(arrays)
-    except _DAMAGED as error:
-        raise InvalidInputError(f"{file}: is damaged or no file of a run: {error}") from error
+        return read_arrays(file)
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
