@@ -56,6 +56,18 @@ class UnknownNameError(TrajevoError):
         super().__init__(f"unknown {kind} {str(name)!r}; {known_names(str(name), valid)}")
 
 
+class NotRegisteredError(InvalidInputError):
+    """The problem of a front or a run is not registered, so that it must be passed.
+
+    Attributes:
+        said: which problem it is.
+    """
+
+    def __init__(self, title: str) -> None:
+        self.said = f"its problem {title!r} is not a registered one"
+        super().__init__(f"{self.said}; pass it as problem=...")
+
+
 def known_names(given: str, valid: Iterable[str]) -> str:
     """End of a message about an unknown name: all known names, and the nearest one if it is similar."""
     names = sorted(valid)

@@ -18,6 +18,6 @@ _out = Terminal()
 def check_problem(*, problem: ProblemArgument, options: dict[str, Any]) -> None:
     """Show what rules a motion out before a search: efforts, clearances and least times; exit code 3 if any does."""
     found = check(chosen_problem(problem, options)[0])
-    _out.print(str(found), markup=False)
+    _out.print(str(found))
     if found.impossible:
         raise typer.Exit(NO_SOLUTION)

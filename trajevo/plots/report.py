@@ -72,6 +72,13 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
     ]
 
 
+def brief_facts(front: Front) -> list[tuple[str, str]]:
+    """The facts about a run without its settings, its variables and the versions, which may fill a screen."""
+    failed = [] if front.run.failures else ["failed evaluations"]
+    left_out = {"problem settings (SI)", "variables", "settings", "versions", "front", *failed}
+    return [(label, text) for label, text in run_facts(front) if label not in left_out]
+
+
 def _mass_notes(front: Front) -> tuple[str, ...]:
     """What the efforts of the robot do not cover; nothing if the problem is not at hand."""
     try:

@@ -89,7 +89,13 @@ class RobotExamination:
     warnings: tuple[str, ...]
 
 
-def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: bool | None = None) -> RobotExamination:
+def examine(
+    name: str | Path,
+    *,
+    lock: Collection[str] = (),
+    limits: str | Path | None = None,
+    allow_massless: bool | None = None,
+) -> RobotExamination:
     """All problems of a robot at once, even of one that :func:`~trajevo.robot.robot.load_robot` refuses.
 
     Args:
