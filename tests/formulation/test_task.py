@@ -133,7 +133,11 @@ def test_points_may_be_poses_in_a_csv_file(write, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("mass = 3.0", 'mass = "3"', "task.toml: line 20: payload.mass: expected a number, got '3'"),
+        (
+            "mass = 3.0",
+            'mass = "3"',
+            "task.toml: line 20: payload.mass: expected a number and a unit .* kg",
+        ),
         ("mass = 3.0", "mass = -3.0", "line (19|20): payload.*: expected a number from 0 on"),
         ("mass = 3.0", "", "line 19: payload.mass: this key is missing"),
         ("com =", "cog =", "line 21: payload.cog: unknown key; known: com, inertia, mass, model; did you mean 'com'"),

@@ -237,7 +237,8 @@ class Places:
         try:
             yield
         except TrajevoError as error:
-            raise InvalidInputError(self.prefix(place) + str(error).removeprefix(f"{place[-1]}: ")) from error
+            told = self._at_its_key(error)
+            raise InvalidInputError(told or self.prefix(place) + str(error).removeprefix(f"{place[-1]}: ")) from error
 
     def guess(self, error: TrajevoError) -> str:
         """Message of an error that begins with an argument's name, with the line of that name's key if there is one."""
@@ -248,7 +249,20 @@ class Places:
             place = next((place for name in names for place in self.lines if place[-1] == name), ())
             return self.prefix(place) + str(error)
         place = next((place for place in self.lines if place[-1] == name), ())
-        return self.prefix(place) + (str(error).removeprefix(f"{said}: ") if place else str(error))
+        told = self._at_its_key(error)
+        return told or self.prefix(place) + (str(error).removeprefix(f"{said}: ") if place else str(error))
+
+    def _at_its_key(self, error: TrajevoError) -> str:
+        """Message of an error about a key in a table, such as ``payload.mass``, or ``""`` if it is about another."""
+        head, _, rest = str(error).partition(": ")
+        key = error.kind.rpartition(" ")[2] if isinstance(error, UnknownNameError) else head
+        parts = tuple(key.split("."))
+        places = [parts[:end] for end in range(len(parts), 1, -1) if parts[:end] in self.lines]
+        if not places:
+            return ""
+        if isinstance(error, UnknownNameError):
+            return self.start(places[0]) + str(error)
+        return f"{self.start(places[0])}{key}: {rest}"
 
 
 def _most_telling(error: pydantic.ValidationError) -> Any:

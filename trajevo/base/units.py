@@ -98,6 +98,47 @@ def units_of(si: str) -> list[str]:
     return sorted((unit for unit, (_, found) in _TO_SI.items() if found == si), key=lambda unit: (unit != si, unit))
 
 
+#: SI unit -> the greatest number without a unit that is believed, and the unit that a greater one is likely to have.
+#: Slow joints in deg/s and small payloads in grams stay below, but nothing that is built needs the greater numbers.
+_BELIEVED = {
+    "rad": (8.0 * math.pi, "deg"),
+    "m": (100.0, "mm"),
+    "rad/s": (30.0, "deg/s"),
+    "m/s": (20.0, "mm/s"),
+    "kg": (1000.0, "g"),
+}
+
+
+def believed(value: float, unit: str, *, name: str, most: float | None = None) -> float:
+    """A number that was given without its unit, if it can be in SI.
+
+    Args:
+        value: the number; infinity is believed.
+        unit: the SI unit that it is taken for.
+        name: name of the argument, for the message.
+        most: greatest number that is believed, if it is another than usual.
+
+    Raises:
+        InvalidInputError: it is so great that it must be in another unit; the message names that one, and how to give
+            the number if it is meant: as text with its unit.
+    """
+    if _is_believed(value, unit, most):
+        return value
+    likely = _BELIEVED[unit][1]
+    meant = f'write "{value:g} {likely}", or "{value:g} {unit}" if it is meant'
+    raise InvalidInputError(f"{name}: {value:g} {unit} looks like {likely}: {meant}")
+
+
+def with_unit(value: float, unit: str, *, most: float | None = None) -> float | str:
+    """A number as :func:`believed` takes it: with its unit where it would not be believed without."""
+    return value if _is_believed(value, unit, most) else f"{value!r} {unit}"
+
+
+def _is_believed(value: float, unit: str, most: float | None) -> bool:
+    usual = _BELIEVED[unit][0] if unit in _BELIEVED else math.inf
+    return math.isinf(value) or abs(value) <= (usual if most is None else most)
+
+
 def if_degrees(angle: float) -> str:
     """What a message about an angle [rad] that cannot be right adds: that it looks like degrees, if it does.
 

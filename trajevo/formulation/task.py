@@ -45,7 +45,9 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "constraints": settings.constraints.limits,
         **settings.parameters,
         "limits": settings.constraints.held,
-        "payload": settings.payload if isinstance(settings.payload, float | int) else settings.payload.model_dump(),
+        "payload": settings.payload
+        if isinstance(settings.payload, float | int | str)
+        else settings.payload.model_dump(),
         "payload_range": settings.payload_range,
         "reference_point": settings.reference_point,
         "samples": settings.samples,

@@ -44,8 +44,8 @@ class _Limits(_Strict):
 
 
 class _Payload(_Strict):
-    mass: _Number
-    com: tuple[_Number, _Number, _Number] = (0.0, 0.0, 0.0)
+    mass: _Number | str
+    com: tuple[_Number | str, _Number | str, _Number | str] = (0.0, 0.0, 0.0)
     inertia: list[list[_Number]] | None = None
     model: str = "rigid"
 
@@ -112,7 +112,7 @@ class TaskSettings(_Strict):
     robot: str | _Robot
     angle: Literal["rad", "deg"] = "rad"
     limits: _Limits = _Limits()
-    payload: _Number | _Payload = 0.0
+    payload: _Number | str | _Payload = 0.0
     payload_range: tuple[_Number, _Number] | None = None
     points: str | list[list[_Number] | _Point]
     moving: list[MovingSettings] = []

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.base.units import per_time, quantity
+from trajevo.base.units import believed, per_time, quantity
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 from trajevo.robot.joints import JointLimits
 
@@ -248,4 +248,4 @@ def _with_unit(name: str, value: Any, unit: str) -> float:
         return quantity(value, unit, name=name)
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or np.isnan(value):
         raise InvalidInputError(f"{name}: expected a number [{unit}] or inf, got {value!r}")
-    return float(value)
+    return believed(float(value), unit, name=name)
