@@ -295,7 +295,7 @@ def load_robot(
     if file is not None:
         transmission, names, units = file.transmission(names, units)
     declared = None if file is None else file.limits(names, units, locked)
-    given = given_limits(limits, names, locked)
+    given = given_limits(limits, names, units, locked)
     still = {name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}
     return Robot(
         name=source.name if file is None else file.settings.name,
