@@ -12,8 +12,9 @@ import numpy as np
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.units import display, per_time, quantity
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.path.csv_points import read_points
 from trajevo.path.curve import GeometricPath
+from trajevo.path.point_files import joint_columns
+from trajevo.path.tables import read_table
 from trajevo.robot.robot import Robot, length_unit, robot_of
 
 from .gemini_and_s import EXAMPLE_PATHS, ExamplePath
@@ -125,10 +126,8 @@ def _from_settings(settings: Mapping[str, Any]) -> GeometricPath:
 def _from_file(file: str | Path, control_points: int | None, robot: Robot) -> GeometricPath:
     if not Path(file).is_file():
         raise UnknownNameError("path", file, [*EXAMPLE_PATHS, "a CSV file of points"])
-    points, units = read_points(file)
-    for column, (unit, expected) in enumerate(zip(units, robot.joint_units, strict=False), start=1):
-        if unit != expected:
-            raise InvalidInputError(f"{file}: column {column}: expected a unit that converts to {expected}, got {unit}")
+    columns = joint_columns(robot)
+    points = read_table(file, example=", ".join(f"{name} [{unit}]" for name, unit in columns.items())).si(columns)
     try:
         return _fitted(points, control_points)
     except InvalidInputError as error:

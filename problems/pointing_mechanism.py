@@ -20,7 +20,7 @@ from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.joint_limits import kinematic_limits
 from trajevo.formulation.objectives import Objective, summed_rms_acceleration, summed_rms_jerk, total_time
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.path.csv_points import read_columns
+from trajevo.path.tables import read_table
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import load_robot
 from trajevo.trajectory.interpolants import HybridQuartic, Interpolant, QuinticSpline, SepticSpline
@@ -85,7 +85,7 @@ class PointingMechanism(TrajectoryProblem):
         if points is None:
             directions = np.radians(TABLE_4_POINTS_DEG)
         elif isinstance(points, str | Path):
-            directions = read_columns(points, {"azimuth": "rad", "pitch": "rad"})
+            directions = read_table(points).si({"azimuth": "rad", "pitch": "rad"})
         else:
             directions = numbers(points, name="points", shape=("n_points", 2))
         self.directions = read_only(directions)

@@ -173,7 +173,8 @@ def test_the_examples_are_used_from_a_task(tmp_path):
 
 def test_mistakes_in_a_task_are_told_as_of_any_other_key(tmp_path):
     refused(
-        lambda: load_task(task(tmp_path, most='"many"')), "line 9: constraints.most_power: .*valid number, got 'many'"
+        lambda: load_task(task(tmp_path, most='"many"')),
+        "line 9: .*most_power: expected a number, got 'many'",
     )
     refused(
         lambda: load_task(task(tmp_path, most="-1.0")),

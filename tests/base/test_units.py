@@ -23,13 +23,61 @@ def test_display_turns_angles_and_nothing_else():
 
 
 def test_unknown_names_list_the_known():
-    with pytest.raises(TrajevoError, match="unknown unit 'furlong'; known: 1, N, N\\*m, N\\*m\\*s/rad, N\\*s/m, deg"):
+    with pytest.raises(TrajevoError, match="unknown unit 'furlong'; known: 1, N, N\\*m, N\\*m\\*s/rad, N\\*s/m, cm"):
         units.to_si("furlong")
     with pytest.raises(TrajevoError, match="unknown angle unit 'gon'; known: deg, rad"):
         units.display("rad", angle="gon")
 
 
-@pytest.mark.parametrize("header", ["azimuth", "azimuth deg", "azimuth [furlong]", ""])
-def test_headers_need_a_unit(header):
-    with pytest.raises(TrajevoError, match=r"file\.csv: expected a column header with a unit"):
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("azimuth [deg]", "azimuth", "deg"),
+        (" azimuth(deg) ", "azimuth", "deg"),
+        ("joint(1) [rad]", "joint(1)", "rad"),
+        ("azimuth [°]", "azimuth", "deg"),
+        ("v [mm/s²]", "v", "mm/s^2"),
+        ("τ [N·m]", "τ", "N*m"),
+        ("qw", "qw", ""),
+    ],
+)
+def test_headers_hold_a_name_and_a_unit(header, name, unit):
+    assert units.split_header(header, where="file.csv") == (name, unit)
+
+
+@pytest.mark.parametrize(
+    ("header", "meant"),
+    [
+        ("azimuth [furlong]", "unknown unit 'furlong'; known: "),
+        ("azimuth [dge]", "unknown unit 'dge'; did you mean 'deg'"),
+        ("azimuth [deg", ""),
+        ("azimuth deg]", ""),
+    ],
+)
+def test_a_unit_that_cannot_be_read_is_refused(header, meant):
+    with pytest.raises(TrajevoError, match=rf"file\.csv: expected a column header with a unit.*{meant}"):
         units.split_header(header, where="file.csv")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("150 mm/s", "m/s", 0.15),
+        ("150mm/s", "m/s", 0.15),
+        ("30 rpm", "rad/s", math.pi),
+        ("180 °/s", "rad/s", math.pi),
+        ("500 g", "kg", 0.5),
+        ("2 Nm", "N*m", 2.0),
+        ("inf rad/s", "rad/s", math.inf),
+        ("-1e1 cm", "m", -0.1),
+    ],
+)
+def test_quantities_are_read_with_their_unit(text, unit, value):
+    assert units.quantity(text, unit, name="limit") == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["150", "mm/s", "1,5 m/s", "1_0 m/s", "150 deg/s", "nan m/s", "150 mm/s/s", ""])
+def test_quantities_need_a_number_and_a_unit_of_their_kind(text):
+    says = r"limit: expected a number and a unit that converts to m/s, such as '1.5 m/s' or '1.5 cm/s' or '1.5 mm/s', "
+    with pytest.raises(TrajevoError, match=says + f"got {text!r}"):
+        units.quantity(text, "m/s", name="limit")

@@ -228,7 +228,7 @@ def test_odd_names_of_solutions_are_refused(run, solution):
         ),
         (["solve", "pointing", "--population", "-5"], "--population"),
         (["solve", "pointing", "--generations", "0"], "--generations"),
-        (["solve", "pointing", "--points", "none.csv"], "none.csv: cannot be read"),
+        (["solve", "pointing", "--points", "none.csv"], "none.csv: no such file"),
         (["solve", "pointing", "--points", "two.csv"], "at least 3 points, got 2"),
         (["solve", "pointing", "--points", "twice.csv"], "point 2 repeats point 1"),
         (["solve", "pointing", "--points", "far.csv"], "point 1 puts 'joint_1' at 80 deg, outside its range"),

@@ -241,15 +241,15 @@ def _text(tmp_path, text):
 
 BAD_FILES = {
     "text": ("x [mm], y [mm]\n1, 2\n3, four\n", "points.csv: line 3, column 'y': expected a finite number, got 'four'"),
-    "no unit": ("x, y\n1, 2\n", "points.csv: expected a column header with a unit"),
-    "angle": ("x [deg], y [deg]\n1, 2\n", "points.csv: column 1: expected a unit that converts to m, got rad"),
+    "no unit": ("x, y\n1, 2\n", "points.csv: line 1: expected a column header with a unit"),
+    "angle": ("x [deg], y [deg]\n1, 2\n", "line 1: expected .* such as 'x .m.' or 'x .cm.' or 'x .mm.', got 'x .deg.'"),
     "few": ("x [mm], y [mm]\n1, 2\n3, 4\n", "points.csv: points: a curve of order 6 needs at least 6, got 2"),
     "repeated": ("x [mm], y [mm]\n1, 2\n1, 2\n", "points.csv: points: point 1 repeats point 0"),
     "short row": ("x [mm], y [mm]\n1\n", "points.csv: line 2: expected 2 numbers"),
     "empty": ("", "points.csv: empty"),
     "three": (
         "x [mm], y [mm], z [mm]\n" + "\n".join(f"{k}, {k * k}, {k}" for k in range(9)),
-        "points.csv: 3 axes, but robot 'feed_drive' has 2: x, y",
+        "points.csv: line 1: unknown column 'z .mm.'; known: x, y",
     ),
     "far": (
         "x [mm], y [mm]\n" + "\n".join(f"{100 * k}, 0" for k in range(9)),
@@ -271,7 +271,7 @@ BAD = {
     "zero": ({"velocity": 0.0}, r"velocity: expected a positive limit \[m/s\] or inf for axis 'x', got 0.0"),
     "NaN": ({"jerk": [1.0, np.nan]}, r"jerk: expected a positive limit \[m/s\^3\] or inf for axis 'y', got nan"),
     "count": ({"acceleration": [1.0] * 3}, "acceleration: expected one limit or 2, one for each axis, got 3"),
-    "unit": ({"velocity": "3 N"}, "velocity: expected a number and a unit that converts to m/s, got '3 N'"),
+    "unit": ({"velocity": "3 N"}, "velocity: expected a number and a unit that converts to m/s, such as .*, got '3 N'"),
     "truth": ({"velocity": True}, "velocity: expected a positive limit"),
     "time": ({"longest_time": -1.0}, r"longest_time: expected a positive time \[s\], got -1.0"),
     "endless": ({"longest_time": float("inf")}, "longest_time: expected a positive time"),

@@ -10,12 +10,13 @@ import yaml
 from tests.helpers import refused
 from trajevo import load_robot
 from trajevo.robot.examine import examine
-from trajevo.robot.limit_files import read_joint_limits, write_joint_limits
+from trajevo.robot.moveit_limits import read_joint_limits, write_joint_limits
 from trajevo.robot.robot import robot_of
 
 GIVEN = {"acceleration": 10.0, "jerk": 100.0}
 PANDA = {"tool": "panda_hand_tcp", "lock": {"panda_finger_joint1": 0.02, "panda_finger_joint2": 0.01}}
 NAMES = ("a", "b")
+UNITS = ("rad", "rad")
 
 
 @pytest.fixture
@@ -70,12 +71,12 @@ def test_limits_given_go_before_those_of_a_robot_toml():
         (GIVEN | {"velocity": 0.0}, "velocity: expected a positive limit, got 0: give it in robot.toml"),
         (GIVEN | {"velocity": float("nan")}, "limits.velocity.shoulder_pan_joint: expected a number .rad/s. or inf"),
         (GIVEN | {"velocity": True}, "limits.velocity.shoulder_pan_joint: expected a number"),
-        (GIVEN | {"velocity": "3 m/s"}, "expected a number and a unit that converts to rad/s, got '3 m/s'"),
+        (GIVEN | {"velocity": "3 m/s"}, "expected a number and a unit that converts to rad/s, such as .*, got '3 m/s'"),
         (GIVEN | {"velocity": {"elbow": 1.0}}, "unknown joint in limits.velocity 'elbow'; known: elbow_joint"),
         (GIVEN | {"position": [1.0, -1.0]}, "joint 'shoulder_pan_joint': position: lower must be below upper"),
         (GIVEN | {"position": 1.0}, "limits.position.shoulder_pan_joint: expected 2 numbers, got 1.0"),
         (7, "limits: expected a mapping from limits to values or a MoveIt file, got 7"),
-        ("nowhere.yaml", "nowhere.yaml: cannot be read as YAML: No such file"),
+        ("nowhere.yaml", "nowhere.yaml: no such file"),
     ],
 )
 def test_limits_that_cannot_be_used_are_refused(limits, says):
@@ -167,9 +168,9 @@ def test_moveit_files_round_trip(moveit):
 
 def test_moveit_s_scaling_factors_count(moveit):
     text = "default_velocity_scaling_factor: 0.1\njoint_limits:\n  a: {has_velocity_limits: true, max_velocity: 3.0}\n"
-    assert read_joint_limits(moveit(text), ("a",)) == {"velocity": {"a": pytest.approx(0.3)}}
+    assert read_joint_limits(moveit(text), ("a",), ("rad",)) == {"velocity": {"a": pytest.approx(0.3)}}
     refused(
-        lambda: read_joint_limits(moveit(text), NAMES),
+        lambda: read_joint_limits(moveit(text), NAMES, UNITS),
         "default_velocity_scaling_factor: expected the velocity limit of 'b' too",
     )
 
@@ -206,9 +207,9 @@ def test_joints_of_a_robot_with_a_robot_toml_can_be_locked():
     [
         ("joint_limits: [", "cannot be read as YAML"),
         ("limits: 1", "expected a mapping 'joint_limits'"),
-        ("joint_limits: {c: {}}", "unknown joint in .*joint_limits.yaml 'c'; known: a, b"),
-        ("joint_limits: {a: 3}", "joint_limits.yaml: a: expected a mapping of limits, got 3"),
-        ("joint_limits: {a: {max_speed: 3}}", "unknown key in .*: a 'max_speed'; known: .*max_velocity"),
+        ("joint_limits: {c: {}}", "joint_limits.yaml: line 1: unknown joint 'c'; known: a, b"),
+        ("joint_limits: {a: 3}", "joint_limits.yaml: line 1: a: expected a mapping of limits, got 3"),
+        ("joint_limits: {a: {max_speed: 3}}", "line 1: a: unknown key 'max_speed'; known: .*max_velocity"),
         (
             "joint_limits: {a: {has_velocity_limits: true}}",
             "has_velocity_limits is true, but max_velocity is missing",
@@ -216,9 +217,107 @@ def test_joints_of_a_robot_with_a_robot_toml_can_be_locked():
         ("joint_limits: {a: {has_velocity_limits: 1, max_velocity: 3.0}}", "expected true or false, got 1"),
         ("joint_limits: {a: {max_velocity: fast}}", "a: max_velocity: expected a finite number, got 'fast'"),
         ("joint_limits: {a: {min_position: 0.0}}", "a: has_position_limits is true, but max_position is missing"),
-        ("speed: 1\njoint_limits: {}", "unknown key in .* 'speed'"),
+        ("speed: 1\njoint_limits: {}", "line 1: unknown key 'speed'"),
         ("default_velocity_scaling_factor: 0\njoint_limits: {}", "expected a finite number above 0, got 0"),
     ],
 )
 def test_broken_moveit_files_are_refused(moveit, text, says):
-    refused(lambda: read_joint_limits(moveit(text), NAMES), says)
+    refused(lambda: read_joint_limits(moveit(text), NAMES, UNITS), says)
+
+
+ONE = {"velocity": {"a": 1.5}, "acceleration": {"a": 5.0}, "jerk": {"a": 5000.0}}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "joint_limits:\n  a: {max_velocity: 1.5, max_acceleration: 5.0, max_jerk: 5000.0}\n",
+        "\ufeffjoint_limits: {a: {max_velocity: 15e-1, max_acceleration: 5, max_jerk: 5e3}}\n",
+        "joint_limits:\n  a: {has_velocity_limits: yes, max_velocity: +1.5, max_acceleration: 5., max_jerk: 5E3}\n",
+        "/**:\n  ros__parameters:\n    robot_description_planning:\n      joint_limits:\n"
+        "        a: {max_velocity: 1.5, max_acceleration: 5.0, max_jerk: 5e+3}\n",
+        "move_group:\n  ros__parameters:\n    planner: {name: pilz}\n    robot_description_planning:\n"
+        "      joint_limits: {a: {max_velocity: 1.5, max_acceleration: 5.0, max_jerk: 5e3}}\n",
+        "robot_description_planning:\n  default_velocity_scaling_factor: 0.5\n"
+        "  joint_limits: {a: {max_velocity: 3, max_acceleration: 5, max_jerk: 5e3}}\n",
+        "joint_limits:\n  a:\n    has_acceleration_limits: true\n    max_acceleration: 8.0\n"
+        "    has_deceleration_limits: true\n    max_deceleration: -5.0\n    max_velocity: 1.5\n    max_jerk: 5e3\n",
+        "usual: &usual {max_velocity: 9.0, max_acceleration: 5.0}\n"
+        "planning: {joint_limits: {a: {<<: *usual, max_velocity: 1.5, max_jerk: 5e3}}}\n",
+    ],
+)
+def test_every_dialect_of_moveit_files_is_read(moveit, text):
+    assert read_joint_limits(moveit(text), ("a",), ("rad",)) == ONE
+
+
+def test_angles_of_moveit_files_may_be_in_degrees(moveit):
+    text = (
+        "joint_limits:\n  a: {min_position: !degrees -90.0, max_position: deg(45), max_velocity: !degrees 180.0}\n"
+        "  b: {max_velocity: !radians 2, max_acceleration: rad(3.0)}\n"
+    )
+    found = read_joint_limits(moveit(text), NAMES, UNITS)
+    assert found["position"]["a"] == pytest.approx((-np.pi / 2, np.pi / 4), rel=1e-15)
+    assert found["velocity"] == {"a": pytest.approx(np.pi, rel=1e-15), "b": 2.0}
+    assert found["acceleration"] == {"b": 3.0}
+
+
+def test_fast_joints_of_moveit_files_say_that_it_is_meant(moveit):
+    fast = "joint_limits:\n  joint_1: {max_velocity: SPEED}\n"
+    refused(
+        lambda: load_robot("puma560", limits=moveit(fast.replace("SPEED", "180.0"))),
+        "line 2: joint_1: max_velocity: 180 rad/s looks like degrees: write !degrees 180, or !radians 180 if it is",
+    )
+    robot = load_robot("puma560", limits=moveit(fast.replace("SPEED", "!radians 180.0")))
+    again = robot_of(json.loads(json.dumps(robot.settings)))
+    assert robot.limits.velocity[0] == again.limits.velocity[0] == 180.0
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("joint_limits: {a: {max_velocity: 1.0}, a: {}}", "line 1: 'a' is given twice, first in line 1"),
+        (
+            "joint_limits:\n  a:\n    max_jerk: 1\n    max_jerk: 2\n",
+            "line 4: 'max_jerk' is given twice, first",
+        ),
+        (
+            "joint_limits:\n  a: {max_velocity: 1:30}\n",
+            "line 2: expected a decimal number, got '1:30', which diff",
+        ),
+        ("joint_limits: {a: {max_velocity: 010}}", "expected a decimal number, got '010'"),
+        ("joint_limits: {a: {max_velocity: 0x10}}", "expected a decimal number, got '0x10'"),
+        ("joint_limits: {a: {max_velocity: 1_000}}", "expected a decimal number, got '1_000'"),
+        ("joint_limits: {a: {max_velocity: .inf}}", "max_velocity: expected a finite number, got '.inf'"),
+        ("joint_limits: {a: {max_velocity: 1e999}}", "max_velocity: expected a finite number, got inf"),
+        ("joint_limits: {a: {max_velocity: '1.0'}}", "max_velocity: expected a finite number, got '1.0'"),
+        ("joint_limits: {a: {max_velocity: !degree 9}}", "unknown tag '!degree'; known: .*; did you mean '!degrees'"),
+        ("joint_limits: {a: {max_velocity: !!python/object:os.x 9}}", "unknown tag .*python/object"),
+        ("joint_limits: {a: {max_velocity: deg(pi)}}", "expected an angle as a number of deg, got 'pi'"),
+        ("joint_limits: {a: {max_effort: !degrees 9}}", "max_effort: expected a number, got an angle"),
+        ("joint_limits: {a: {max_deceleration: -5.0}}", "expected max_acceleration beside max_deceleration"),
+        ("joint_limits: {a: {max_velocity: 1, max_veloctiy: 2}}", "unknown key 'max_veloctiy'; .*mean 'max_velocity'"),
+        ("joint_limits: {a: [1, 2]}", "line 1: a: expected a mapping of limits, got "),
+        ("x: {joint_limits: {a: {}}}\ny: {joint_limits: {a: {}}}", "a mapping 'joint_limits' .*, got 2 of them"),
+        ("joint_limts: {a: {}}", "expected a mapping 'joint_limits' from joints to limits, got the keys 'joint_limts'"),
+        ("joint_limits: {? [a] : 1}", "line 1: expected a name as key, got a sequence"),
+        ("joint_limits:\n\t a: 1", "line 2, column 1: cannot be read as YAML: "),
+        (
+            "a: &a [1, 1, 1, 1]\n"
+            + "".join(
+                f"{new}: &{new} [{', '.join(['*' + old] * 9)}]\n" for old, new in zip("abcde", "bcdef", strict=True)
+            ),
+            "expected at most 20000 entries with all references written out",
+        ),
+        ("[" * 3000, "cannot be read as YAML"),
+        ("{a: " * 20 + "1" + "}" * 20, "expected mappings at most 12 deep"),
+        ("", "expected a mapping 'joint_limits' from joints to limits, got the keys none"),
+    ],
+)
+def test_moveit_files_that_mean_different_things_are_refused(moveit, text, says):
+    refused(lambda: read_joint_limits(moveit(text), NAMES, UNITS), f"joint_limits.yaml: .*{says}")
+
+
+def test_lengths_are_no_angles(moveit):
+    for text, says in (("!degrees 9", "expected a number .m/s., got an angle"), ("250.0", "looks like millimetres")):
+        file = moveit(f"joint_limits: {{a: {{max_velocity: {text}}}}}")
+        refused(lambda: read_joint_limits(file, ("a",), ("m",)), f"line 1: a: max_velocity: .*{says}")  # noqa: B023

@@ -42,7 +42,7 @@ def test_a_folder_loads_like_a_name(folder):
 def test_unknown_robots_list_the_known():
     with pytest.raises(
         UnknownNameError,
-        match="unknown robot 'pointing'; known: alex.*feed_drive.*hybrid_manipulator.*ur5",
+        match="unknown robot 'pointing'; did you mean 'pointing_mechanism'",
     ):
         load_robot("pointing")
 
@@ -93,9 +93,13 @@ def test_what_is_neither_name_nor_path_is_refused(name):
             'effort = { limit = inf, unit = "N*m" }\ncoulomb_friction = { value = -1.0, unit = "N*m" }',
             "joints.joint_1.coulomb_friction.value: .*greater than or equal to 0",
         ),
-        ('jerk = { limit = 80.0, unit = "deg/s^3" }\n', "", "joints.joint_1.jerk: Field required$"),
+        ('jerk = { limit = 80.0, unit = "deg/s^3" }\n', "", "joints.joint_1.jerk: this key is missing$"),
         ("jerk = {", "jrek = {", "joints.joint_1"),
-        ("[joints.joint_1]", "[joints.joint_9]", r"limits given for joints \['joint_2', 'joint_9'\]"),
+        (
+            "[joints.joint_1]",
+            "[joints.joint_9]",
+            r"\[joints.joint_9\]: unknown joint 'joint_9'; known: ",
+        ),
         ('tool = "tool"', 'tool = "gripper"', "unknown tool frame in .*'gripper'; known: .*platform"),
         ('urdf = "pointing_mechanism.urdf"', 'urdf = "none.urdf"', "no such URDF file"),
         ("format = 1", "format = 2", "format: .*got 2"),
@@ -233,7 +237,7 @@ def test_pinocchio_reads_what_was_checked(folder):
 def test_a_broken_transmission_is_refused_with_file_and_place(tmp_path, old, new, says):
     folder = shutil.copytree(ROBOTS_FOLDER / "hybrid_manipulator", tmp_path / "mine")
     edit(folder / "robot.toml", old, new)
-    with pytest.raises(InvalidInputError, match=f"{re.escape(str(folder / 'robot.toml'))}: {says}"):
+    with pytest.raises(InvalidInputError, match=f"{re.escape(str(folder / 'robot.toml'))}: line .*{says}"):
         load_robot(folder)
 
 

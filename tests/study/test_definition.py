@@ -200,11 +200,11 @@ BAD = {
     "no problem": ("seed = 1", "expected either a problem, by its name, or a task, by its file"),
     "both": ('problem = "hybrid"\ntask = "task.toml"\nseed = 1', "expected either a problem"),
     "unknown problem": ('problem = "hybris"\nseed = 1', "unknown problem 'hybris'; known: hybrid"),
-    "no seed": ('problem = "hybrid"', "seed: Field required"),
-    "seed as text": ('problem = "hybrid"\nseed = "1"', "line 2: seed: .*integer, got '1'"),
+    "no seed": ('problem = "hybrid"', "seed: this key is missing"),
+    "seed as text": ('problem = "hybrid"\nseed = "1"', "line 2: seed: expected a whole number, got '1'"),
     "unknown key": (
         'problem = "hybrid"\nseed = 1\nrepeat = 3',
-        "line 3: repeat: unknown key; known: .*polish, .*; did you mean 'repeats'",
+        "line 3: repeat: unknown key; did you mean 'repeats'",
     ),
     "no repeats": ('problem = "hybrid"\nseed = 1\nrepeats = 0', "line 3: repeats: .*greater than or equal to 1, got 0"),
     "no generations": ('problem = "hybrid"\nseed = 1\ngenerations = 0', "line 3: generations: .* got 0"),
@@ -266,7 +266,7 @@ BAD = {
         "line 14: factors.mutation_index: the algorithm 'spea2' has no",
     ),
     "no time": (GOOD + "time_limit = [-1]", "line 13: factors.time_limit: expected a positive time"),
-    "no task": ('task = "nowhere.toml"\nseed = 1', "nowhere.toml: cannot be read as TOML: No such file"),
+    "no task": ('task = "nowhere.toml"\nseed = 1', "nowhere.toml: no such file"),
 }
 
 
@@ -301,7 +301,7 @@ def test_mistakes_in_what_varies_a_task_name_the_factor(task, case):
 
 def test_a_broken_task_is_told_with_its_own_line(task):
     task.write_text(TASK.replace("format = 1", "format = 2"))
-    refused(lambda: Study(task=task, seed=1), "task.toml: line 1: format: Input should be 1, got 2")
+    refused(lambda: Study(task=task, seed=1), "task.toml: line 1: format: expected 1, got 2")
 
 
 def test_wrong_types_are_refused():

@@ -15,6 +15,7 @@ import zipfile
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -82,13 +83,17 @@ def from_json(text: str) -> Any:
     return _parsed(json.loads, text)
 
 
-def from_toml(text: str) -> dict[str, Any]:
+def from_toml(text: str, *, parse_float: Callable[[str], float] = float) -> dict[str, Any]:
     """The data of a TOML text.
+
+    Args:
+        text: the text.
+        parse_float: makes a number of the text of one that is no whole number.
 
     Raises:
         ValueError: it is no TOML, or deeper than :data:`MOST_LEVELS`; ``TOMLDecodeError`` names line and column.
     """
-    found: dict[str, Any] = _parsed(tomllib.loads, text)
+    found: dict[str, Any] = _parsed(partial(tomllib.loads, parse_float=parse_float), text)
     return found
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 import re
+import tomllib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
 import pydantic
 
-from trajevo.base.files import read_text, why_not
+from trajevo.base.files import read_bytes, why_not
 from trajevo.base.plain import from_toml
-from trajevo.errors import InvalidInputError, TrajevoError, known_names
+from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError, known_names, no_such_file
 
 _TABLE = re.compile(r"\s*(\[\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$")
 _KEY = re.compile(r"""\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*=""")
@@ -67,20 +70,121 @@ def _opened(text: str) -> int:
 #: reports such an error, so these errors tell least about the mistake.
 _OTHER_KIND = ("float_type", "list_type", "dict_type", "string_type", "model_type", "tuple_type")
 
+#: How the parser ends its messages.
+_AT = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+
+#: What the parser says -> what a person does about it.
+_REMEDIES = (
+    (r"Invalid value", "expected a number, true, false, a list in [ ], or text in quotes"),
+    (r"Invalid statement", "expected KEY = VALUE or [TABLE]"),
+    (r"Cannot overwrite a value", "this key is given twice"),
+    (r"Cannot declare .* twice", "this table is given twice"),
+    (r"Expected '=' after a key.*", "expected = after the key"),
+    (r"Expected newline or end of document after a statement", "expected the end of the line after the value"),
+    (r"Unclosed array", "a list is not closed by ]"),
+    (r"Unclosed inline table", "a table is not closed by }"),
+    (r"Expected ']' at the end of a table declaration", "expected ] after the table's name"),
+    (r"Illegal character '\\n'", "a text is not closed by a quotation mark in its line"),
+)
+
 
 def read_toml(file: Path) -> tuple[dict[str, Any], Places]:
     """Content of a TOML file, and the line numbers of its keys.
 
     Raises:
-        InvalidInputError: the file cannot be read.
+        InvalidInputError: the file cannot be read, or holds a number that is too large.
     """
     try:
-        text = read_text(file)
-        return from_toml(text), Places(file, key_lines(text))
+        text = read_bytes(file).decode("utf-8-sig")
+    except FileNotFoundError:
+        raise InvalidInputError(no_such_file(file)) from None
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise InvalidInputError(f"{file}: line {line}: cannot be read as TOML: is not UTF-8 text") from error
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be read as TOML: {why_not(error)}") from error
+    text = text.replace("\r\n", "\n")
+    try:
+        return from_toml(text, parse_float=partial(_finite, file=file, text=text)), Places(file, key_lines(text))
+    except tomllib.TOMLDecodeError as error:
+        raise InvalidInputError(f"{file}: {_told(str(error), text)}") from error
     except InvalidInputError:
         raise
-    except (OSError, ValueError) as error:
-        raise InvalidInputError(f"{file}: cannot be read as TOML: {why_not(error)}") from error
+    except ValueError as error:
+        raise InvalidInputError(f"{file}: cannot be read as TOML: {error}") from error
+
+
+def _finite(written: str, *, file: Path, text: str) -> float:
+    """A number of the file. One that is too large for the machine must not become infinity, which means no limit."""
+    value = float(written)
+    if math.isinf(value) and "inf" not in written:
+        line = next(number for number, one in enumerate(text.splitlines(), start=1) if written in one)
+        raise InvalidInputError(
+            f"{file}: line {line}: expected a number up to 1.8e308, got {written}; inf has no limit"
+        )
+    return value
+
+
+def _told(said: str, text: str) -> str:
+    """A message of the parser with line and column in front, and the line itself."""
+    at = _AT.search(said)
+    line, column = (int(at[1]), int(at[2])) if at and at[1] else (max(1, len(text.splitlines())), None)
+    what = said[: at.start()] if at else said
+    remedy = next((remedy for pattern, remedy in _REMEDIES if re.fullmatch(pattern, what)), what)
+    place = f"line {line}, column {column}" if column else f"line {line}, the last"
+    lines = text.splitlines()
+    if column and re.search(r"=\s*[+-]?\d+,$", lines[line - 1][:column]):
+        remedy = "expected a decimal point, not a comma"
+    shown = f", got {shortened(lines[line - 1].strip())}" if 0 < line <= len(lines) else ""
+    return f"{place}: cannot be read as TOML: {remedy}{shown}"
+
+
+def shortened(value: Any, most: int = 80) -> str:
+    """A value as it is shown in a message: text as it is, everything cut to a length."""
+    shown = value if isinstance(value, str) else repr(value)
+    return shown if len(shown) <= most else f"{shown[: most - 1]}…"
+
+
+#: What pydantic says of a value -> what trajevo says, by the type of the error; the rest begins "Input should be".
+_SAID = {
+    "missing": "this key is missing",
+    "extra_forbidden": "unknown key",
+    "float_type": "expected a number",
+    "int_type": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "string_type": "expected text in quotes",
+    "bool_type": "expected true or false",
+    "list_type": "expected a list",
+    "tuple_type": "expected a list",
+    "dict_type": "expected a table",
+    "model_type": "expected a table",
+    "finite_number": "expected a finite number",
+    "greater_than": "expected a number greater than {gt:g}",
+    "greater_than_equal": "expected a number greater than or equal to {ge:g}",
+    "less_than_equal": "expected a number up to {le:g}",
+    "literal_error": "expected {expected}",
+    "too_short": "expected at least {min_length} values, got {actual_length}",
+    "too_long": "expected at most {max_length} values, got {actual_length}",
+}
+
+
+def problem_of(error: Any) -> str:
+    """An error of pydantic in plain words, with the value that was given.
+
+    Args:
+        error: one of the errors that pydantic found.
+    """
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "missing" and isinstance(error["loc"][-1], int):
+        said = "this value is missing"
+    elif kind in _SAID:
+        said = _SAID[kind].format(**context)
+    else:
+        said = str(error["msg"]).removeprefix("Value error, ").replace("Input should be", "expected")
+    if kind in ("missing", "value_error", "too_short", "too_long", "extra_forbidden"):
+        return said
+    given = error["input"]
+    return f"{said}, got {shortened(repr(given) if isinstance(given, str) else given)}"
 
 
 def validated(model: type[Model], content: dict[str, Any], places: Places) -> Model:
@@ -92,7 +196,7 @@ def validated(model: type[Model], content: dict[str, Any], places: Places) -> Mo
     try:
         return model.model_validate(content)
     except pydantic.ValidationError as error:
-        raise InvalidInputError(places.told(_deepest(error), model)) from error
+        raise InvalidInputError(places.told(_most_telling(error), model)) from error
 
 
 @dataclass(frozen=True)
@@ -109,9 +213,12 @@ class Places:
 
     def prefix(self, place: Place) -> str:
         """Beginning of a message: file, line and key."""
+        return self.start(place) + ".".join(map(str, place)) + (": " if place else "")
+
+    def start(self, place: Place) -> str:
+        """Beginning of a message that names the key itself: file and line."""
         line = line_of(self.lines, place)
-        at = f"{self.file}: line {line}: " if line else f"{self.file}: "
-        return at + ".".join(map(str, place)) + (": " if place else "")
+        return f"{self.file}: line {line}: " if line else f"{self.file}: "
 
     def told(self, error: Any, model: type[pydantic.BaseModel], beside: Iterable[str] = ()) -> str:
         """An error of pydantic as one sentence; for an unknown key it lists the keys that are allowed there.
@@ -122,13 +229,13 @@ class Places:
             beside: keys that are allowed at the top of the file besides those of the model.
         """
         # pydantic adds the names of a union's members to the place; only keys of the file are kept.
-        place = tuple(p for p in error["loc"] if isinstance(p, int) or (p.isidentifier() and not p.startswith("_")))
+        place = tuple(p for p in error["loc"] if isinstance(p, int) or not (p.startswith("_") or "[" in p))
         place = tuple(p for p in place if p not in ("float", "str", "list", "dict", "MovingSettings"))
+        said = problem_of(error)
         if error["type"] == "extra_forbidden":
             known = [*_keys_at(model, error["loc"]), *(beside if len(place) == 1 else ())]
-            return f"{self.prefix(place)}unknown key; {known_names(str(place[-1]), known)}"
-        got = "" if error["type"] in ("missing", "value_error") else f", got {error['input']!r}"
-        return self.prefix(place) + str(error["msg"]).removeprefix("Value error, ") + got
+            said += f"; {known_names(str(place[-1]), known)}"
+        return self.prefix(place) + said
 
     @contextmanager
     def at(self, *place: str) -> Iterator[None]:
@@ -136,19 +243,47 @@ class Places:
         try:
             yield
         except TrajevoError as error:
-            raise InvalidInputError(self.prefix(place) + str(error).removeprefix(f"{place[-1]}: ")) from error
+            told = self._at_its_key(error)
+            raise InvalidInputError(told or self.prefix(place) + str(error).removeprefix(f"{place[-1]}: ")) from error
 
     def guess(self, error: TrajevoError) -> str:
         """Message of an error that begins with an argument's name, with the line of that name's key if there is one."""
         said = str(error).split(":")[0].split(".")[0]
         name = {"boxes": "moving"}.get(said, said)
+        if isinstance(error, UnknownNameError):  # begins with the word unknown, not with an argument
+            names = (f"{error.kind}s", error.kind)
+            place = next((place for name in names for place in self.lines if place[-1] == name), ())
+            return self.prefix(place) + str(error)
         place = next((place for place in self.lines if place[-1] == name), ())
-        return self.prefix(place) + (str(error).removeprefix(f"{said}: ") if place else str(error))
+        told = self._at_its_key(error)
+        return told or self.prefix(place) + (str(error).removeprefix(f"{said}: ") if place else str(error))
+
+    def _at_its_key(self, error: TrajevoError) -> str:
+        """Message of an error about a key in a table, such as ``payload.mass``, or ``""`` if it is about another."""
+        head, _, rest = str(error).partition(": ")
+        key = error.kind.rpartition(" ")[2] if isinstance(error, UnknownNameError) else head
+        parts = tuple(key.split("."))
+        places = [parts[:end] for end in range(len(parts), 1, -1) if parts[:end] in self.lines]
+        if not places:
+            return ""
+        if isinstance(error, UnknownNameError):
+            return self.start(places[0]) + str(error)
+        return f"{self.start(places[0])}{key}: {rest}"
 
 
-def _deepest(error: pydantic.ValidationError) -> Any:
-    """The most informative error: for a union, that of the member that matched furthest."""
-    return max(error.errors(), key=lambda found: (found["type"] not in _OTHER_KIND, len(found["loc"])))
+def _most_telling(error: pydantic.ValidationError) -> Any:
+    """The most informative error: an unknown key before a missing one, which is often the same key misspelled.
+
+    For a union it is that of the member that matched furthest.
+    """
+    return max(
+        error.errors(),
+        key=lambda found: (
+            found["type"] not in _OTHER_KIND,
+            found["type"] == "extra_forbidden",
+            len(found["loc"]),
+        ),
+    )
 
 
 def _keys_at(model: type[pydantic.BaseModel], place: Place) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError, UnknownNameError, known_names
 
 #: Factor that turns a value in the unit into SI, and the SI unit it becomes.
 _TO_SI: dict[str, tuple[float, str]] = {
@@ -13,8 +13,12 @@ _TO_SI: dict[str, tuple[float, str]] = {
     "deg": (math.pi / 180.0, "rad"),
     "m": (1.0, "m"),
     "mm": (1e-3, "m"),
+    "cm": (1e-2, "m"),
     "s": (1.0, "s"),
+    "ms": (1e-3, "s"),
     "kg": (1.0, "kg"),
+    "g": (1e-3, "kg"),
+    "rpm": (math.pi / 30.0, "rad/s"),
     "N": (1.0, "N"),
     "N*m": (1.0, "N*m"),
     "1": (1.0, "1"),
@@ -23,9 +27,19 @@ _TO_SI: dict[str, tuple[float, str]] = {
     "kg*m^2": (1.0, "kg*m^2"),
 } | {
     f"{unit}/s{power}": (factor, f"{si}/s{power}")
-    for unit, factor, si in (("rad", 1.0, "rad"), ("deg", math.pi / 180.0, "rad"), ("m", 1.0, "m"), ("mm", 1e-3, "m"))
+    for unit, factor, si in (
+        ("rad", 1.0, "rad"),
+        ("deg", math.pi / 180.0, "rad"),
+        ("m", 1.0, "m"),
+        ("mm", 1e-3, "m"),
+        ("cm", 1e-2, "m"),
+    )
     for power in ("", "^2", "^3")
 }
+
+#: Other ways to write units, among them those in which units are printed.
+_WRITTEN = {"°": "deg", "²": "^2", "³": "^3", "·": "*", "**": "^", "degrees": "deg", "degree": "deg", "radians": "rad"}
+_WHOLE = {"Nm": "N*m", "N m": "N*m", "min^-1": "rpm", "rev/min": "rpm"}
 
 ANGLE_UNITS = ("rad", "deg")
 LENGTH_UNITS = ("m", "mm")
@@ -55,6 +69,9 @@ def known_digits(value: float, known_to: float, *, most: int = 5) -> str:
     return f"{value:.{digits}g}"
 
 
+_QUANTITY = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)\s*(.*)")
+
+
 def quantity(text: str, unit: str, *, name: str) -> float:
     """SI value of a number with its unit, such as ``"150 mm/s"``.
 
@@ -66,14 +83,74 @@ def quantity(text: str, unit: str, *, name: str) -> float:
     Raises:
         InvalidInputError: no number, no unit, or a unit that does not convert to ``unit``.
     """
-    value, _, written = text.strip().partition(" ")
-    try:
-        number, (factor, found) = float(value), _TO_SI[written.strip()]
-    except (ValueError, KeyError):
-        number, factor, found = math.nan, 1.0, ""
-    if math.isnan(number) or found != unit:
-        raise InvalidInputError(f"{name}: expected a number and a unit that converts to {unit}, got {text!r}")
-    return number * factor
+    match = _QUANTITY.fullmatch(text.strip())
+    factor, found = _TO_SI.get(_canonical(match[2]) if match else "", (1.0, ""))
+    if not match or found != unit:
+        raise InvalidInputError(
+            f"{name}: expected a number and a unit that converts to {unit}, such as "
+            f"{' or '.join(repr(f'1.5 {one}') for one in units_of(unit))}, got {text!r}"
+        )
+    return float(match[1]) * factor
+
+
+def units_of(si: str) -> list[str]:
+    """The units that convert to an SI unit, that one first."""
+    return sorted((unit for unit, (_, found) in _TO_SI.items() if found == si), key=lambda unit: (unit != si, unit))
+
+
+#: SI unit -> the greatest number without a unit that is believed, and the unit that a greater one is likely to have.
+#: Slow joints in deg/s and small payloads in grams stay below, but nothing that is built needs the greater numbers.
+_BELIEVED = {
+    "rad": (8.0 * math.pi, "deg"),
+    "m": (100.0, "mm"),
+    "rad/s": (30.0, "deg/s"),
+    "m/s": (20.0, "mm/s"),
+    "kg": (1000.0, "g"),
+}
+
+
+def believed(value: float, unit: str, *, name: str, most: float | None = None) -> float:
+    """A number that was given without its unit, if it can be in SI.
+
+    Args:
+        value: the number; infinity is believed.
+        unit: the SI unit that it is taken for.
+        name: name of the argument, for the message.
+        most: greatest number that is believed, if it is another than usual.
+
+    Raises:
+        InvalidInputError: it is so great that it must be in another unit; the message names that one, and how to give
+            the number if it is meant: as text with its unit.
+    """
+    if _is_believed(value, unit, most):
+        return value
+    likely = _BELIEVED[unit][1]
+    meant = f'write "{value:g} {likely}", or "{value:g} {unit}" if it is meant'
+    raise InvalidInputError(f"{name}: {value:g} {unit} looks like {likely}: {meant}")
+
+
+def with_unit(value: float, unit: str, *, most: float | None = None) -> float | str:
+    """A number as :func:`believed` takes it: with its unit where it would not be believed without."""
+    return value if _is_believed(value, unit, most) else f"{value!r} {unit}"
+
+
+def _is_believed(value: float, unit: str, most: float | None) -> bool:
+    usual = _BELIEVED[unit][0] if unit in _BELIEVED else math.inf
+    return math.isinf(value) or abs(value) <= (usual if most is None else most)
+
+
+def if_degrees(angle: float) -> str:
+    """What a message about an angle [rad] that cannot be right adds: that it looks like degrees, if it does.
+
+    Args:
+        angle: the angle as it was taken [rad].
+    """
+    if not 2.0 * math.pi < abs(angle) <= 720.0:
+        return ""
+    return (
+        ', which looks like degrees: say so by angle = "deg" in a task, by [deg] in the header of a file, or convert '
+        "them by np.radians in Python"
+    )
 
 
 def display(unit: str, *, angle: str, length: str = "m") -> tuple[str, float]:
@@ -113,23 +190,32 @@ def pretty(unit: str) -> str:
 
 
 def split_header(header: str, *, where: str) -> tuple[str, str]:
-    """Split a column header ``"azimuth [deg]"`` into name and unit.
+    """Split a column header ``"azimuth [deg]"`` or ``"azimuth (deg)"`` into name and unit, ``""`` if it has none.
 
     Raises:
-        InvalidInputError: there is no unit in brackets, or the unit is unknown.
+        InvalidInputError: a bracket is not closed, or the unit is unknown.
     """
-    name, bracket, rest = header.strip().partition("[")
-    unit = rest.rstrip().removesuffix("]").strip()
-    if not bracket or not rest.rstrip().endswith("]") or unit not in _TO_SI:
+    match = re.fullmatch(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?", header.strip(), re.DOTALL)
+    name, *written = match.groups() if match else (header, None, None)
+    unit = next((one for one in written if one is not None), None)
+    if (unit is None and re.search(r"[\[\]()]", name)) or (unit is not None and _canonical(unit) not in _TO_SI):
+        meant = f"; unknown unit {unit.strip()!r}; {known_names(unit.strip(), _TO_SI)}" if unit else ""
         raise InvalidInputError(
             f"{where}: expected a column header with a unit such as 'azimuth [deg]' or 'azimuth [rad]', "
-            f"got {header.strip()!r}"
+            f"got {header.strip()!r}{meant}"
         )
-    return name.strip(), unit
+    return name, "" if unit is None else _canonical(unit)
+
+
+def _canonical(unit: str) -> str:
+    """A unit as it is written here: ``"°/s²"`` -> ``"deg/s^2"``."""
+    for written, meant in _WRITTEN.items():
+        unit = unit.replace(written, meant)
+    return _WHOLE.get(unit.strip(), unit.strip())
 
 
 def _lookup(unit: str) -> tuple[float, str]:
     try:
-        return _TO_SI[unit]
+        return _TO_SI[_canonical(unit)]
     except KeyError:
         raise UnknownNameError("unit", unit, _TO_SI) from None

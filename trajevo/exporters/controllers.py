@@ -18,7 +18,7 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, one_line
 from trajevo.exporters.exporter import Exporter, cell, comments
 from trajevo.front.front import Solution
-from trajevo.robot.limit_files import write_joint_limits
+from trajevo.robot.moveit_limits import write_joint_limits
 from trajevo.robot.transmission import Direct
 from trajevo.verification.certify import certify
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from trajevo.base.files import data_folder, why_not
-from trajevo.errors import InvalidInputError, checked_name
+from trajevo.errors import InvalidInputError, checked_name, no_such_file
 from trajevo.formulation.registry import list_problems
 
 #: Kinds of examples: their data folder, and the pattern of their files.
@@ -82,6 +82,8 @@ def example_file(kind: str, given: str | Path, *, folder: str | Path = ".") -> P
     path = Path(folder) / given
     if path.suffix == ".toml" or path.is_file():
         return path
+    if len(Path(given).parts) > 1:
+        raise InvalidInputError(no_such_file(path))
     known = list_examples(kind)
     return known[checked_name(kind, str(given), known)].file
 
@@ -95,6 +97,8 @@ def is_task(given: str) -> bool:
     problems, tasks = list_problems(), list_examples("task")
     if Path(given).suffix == ".toml":
         return True
+    if Path(f"{given}.toml").is_file() and given not in (*problems, *tasks):
+        raise InvalidInputError(f"{given}: no such problem or task; did you mean the file '{given}.toml'?")
     return checked_name("problem or task", given, [*problems, *tasks]) not in problems
 
 

@@ -37,7 +37,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
     with where.at("robot"):
         robot = _robot(settings, folder)
     with where.at("points"):
-        points = joint_points(_points(settings, folder, robot, to_rad), robot)
+        points = joint_points(_points(settings, folder, robot, to_rad), robot, angle=settings.angle)
     arguments = {
         "robot": robot,
         "points": points,
@@ -48,7 +48,9 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "constraints": settings.constraints.limits,
         **settings.parameters,
         "limits": settings.constraints.held,
-        "payload": settings.payload if isinstance(settings.payload, float | int) else settings.payload.model_dump(),
+        "payload": settings.payload
+        if isinstance(settings.payload, float | int | str)
+        else settings.payload.model_dump(),
         "payload_range": settings.payload_range,
         "reference_point": settings.reference_point,
         "samples": settings.samples,
@@ -83,8 +85,9 @@ def _points(settings: TaskSettings, folder: Path, robot: Robot, to_rad: float) -
             points.append(_in_radians(joints, robot, to_rad))
             continue
         pose: dict[str, Any] = {} if isinstance(point, list) else point.model_dump(exclude_none=True)
-        if "rpy" in pose:
-            pose["rpy"] = [angle * to_rad for angle in pose["rpy"]]
+        for key in ("rpy", "rotation_vector"):
+            if key in pose:
+                pose[key] = [angle * to_rad for angle in pose[key]]
         points.append(pose)
     return points
 

@@ -44,8 +44,8 @@ class _Limits(_Strict):
 
 
 class _Payload(_Strict):
-    mass: _Number
-    com: tuple[_Number, _Number, _Number] = (0.0, 0.0, 0.0)
+    mass: _Number | str
+    com: tuple[_Number | str, _Number | str, _Number | str] = (0.0, 0.0, 0.0)
     inertia: list[list[_Number]] | None = None
     model: str = "rigid"
 
@@ -53,22 +53,28 @@ class _Payload(_Strict):
 class _Point(_Strict):
     """A via point: joint positions, or a tool position [m] and, if it matters, the tool's orientation.
 
-    The orientation is ``rpy`` (roll, pitch, yaw) or ``quaternion`` (x, y, z, w).
+    The orientation is ``rpy`` (roll, pitch, yaw), ``quaternion`` (x, y, z, w) or ``rotation_vector`` (axis times
+    angle).
     """
 
     joints: list[_Number] | None = None
     position: tuple[_Number, _Number, _Number] | None = None
     rpy: tuple[_Number, _Number, _Number] | None = None
     quaternion: tuple[_Number, _Number, _Number, _Number] | None = None
+    rotation_vector: tuple[_Number, _Number, _Number] | None = None
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> _Point:
         if (self.joints is None) == (self.position is None):
-            raise ValueError("expected either joints, or position and, if the orientation matters, rpy or quaternion")
-        if self.joints is not None and (self.rpy is not None or self.quaternion is not None):
-            raise ValueError("joints have no rpy or quaternion")
-        if self.rpy is not None and self.quaternion is not None:
-            raise ValueError("expected rpy or quaternion, got both")
+            raise ValueError(
+                "expected either joints, or position and, if the orientation matters, rpy, quaternion or "
+                "rotation_vector"
+            )
+        given = [key for key in ("rpy", "quaternion", "rotation_vector") if getattr(self, key) is not None]
+        if self.joints is not None and given:
+            raise ValueError(f"joints have no {given[0]}")
+        if len(given) > 1:
+            raise ValueError(f"expected {given[0]} or {given[1]}, got both")
         return self
 
 
@@ -99,7 +105,8 @@ class TaskSettings(_Strict):
     """The keys of ``task.toml``, in SI units; :func:`task_model` adds the parameters of limits.
 
     ``name`` is what the task is called in tables, reports and pictures; its file's name if not given.
-    Only angles of points (joint positions and ``rpy``) and of boxes in joint space are in the unit ``angle``.
+    Only angles of points (joint positions, ``rpy`` and ``rotation_vector``) and of boxes in joint space are in the unit
+    ``angle``.
     """
 
     format: Literal[1] = 1
@@ -107,7 +114,7 @@ class TaskSettings(_Strict):
     robot: str | _Robot
     angle: Literal["rad", "deg"] = "rad"
     limits: _Limits = _Limits()
-    payload: _Number | _Payload = 0.0
+    payload: _Number | str | _Payload = 0.0
     payload_range: tuple[_Number, _Number] | None = None
     points: str | list[list[_Number] | _Point]
     moving: list[MovingSettings] = []

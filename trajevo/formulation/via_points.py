@@ -11,6 +11,7 @@ import numpy as np
 
 from trajevo.base.arrays import numbers
 from trajevo.base.plain import plain_data
+from trajevo.base.units import if_degrees
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, known_names
 from trajevo.formulation.constraints.constraint import Limited, LimitParameter
@@ -28,6 +29,9 @@ from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, pri
 
 #: Greatest number of characters of a problem's title, which stands above tables and pictures.
 LONGEST_TITLE = 120
+
+#: Half width of a box of the tool above which numbers are not believed [m].
+_MOST_WIDTH = 20.0
 
 
 @final
@@ -100,6 +104,7 @@ class ViaPointProblem(TrajectoryProblem):
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
         boxes = _boxes(moving)
+        _check_widths(boxes, via, named)
         kept = isinstance(constraints, Sequence) and "position" in constraints
         turns = turning(via, named, boxes) if kept else ()
         decoder = _interpolant(interpolant, via, named, bounds, boxes, turns)
@@ -261,6 +266,26 @@ def _boxes(moving: Sequence[Any]) -> list[JointBox | CartesianBox]:
     if isinstance(moving, Mapping | str) or not isinstance(moving, Sequence):
         raise InvalidInputError(f"moving: expected a list of boxes, got {moving!r}")
     return [_box(k, given) for k, given in enumerate(moving)]
+
+
+def _check_widths(boxes: Sequence[JointBox | CartesianBox], via: ViaPoints, robot: Robot) -> None:
+    """Refuse half widths that must be in degrees or millimetres."""
+    for box in boxes:
+        widths = np.asarray(box.half_width)
+        if isinstance(box, CartesianBox):
+            if widths.max() > _MOST_WIDTH:
+                raise InvalidInputError(
+                    f"moving: tool: a half width of {widths.max():g} m at point {box.point} looks like mm: expected at "
+                    f"most {_MOST_WIDTH:g} m, {1e-3 * widths.max():g} if it is mm"
+                )
+        elif len(widths) == robot.dof and box.point < len(via):  # is told elsewhere if not
+            q, limits = via.positions[box.point], robot.limits
+            turns = (np.array(robot.joint_units) == "rad") & (widths > 2.0 * np.pi)
+            for j in np.flatnonzero(turns & (q - widths <= limits.lower) & (q + widths >= limits.upper)).tolist():
+                raise InvalidInputError(
+                    f"moving: joints: a half width of {widths[j]:g} rad at point {box.point} covers the whole range of "
+                    f"{robot.joint_names[j]!r}{if_degrees(float(widths[j]))}"
+                )
 
 
 def _box(place: int, given: Any) -> JointBox | CartesianBox:

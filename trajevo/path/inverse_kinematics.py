@@ -6,14 +6,15 @@ of many poses are found by :mod:`trajevo.path.postures`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers, read_only
-from trajevo.errors import InvalidInputError, UnreachableError, checked_name
+from trajevo.base.units import if_degrees
+from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, checked_name
 from trajevo.path.levenberg_marquardt import (
     ROUNDED,
     SETTLED,
@@ -30,6 +31,11 @@ from trajevo.robot.robot import Robot
 #: The search goes on while a solution could be nearer by this share of the distance. The next box keeps this share of
 #: the interval between the distance at which solutions are ruled out and that of the nearest one found.
 _NEARER, _KEPT = 0.01, 0.85
+
+#: A position that is not reached and is farther away than this may be in millimetres [m].
+_FAR = 5.0
+
+_TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,35 +65,75 @@ class Pose:
         """A pose from settings.
 
         Args:
-            given: a pose, or a mapping with ``position`` (3,) [m]; with ``rpy`` (3,) [rad], roll, pitch and yaw about
-                fixed axes as in a URDF, or ``quaternion`` (x, y, z, w), or neither for any orientation; and with
-                ``name`` if wanted.
+            given: a pose, or a mapping with ``position`` (3,) [m], with an orientation or none for any, and with
+                ``name`` if wanted. The orientation is ``rpy`` (3,) [rad], roll, pitch and yaw about fixed axes as in a
+                URDF; ``quaternion`` (x, y, z, w); or ``rotation_vector`` (3,) [rad], the axis times the angle.
 
         Raises:
             UnknownNameError: another key.
-            InvalidInputError: no position, two orientations, or values that are not finite numbers.
+            InvalidInputError: no position, two orientations, values that are not finite numbers, angles beyond 2π, or a
+                quaternion whose norm is not 1.
         """
         if isinstance(given, Pose):
             return given
         if not isinstance(given, Mapping):
             raise InvalidInputError(f"pose: expected a Pose or a mapping with 'position', got {type(given).__name__}")
         for key in given:
-            checked_name("key of a pose", key, ("position", "rpy", "quaternion", "name"))
+            checked_name("key of a pose", key, ("position", *_ORIENTATIONS, "name"))
         if "position" not in given:
             raise InvalidInputError(f"pose: expected a 'position' (3) [m], got only {sorted(given)}")
-        if "rpy" in given and "quaternion" in given:
-            raise InvalidInputError("pose: expected 'rpy' or 'quaternion', got both")
-        from scipy.spatial.transform import Rotation  # imported where it computes, since that takes long
-
-        rotation = None
-        if "rpy" in given:
-            rotation = Rotation.from_euler("xyz", numbers(given["rpy"], name="rpy", shape=(3,))).as_matrix()
-        elif "quaternion" in given:
-            quaternion = numbers(given["quaternion"], name="quaternion", shape=(4,))
-            if abs(np.linalg.norm(quaternion) - 1.0) > ROUNDED:
-                raise InvalidInputError(f"quaternion: expected x, y, z, w of norm 1, got {quaternion.tolist()}")
-            rotation = Rotation.from_quat(quaternion).as_matrix()
+        chosen = [key for key in _ORIENTATIONS if key in given]
+        if len(chosen) > 1:
+            raise InvalidInputError(f"pose: expected {chosen[0]!r} or {chosen[1]!r}, got both")
+        rotation = _ORIENTATIONS[chosen[0]](given[chosen[0]]) if chosen else None
         return cls(given["position"], rotation, str(given.get("name", "")))
+
+
+def _of_rpy(given: Any) -> Array:
+    from scipy.spatial.transform import Rotation  # imported where it computes, since that takes long
+
+    angles = numbers(given, name="rpy", shape=(3,))
+    if np.abs(angles).max() > _TURN + ROUNDED:
+        raise InvalidInputError(
+            f"rpy: expected angles within ±2π rad, got {angles.tolist()}{if_degrees(float(np.abs(angles).max()))}"
+        )
+    matrix: Array = Rotation.from_euler("xyz", angles).as_matrix()
+    return matrix
+
+
+def _of_quaternion(given: Any) -> Array:
+    from scipy.spatial.transform import Rotation
+
+    quaternion = numbers(given, name="quaternion", shape=(4,))
+    norm = float(np.linalg.norm(quaternion))
+    if abs(norm - 1.0) > ROUNDED:
+        raise InvalidInputError(
+            f"quaternion: expected x, y, z, w of norm 1, got {quaternion.tolist()} of norm {norm:.4g}"
+        )
+    matrix: Array = Rotation.from_quat(quaternion).as_matrix()
+    return matrix
+
+
+def _of_rotation_vector(given: Any) -> Array:
+    from scipy.spatial.transform import Rotation
+
+    vector = numbers(given, name="rotation_vector", shape=(3,))
+    angle = float(np.linalg.norm(vector))
+    if angle > _TURN + ROUNDED:
+        raise InvalidInputError(
+            f"rotation_vector: expected an axis times an angle of at most 2π rad, got {vector.tolist()} with an angle "
+            f"of {angle:.4g} rad{if_degrees(angle)}"
+        )
+    matrix: Array = Rotation.from_rotvec(vector).as_matrix()
+    return matrix
+
+
+#: Ways to give an orientation, and the rotation matrix of each.
+_ORIENTATIONS: dict[str, Callable[[Any], Array]] = {
+    "rpy": _of_rpy,
+    "quaternion": _of_quaternion,
+    "rotation_vector": _of_rotation_vector,
+}
 
 
 def inverse_kinematics(
@@ -131,7 +177,11 @@ def inverse_kinematics(
     before = search.ranges.middle if start is None else numbers(start, name="start", shape=(robot.dof,))
     found = []
     for i, given in enumerate(poses, start=first):
-        before = search.nearest(Pose.of(given), before, f"point {i}")
+        try:
+            pose = Pose.of(given)
+        except TrajevoError as error:
+            raise InvalidInputError(f"point {i}: {error}") from error
+        before = search.nearest(pose, before, f"point {i}")
         found.append(before)
     return frozen(np.stack(found))
 
@@ -180,5 +230,14 @@ class _Search:
         return (
             f"{label}: expected a pose that {self.robot.name!r} reaches inside its position limits, got "
             f"{pose.position.tolist()} m; the best of {len(tries)} tries misses it by "
-            f"{1e3 * distance[best]:.4g} mm{turned}"
+            f"{1e3 * distance[best]:.4g} mm{turned}{self._if_millimetres(pose)}"
         )
+
+    def _if_millimetres(self, pose: Pose) -> str:
+        """What the message adds if the pose is reached once its position is taken for millimetres."""
+        if np.linalg.norm(pose.position) < _FAR:
+            return ""
+        _, error = self._tried(replace(pose, position=1e-3 * pose.position), self.ranges.middle, self.ranges)
+        if error.min() > self.tolerance:
+            return ""
+        return ", and reaches it in mm: positions are in m, in files of points also in mm with [mm] in the header"

@@ -1,4 +1,4 @@
-"""Via points in joint space, made from arrays, tool poses or CSV files."""
+"""Via points in joint space, made from arrays, tool poses or files of points."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
-from trajevo.base.units import display
+from trajevo.base.units import display, if_degrees
 from trajevo.errors import InvalidInputError
-from trajevo.path.csv_points import read_columns, read_header
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
+from trajevo.path.point_files import read_points
 from trajevo.robot.robot import Robot
 
 #: Points closer than this in every joint are the same point [rad or m].
@@ -94,6 +94,7 @@ class ViaPoints:
             raise InvalidInputError(
                 f"points: point {i} puts {robot.joint_names[joint]!r} at {value:.6g} {unit}, "
                 f"outside its range {low:.6g} to {high:.6g} {unit}"
+                f"{_likely_unit(value, low, high, unit)}"
             )
         return points
 
@@ -104,18 +105,24 @@ class ViaPoints:
         return tuple(OnLimit(k, j, bool(limits.upper[j] - q[k, j] <= q[k, j] - limits.lower[j])) for k, j in found)
 
 
-_POSITION = {"x": "m", "y": "m", "z": "m"}
-_ORIENTATION = {"roll": "rad", "pitch": "rad", "yaw": "rad"}
+def _likely_unit(value: float, low: float, high: float, unit: str) -> str:
+    """What a message about a position outside a joint's range adds: the unit in which it would be inside."""
+    if unit == "rad" and low <= np.radians(value) <= high:
+        return if_degrees(value)
+    if unit == "m" and low <= 1e-3 * value <= high and abs(value) >= 1.0:
+        return ", which looks like mm: lengths are in m, in files of points also in mm with [mm] in the header"
+    return ""
 
 
-def joint_points(points: Any, robot: Robot) -> ViaPoints:
+def joint_points(points: Any, robot: Robot, *, angle: str = "rad") -> ViaPoints:
     """Via points of a robot, from any form in which a user may give them.
 
     Args:
         points: via points, an array (K, n_joints) [rad or m], a list of joint positions, of poses
-            (:class:`~trajevo.path.inverse_kinematics.Pose` or their mappings) or of both, or a CSV file. Its columns,
-            each with a unit, are the joints, or ``x, y, z`` and, if the orientation matters, ``roll, pitch, yaw``.
+            (:class:`~trajevo.path.inverse_kinematics.Pose` or their mappings) or of both, or a file of either, see
+            :func:`~trajevo.path.point_files.read_points`.
         robot: the robot; poses become the joint positions nearest to the point before, so that the path stays short.
+        angle: unit of angles in error messages, ``"rad"`` or ``"deg"``; for a file, that of its columns.
 
     Raises:
         UnreachableError: a pose that the tool cannot take.
@@ -126,20 +133,10 @@ def joint_points(points: Any, robot: Robot) -> ViaPoints:
     if isinstance(points, ViaPoints):
         return ViaPoints.for_robot(robot, points.positions)
     if isinstance(points, str | Path):
-        points = _from_file(points, robot)
+        points, angle = read_points(points, robot)
     if isinstance(points, list | tuple) and any(isinstance(point, Pose | Mapping) for point in points):
         points = _solved(points, robot)
-    return ViaPoints.for_robot(robot, points)
-
-
-def _from_file(file: str | Path, robot: Robot) -> Any:
-    names = read_header(file)
-    if not set(_POSITION) <= set(names) or set(_POSITION) <= set(robot.joint_names):
-        return read_columns(file, dict(zip(robot.joint_names, robot.joint_units, strict=True)))
-    if not set(_ORIENTATION) & set(names):
-        return [{"position": row.tolist()} for row in read_columns(file, _POSITION)]
-    table = read_columns(file, _POSITION | _ORIENTATION)
-    return [{"position": row[:3].tolist(), "rpy": row[3:].tolist()} for row in table]
+    return ViaPoints.for_robot(robot, points, angle=angle)
 
 
 def _solved(points: Any, robot: Robot) -> Array:

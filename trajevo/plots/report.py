@@ -19,7 +19,7 @@ from trajevo.front.records import ProblemRecord, Run
 from trajevo.front.thinning import told_share
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
-from trajevo.robot.payload import LOAD_MODELS
+from trajevo.robot.payload import LOAD_MODELS, Payload
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.shares import shares_used
@@ -90,7 +90,9 @@ def _mass_notes(front: Front) -> tuple[str, ...]:
 def _carried(record: ProblemRecord) -> str:
     """The mass of the payload, or its range if it is a variable."""
     variable = next((v for v in record.variables if (v.name, v.unit) == ("payload", "kg")), None)
-    return f"{record.payload['mass']:g} kg" if variable is None else f"{variable.lower:g} to {variable.upper:g} kg"
+    if variable is None:
+        return f"{Payload.of(record.payload, model=None).mass:g} kg"
+    return f"{variable.lower:g} to {variable.upper:g} kg"
 
 
 def _interruption(run: Run) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import asdict, dataclass, replace
 from typing import Any, final
 
@@ -11,6 +12,7 @@ import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.plain import plain_data
+from trajevo.base.units import believed, quantity, with_unit
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.robot.robot import Robot
 
@@ -25,6 +27,13 @@ LOAD_MODELS = {
 PARAMETERS = ("m", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 
 
+#: Distance of a centre of mass along an axis, and radius of gyration, above which numbers are not believed [m].
+_FARTHEST_COM, _WIDEST = 2.0, 5.0
+
+#: Text that begins with a number.
+_QUANTITY = re.compile(r"\s*[+-]?\.?\d")
+
+
 @final
 @dataclass(frozen=True)
 class Payload:
@@ -32,15 +41,16 @@ class Payload:
 
     Attributes:
         mass: mass, 0 or more [kg].
-        com: centre of mass in the tool frame [m].
+        com: centre of mass in the tool frame [m]; text with a unit, such as ``"30 mm"``, is converted. Farther than 2 m
+            away it must be such text.
         inertia: rotational inertia about the centre of mass along the tool's axes, 3 x 3 [kg·m²]; None for a point
             mass. It scales with the mass when a capacity is computed.
         model: a key of :data:`LOAD_MODELS`.
 
     Raises:
         UnknownNameError: no such model.
-        InvalidInputError: a mass that is negative or not finite, an inertia that no body can have, or a property that
-            the model cannot use.
+        InvalidInputError: a mass that is negative or not finite, an inertia that no body can have, a property that the
+            model cannot use, or a number that looks as if it were in mm or kg·mm².
     """
 
     mass: float
@@ -54,7 +64,7 @@ class Payload:
         if not (real and math.isfinite(self.mass) and self.mass >= 0.0):
             raise InvalidInputError(f"payload.mass: expected a number from 0 on [kg], got {self.mass!r}")
         object.__setattr__(self, "mass", float(self.mass))
-        object.__setattr__(self, "com", tuple(numbers(self.com, name="payload.com", shape=(3,)).tolist()))
+        object.__setattr__(self, "com", _lengths(self.com))
         if self.inertia is not None:
             object.__setattr__(self, "inertia", _checked_inertia(self.inertia, self.mass))
         if self.model != "rigid" and self.inertia is not None:
@@ -67,7 +77,7 @@ class Payload:
         """The payload that a caller passed: a payload, a mass [kg], or the plain data of a payload.
 
         Args:
-            given: any of these.
+            given: any of these; a mass may be text with its unit, such as ``"500 g"``, and above 1000 kg must be.
             model: a key of :data:`LOAD_MODELS` that replaces the model of ``given``; None keeps that one.
             usual: model of a bare mass if ``model`` is None.
         """
@@ -75,23 +85,53 @@ class Payload:
             unknown = sorted(set(given) - {"mass", "com", "inertia", "model"})
             if unknown or "mass" not in given:
                 raise InvalidInputError(f"payload: expected mass, com, inertia and model, got {sorted(given)}")
-            given = cls(**given)
+            given = cls(**{**given, "mass": _mass(given["mass"])})
         if isinstance(given, Payload):
-            return given if model is None else replace(given, model=model)
-        return cls(given, model=model or usual)
+            return given if model is None else given._replaced(model=model)
+        return cls(_mass(given), model=model or usual)
 
     @property
     def settings(self) -> dict[str, Any]:
         """Plain data from which an equal payload can be made."""
-        settings: dict[str, Any] = plain_data("payload", asdict(self))
-        return settings
+        settings: dict[str, Any] = plain_data("payload", asdict(self) | {"com": self._com_with_units})
+        return settings | {"mass": with_unit(self.mass, "kg")}
+
+    @property
+    def _com_with_units(self) -> tuple[Any, ...]:
+        """The centre of mass as it can be given again."""
+        return tuple(with_unit(length, "m", most=_FARTHEST_COM) for length in self.com)
 
     def with_mass(self, mass: float) -> Payload:
         """The same payload with another mass; its inertia scales with the mass."""
         if self.inertia is None:
-            return replace(self, mass=mass)
+            return self._replaced(mass=mass)
         scaled = tuple(tuple(entry * mass / self.mass for entry in row) for row in self.inertia)
-        return replace(self, mass=mass, inertia=scaled if mass > 0.0 else None)
+        return self._replaced(mass=mass, inertia=scaled if mass > 0.0 else None)
+
+    def _replaced(self, **changed: Any) -> Payload:
+        return replace(self, **({"com": self._com_with_units} | changed))
+
+
+def _mass(given: Any) -> Any:
+    """A mass as a user gives it [kg]; what is no number is refused by :class:`Payload`."""
+    if isinstance(given, str) and _QUANTITY.match(given):
+        return quantity(given, "kg", name="payload.mass")
+    real = isinstance(given, int | float | np.number) and not isinstance(given, bool)
+    return believed(given, "kg", name="payload.mass") if real else given
+
+
+def _lengths(given: Any) -> tuple[float, ...]:
+    """A centre of mass as a user gives it [m]."""
+    listed = given if isinstance(given, list | tuple) else [given]
+    entries = [
+        quantity(entry, "m", name="payload.com") if isinstance(entry, str) and _QUANTITY.match(entry) else entry
+        for entry in listed
+    ]
+    lengths = numbers(entries if listed is given else given, name="payload.com", shape=(3,)).tolist()
+    for entry, length in zip(given, lengths, strict=True):
+        if not isinstance(entry, str):
+            believed(length, "m", name="payload.com", most=_FARTHEST_COM)
+    return tuple(lengths)
 
 
 def carrying(robot: Robot, payload: Payload) -> Any:
@@ -217,4 +257,10 @@ def _checked_inertia(inertia: Any, mass: float) -> tuple[tuple[float, ...], ...]
         )
     if not mass > 0.0:
         raise InvalidInputError("payload.inertia: a payload without mass has no inertia")
+    radius = float(np.sqrt(moments[2] / mass))
+    if radius > _WIDEST:
+        raise InvalidInputError(
+            f"payload.inertia: {moments[2]:g} kg·m² for {mass:g} kg is that of a body with a radius of gyration of "
+            f"{radius:.3g} m and looks like kg·mm²: 1 kg·mm² is 1e-6 kg·m²"
+        )
     return tuple(map(tuple, tensor.tolist()))

@@ -19,6 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
+from trajevo.base.units import to_si
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits
@@ -27,6 +28,12 @@ from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf import checked_urdf, tips
+
+#: Positions that may be in degrees or millimetres if they are outside a joint's range [rad or m].
+_LOCKED_FAR = {"rad": 2.0 * np.pi, "m": 1.0}
+
+#: Gravity above which numbers are not believed; on Jupiter it is 24.8 [m/s²].
+_MOST_GRAVITY = 100.0
 
 
 def build_model(text: str, file: Path, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
@@ -51,10 +58,25 @@ def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[
         if not (real and np.isfinite(position)):
             raise InvalidInputError(f"{file}: lock: expected a position of joint {name!r} [rad or m], got {position!r}")
         joint = model.joints[model.getJointId(name)]
+        _check_locked(model, file, name, joint, float(position))
         numbers.append(model.getJointId(name))
         turned = [np.cos(position), np.sin(position)] if joint.nq == 2 and joint.nv == 1 else [position]
         held[joint.idx_q : joint.idx_q + joint.nq] = turned
     return numbers, held
+
+
+def _check_locked(model: Any, file: Path, name: str, joint: Any, position: float) -> None:
+    """Refuse a position that must be in degrees or millimetres: beyond the joint's range, and inside it in those."""
+    if joint.nq != 1:
+        return
+    low, high = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
+    unit, likely = ("m", "mm") if "JointModelP" in joint.shortname() else ("rad", "deg")
+    inside = position * to_si(likely)
+    if not low <= position <= high and abs(position) > _LOCKED_FAR[unit] and low <= inside <= high:
+        raise InvalidInputError(
+            f"{file}: lock: {name!r}: {position:g} {unit} is outside its range {low:g} to {high:g} {unit} and looks "
+            f"like {likely}: positions of locked joints are in {unit}, here {inside:.6g}"
+        )
 
 
 def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
@@ -265,7 +287,7 @@ def load_robot(
     text = checked_urdf(urdf, locked)
     model, units = build_model(text, urdf, locked)
     if gravity is not None:
-        model.gravity.linear = numbers(gravity, name="gravity", shape=(3,))
+        model.gravity.linear = _checked_gravity(gravity)
     else:
         model.gravity.linear = np.array(STANDARD_GRAVITY) if file is None else file.gravity()
     names = tuple(model.names[1:])
@@ -273,7 +295,7 @@ def load_robot(
     if file is not None:
         transmission, names, units = file.transmission(names, units)
     declared = None if file is None else file.limits(names, units, locked)
-    given = given_limits(limits, names, locked)
+    given = given_limits(limits, names, units, locked)
     still = {name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}
     return Robot(
         name=source.name if file is None else file.settings.name,
@@ -298,6 +320,17 @@ def load_robot(
         if allow_massless is not None
         else file is not None and file.settings.allow_massless,
     )
+
+
+def _checked_gravity(given: Any) -> Array:
+    gravity = numbers(given, name="gravity", shape=(3,))
+    strength = float(np.linalg.norm(gravity))
+    if strength > _MOST_GRAVITY:
+        raise InvalidInputError(
+            f"gravity: {strength:g} m/s² looks like mm/s²: expected at most {_MOST_GRAVITY:g} m/s², "
+            f"got {gravity.tolist()}"
+        )
+    return gravity
 
 
 def robot_of(given: Any) -> Robot:

@@ -11,9 +11,9 @@ import numpy as np
 import pydantic
 
 from trajevo.base.arrays import Array
-from trajevo.base.toml import read_toml
+from trajevo.base.toml import Place, read_toml, validated
 from trajevo.base.units import per_time, si_unit, to_si
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError, UnknownNameError, known_names
 from trajevo.robot.transmission import CoupledScrews, Direct, Transmission
 
 #: A number: integers are accepted, text and booleans are not.
@@ -98,21 +98,12 @@ def entry_problems(path: Path) -> list[str]:
     Raises:
         InvalidInputError: the file cannot be read as TOML.
     """
+    content, places = read_toml(path)
     try:
-        _Settings.model_validate(read_toml(path)[0])
+        _Settings.model_validate(content)
     except pydantic.ValidationError as error:
-        return _sentences(path, error)
+        return [places.told(entry, _Settings) for entry in error.errors()]
     return []
-
-
-def _sentences(path: Path, error: pydantic.ValidationError) -> list[str]:
-    told = []
-    for entry in error.errors():
-        place = ".".join(str(part) for part in entry["loc"])
-        # A missing entry has no value to show: pydantic's input is then the whole table around it.
-        got = "" if entry["type"] == "missing" else f", got {entry['input']!r}"
-        told.append(f"{path}: {place}: {entry['msg']}{got}")
-    return told
 
 
 class RobotFile:
@@ -127,17 +118,17 @@ class RobotFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
-            self.settings = _Settings.model_validate(read_toml(path)[0])
-        except pydantic.ValidationError as error:
-            raise InvalidInputError(_sentences(path, error)[0]) from error
+        content, self.places = read_toml(path)
+        self.settings = validated(_Settings, content, self.places)
 
     def gravity(self) -> Array:
         """Gravity in the base frame, shape (3,) [m/s²]."""
         given = self.settings.gravity
         if not np.isfinite(given.vector).all():
-            raise InvalidInputError(f"{self.path}: gravity.vector: expected finite numbers, got {list(given.vector)}")
-        return np.array([self._si(x, given.unit, "m/s^2", "gravity") for x in given.vector])
+            raise InvalidInputError(
+                f"{self._at('gravity', 'vector')}: expected finite numbers, got {list(given.vector)}"
+            )
+        return np.array([self._si(x, given.unit, "m/s^2", ("gravity",)) for x in given.vector])
 
     def transmission(
         self, model_names: tuple[str, ...], model_units: tuple[str, ...]
@@ -149,38 +140,45 @@ class RobotFile:
         for role, name, unit in (("slide", given.slide, "m"), ("swivel", given.swivel, "rad")):
             if name not in model_names or model_units[model_names.index(name)] != unit:
                 raise InvalidInputError(
-                    f"{self.path}: transmission.{role}: expected a joint of the URDF in {unit}, got {name!r}"
+                    f"{self._at('transmission', role)}: expected a joint of the URDF in {unit}, got {name!r}"
                 )
         slide, swivel = model_names.index(given.slide), model_names.index(given.swivel)
         names, units = list(model_names), list(model_units)
         names[slide], names[swivel] = given.screws
         if len(set(names)) < len(names):
-            raise InvalidInputError(f"{self.path}: transmission.screws: expected new names, got {list(given.screws)}")
+            raise InvalidInputError(
+                f"{self._at('transmission', 'screws')}: expected new names, got {list(given.screws)}"
+            )
         units[slide] = units[swivel] = "m"
-        span = self._si(given.span.value, given.span.unit, "m", "transmission.span")
+        span = self._si(given.span.value, given.span.unit, "m", ("transmission", "span"))
         if not span > 0.0:
-            raise InvalidInputError(f"{self.path}: transmission.span: expected a positive length, got {span}")
+            raise InvalidInputError(f"{self._at('transmission', 'span')}: expected a positive length, got {span}")
         return CoupledScrews(slide, swivel, span), tuple(names), tuple(units)
 
     def limits(self, names: tuple[str, ...], units: tuple[str, ...], locked: Collection[str] = ()) -> dict[str, Array]:
         """Columns of JointLimits, SI; entries of locked joints are ignored."""
         if set(self.settings.joints) - set(locked) != set(names):
-            raise InvalidInputError(
-                f"{self.path}: limits given for joints {sorted(self.settings.joints)}, expected {sorted(names)}"
-            )
+            for name in self.settings.joints:
+                if name not in names and name not in locked:
+                    start = self.places.start(("joints", name))
+                    raise InvalidInputError(
+                        f"{start}[joints.{name}]: unknown joint {name!r}; {known_names(name, names)}"
+                    )
+            missing = next(name for name in names if name not in self.settings.joints)
+            raise InvalidInputError(f"{self.path}: expected a table [joints.{missing}] with the limits of that joint")
         rows = [self.joint_limits(name, unit) for name, unit in zip(names, units, strict=True)]
         return {key: np.array([row[key] for row in rows]) for key in rows[0]}
 
     def joint_limits(self, name: str, unit: str) -> dict[str, float]:
         """Limits of one actuator of the file, SI: lower, upper, velocity, acceleration, jerk, effort."""
-        joint, where = self.settings.joints[name], f"joint {name!r}"
-        lower, upper = self._range(joint.position, unit, where)
+        joint = self.settings.joints[name]
+        lower, upper = self._range(joint.position, unit, ("joints", name, "position"))
         row = {"lower": lower, "upper": upper}
         for order, key in enumerate(("velocity", "acceleration", "jerk"), start=1):
             given: _Limit = getattr(joint, key)
-            row[key] = self._si(given.limit, given.unit, per_time(unit, order), f"{where}: {key}")
+            row[key] = self._si(given.limit, given.unit, per_time(unit, order), ("joints", name, key))
         effort_unit = "N" if unit == "m" else "N*m"
-        row["effort"] = self._si(joint.effort.limit, joint.effort.unit, effort_unit, f"{where}: effort")
+        row["effort"] = self._si(joint.effort.limit, joint.effort.unit, effort_unit, ("joints", name, "effort"))
         return row
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
@@ -200,25 +198,29 @@ class RobotFile:
                     values.append(0.0)
                     continue
                 value = getattr(given, way) if given.value is None else given.value
-                values.append(self._si(value, given.unit, unit_of[unit], f"joint {name!r}: {key}"))
+                values.append(self._si(value, given.unit, unit_of[unit], ("joints", name, key)))
             columns[column] = np.array(values)
         return columns
 
-    def _range(self, given: _Range, unit: str, where: str) -> tuple[float, float]:
+    def _range(self, given: _Range, unit: str, place: Place) -> tuple[float, float]:
         """Lower and upper position, SI; an error shows them in the units of the file, where they can be corrected."""
         if not given.lower < given.upper:  # also false for NaN
             raise InvalidInputError(
-                f"{self.path}: {where}: position: lower must be below upper, "
-                f"got {given.lower:g} and {given.upper:g} {given.unit}"
+                f"{self._at(*place)}: lower must be below upper, got {given.lower:g} and {given.upper:g} {given.unit}"
             )
-        lower, upper = (self._si(x, given.unit, unit, f"{where}: position") for x in (given.lower, given.upper))
+        lower, upper = (self._si(x, given.unit, unit, place) for x in (given.lower, given.upper))
         return lower, upper
 
-    def _si(self, value: float, unit: str, expected: str, where: str) -> float:
+    def _si(self, value: float, unit: str, expected: str, place: Place) -> float:
         try:
             found = si_unit(unit)
         except UnknownNameError as error:
-            raise InvalidInputError(f"{self.path}: {where}: {error}") from error
+            raise InvalidInputError(f"{self._at(*place)}: {error}") from error
         if found != expected:
-            raise InvalidInputError(f"{self.path}: {where}: unit {unit!r}, expected one that converts to {expected!r}")
+            raise InvalidInputError(f"{self._at(*place)}: unit {unit!r}, expected one that converts to {expected!r}")
         return value * to_si(unit) if math.isfinite(value) else value
+
+    def _at(self, *place: str | int) -> str:
+        """File and line of a key, and what it is the key of."""
+        joint = f"joint {place[1]!r}: {place[2]}" if place[0] == "joints" else ".".join(map(str, place))
+        return self.places.start(place) + joint

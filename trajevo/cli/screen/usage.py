@@ -58,7 +58,7 @@ def _what(error: Any) -> str:
 
 def _expected(error: Any) -> str:
     """What is expected of a value and what was given, as far as the parser tells."""
-    found = next(iter(getattr(error.__cause__ or error.__context__, "errors", list)()), {})
+    found: dict[str, Any] = next(iter(getattr(error.__cause__ or error.__context__, "errors", list)()), {})
     if found.get("type") not in _EXPECTED:
         return _sentence(error.message)
     return f"expected {_EXPECTED[found['type']].format(**found.get('ctx', {}))}, got {found['input']!r}"

@@ -101,6 +101,10 @@ class Limited:
     interpolant: Interpolant
 
 
+#: Greatest number of a parameter of a limit, by its unit.
+_NO_MORE = {"m": 100.0, "m/s": 50.0}
+
+
 def positive(name: str, value: Any, unit: str) -> float:
     """A positive number.
 
@@ -109,7 +113,7 @@ def positive(name: str, value: Any, unit: str) -> float:
     """
     if not _is_number(value) or not value > 0.0:
         raise InvalidInputError(f"{name}: expected a positive number [{unit}], got {value!r}")
-    return float(value)
+    return _in_si(name, float(value), unit)
 
 
 def finite(name: str, value: Any, unit: str) -> float:
@@ -120,7 +124,18 @@ def finite(name: str, value: Any, unit: str) -> float:
     """
     if not _is_number(value):
         raise InvalidInputError(f"{name}: expected a finite number [{unit}], got {value!r}")
-    return float(value)
+    return _in_si(name, float(value), unit)
+
+
+def _in_si(name: str, value: float, unit: str) -> float:
+    """A number that can be in SI: no tool is as fast, and no floor as far away, as a mistaken unit makes it."""
+    if unit in ("m", "m/s") and abs(value) > _NO_MORE[unit]:
+        likely = f"m{unit}"
+        raise InvalidInputError(
+            f"{name}: {value:g} {unit} looks like {likely}: expected at most {_NO_MORE[unit]:g} {unit}, "
+            f"{1e-3 * value:g} if it is {likely}"
+        )
+    return value
 
 
 def share_kept_free(name: str, value: Any, unit: str) -> float:

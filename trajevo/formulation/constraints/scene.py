@@ -14,6 +14,9 @@ from trajevo.errors import InvalidInputError, checked_name
 
 Triple = tuple[float, float, float]
 
+#: Distance of an obstacle from the base, and clearance, above which numbers are not believed [m].
+_FARTHEST, _MOST_CLEARANCE = 100.0, 5.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class Obstacle:
@@ -37,6 +40,16 @@ class Obstacle:
             raise InvalidInputError(f"obstacle: expected printable text on one line as name, got {self.name!r}")
         for key in ("position", "rpy"):
             object.__setattr__(self, key, self._triple(key))
+        if max(map(abs, self.rpy)) > 2.0 * math.pi:
+            raise InvalidInputError(
+                f"{self._where('rpy')}: expected angles within ±2π rad, got {list(self.rpy)}, which looks like "
+                "degrees: angles of obstacles are in rad, whatever the unit of the points"
+            )
+
+    @property
+    def radius_around(self) -> float:
+        """Radius of the ball around its position that holds it [m]."""
+        raise NotImplementedError
 
     @property
     def rotation(self) -> Array:
@@ -87,6 +100,11 @@ class Box(Obstacle):
         super().__post_init__()
         object.__setattr__(self, "size", self._triple("size", positive=True))
 
+    @property
+    def radius_around(self) -> float:
+        """Radius of the ball around its position that holds it [m]."""
+        return 0.5 * math.hypot(*self.size)
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -102,6 +120,11 @@ class Sphere(Obstacle):
     def __post_init__(self) -> None:
         super().__post_init__()
         self._check_lengths("radius")
+
+    @property
+    def radius_around(self) -> float:
+        """Radius of the ball around its position that holds it [m]."""
+        return self.radius
 
 
 @final
@@ -120,6 +143,11 @@ class Cylinder(Obstacle):
     def __post_init__(self) -> None:
         super().__post_init__()
         self._check_lengths("radius", "length")
+
+    @property
+    def radius_around(self) -> float:
+        """Radius of the ball around its position that holds it [m]."""
+        return math.hypot(self.radius, 0.5 * self.length)
 
 
 #: Name of a shape in plain data -> class.
@@ -150,6 +178,13 @@ class Scene:
         if given is None or not all(isinstance(entry, Obstacle) for entry in given):
             raise InvalidInputError(f"scene: obstacles: expected boxes, spheres and cylinders, got {self.obstacles!r}")
         named = tuple(entry if entry.name else replace(entry, name=f"obstacle {k}") for k, entry in enumerate(given, 1))
+        for entry in named:
+            away = math.hypot(*entry.position) - entry.radius_around
+            if away > _FARTHEST:
+                raise InvalidInputError(
+                    f"scene: obstacle {entry.name!r}: expected an obstacle within {_FARTHEST:g} m of the base, got one "
+                    f"that is {away:.4g} m away and looks like mm: lengths are in m; leave it out if it is so far away"
+                )
         names = [entry.name for entry in named]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -161,6 +196,13 @@ class Scene:
             object.__setattr__(self, "self_clearance", checked)
         if not named and self.self_clearance is None:
             raise InvalidInputError("scene: expected obstacles or a self_clearance, got neither")
+        for key in ("clearance", "self_clearance"):
+            length = getattr(self, key) or 0.0
+            if length > _MOST_CLEARANCE:
+                raise InvalidInputError(
+                    f"scene: {key}: {length:g} m looks like mm: expected at most {_MOST_CLEARANCE:g} m, "
+                    f"{1e-3 * length:g} if it is mm"
+                )
 
     @classmethod
     def of(cls, given: Scene | Mapping[str, Any]) -> Scene:

@@ -19,6 +19,7 @@ from trajevo.formulation.search import STARTS, Search
 from trajevo.front.covering import ReferenceBox, covering
 from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, VariableRecord
+from trajevo.robot.payload import Payload
 from trajevo.solvers.evolutionary.algorithms import Chosen
 from trajevo.solvers.evolutionary.stretching import Limits, Stretching, in_seconds
 from trajevo.solvers.gradient.sqp import random_starts
@@ -223,7 +224,7 @@ def _of_ratios(problem: TrajectoryProblem, unit: Array, width: Array, level: Arr
 
 def _mass_taken(problem: TrajectoryProblem, front: Front) -> float:
     """The payload of a front [kg], checked against the payload range of a problem."""
-    mass, (low, high) = float(front.record.payload["mass"]), problem.payload_range or (0.0, np.inf)
+    mass, (low, high) = Payload.of(front.record.payload, model=None).mass, problem.payload_range or (0.0, np.inf)
     if not low <= mass <= high:
         raise InvalidInputError(f"initial: expected a front with a payload of {low:g} to {high:g} kg, got {mass:g} kg")
     return mass
