@@ -80,6 +80,7 @@ _MOST_LISTED = 20
 #: What others call a key or a name -> what it is called here. These are no misspellings, so no measure finds them.
 _ALSO_CALLED = {
     "bounds": "duration_bounds",
+    "continue": "resume",
     "durations": "duration_bounds",
     "effort_limits": "effort",
     "end_effector": "tool",
@@ -92,9 +93,13 @@ _ALSO_CALLED = {
     "max_velocity": "velocity",
     "n_gen": "generations",
     "obstacles": "scene",
+    "optimise": "solve",
     "optimiser": "algorithm",
+    "optimize": "solve",
     "optimizer": "algorithm",
     "orientation": "quaternion",
+    "plan": "solve",
+    "plot": "report",
     "pop_size": "population",
     "pose": "position",
     "power": "energy",

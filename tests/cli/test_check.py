@@ -43,7 +43,7 @@ def test_check_tells_what_is_impossible_in_one_screen_and_exits_with_3(task):
     assert told.stderr == ""
     lines = told.stdout.splitlines()
     assert len(lines) < 24
-    assert lines[0] == "two_weak, 0 kg: Any robot through via points"
+    assert lines[0] == "two_weak, 0 kg: task"
     assert lines[1].split("  ") == ["point", "range used", "held at rest", "to the next, at least"]
     assert "116.5 % a" in lines[2]
     assert "impossible: holding point 0 takes 9.32 of 8 N·m on a; remedy: " in told.stdout

@@ -15,7 +15,7 @@ from trajevo.cli.console import Terminal
 from trajevo.cli.problem_options import problem_at
 from trajevo.cli.screen.printed import print_rivals, print_run
 from trajevo.cli.screen.waiting import Waiting
-from trajevo.errors import InvalidInputError, NotRegisteredError, checked_name
+from trajevo.errors import InvalidInputError, NotRegisteredError, checked_name, no_such_file
 from trajevo.exporters.export import is_exported
 from trajevo.front.front import Front
 from trajevo.front.thinning import told_share
@@ -67,6 +67,8 @@ def front_of(run: Path, problem: str | None = None) -> Front:
     Raises:
         InvalidInputError: nothing to read, or its problem is not registered and was not given.
     """
+    if not run.exists():
+        raise InvalidInputError(no_such_file(run, "run"))
     given = None if problem is None else problem_at(problem)
     with told_to_give(run):
         front = read_run(run, problem=given) if run.is_dir() else Front.load(run, problem=given)

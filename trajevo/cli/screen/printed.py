@@ -20,7 +20,7 @@ from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.objectives import NAMED_OBJECTIVES
 from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front, Solution
-from trajevo.plots.report import brief_facts, known_values, objective_headers, run_facts
+from trajevo.plots.report import known_values, objective_headers, run_facts
 from trajevo.robot.examine import JointRow, RobotExamination
 from trajevo.robot.locate import list_example_robots, list_robots
 from trajevo.robot.robot import Robot, load_robot, position_unit
@@ -108,7 +108,7 @@ def print_run(out: Console, front: Front, *, angle: str | None = None, verbose: 
     else:
         out.print(f"The front is empty: {front.blocking}.")
     facts = Table.grid(padding=(0, 2))
-    for label, text in run_facts(front) if verbose else brief_facts(front):
+    for label, text in run_facts(front, brief=not verbose):
         facts.add_row(Text(label), Text(text))
     out.print(facts)
 
