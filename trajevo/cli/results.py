@@ -125,15 +125,21 @@ def write_results(
             f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there",
         )
         raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
-    write_report_of(front, folder, kind=kind, pictures=pictures, views=kind == "full", quiet=quiet)
-    later = len(analysed(front)) - len(analysed(front, kind))
-    left_out = ["views in space"] if len(front) and pictures and kind != "full" else []
-    left_out += [f"{later} analyses that take longer"] if later else []
+    then = _then(front, folder, kind=kind, pictures=pictures)
+    write_report_of(front, folder, kind=kind, pictures=pictures, views=kind == "full", quiet=quiet, then=then)
     if not len(front):
-        _out.print("next: trajevo check with the same problem and options, which tells what rules motions out")
         raise typer.Exit(NO_SOLUTION)
+
+
+def _then(front: Front, folder: Path, *, kind: str, pictures: bool) -> str:
+    """What to do after a run: prove its knee, and compute what its report leaves out."""
+    if not len(front):
+        return "trajevo check with the same problem and options, which tells what rules motions out"
+    later = len(analysed(front)) - len(analysed(front, kind))
+    left_out = ["views in space"] if pictures and kind != "full" else []
+    left_out += [f"{later} analyses that take longer"] if later else []
     more = f"; trajevo report {folder} --full for {' and '.join(left_out)}" if left_out else ""
-    _out.print(f"next: trajevo certify {folder}{more}")
+    return f"trajevo certify {folder}{more}"
 
 
 def analyses_shown(front: Front, kind: str, file: Path, *, quiet: bool = False) -> Mapping[str, Any]:
@@ -150,8 +156,10 @@ def pictures_shown(
         return draw_all(front, found, kept=folder, views=views, begin=shown.begin)
 
 
-def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool, views: bool, quiet: bool = False) -> None:
-    """Compute or read the analyses of a run, then write its pictures and report into the folder."""
+def write_report_of(
+    front: Front, folder: Path, *, kind: str, pictures: bool, views: bool, then: str, quiet: bool = False
+) -> None:
+    """Compute or read the analyses of a run, write its pictures and report into the folder, and tell what is next."""
     found = analyses_shown(front, kind, analyses_of(folder), quiet=quiet)
     if found.get("rivals"):
         print_rivals(_out, found["rivals"])
@@ -165,7 +173,7 @@ def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool, vi
         _out.print(f"note: pictures show {share}")
     if drawn:
         told.append(f"{len(drawn)} pictures in {plots}")
-    _out.print(f"written: {', '.join(told)}")
+    _out.written(*told, then=then)
 
 
 def clear_stale(folder: Path) -> None:

@@ -78,7 +78,8 @@ def report(
     front = front_of(run, problem)
     kind = "full" if full else kept_kind(front, analyses_of(run))
     if run.is_dir() and out is None:
-        write_report_of(front, run, kind=kind, pictures=pictures, views=full)
+        then = f"open {run / REPORT_FILE} in a browser"
+        write_report_of(front, run, kind=kind, pictures=pictures, views=full, then=then)
         return
     found = analyses_shown(front, kind, analyses_of(run))
     drawn = pictures_shown(front, found, beside(run, PLOTS_FOLDER), views=full) if pictures else ()
