@@ -79,19 +79,25 @@ _MOST_LISTED = 20
 
 #: What others call a key or a name -> what it is called here. These are no misspellings, so no measure finds them.
 _ALSO_CALLED = {
+    "best": "knee",
     "bounds": "duration_bounds",
     "continue": "resume",
     "durations": "duration_bounds",
     "effort_limits": "effort",
     "end_effector": "tool",
+    "excel": "csv",
     "flange": "tool",
     "iterations": "generations",
     "joint_limits": "limits",
+    "mat": "netcdf",
+    "matlab": "netcdf",
     "max_acceleration": "acceleration",
     "max_effort": "effort",
     "max_jerk": "jerk",
     "max_velocity": "velocity",
     "n_gen": "generations",
+    "nsga_ii": "nsga2",
+    "nsga_iii": "nsga3",
     "obstacles": "scene",
     "optimise": "solve",
     "optimiser": "algorithm",
@@ -101,6 +107,7 @@ _ALSO_CALLED = {
     "plan": "solve",
     "plot": "report",
     "pop_size": "population",
+    "popsize": "population",
     "pose": "position",
     "power": "energy",
     "rotvec": "rotation_vector",
@@ -113,6 +120,7 @@ _ALSO_CALLED = {
     "via_points": "points",
     "waypoints": "points",
     "weight": "mass",
+    "xlsx": "csv",
     "xyz": "position",
 }
 

@@ -71,7 +71,9 @@ def test_everything_that_is_wrong_with_the_file_is_told_at_once(limits):
     assert "acceleration and jerk limits are not in a URDF" in told.stdout
 
 
-@pytest.mark.parametrize(("text", "says"), [("a: 1", "expected a mapping 'joint_limits'"), ("a: [", "cannot be read as YAML")])
+@pytest.mark.parametrize(
+    ("text", "says"), [("a: 1", "expected a mapping 'joint_limits'"), ("a: [", "cannot be read as YAML")]
+)
 def test_a_file_of_another_kind_is_an_error_beside_the_robots_own(limits, text, says):
     told = trajevo("check-robot", "ur5", "--limits", limits(text))
     assert told.returncode == 1

@@ -16,12 +16,20 @@ from trajevo.robot.locate import list_robots
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 
-def offered(words, cwd, more="", modules=False):
+SCRIPT = """import sys
+from trajevo.cli.main import main
+try:
+    main()
+finally:
+    print(*sys.modules, file=sys.stderr)
+"""
+
+
+def offered(words, cwd, *, modules=False):
     """What bash is offered for words, the last of which is begun."""
-    script = "from trajevo.cli.main import main\ntry:\n    main()\nfinally:\n    import sys; print(*sys.modules, file=sys.stderr)"
     asked = {"_TRAJEVO_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
     done = subprocess.run(
-        [sys.executable, "-c", script], cwd=cwd, env={**os.environ, **asked}, capture_output=True, text=True
+        [sys.executable, "-c", SCRIPT], cwd=cwd, env={**os.environ, **asked}, capture_output=True, text=True
     )
     return (done.stdout.split(), set(done.stderr.split())) if modules else done.stdout.split()
 
@@ -54,9 +62,16 @@ def test_the_shell_gets_its_script(tmp_path):
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    for place, name in (("runs/a", "manifest.json"), ("runs/ab", "front.json"), ("c", "manifest.json"), ("d", "no.json")):
+    for place, name in (
+        ("runs/a", "manifest.json"),
+        ("runs/ab", "front.json"),
+        ("c", "manifest.json"),
+        ("d", "no.json"),
+    ):
         (tmp_path / place).mkdir(parents=True)
-        (tmp_path / place / name).write_text(json.dumps({"problem": {"objectives": [{"name": "time"}, {"name": "jerk"}]}}))
+        (tmp_path / place / name).write_text(
+            json.dumps({"problem": {"objectives": [{"name": "time"}, {"name": "jerk"}]}})
+        )
     (tmp_path / "press").mkdir()
     (tmp_path / "press" / "robot.toml").touch()
     (tmp_path / "many").mkdir()

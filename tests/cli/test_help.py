@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import typer
 
-from trajevo import cli
 from tests.helpers import trajevo
+from trajevo import cli
 from trajevo.cli.main import COMMANDS, app
 from trajevo.cli.study import app as study_app
 from trajevo.formulation.search import Search

@@ -130,7 +130,7 @@ def test_values_name_their_units_in_python_as_in_the_table(cell):
         assert re.search(rf"{name}\s+(\w+\s+)*\[{unit}\]|{name}\b[\s\S]*?\[{unit}\]", shown)
         assert f"{name} {best.F[name]:.5g} {unit}" in str(best.F)
     assert repr(best) == f"Solution(knee, row {best.index}: {best.F})"
-    assert best.F == dict(best.F)
+    assert dict(best.F) == best.F
     assert (
         str(Quantities({"ratio": 0.25, "jerk": 2.0}, {"ratio": "1", "jerk": "rad/s^3"})) == "ratio 0.25, jerk 2 rad/s³"
     )

@@ -67,10 +67,8 @@ def front_of(run: Path, problem: str | None = None) -> Front:
     Raises:
         InvalidInputError: nothing to read, or its problem is not registered and was not given.
     """
-    if not run.exists():
-        raise InvalidInputError(no_such_file(run, "run"))
     given = None if problem is None else problem_at(problem)
-    with told_to_give(run):
+    with reading(run):
         front = read_run(run, problem=given) if run.is_dir() else Front.load(run, problem=given)
         if given is None:
             front.record.check_registered()
@@ -78,8 +76,10 @@ def front_of(run: Path, problem: str | None = None) -> Front:
 
 
 @contextmanager
-def told_to_give(run: Path) -> Iterator[None]:
-    """Turn the refusal of a run whose problem is not registered into one that names the option to give."""
+def reading(run: Path) -> Iterator[None]:
+    """Refuse a run that is not there, and name the option to give for one whose problem is not registered."""
+    if not run.exists():
+        raise InvalidInputError(no_such_file(run, "run"))
     try:
         yield
     except NotRegisteredError as error:

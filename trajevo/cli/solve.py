@@ -30,7 +30,7 @@ from trajevo.cli.results import (
     RunArgument,
     VerboseOption,
     front_of,
-    told_to_give,
+    reading,
     write_results,
 )
 from trajevo.cli.screen.tables import Listing
@@ -152,7 +152,7 @@ def resume(
 ) -> None:
     """Continue a run as if it had never stopped, and write its front, pictures and report."""
     given = None if problem is None else problem_at(problem)
-    with told_to_give(run):
+    with reading(run):
         front = resume_run(run, problem=given, generations=generations, progress=not quiet)
     write_results(front, run, kind=report, pictures=pictures, quiet=quiet, verbose=verbose)
 

@@ -101,10 +101,11 @@ def print_run(out: Console, front: Front, *, angle: str | None = None, verbose: 
         angle: unit of angles, that of the problem if None.
         verbose: all settings too, with points and tables.
     """
-    choices = front.choices() if len(front) else ()  # before anything is printed: they may be refused
+    # Before anything is printed, since they may be refused.
+    choices, headers = front.choices() if len(front) else (), objective_headers(front, angle=angle)
     out.print(f"{front.record.title}: {len(front)} solutions")
     if choices:
-        _print_choices(out, front, choices, angle)
+        _print_choices(out, front, choices, headers)
     else:
         out.print(f"The front is empty: {front.blocking}.")
     facts = Table.grid(padding=(0, 2))
@@ -113,9 +114,11 @@ def print_run(out: Console, front: Front, *, angle: str | None = None, verbose: 
     out.print(facts)
 
 
-def _print_choices(out: Console, front: Front, choices: Sequence[Solution], angle: str | None) -> None:
+def _print_choices(
+    out: Console, front: Front, choices: Sequence[Solution], headers: Sequence[tuple[str, float]]
+) -> None:
     """Print objectives, via errors and the closest limits of solutions, each only where it tells them apart."""
-    headers, rows = objective_headers(front, angle=angle), [one.index for one in choices]
+    rows = [one.index for one in choices]
     missed = via_errors(front.problem.interpolant, front.problem.decode(front.X[rows])).max(axis=2)
     passed = [f"via error [{position_unit(front.problem.robot)}]"] if missed.any() else []
     shares = shares_of_rows(front, rows)

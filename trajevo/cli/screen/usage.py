@@ -7,7 +7,7 @@ from typing import Any
 
 import typer
 
-from trajevo.errors import known_names
+from trajevo.errors import known_names, nearest_names
 
 #: What the command line's parser raises: an option, an argument or a command that it does not understand.
 UsageError: Any = typer.BadParameter.__base__
@@ -30,7 +30,7 @@ def told(error: Any) -> str:
         error: an error of the parser, a :data:`UsageError`.
     """
     if error.ctx is None:
-        return _sentence(error.format_message())
+        return _without_value(error)
     return f"{error.ctx.command_path}: {_what(error)}; see {error.ctx.command_path} --help"
 
 
@@ -42,18 +42,33 @@ def is_help(error: Any) -> bool:
 def _what(error: Any) -> str:
     command, said = error.ctx.command, error.message
     if getattr(error, "option_name", None) and said.startswith("No such option"):
-        options = [name for one in command.params for name in (*one.opts, *one.secondary_opts) if name.startswith("--")]
-        return f"unknown option {error.option_name!r}; {known_names(error.option_name, options)}"
+        return _unknown_option(error.option_name, command)
     unknown = re.match(r"No such command '(.*?)'", said)
     if unknown:
         return f"unknown command {unknown[1]!r}; {known_names(unknown[1], command.commands)}"
     parameter = getattr(error, "param", None)
     if parameter is None:
-        return _sentence(error.format_message())
+        extra = re.fullmatch(r"Got unexpected extra argument\S* \((.*)\)", said)
+        return f"expected nothing more, got {extra[1]!r}" if extra else _sentence(error.format_message())
     name = parameter.opts[0] if parameter.param_type_name == "option" else parameter.name.upper()
     if error.format_message().startswith("Missing"):
         return f"{name} is missing: {_sentence(parameter.help or 'expected a value')}"
     return f"{name}: {_expected(error)}"
+
+
+def _unknown_option(given: str, command: Any) -> str:
+    """A sentence about an option that a command does not have, with those that may be meant."""
+    options = [name for one in command.params for name in (*one.opts, *one.secondary_opts) if name.startswith("--")]
+    meant = [name for name in options if name.startswith(given)] or nearest_names(given, options)
+    return f"unknown option {given!r}" + (f"; did you mean {' or '.join(map(repr, meant))}?" if meant else "")
+
+
+def _without_value(error: Any) -> str:
+    """A sentence about an option at the end of the command line, or another mistake that the parser does not place."""
+    missing = re.fullmatch(r"Option '(.*)' requires (an|\d+) arguments?\.?", error.message)
+    if not missing:
+        return _sentence(error.format_message())
+    return f"{missing[1]}: expected {'a value' if missing[2] == 'an' else f'{missing[2]} values'} after it"
 
 
 def _expected(error: Any) -> str:
