@@ -122,21 +122,28 @@ def believed(value: float, unit: str, *, name: str, most: float | None = None) -
         InvalidInputError: it is so great that it must be in another unit; the message names that one, and how to give
             the number if it is meant: as text with its unit.
     """
-    if _is_believed(value, unit, most):
+    likely = likely_unit(value, unit, most=most)
+    if not likely:
         return value
-    likely = _BELIEVED[unit][1]
     meant = f'write "{value:g} {likely}", or "{value:g} {unit}" if it is meant'
     raise InvalidInputError(f"{name}: {value:g} {unit} looks like {likely}: {meant}")
 
 
 def with_unit(value: float, unit: str, *, most: float | None = None) -> float | str:
     """A number as :func:`believed` takes it: with its unit where it would not be believed without."""
-    return value if _is_believed(value, unit, most) else f"{value!r} {unit}"
+    return f"{value!r} {unit}" if likely_unit(value, unit, most=most) else value
 
 
-def _is_believed(value: float, unit: str, most: float | None) -> bool:
-    usual = _BELIEVED[unit][0] if unit in _BELIEVED else math.inf
-    return math.isinf(value) or abs(value) <= (usual if most is None else most)
+def likely_unit(value: float, unit: str, *, most: float | None = None) -> str:
+    """The unit that a number is likely to be in if it is too great to be in SI, else ``""``.
+
+    Args:
+        value: the number; infinity is taken for what it is.
+        unit: the SI unit that it is taken for.
+        most: greatest number that is believed, if it is another than usual.
+    """
+    usual, likely = _BELIEVED.get(unit, (math.inf, ""))
+    return "" if math.isinf(value) or abs(value) <= (usual if most is None else most) else likely
 
 
 def if_degrees(angle: float) -> str:
