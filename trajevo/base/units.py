@@ -208,10 +208,14 @@ def split_header(header: str, *, where: str) -> tuple[str, str]:
     if (unit is None and re.search(r"[\[\]()]", name)) or (unit is not None and _canonical(unit) not in _TO_SI):
         meant = f"; unknown unit {unit.strip()!r}; {known_names(unit.strip(), _TO_SI)}" if unit else ""
         raise InvalidInputError(
-            f"{where}: expected a column header with a unit such as 'azimuth [deg]' or 'azimuth [rad]', "
+            f"{where}: expected a column header with a unit such as '{_bare(name)} [deg]' or '{_bare(name)} [mm]', "
             f"got {header.strip()!r}{meant}"
         )
     return name, "" if unit is None else _canonical(unit)
+
+
+def _bare(name: str) -> str:
+    return re.split(r"[\[\]()]", name)[0].strip() or "azimuth"
 
 
 def _canonical(unit: str) -> str:

@@ -430,7 +430,7 @@ def _tool(model: Any, tool: str | None, text: str, urdf: Path, file: RobotFile |
     chosen = tool or (ends[0] if file is None else file.settings.tool)
     if not model.existFrame(chosen):
         where = urdf if file is None else file.path
-        raise UnknownNameError(f"tool frame in {where}", chosen, [frame.name for frame in model.frames])
+        raise UnknownNameError(f"tool frame in {where}", chosen, [frame.name for frame in model.frames[1:]])
     return chosen
 
 

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.errors import InvalidInputError, no_such_file
+from trajevo.errors import InvalidInputError, nearest_names, no_such_file
 
 #: The numbers that Pinocchio's URDF parser reads; Python's float() takes more: nan, inf, 1_0, trailing spaces.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -201,7 +201,10 @@ def _tree_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
             ends[role] = None if element is None else element.get("link")
             if ends[role] not in parents:
                 torn = True
-                yield f"{file}: joint {joint.get('name')!r}: {role}: expected a link of the file, got {ends[role]!r}"
+                nearest = nearest_names(ends[role] or "", links)
+                meant = f"; did you mean {nearest[0]!r}?" if nearest else ""
+                where = f"{file}: joint {joint.get('name')!r}: {role}"
+                yield f"{where}: expected a link of the file, got {ends[role]!r}{meant}"
         parent, child = ends["parent"], ends["child"]
         if parent in parents and child in parents and parent is not None and child is not None:
             parents[child].append(parent)
@@ -246,7 +249,8 @@ def urdf_number(text: str | None) -> float | None:
 def _number(element: ElementTree.Element, key: str, where: str) -> _Reading:
     value = urdf_number(element.get(key))
     if value is None:
-        yield f"{where}: expected a finite number as {key}, got {element.get(key)!r}"
+        written = element.get(key)
+        yield f"{where}: expected a finite number as {key}, got {'none' if written is None else repr(written)}"
     return value
 
 
