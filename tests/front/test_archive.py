@@ -197,4 +197,9 @@ def test_a_growing_and_shrinking_archive_keeps_its_rows_together():
     np.testing.assert_array_equal(F, archive.F[np.lexsort(archive.F.T[::-1])])
     np.testing.assert_array_equal(X[:, :2], F)
     np.testing.assert_array_equal(G, -np.tile(F, 2))
-    assert not any(values.flags.writeable for values in (X, F, G))
+    last = archive.ordered(last=True)
+    assert not any(values.flags.writeable for values in (X, F, G, *last))
+    for handed, copied in zip(last, (X, F, G), strict=True):
+        np.testing.assert_array_equal(handed, copied)
+    assert not len(archive.F)
+    assert [values.shape for values in archive.ordered()] == [(0, 3), (0, 2), (0, 4)]

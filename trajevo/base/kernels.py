@@ -27,6 +27,7 @@ from trajevo.base.files import locked, write_whole
 
 #: All modules with loops that are called from Python.
 MODULES = (
+    "trajevo.dynamics.integrals.loops",
     "trajevo.dynamics.rnea_loops",
     "trajevo.formulation.constraints.broad_phase.loops",
     "trajevo.formulation.constraints.broad_phase.search_loops",

@@ -150,7 +150,10 @@ def inverse_dynamics(
 
     def compute(*states: Array) -> None:
         shares = max(1, min(usable_threads(threads), -(-len(states[0]) // _WORTH_A_THREAD)))
-        in_threads(kernel, zip(*(np.array_split(x, shares) for x in states), strict=True), shares)
+        if shares == 1:
+            kernel(*states)
+        else:
+            in_threads(kernel, zip(*(np.array_split(x, shares) for x in states), strict=True), shares)
 
     return compute
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.integrals.nodes import lobatto
-from trajevo.dynamics.integrals.resolved import Resolved, at_samples, resolve
+from trajevo.dynamics.integrals.resolved import Resolved, at_samples, combined, resolve
 from trajevo.dynamics.inverse_dynamics import _ROUNDING, Dynamics
 from trajevo.errors import InvalidInputError
 from trajevo.robot.joints import JointLimits, least_share
@@ -19,9 +19,11 @@ from trajevo.trajectory.batch import TrajectoryBatch
 
 #: Share of the work in a segment, or on average in the motion's segments, that its polynomials may leave out.
 _LEFT_OUT = 5e-5
-#: Share of a joint's greatest effort that the last terms may be, for peaks of efforts, and for integrals of squares
-#: where no dry friction jumps: what is left out of those is about the square of that share.
-_OF_PEAK, _OF_SQUARES = 1e-4, 6e-3
+#: Share of a joint's greatest effort that the last terms may be, for peaks of efforts.
+_OF_PEAK = 1e-4
+#: Share of an integral of squares, of a segment's or of the average one, that the integral of the squared last terms
+#: may be: what is left out is seldom five times as much.
+_OF_SQUARES = 1e-5
 #: Share of the last terms of efforts' polynomials, times the travel, that the polynomials leave out of the work.
 _OF_LAST_TERMS = 0.05
 
@@ -165,12 +167,10 @@ class Rollout:
     @cached_property
     def resolved(self) -> tuple[Resolved, ...]:
         """Effort without dry friction at as many nodes of every segment as its work needs, see :func:`resolve`."""
-        first, count = self._first_nodes, self.trajectory.segment_durations.shape[1]
-        work = np.abs(self.power.real) * self.quadrature.real[..., None]
-        work = work.reshape(len(first.segments), -1).sum(axis=1)
-        shared = work.reshape(len(self.trajectory), -1).mean(axis=1).repeat(count)
-        allowed = _LEFT_OUT * np.maximum(work, shared)
-        return resolve(first, self.trajectory, self._smooth_effort, left_out=work_left_out, allowed=allowed)
+        per_joint = combined(lobatto(self.dynamics.samples)[1], np.abs(self._by_segment(self.power).real))
+        work = per_joint.sum(axis=1) * self.trajectory.segment_durations.real.reshape(-1)
+        allowed = _LEFT_OUT * self._own_or_average(work)
+        return resolve(self._first_nodes, self.trajectory, self._smooth_effort, left_out=work_left_out, allowed=allowed)
 
     @cached_property
     def resolved_for_peaks(self) -> tuple[Resolved, ...]:
@@ -178,9 +178,40 @@ class Rollout:
         return self._resolved_to(_OF_PEAK)
 
     @cached_property
-    def resolved_for_squares(self) -> tuple[Resolved, ...]:
-        """The same at as many nodes as integrals of squares need."""
-        return self.resolved_for_peaks if self.robot.friction.is_dry else self._resolved_to(_OF_SQUARES)
+    def resolved_for_square_power(self) -> tuple[Resolved, ...]:
+        """The same at as many nodes as the integral of squared powers needs."""
+        return self._resolved_for_squares(of_power=True)
+
+    @cached_property
+    def resolved_for_square_effort(self) -> tuple[Resolved, ...]:
+        """The same at as many nodes as the integral of squared efforts needs."""
+        return self._resolved_for_squares(of_power=False)
+
+    def _resolved_for_squares(self, *, of_power: bool) -> tuple[Resolved, ...]:
+        if self.robot.friction.is_dry:  # it jumps where joints turn, which the efforts themselves must tell
+            return self.resolved_for_peaks
+        factors = np.square(self._by_segment(self.v).real) if of_power else np.ones((1, self.dynamics.samples, 1))
+        squares = np.square(self._by_segment(self.effort).real) * factors
+        weights, durations = lobatto(self.dynamics.samples)[1], self.trajectory.segment_durations.real.reshape(-1)
+        of_factors = combined(weights, factors)
+
+        def left_out(group: Resolved) -> Array:
+            squared = np.square(group.last_terms) * (of_factors[group.segments] if of_power else of_factors)
+            estimate: Array = squared.sum(axis=1) * group.durations.real
+            return estimate
+
+        allowed = _OF_SQUARES * self._own_or_average(combined(weights, squares).sum(axis=1) * durations)
+        return resolve(self._first_nodes, self.trajectory, self._smooth_effort, left_out=left_out, allowed=allowed)
+
+    def _by_segment(self, values: Array) -> Array:
+        """Values at the samples (B, T, n_joints) as those of all segments, (B x S, samples, n_joints)."""
+        return values.reshape(-1, self.dynamics.samples, self.robot.dof)
+
+    def _own_or_average(self, of_segments: Array) -> Array:
+        """Amounts of segments (B x S,), or the average of a trajectory's segments where that is greater."""
+        own = of_segments.reshape(len(self.trajectory), -1)
+        greater: Array = np.maximum(own, own.mean(axis=1, keepdims=True)).reshape(-1)
+        return greater
 
     def _resolved_to(self, share: float) -> tuple[Resolved, ...]:
         first, count = self._first_nodes, self.trajectory.segment_durations.shape[1]
@@ -200,7 +231,8 @@ class Rollout:
 
     def _smooth_effort(self, rows: Array, q: Array, v: Array, a: Array) -> Array:
         """Effort without dry friction in states (P, T, n_joints) of the trajectories ``rows`` (P,) [N·m or N]."""
-        v = np.where(np.abs(v.real) <= self.standing[rows, None], 0.0, v)
+        if not self.robot.friction.none:
+            v = np.where(np.abs(v.real) <= self.standing[rows, None], 0.0, v)
         effort = self._loaded_effort(None if self.masses is None else self.masses[rows], q, v, a)
         smooth: Array = effort - self.robot.friction.dry(v) if self.robot.friction.is_dry else effort
         return smooth

@@ -117,10 +117,21 @@ class Archive:
         """Constraint values, shape (N, n_constr)."""
         return self._rest.rows(1)
 
-    def ordered(self) -> tuple[Array, Array, Array]:
-        """Decision vectors, objectives and constraint values in the order of the objectives, read-only."""
+    def ordered(self, *, last: bool = False) -> tuple[Array, Array, Array]:
+        """Decision vectors, objectives and constraint values in the order of the objectives, read-only.
+
+        Args:
+            last: hand over the archive's own memory, so that there is no second copy of the points; afterwards the
+                archive is empty.
+        """
         order = np.lexsort(self.F.T[::-1]) if len(self.F) else np.arange(0)
-        return frozen(self._rest.rows(0, order)), frozen(self.F[order]), frozen(self._rest.rows(1, order))
+        F = frozen(self.F[order])
+        if last:
+            self.F = self.F[:0].copy()
+            X, G = self._rest.emptied(order)
+        else:
+            X, G = (self._rest.rows(which, order) for which in range(2))
+        return frozen(X), F, frozen(G)
 
     def add(self, X: Array, F: Array, G: Array, said: Sequence[str] | None = None) -> tuple[Array, Array] | None:
         """Add an evaluated population.
@@ -159,7 +170,7 @@ class Archive:
 
 
 #: Growth of the memory of an archive that is full, and rows that are moved at a time.
-_GROWTH, _MOVED = 1.25, 4096
+_GROWTH, _MOVED = 1.1, 4096
 
 
 class _Shelf:
@@ -175,6 +186,17 @@ class _Shelf:
     def rows(self, which: int, order: Array | None = None) -> Array:
         """The rows of one of the arrays, all as they were added or some by their places."""
         return self._arrays[which].take(self._where if order is None else self._where[order], axis=0)
+
+    def emptied(self, order: Array) -> list[Array]:
+        """All rows of the arrays by their places, in their own memory; nothing remains."""
+        arrays, where = self._arrays, self._where[order]
+        self._arrays = [array[:0].copy() for array in arrays]
+        self._where, self._end = where[:0], 0
+        for array in arrays:
+            for column in array.T:
+                column[: len(where)] = column[where]
+            array.resize((len(where), array.shape[1]), refcheck=False)
+        return arrays
 
     def change(self, kept: Array, *new: Array) -> None:
         """Keep the rows of a mask and append new rows."""

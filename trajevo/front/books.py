@@ -124,11 +124,12 @@ class Books:
         resumed: Sequence[int] = (),
         kernels: Kind | None,
         versions: dict[str, str] | None = None,
+        last: bool = False,
     ) -> Front:
-        """The front of the target problem."""
+        """The front of the target problem; with ``last`` it takes the archive's memory, and nothing can be added."""
         archive = self.archive if self.problem.expansion is None else self._expanded()
         failed = tuple(FailedIndividual(x=tuple(x.tolist()), said=said) for x, said in self.archive.failed)
-        X, F, G = archive.ordered()
+        X, F, G = archive.ordered(last=last)
         return Front(
             X=X,
             F=F,
@@ -152,7 +153,7 @@ class Books:
                 kernels=kernels,
             ),
             history=self.history(),
-            blocking=None if len(archive.F) else _blocking(self.archive, self.problem.constraint_names),
+            blocking=None if len(F) else _blocking(self.archive, self.problem.constraint_names),
             _problem=self.target,
         )
 

@@ -16,10 +16,10 @@ from pydantic_core import CoreSchema, core_schema
 
 from trajevo.base.arrays import Array
 
-_NEVER = np.iinfo(np.int64).max
+_NEVER = np.iinfo(np.int32).max
 
 #: Growth of the memory of a chronicle that is full.
-_GROWTH = 1.25
+_GROWTH = 1.1
 
 
 def hypervolume(F: Array, reference_point: Array) -> float:
@@ -36,7 +36,7 @@ class Chronicle:
     def __init__(self, n_obj: int) -> None:
         self.time = 0
         self._F = np.empty((0, n_obj))
-        self._came, self._went = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+        self._came, self._went = np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int32)
         self._held, self._count = np.empty(0, dtype=np.intp), 0
 
     def change(self, kept: Array, new: Array) -> None:

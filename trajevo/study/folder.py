@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal, final
 
 import pydantic
+from pydantic_core import from_json
 
 from trajevo.base.files import locked, write_whole
 from trajevo.base.jit import Kind
@@ -107,9 +108,10 @@ class StudyFolder:
         """Whether the run of a cell is finished."""
         file = RunFolder(self.cell(name)).front_file
         try:
-            return not json.loads(file.read_text(encoding="utf-8"))["run"]["interrupted"]
-        except (OSError, ValueError, KeyError, TypeError):
+            stands = file.stat()
+        except OSError:
             return False
+        return _finished(file, stands.st_ino, stands.st_mtime_ns, stands.st_size)
 
     def failure(self, name: str) -> Failure | None:
         """Why a cell failed when it was last run, or None."""
@@ -178,6 +180,15 @@ class StudyFolder:
         if failure is not None:
             return CellStanding(cell, "failed", failure)
         return CellStanding(cell, "stopped" if RunFolder(self.cell(cell.name)).begun else "waiting", None)
+
+
+@lru_cache(maxsize=4096)
+def _finished(file: Path, _node: int, _written: int, _size: int) -> bool:
+    """Whether a front file is that of a finished run; a file that has changed is read again."""
+    try:
+        return not from_json(file.read_bytes())["run"]["interrupted"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def _difference(old: StudyRecord, new: StudyRecord) -> str:

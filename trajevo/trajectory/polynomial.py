@@ -192,13 +192,14 @@ class PolynomialBatch(TrajectoryBatch):
     def _sampled(self, shares: tuple[float, ...], order: int) -> Array:
         """Values of a derivative at shares of every segment.
 
-        Callers that need several instants need position, velocity and acceleration there: these are computed together.
+        Callers that need positions at several instants need velocities and accelerations there: these are computed
+        together.
         """
         if self._last_sampled is None or self._last_sampled[0] != shares:
             object.__setattr__(self, "_last_sampled", (shares, {}))
         known: dict[int, Array] = self._last_sampled[1]
         if order not in known:
-            together = order < _TOGETHER and (order > 0 or len(shares) > 2)
+            together = order == 0 and len(shares) > 2
             orders = range(_TOGETHER) if together else range(order, order + 1)
             instants = self.segment_durations.shape[1] * len(shares)
             at = np.empty((len(orders), *self.segment_durations.shape, len(shares) * self.n_joints), dtype=self._kind)

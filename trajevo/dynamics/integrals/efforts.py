@@ -17,9 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trajevo.base import polynomials
+from trajevo.base import jit, polynomials
 from trajevo.base.arrays import Array
-from trajevo.dynamics.integrals.nodes import Nodes
+from trajevo.dynamics.integrals import loops
+from trajevo.dynamics.integrals.nodes import Nodes, for_squares
 from trajevo.dynamics.integrals.resolved import Resolved, combined
 from trajevo.dynamics.rollout import Rollout
 
@@ -92,12 +93,12 @@ def mechanical_energy(rollout: Rollout) -> Array:
 
 def integrated_square_power(rollout: Rollout) -> Array:
     """∫ Σ over joints of (effort x velocity)² dt, shape (B,) [W²·s]."""
-    return _summed(rollout, rollout.resolved_for_squares, lambda group: _squares(rollout, group, np.asarray))
+    return _summed(rollout, rollout.resolved_for_square_power, lambda group: _squares(rollout, group, np.asarray))
 
 
 def integrated_square_effort(rollout: Rollout) -> Array:
     """∫ Σ over joints of effort² dt, shape (B,) [(N·m)²·s or N²·s]: what heats motors."""
-    return _summed(rollout, rollout.resolved_for_squares, lambda group: _squares(rollout, group, np.ones_like))
+    return _summed(rollout, rollout.resolved_for_square_effort, lambda group: _squares(rollout, group, np.ones_like))
 
 
 def integrated_square_effort_rate(rollout: Rollout) -> Array:
@@ -172,13 +173,17 @@ def _squares(rollout: Rollout, group: Resolved, factor: Factor) -> Array:
 
 
 def _smooth_squares(rollout: Rollout, group: Resolved, factor: Factor) -> Array:
-    """As :func:`_squares`, without dry friction."""
-    nodes, effort, v = group.nodes, group.values, group.states[1]
-    weights = nodes.integrals.sum(axis=0)  # at the first nodes those of Gauss and Lobatto, exact beyond the polynomials
-    if len(nodes.shares) > rollout.dynamics.samples:
-        onto, weights = nodes.for_squares
-        effort, v = np.matmul(onto, effort), np.matmul(onto, v)
-    square: Array = combined(weights, np.square(effort * factor(v))).sum(axis=1)
+    """As :func:`_squares`, without dry friction: a polynomial times the exact velocity, squared."""
+    trajectory, values = rollout.trajectory, group.values
+    shares, weights, onto = for_squares(group.nodes, trajectory.degree - 1)
+    v = trajectory.at_shares(shares, 1).reshape(trajectory.segment_durations.size, len(shares), -1)
+    factors = factor(v[group.segments])
+    if jit.can_compile():
+        square = np.empty(len(values), dtype=values.dtype)
+        loops.squares(onto, weights, values, factors, square)
+    else:
+        effort = np.stack([combined(row, values) for row in onto], axis=1)
+        square = combined(weights, np.square(effort * factors)).sum(axis=1)
     total: Array = square * group.durations
     return total
 
@@ -203,8 +208,10 @@ def _split_squares(rollout: Rollout, group: Resolved, cells: _Cells, factor: Fac
 
 
 def _sum(weights: Array, values: Array) -> Array:
-    """Sum over the first axis of values (U, K) times weights (U,) or (U, K): as :func:`combined`, whatever K is."""
-    total: Array = combined(weights, values[None])[0]
+    """Sum over the first axis of values (U, K) times weights (U,) or (U, K), with the same digits whatever K is."""
+    total: Array = weights[0] * values[0]
+    for weight, value in zip(weights[1:], values[1:], strict=True):
+        total += weight * value
     return total
 
 

@@ -12,8 +12,6 @@ from trajevo.base.arrays import Array, frozen
 
 #: Greatest number of nodes: beyond it the polynomial through values at interlaced nodes begins to swing between them.
 MOST_NODES = 49
-#: Gauss-Legendre nodes for squares beyond the number of nodes, for the degree of what the values are multiplied by.
-_FURTHER = 6
 
 
 @cache
@@ -75,14 +73,9 @@ class Nodes:
         return frozen(self._coefficients[-2:].copy())
 
     @cached_property
-    def for_squares(self) -> tuple[Array, Array]:
-        """Matrix (U, M) from values at the nodes to those at Gauss-Legendre nodes, and their weights (U,) of sum 1.
-
-        They are exact for squares of the polynomials, which have twice the degree that the nodes stand for, and a
-        little more.
-        """
-        places, weights = np.polynomial.legendre.leggauss(len(self.shares) + _FURTHER)
-        return self.onto(0.5 * (1.0 + places)), frozen(0.5 * weights)
+    def weights(self) -> Array:
+        """Weights (M,) of values at the nodes in the polynomial's integral, of sum 1."""
+        return frozen(self.integrals.sum(axis=0))
 
     def onto(self, shares: Array) -> Array:
         """Matrix (U, M) from values at the nodes to the polynomial's values at other shares (U,)."""
@@ -106,3 +99,19 @@ def nested(samples: int) -> tuple[Nodes, ...]:
     while (finer := sets[-1].finer) is not None:
         sets.append(finer)
     return tuple(sets)
+
+
+@cache
+def for_squares(nodes: Nodes, degree: int) -> tuple[Array, Array, Array]:
+    """Gauss-Legendre nodes, exact for squares of the polynomials through values at given nodes times a factor.
+
+    Args:
+        nodes: the given nodes, M of them.
+        degree: degree of the factor.
+
+    Returns:
+        Shares (U,), their weights (U,) of sum 1, and the matrix (U, M) from values at the given nodes to those there.
+    """
+    places, weights = np.polynomial.legendre.leggauss(len(nodes.shares) + degree)
+    shares = frozen(0.5 * (1.0 + places))
+    return shares, frozen(0.5 * weights), nodes.onto(shares)

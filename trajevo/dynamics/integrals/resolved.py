@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.dynamics.integrals import loops
 from trajevo.dynamics.integrals.nodes import Nodes, nested
 from trajevo.trajectory.batch import TrajectoryBatch
 
@@ -30,15 +33,19 @@ class Resolved:
         nodes: M nodes.
         segments: numbers of the segments among all S of all B trajectories, row by row, shape (P,).
         durations: shape (P,) [s].
-        states: positions, velocities, accelerations at the nodes, shape (3, P, M, n_joints) [rad or m, per s, per s²].
         values: values of a field at the nodes, shape (P, M, F).
     """
 
     nodes: Nodes
     segments: Array
     durations: Array
-    states: Array
     values: Array
+    _states: Callable[[], Array]
+
+    @cached_property
+    def states(self) -> Array:
+        """Positions, velocities, accelerations at the nodes, shape (3, P, M, n_joints) [rad or m, per s, per s²]."""
+        return self._states()
 
     @property
     def last_terms(self) -> Array:
@@ -50,9 +57,8 @@ class Resolved:
     def _some(self, chosen: Array) -> Resolved:
         if chosen.all():
             return self
-        return Resolved(
-            self.nodes, self.segments[chosen], self.durations[chosen], self.states[:, chosen], self.values[chosen]
-        )
+        segments, durations, values = (x[chosen] for x in (self.segments, self.durations, self.values))
+        return Resolved(self.nodes, segments, durations, values, lambda: self.states[:, chosen])
 
     def _finer(self, nodes: Nodes, trajectory: TrajectoryBatch, field: Field) -> Resolved:
         """The same segments with one more node in every cell."""
@@ -60,9 +66,8 @@ class Resolved:
         size = (len(trajectory) * count, len(nodes.shares) // 2, -1)
         fresh = np.stack([trajectory.at_shares(nodes.shares[1::2], k).reshape(size)[self.segments] for k in range(3)])
         between = field(self.segments // count, *fresh)
-        return Resolved(
-            nodes, self.segments, self.durations, _merged(self.states, fresh), _merged(self.values, between)
-        )
+        values = _merged(self.values, between)
+        return Resolved(nodes, self.segments, self.durations, values, lambda: _merged(self.states, fresh))
 
 
 def combined(weights: Array, values: Array) -> Array:
@@ -71,6 +76,10 @@ def combined(weights: Array, values: Array) -> Array:
     Node by node: a product of matrices is slow for many small ones, and for one great one the digits of a segment
     would depend on how many there are.
     """
+    if jit.can_compile():
+        summed = np.empty((len(values), values.shape[2]), dtype=values.dtype)
+        loops.combined(weights, values, summed)
+        return summed
     total: Array = weights[0] * values[:, 0]
     for k in range(1, len(weights)):
         total += weights[k] * values[:, k]
@@ -94,8 +103,8 @@ def at_samples(
         nested(samples)[0],
         np.arange(durations.size),
         durations.reshape(-1),
-        np.stack([x.reshape(size) for x in states]),
         values.reshape(size),
+        lambda: np.stack([x.reshape(size) for x in states]),
     )
 
 

@@ -30,6 +30,8 @@ from trajevo.solvers.run.progress import reporter
 
 #: Share of the time that checkpoints may take: after one that took 2 ms the next waits for 0.2 s.
 _SHARE = 0.01
+#: Time after which the first checkpoint is due [s]; a run that ends earlier is begun anew in no more time.
+_FIRST_DUE = 0.5
 #: Bytes of evaluated individuals in memory at which a checkpoint is written even if none is due.
 _MOST_WAITING = 2**23
 #: Time after which a failed write is tried again [s].
@@ -96,6 +98,7 @@ def evolve(
         stopped_by=stopping.asked_by if solver.has_next() else "",
         seconds=keeper.seconds(),
         resumed=keeper.resumed,
+        last=True,
     )
 
 
@@ -179,7 +182,8 @@ class _Keeper:
         self._books, self._solver, self._manifest, self._folder = books, solver, manifest, folder
         self._waiting: list[tuple[int, _Populations]] = []
         self._bytes, self._saved = 0, 0
-        self._due = self._began = time.perf_counter()
+        self._began = time.perf_counter()
+        self._due = self._began + _FIRST_DUE
         self._cpu_began = time.process_time() - cpu_spent
         self._complained = False
 
