@@ -271,7 +271,7 @@ def load_robot(
     limits: Mapping[str, Any] | str | Path | None = None,
     gravity: Any = None,
     allow_massless: bool | None = None,
-    packages: str | Path | Sequence[str | Path] = (),
+    packages: str | Path | Sequence[str | Path] | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF.
 
@@ -361,7 +361,7 @@ def load_robot(
 
 def _folders(packages: Any) -> tuple[Path, ...]:
     """The given folders of packages, absolute."""
-    listed = [packages] if isinstance(packages, str | Path) else packages
+    listed = [packages] if isinstance(packages, str | Path) else () if packages is None else packages
     if not isinstance(listed, list | tuple) or not all(isinstance(folder, str | Path) for folder in listed):
         raise InvalidInputError(f"packages: expected the path of a folder or a list of them, got {packages!r}")
     for folder in listed:
