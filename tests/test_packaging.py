@@ -8,11 +8,13 @@ import sysconfig
 import tarfile
 import zipfile
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 import trajevo
+from trajevo.base import jit
 
 ROOT = Path(__file__).parents[1]
 
@@ -34,7 +36,8 @@ class Installed:
 
     def run(self, *command, cwd):
         environment = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "VIRTUAL_ENV"))}
-        environment |= {"PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "Agg", "COLUMNS": "160"}
+        # Loops are compiled for each installation, which takes longer than all else here; below, one of them is.
+        environment |= {jit.CHOICE: "numpy", "MPLBACKEND": "Agg", "COLUMNS": "160"}
         result = subprocess.run(
             [str(self.python), *map(str, command)], cwd=cwd, env=environment, capture_output=True, text=True
         )
@@ -147,6 +150,21 @@ study = Study(task="hybrid_manipulator", seed=1, repeats=2, factors={"payload": 
 print(len(study.cells), len(load_study("hybrid_payloads").cells))
 """
     assert installed.script(code, cwd=tmp_path) == "2 40\n"
+
+
+LOOP = """
+import numpy as np
+from trajevo.front.archive import _join
+
+kept, taken = np.empty(1, dtype=bool), np.empty(1, dtype=bool)
+_join(np.array([[1.0, 2.0]]), np.array([[0.0, 1.0]]), kept, taken)
+print(*kept, *taken, all(file.is_file() for file in _join.kept()), len(_join.kept()) > 0)
+"""
+
+
+@pytest.mark.skipif(find_spec("numba") is None, reason="nothing is compiled without numba")
+def test_loops_of_the_wheel_are_compiled_and_kept(installed, tmp_path):
+    assert installed.script(LOOP, cwd=tmp_path) == "False True True True\n"
 
 
 OWN_PACKAGES = """

@@ -21,6 +21,7 @@ def test_the_lines_of_the_readme_run_and_make_their_pictures(tmp_path, monkeypat
         "path.png",
     }
     assert len(names["front"]) > 30
+    assert names["front"].run.settings["failed"] == 0
     printed = capsys.readouterr().out
     assert "limited by screw_3" in printed
     assert "held at rest at both ends: 12.510811 kg" in printed

@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import os
 import pickle
 import re
 from importlib.metadata import EntryPoint
@@ -197,6 +198,22 @@ def test_names_of_trajevo_s_own_mean_its_own(register):
     register(NAMED_OBJECTIVES.group, ("time", "MINE"))
     assert NAMED_OBJECTIVES.find("time") is OBJECTIVES["time"]
     assert NAMED_OBJECTIVES.names() == list(OBJECTIVES)
+
+
+def test_packages_are_read_once_and_one_that_is_installed_meanwhile_is_found(tmp_path, monkeypatch):
+    read, entry_points = [], plugins.metadata.entry_points
+    monkeypatch.setattr(plugins.metadata, "entry_points", lambda: (read.append(1), entry_points())[1])
+    os.utime(tmp_path, (0, 0))  # some file systems tell no instants apart that are milliseconds apart
+    monkeypatch.syspath_prepend(tmp_path)
+    for _ in range(3):
+        assert "lateness" not in NAMED_OBJECTIVES.names() + NAMED_KINDS.names()
+    assert len(read) == 1
+    about = tmp_path / "late-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: late\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(f"[{NAMED_OBJECTIVES.group}]\nlateness = {__name__}:MINE\n")
+    assert NAMED_OBJECTIVES.find("lateness") is MINE
+    assert len(read) == 2
 
 
 def test_two_packages_of_one_name_are_told(register):

@@ -152,6 +152,7 @@ class Draw:
                 "limits": self.limits(["a", "b"]),
                 "gravity": self.choice([None, self.vector(-9.9, 9.9, 3)]),
                 "allow_massless": True,
+                "packages": self.choice([None, self.folder, str(self.folder), [self.folder]]),
             }, 2
         names = list(load_robot("ur5", tool="tool0", limits={"acceleration": 1.0, "jerk": 1.0}).joint_names)
         locked = {names[5]: self.number(-1.0, 1.0)} if self.chance(0.3) else None
@@ -162,6 +163,7 @@ class Draw:
             "limits": self.limits(names[: 6 - len(locked or ())]),
             "gravity": self.choice([None, self.vector(-9.9, 9.9, 3)]),
             "allow_massless": self.choice([None, False, True]),
+            "packages": self.choice([None, self.folder]),
         }, 6 - len(locked or ())
 
     def robot(self):

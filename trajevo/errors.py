@@ -94,6 +94,7 @@ _ALSO_CALLED = {
     "max_acceleration": "acceleration",
     "max_effort": "effort",
     "max_jerk": "jerk",
+    "max_speed": "max_velocity",
     "max_velocity": "velocity",
     "n_gen": "generations",
     "nsga_ii": "nsga2",
@@ -178,8 +179,10 @@ def no_such_file(file: str | Path, kind: str = "file") -> str:
         there = [entry.name for entry in path.parent.iterdir()]
     except OSError:
         return f"{file}: no such {kind}, nor the folder {str(path.parent)!r}"
-    alike = [name for name in there if Path(name).suffix.lower() == path.suffix.lower()]
-    nearest = nearest_names(path.name, alike) or nearest_names(path.name, there)
+    stems = {Path(name).stem: name for name in sorted(there) if Path(name).suffix.lower() == path.suffix.lower()}
+    nearest = [stems[stem] for stem in nearest_names(path.stem, stems)] or nearest_names(
+        path.name, set(there) - set(stems.values())
+    )
     meant = f"; did you mean {str(path.with_name(nearest[0]))!r}?" if nearest else ""
     return f"{file}: no such {kind}{meant}"
 

@@ -100,9 +100,9 @@ def iterates_to(rollout, capacity):
         assert (found.mass, len(found.history)) == (0.0, 1)
 
 
-def test_two_thousand():
-    kinds = sum((check(name, 680, seed) for seed, name in enumerate(ROBOTS)), Counter())
-    assert kinds.total() == 2040
+def test_nine_hundred():
+    kinds = sum((check(name, 300, seed) for seed, name in enumerate(ROBOTS)), Counter())
+    assert kinds.total() == 900
     assert min(kinds[kind] for kind in ("empty", "counterweight", "from 0")) > 20, kinds
 
 

@@ -15,7 +15,6 @@ from trajevo.formulation.registry import list_problems
 from trajevo.robot.locate import list_robots
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
-
 SCRIPT = """import sys
 from trajevo.cli.main import main
 try:

@@ -26,7 +26,7 @@ LIFT = """
 """
 #: The second point is at the lower stop of the lift.
 POINTS = [[0.4, 0.0], [0.0, 0.6], [0.2, 1.0]]
-SMALL = {"population": 40, "generations": 40, "progress": False}
+SMALL = {"population": 24, "generations": 20, "progress": False}
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +45,8 @@ def lift(tmp_path_factory):
 
 
 def test_every_seed_finds_the_same_least_time_and_a_wide_front(lift):
-    fronts = [optimise(lift(), seed=seed, progress=False) for seed in (1, 2, 3)]
-    free = optimise(lift(stop=-1.0), seed=1, progress=False)
+    fronts = [optimise(lift(), seed=seed, **SMALL) for seed in (1, 2, 3)]
+    free = optimise(lift(stop=-1.0), seed=1, **SMALL)
     least = [front.F[:, 0].min() for front in fronts]
     assert np.ptp(least) < 1e-8 * min(least)
     assert max(least) <= free.F[:, 0].min()

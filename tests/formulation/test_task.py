@@ -283,3 +283,15 @@ def test_problems_of_tasks_are_copied_pickled_and_made_again(file):
         np.testing.assert_array_equal(other.evaluate(x)[0], F)
         np.testing.assert_allclose(other.evaluate(x)[1], G, atol=1e-6)
     np.testing.assert_allclose(problem.evaluate(x[3:4])[1], G[3:4], rtol=1e-9, atol=1e-5)  # a row does not know others
+
+
+def test_two_points_are_a_motion(write, tmp_path):
+    """From one point to another, with the default interpolant, by every command."""
+    file = write(SMALL.replace("  [45.0, -70.0, 80.0, -100.0, -90.0, 0.0],\n", ""))
+    assert len(load_task(file).problem.interpolant.points) == 2
+    run = tmp_path / "run"
+    options = ("--generations", "6", "--population", "12", "--report", "none", "--no-pictures", "--out", run, "--quiet")
+    assert trajevo("solve", file, *options).returncode == 0
+    for command in (["show"], ["certify"], ["verify"], ["capacity"], ["export", "--format", "csv"]):
+        done = trajevo(command[0], run, *command[1:])
+        assert done.returncode == 0, done.stderr

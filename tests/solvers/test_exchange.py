@@ -55,8 +55,9 @@ def test_where_slsqp_comes_to_an_end_nothing_changes(panda, monkeypatch):
     assert np.isfinite(minimise_weighted(sampled(panda), time, seed=1, starts=1).cost)
 
 
-def test_a_payload_that_nothing_carries_is_told(panda):
-    heavy = panda.with_payload(panda.dynamics.payload.with_mass(7.5))
+@pytest.mark.parametrize("mass", [12.0, pytest.param(7.5, marks=pytest.mark.long)])
+def test_a_payload_that_nothing_carries_is_told(panda, mass):
+    heavy = panda.with_payload(panda.dynamics.payload.with_mass(mass))
     time = Weights(tuple(float(name == "time") for name in panda.objective_names))
     assert minimise_weighted(heavy, time, seed=1, starts=1).cost == np.inf
     refused(lambda: largest_payload(panda, within=2.0, seed=1, starts=1), "problem: expected a feasible motion, none")

@@ -32,7 +32,9 @@ def same(one: Front, other: Front) -> bool:
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in "XFG")
 
 
-@pytest.mark.parametrize("number", range(20))
+@pytest.mark.parametrize(
+    "number", [pytest.param(k, marks=() if k < len(ALGORITHMS) else pytest.mark.long) for k in range(20)]
+)
 def test_a_run_killed_at_random_instants_ends_as_if_it_had_not_been(number, tmp_path):
     problem = list(OBJECTIVES)[number % len(OBJECTIVES)]
     chance = np.random.default_rng(number)

@@ -106,9 +106,10 @@ def test_least_time_of_the_small_problem_is_on_a_limit():
     assert at_bound or max(best.G.values()) == pytest.approx(0.0, abs=1e-5)
 
 
-def test_where_nothing_is_feasible_the_cost_is_infinite():
+@pytest.mark.parametrize("weights", [(1.0, 0.0), (0.0, 1.0), pytest.param((1.0, 1.0), marks=pytest.mark.long)])
+def test_where_nothing_is_feasible_the_cost_is_infinite(weights):
     problem = small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 0.5),))
-    best = minimise_weighted(problem, Weights((1.0, 1.0)), seed=1, starts=1)
+    best = minimise_weighted(problem, Weights(weights), seed=1, starts=1)
     assert best.cost == np.inf
     assert np.isinf(best.costs).all()
     assert best.x.shape == (2,)
@@ -132,9 +133,10 @@ def rods() -> ViaPointProblem:
     )
 
 
-def test_an_optimum_on_a_limit_is_feasible_and_kept_by_a_search_that_begins_with_it():
+@pytest.mark.parametrize(("seed", "starts"), [(5, 2), pytest.param(1, 5, marks=pytest.mark.long)])
+def test_an_optimum_on_a_limit_is_feasible_and_kept_by_a_search_that_begins_with_it(seed, starts):
     problem = rods()
-    best = minimise_weighted(problem, Weights((1.0, 0.0)), seed=1, starts=5)
+    best = minimise_weighted(problem, Weights((1.0, 0.0)), seed=seed, starts=starts)
     assert best.cost == pytest.approx(3.17587, rel=1e-5)
     assert best.cost == best.F["time"]
     assert problem.evaluate(best.x[None])[1].max() <= 0.0

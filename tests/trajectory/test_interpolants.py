@@ -88,7 +88,7 @@ def test_bad_durations_are_refused(family, x):
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_too_few_points_are_refused(name):
-    least = 4 if name == "printed" else 3
+    least = {"printed": 4, "quintic": 2, "septic_spline": 2}.get(name, 3)
     with pytest.raises(TrajevoError, match=f"at least {least} points, got {least - 1}"):
         FAMILIES[name][0](ViaPoints(np.arange(2.0 * (least - 1)).reshape(-1, 2)))
     FAMILIES[name][0](ViaPoints(np.arange(2.0 * least).reshape(-1, 2)))(np.ones((2, least - 1)))
@@ -178,3 +178,18 @@ def test_printed_form_nearly_stops_on_a_straight_row():
     middle = batch.evaluate(np.linspace(1.0, 4.0, 3001), 1)
     assert middle.min() == pytest.approx(0.27594178, abs=1e-6)
     assert middle.max() == pytest.approx(2.27777778, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("spline", "powers"),
+    [(QuinticSpline, [0, 0, 0, 10, -15, 6]), (SepticSpline, [0, 0, 0, 0, 35, -84, 70, -20])],
+)
+def test_between_two_points_a_spline_is_the_polynomial_at_rest_at_both_ends(spline, powers):
+    """The textbook polynomials, 10 s³ - 15 s⁴ + 6 s⁵ and 35 s⁴ - 84 s⁵ + 70 s⁶ - 20 s⁷."""
+    start, end = np.array([0.3, -1.0]), np.array([1.1, 0.5])
+    made = spline(ViaPoints([start, end]), duration_bounds=(0.1, 9.0))
+    assert len(made.variables) == 1
+    motion = made(np.array([[2.0], [0.7]])).sample(31)
+    s = np.linspace(0.0, 1.0, 31)
+    expected = start + np.polynomial.polynomial.polyval(s, powers)[:, None] * (end - start)
+    np.testing.assert_allclose(motion.q, np.stack([expected, expected]), atol=1e-13)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
+from functools import lru_cache
+from importlib import metadata
+from importlib.metadata import EntryPoint, EntryPoints
 from typing import Any, Generic, TypeVar, final
 
 from trajevo.errors import InvalidInputError, checked_name
@@ -86,6 +91,25 @@ def registered(group: str) -> dict[str, EntryPoint]:
                 f"{group}: two packages register {point.name!r}, as {first.value} and as {point.value}; uninstall one"
             )
     return found
+
+
+def entry_points(*, group: str) -> Iterable[EntryPoint]:
+    """Entry points of a group, of all packages that are installed now."""
+    changed = []
+    for folder in sys.path:
+        with suppress(OSError):
+            changed.append(os.stat(folder or ".").st_mtime_ns)
+    found: EntryPoints = _installed(tuple(sys.path), tuple(changed)).select(group=group)
+    return found
+
+
+@lru_cache(maxsize=1)
+def _installed(path: tuple[str, ...], changed: tuple[int, ...]) -> Any:
+    """All entry points, of which one can select; read again if a folder of the path changes.
+
+    Reading opens a file of every package. What is returned is called EntryPoints only since Python 3.12.
+    """
+    return metadata.entry_points()
 
 
 def loaded(point: EntryPoint, kind: str, expected: str, fits: Callable[[Any], bool]) -> Any:

@@ -120,7 +120,7 @@ def _finite(written: str, *, file: Path, text: str) -> float:
     if math.isinf(value) and "inf" not in written:
         line = next(number for number, one in enumerate(text.splitlines(), start=1) if written in one)
         raise InvalidInputError(
-            f"{file}: line {line}: expected a number up to 1.8e308, got {written}; inf has no limit"
+            f"{file}: line {line}: expected a number up to 1.8e308, got {written}; write inf for no limit"
         )
     return value
 

@@ -122,21 +122,28 @@ def believed(value: float, unit: str, *, name: str, most: float | None = None) -
         InvalidInputError: it is so great that it must be in another unit; the message names that one, and how to give
             the number if it is meant: as text with its unit.
     """
-    if _is_believed(value, unit, most):
+    likely = likely_unit(value, unit, most=most)
+    if not likely:
         return value
-    likely = _BELIEVED[unit][1]
     meant = f'write "{value:g} {likely}", or "{value:g} {unit}" if it is meant'
     raise InvalidInputError(f"{name}: {value:g} {unit} looks like {likely}: {meant}")
 
 
 def with_unit(value: float, unit: str, *, most: float | None = None) -> float | str:
     """A number as :func:`believed` takes it: with its unit where it would not be believed without."""
-    return value if _is_believed(value, unit, most) else f"{value!r} {unit}"
+    return f"{value!r} {unit}" if likely_unit(value, unit, most=most) else value
 
 
-def _is_believed(value: float, unit: str, most: float | None) -> bool:
-    usual = _BELIEVED[unit][0] if unit in _BELIEVED else math.inf
-    return math.isinf(value) or abs(value) <= (usual if most is None else most)
+def likely_unit(value: float, unit: str, *, most: float | None = None) -> str:
+    """The unit that a number is likely to be in if it is too great to be in SI, else ``""``.
+
+    Args:
+        value: the number; infinity is taken for what it is.
+        unit: the SI unit that it is taken for.
+        most: greatest number that is believed, if it is another than usual.
+    """
+    usual, likely = _BELIEVED.get(unit, (math.inf, ""))
+    return "" if math.isinf(value) or abs(value) <= (usual if most is None else most) else likely
 
 
 def if_degrees(angle: float) -> str:
@@ -201,10 +208,14 @@ def split_header(header: str, *, where: str) -> tuple[str, str]:
     if (unit is None and re.search(r"[\[\]()]", name)) or (unit is not None and _canonical(unit) not in _TO_SI):
         meant = f"; unknown unit {unit.strip()!r}; {known_names(unit.strip(), _TO_SI)}" if unit else ""
         raise InvalidInputError(
-            f"{where}: expected a column header with a unit such as 'azimuth [deg]' or 'azimuth [rad]', "
+            f"{where}: expected a column header with a unit such as '{_bare(name)} [deg]' or '{_bare(name)} [mm]', "
             f"got {header.strip()!r}{meant}"
         )
     return name, "" if unit is None else _canonical(unit)
+
+
+def _bare(name: str) -> str:
+    return re.split(r"[\[\]()]", name)[0].strip() or "azimuth"
 
 
 def _canonical(unit: str) -> str:

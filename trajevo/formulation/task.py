@@ -14,6 +14,7 @@ from trajevo.formulation.registry import load_problem
 from trajevo.formulation.task_file import MovingSettings, TaskSettings
 from trajevo.formulation.via_points import LONGEST_TITLE, checked_title
 from trajevo.path.via_points import joint_points
+from trajevo.robot.locate import robot_path
 from trajevo.robot.robot import Robot, robot_of
 
 #: The registered problem that a task is solved as.
@@ -69,9 +70,12 @@ def _robot(settings: TaskSettings, folder: Path) -> Robot:
     limits = settings.limits.model_dump(exclude_none=True)
     if limits:
         given["limits"] = limits
-    local = folder / given["name"]
-    if local.suffix == ".urdf" or (local / "robot.toml").is_file():
-        given["name"] = local
+    name = Path(given["name"])
+    if robot_path(name, folder=folder) or name.suffix or len(name.parts) > 1:
+        given["name"] = folder / name
+    if "packages" in given:
+        listed = given["packages"]
+        given["packages"] = [folder / each for each in ([listed] if isinstance(listed, str) else listed)]
     return robot_of(given)
 
 

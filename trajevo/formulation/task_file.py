@@ -28,6 +28,7 @@ class _Robot(_Strict):
     lock: dict[str, _Number] | None = None
     gravity: tuple[_Number, _Number, _Number] | None = None
     allow_massless: Annotated[bool, pydantic.Strict()] | None = None
+    packages: str | list[str] | None = None
 
 
 class _Limits(_Strict):

@@ -121,7 +121,7 @@ class ViaPointProblem(TrajectoryProblem):
             length=length_unit(named),
         )
         told = notes_on_turning(turns, named, interpolant, price_of_rest(interpolant))
-        self._notes = (*told, *notes_on_height(via, named, held))
+        self._notes = (*told, *notes_on_height(via, named, held), *(named.friction_notes if named.gives_effort else ()))
         given = {
             "robot": named.settings,
             "points": via.positions.tolist(),
@@ -147,7 +147,7 @@ class ViaPointProblem(TrajectoryProblem):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Points that lie on a joint's limit, and what follows from it."""
+        """Points that lie on a joint's limit and what follows from it, and friction that efforts leave out."""
         return self._notes
 
 

@@ -240,4 +240,4 @@ class _Search:
         _, error = self._tried(replace(pose, position=1e-3 * pose.position), self.ranges.middle, self.ranges)
         if error.min() > self.tolerance:
             return ""
-        return ", and reaches it in mm: positions are in m, in files of points also in mm with [mm] in the header"
+        return "; in mm it is reached: positions are in m, in files of points also in mm with [mm] in the header"

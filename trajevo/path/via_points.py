@@ -11,7 +11,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.base.units import display, if_degrees
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.point_files import read_points
 from trajevo.robot.robot import Robot
@@ -133,10 +133,28 @@ def joint_points(points: Any, robot: Robot, *, angle: str = "rad") -> ViaPoints:
     if isinstance(points, ViaPoints):
         return ViaPoints.for_robot(robot, points.positions)
     if isinstance(points, str | Path):
-        points, angle = read_points(points, robot)
+        file = points
+        points, angle = read_points(file, robot)
+        try:
+            return joint_points(points, robot, angle=angle)
+        except UnreachableError as error:
+            raise UnreachableError(f"{file}: {error}") from error
+        except TrajevoError as error:
+            raise InvalidInputError(f"{file}: {str(error).removeprefix('points: ')}") from error
+    _check_counts(points, robot)
     if isinstance(points, list | tuple) and any(isinstance(point, Pose | Mapping) for point in points):
         points = _solved(points, robot)
     return ViaPoints.for_robot(robot, points, angle=angle)
+
+
+def _check_counts(points: Any, robot: Robot) -> None:
+    """Refuse a list in which a point has another number of joints, by its number."""
+    for k, point in enumerate(points if isinstance(points, list | tuple) else ()):
+        if isinstance(point, list | tuple | np.ndarray) and len(point) != robot.dof:
+            raise InvalidInputError(
+                f"points: point {k}: expected {robot.dof} numbers, one for each of {', '.join(robot.joint_names)}, "
+                f"got {len(point)}"
+            )
 
 
 def _solved(points: Any, robot: Robot) -> Array:

@@ -13,6 +13,7 @@ import numpy as np
 
 from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.robot.likely_units import unit_warnings
 from trajevo.robot.limit_files import per_joint
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
 from trajevo.robot.masses import MovingBody, placeholders
@@ -23,6 +24,7 @@ from trajevo.robot.urdf import (
     Body,
     LinkRow,
     bodies,
+    dropped_friction,
     link_rows,
     massless_bodies,
     read_urdf,
@@ -150,7 +152,7 @@ def examine(
         links=links,
         errors=tuple(errors),
         warnings=(
-            *_warnings(source, file, robot, rows),
+            *_warnings(source, file, robot, rows, lock),
             *_mass_warnings(
                 file,
                 robot,
@@ -303,6 +305,9 @@ def _mass_warnings(file: Path, robot: ElementTree.Element, lock: Collection[str]
     so = "as is meant: efforts leave them out" if meant else "so efforts are refused, unless allow_massless is set"
     for joint, links in massless_bodies(found):
         yield f"{file}: joint {joint!r} moves a body without mass: {', '.join(links)}; {so}"
+    for link in (link for body in found if body.joint is None for link in body.links):
+        if link.mass == 0.0 and any(link.moments):  # NaN is true: told as an error
+            yield f"{file}: link {link.name!r}, which stands still, has an inertia without a mass; neither is used"
     for clause in placeholders(_moving(found)):
         yield f"{file}: inertias look like placeholders: {clause}"
 
@@ -316,12 +321,22 @@ def _moving(found: tuple[Body, ...]) -> Iterator[MovingBody]:
             yield MovingBody(body.joint, tuple(link.name for link in body.links), mass, heaviest.moments)
 
 
-def _warnings(source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow]) -> Iterator[str]:
+def _warnings(
+    source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow], lock: Collection[str]
+) -> Iterator[str]:
     other = other_robot(source)
     if other is not None:
         yield other
     if source.settings is not None:
         return
+    for clause in unit_warnings(robot, link_rows(robot)):
+        yield f"{file}: {clause}; a URDF is in m, kg, s and rad"
+    clauses = list(dropped_friction(robot, lock))
+    if clauses:
+        yield (
+            f"{file}: efforts leave out what <dynamics> says: {', '.join(clauses)}; give it in robot.toml, as "
+            "coulomb_friction and viscous_friction"
+        )
     efforts, velocities = {row.effort for row in rows}, {row.velocity for row in rows}
     if rows and all(row.effort >= PLACEHOLDER_EFFORT for row in rows):
         yield f"{file}: effort limits look like placeholders: {min(efforts):g} or more on every joint"

@@ -8,10 +8,23 @@ from pathlib import Path
 from typing import Any
 
 from trajevo.base.files import data_folder
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError, UnknownNameError, no_such_file
 from trajevo.robot.urdf import read_urdf
 
 ROBOTS_FOLDER = data_folder("robots")
+
+#: Top element or ending of a file that is no URDF -> what it is, and the way out.
+_CONVERTED = {
+    "sdf": ", SDF of Gazebo: give the URDF from which it was made, or export one",
+    "mujoco": ", MJCF of MuJoCo: give the URDF of this robot, of which its maker or robot_descriptions may have one",
+    ".srdf": ", which holds groups and poses but no links: give the URDF beside it",
+    ".stl": ", a mesh: give the URDF that refers to it",
+    ".dae": ", a mesh: give the URDF that refers to it",
+    ".obj": ", a mesh: give the URDF that refers to it",
+    ".step": ", a CAD model: export a URDF from CAD",
+    ".stp": ", a CAD model: export a URDF from CAD",
+    ".usd": ", USD: export a URDF",
+}
 
 
 @dataclass(frozen=True)
@@ -57,10 +70,11 @@ def robot_source(name: str | Path) -> RobotSource:
     path = Path(name)
     if (path / "robot.toml").is_file():
         return _folder(path)
-    if path.suffix == ".urdf":
-        return RobotSource(path.stem, path.parent, None, path, (path.parent, path.parent.parent))
+    if is_urdf(path):
+        return RobotSource(path.stem, path.parent, None, path, _around(path))
     loaders = _example_loaders()
     if str(name) not in loaders:
+        _refuse_path(path)
         raise UnknownNameError("robot", name, [*list_robots(), *list_example_robots()])
     return _example(str(name), loaders[str(name)])
 
@@ -95,8 +109,67 @@ def warn_of_other_robot(source: RobotSource) -> None:
         warnings.warn(sentence, UserWarning, stacklevel=3)
 
 
+def is_urdf(path: Path) -> bool:
+    """Whether a path is that of a URDF: by its ending, or an XML file that exists and holds a robot."""
+    if path.suffix.lower() == ".urdf":
+        return True
+    return path.suffix.lower() == ".xml" and _top_of(path) == "robot"
+
+
+def robot_path(name: str | Path, *, folder: Path = Path()) -> Path | None:
+    """The path that a robot's name is, from a folder on; None if it is the name of a robot.
+
+    Args:
+        name: as :func:`robot_source` takes it.
+        folder: folder from which a relative path starts.
+    """
+    path = folder / name
+    return path if is_urdf(path) or (path / "robot.toml").is_file() else None
+
+
+def _top_of(path: Path) -> str:
+    """Tag of the top element of an XML file, ``""`` if there is none."""
+    try:
+        return str(read_urdf(path).tag)
+    except InvalidInputError:
+        return ""
+
+
+def _refuse_path(path: Path) -> None:
+    """Refuse what is meant as a path but leads to no robot, and say the way out; a bare name is let through."""
+    ending = path.suffix.lower()
+    if path.is_dir():
+        raise InvalidInputError(f"robot: {path}: {_no_robot_in(path)}")
+    if not path.is_file():
+        if ending or len(path.parts) > 1:
+            raise InvalidInputError(f"robot: {no_such_file(path, 'file' if ending else 'file or folder')}")
+        return
+    if ending == ".xacro":
+        urdf = path.with_suffix("") if path.stem.endswith(".urdf") else path.with_suffix(".urdf")
+        raise InvalidInputError(
+            f"robot: {path} is xacro, from which a URDF is made: run `xacro {path} > {urdf}` and give {urdf}"
+        )
+    top = _top_of(path)
+    found = f"<{top}>" if top else f"a file {ending or path.name}"
+    way = _CONVERTED.get(top) or _CONVERTED.get(ending, "")
+    raise InvalidInputError(f"robot: {path}: expected a URDF, XML with <robot> at its top, got {found}{way}")
+
+
+def _no_robot_in(folder: Path) -> str:
+    files = sorted(entry for entry in folder.iterdir() if entry.suffix.lower() in (".urdf", ".xacro"))
+    if len(files) == 1:
+        return f"a folder without robot.toml; give the path of its file, {str(files[0])!r}"
+    there = f", such as {str(files[0])!r}" if files else ""
+    return f"a folder without robot.toml; expected one, or the path of a URDF{there}"
+
+
+def _around(file: Path) -> tuple[Path, ...]:
+    """Folders in which packages are looked up: that of a file and those above, as in ``NAME/urdf/robot.urdf``."""
+    return tuple(file.resolve().parents[:4])
+
+
 def _folder(folder: Path) -> RobotSource:
-    return RobotSource(folder.name, folder, folder / "robot.toml", folder, (folder, folder.parent))
+    return RobotSource(folder.name, folder, folder / "robot.toml", folder, _around(folder / "robot.toml"))
 
 
 def _example(name: str, loader: Any) -> RobotSource:

@@ -8,7 +8,7 @@ that come with trajevo. The other is a bare URDF, for which the caller gives wha
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -20,14 +20,17 @@ import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.units import to_si
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError, UnknownNameError, no_such_file
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits
-from trajevo.robot.locate import list_robots, robot_source, warn_of_other_robot
+from trajevo.robot.locate import list_robots, robot_path, robot_source, warn_of_other_robot
 from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Transmission
-from trajevo.robot.urdf import checked_urdf, tips
+from trajevo.robot.urdf import checked_urdf, dropped_friction, tips
+
+#: Beginning of the names of links' frames that must differ from those of joints for a while.
+_LINK = "link of trajevo "
 
 #: Positions that may be in degrees or millimetres if they are outside a joint's range [rad or m].
 _LOCKED_FAR = {"rad": 2.0 * np.pi, "m": 1.0}
@@ -80,9 +83,23 @@ def _check_locked(model: Any, file: Path, name: str, joint: Any, position: float
 
 
 def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
+    """The model without its locked joints, in which a name that a link and a joint share is that of the link's frame.
+
+    Pinocchio finds a joint to lock by the name of its frame, which must then be the only one of that name.
+    """
     if lock and len(lock) == model.njoints - 1:
         raise InvalidInputError(f"{file}: lock: expected at least one joint left to move, got all locked: {list(lock)}")
-    return pin.buildReducedModel(model, *held_still(model, file, lock)) if lock else model
+    links = [frame for frame in model.frames if frame.type == pin.BODY]
+    shared = {frame.name for frame in links} & {frame.name for frame in model.frames if frame.type != pin.BODY}
+    for frame in links:
+        frame.name = f"{_LINK}{frame.name}" if frame.name in shared else frame.name
+    reduced = pin.buildReducedModel(model, *held_still(model, file, lock)) if lock else model
+    for frame in reduced.frames:
+        if frame.type == pin.BODY:
+            frame.name = frame.name.removeprefix(_LINK)
+        elif frame.name in shared:
+            frame.name = f"joint {frame.name}"
+    return reduced
 
 
 def _joint_unit(joint: Any, name: str, file: Path) -> str:
@@ -124,6 +141,7 @@ class Robot:
         settings: arguments of :func:`load_robot` as plain data: the name alone, or the given arguments by name.
         allow_massless: whether it is meant that links have no mass, so that efforts leave them out; otherwise efforts
             are refused.
+        dropped_friction: friction and damping of the URDF that ``friction`` does not hold, one clause for each joint.
     """
 
     name: str
@@ -141,6 +159,7 @@ class Robot:
     locked: Mapping[str, float] = field(default_factory=dict)
     settings: Any = None
     allow_massless: bool = False
+    dropped_friction: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         held = f", {len(self.locked)} locked" if self.locked else ""
@@ -183,12 +202,19 @@ class Robot:
 
     @cached_property
     def mass_notes(self) -> tuple[str, ...]:
-        """What efforts of this robot do not cover, one clause each: links without mass, and likely placeholders."""
+        """What efforts of this robot do not cover, one clause each: links without mass, placeholders, and friction."""
         bodies, missing = moving_bodies(self.model), ", ".join(self.massless)
         told = [f"inertias look like placeholders: {clause}" for clause in placeholders(bodies)]
+        told += self.friction_notes
         if self.massless and self.allow_massless:
             return (f"links {missing}: no mass in the model; efforts leave them out", *told)
         return (f"effort: not covered, links {missing} have no mass in the model",) if self.massless else tuple(told)
+
+    @property
+    def friction_notes(self) -> tuple[str, ...]:
+        """What the URDF says of friction and efforts leave out, one clause; nothing without it."""
+        listed = ", ".join(self.dropped_friction)
+        return (f"efforts leave out what <dynamics> of the URDF says: {listed}",) if listed else ()
 
     @property
     def dof(self) -> int:
@@ -245,6 +271,7 @@ def load_robot(
     limits: Mapping[str, Any] | str | Path | None = None,
     gravity: Any = None,
     allow_massless: bool | None = None,
+    packages: str | Path | Sequence[str | Path] | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF.
 
@@ -262,6 +289,8 @@ def load_robot(
         allow_massless: whether it is meant that links that a joint moves have no mass, so that efforts leave them out;
             if False, efforts, energies and capacities of such a robot are refused. If None, as ``robot.toml`` says, or
             False.
+        packages: folders that hold the packages of ``package://NAME/...`` paths of meshes, besides the folder of the
+            URDF, the three above it, and those in ``ROS_PACKAGE_PATH``.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the URDF. Otherwise
@@ -283,6 +312,7 @@ def load_robot(
         raise InvalidInputError(f"lock: expected a mapping from joints to positions [rad or m], got {lock!r}")
     if not isinstance(allow_massless, bool | None):
         raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
+    folders = _folders(packages)
     locked = dict(lock or {})
     text = checked_urdf(urdf, locked)
     model, units = build_model(text, urdf, locked)
@@ -311,15 +341,33 @@ def load_robot(
         if file is None
         else file.settings.reference,
         urdf=urdf,
-        packages=source.packages,
+        packages=(*folders, *source.packages),
         locked=locked,
         settings=_settings(
-            name, lock=lock, tool=tool, limits=given or None, gravity=gravity, allow_massless=allow_massless
+            name,
+            lock=lock,
+            tool=tool,
+            limits=given or None,
+            gravity=gravity,
+            allow_massless=allow_massless,
+            packages=[str(folder) for folder in folders] or None,
         ),
         allow_massless=allow_massless
         if allow_massless is not None
         else file is not None and file.settings.allow_massless,
+        dropped_friction=() if file is not None else tuple(dropped_friction(ElementTree.fromstring(text), locked)),
     )
+
+
+def _folders(packages: Any) -> tuple[Path, ...]:
+    """The given folders of packages, absolute."""
+    listed = [packages] if isinstance(packages, str | Path) else () if packages is None else packages
+    if not isinstance(listed, list | tuple) or not all(isinstance(folder, str | Path) for folder in listed):
+        raise InvalidInputError(f"packages: expected the path of a folder or a list of them, got {packages!r}")
+    for folder in listed:
+        if not Path(folder).is_dir():
+            raise InvalidInputError(f"packages: {no_such_file(folder, 'folder')}")
+    return tuple(Path(folder).resolve() for folder in listed)
 
 
 def _checked_gravity(given: Any) -> Array:
@@ -355,9 +403,8 @@ def robot_of(given: Any) -> Robot:
 
 def _settings(name: str | Path, **given: Any) -> Any:
     """Plain data from which the robot can be loaded again in any working directory: paths are made absolute."""
-    path = Path(name)
-    by_name = str(name) in list_robots() or not (path.suffix == ".urdf" or (path / "robot.toml").is_file())
-    asked = str(name) if by_name else str(path.resolve())
+    path = None if str(name) in list_robots() else robot_path(name)
+    asked = str(name) if path is None else str(path.resolve())
     chosen = {key: _plain(value) for key, value in given.items() if value is not None}
     return {"name": asked, **chosen} if chosen else asked
 
@@ -383,7 +430,7 @@ def _tool(model: Any, tool: str | None, text: str, urdf: Path, file: RobotFile |
     chosen = tool or (ends[0] if file is None else file.settings.tool)
     if not model.existFrame(chosen):
         where = urdf if file is None else file.path
-        raise UnknownNameError(f"tool frame in {where}", chosen, [frame.name for frame in model.frames])
+        raise UnknownNameError(f"tool frame in {where}", chosen, [frame.name for frame in model.frames[1:]])
     return chosen
 
 

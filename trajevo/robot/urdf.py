@@ -17,7 +17,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.files import read_bytes, why_not
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, nearest_names, no_such_file
 
 #: The numbers that Pinocchio's URDF parser reads; Python's float() takes more: nan, inf, 1_0, trailing spaces.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -70,7 +70,7 @@ def read_urdf(file: Path) -> ElementTree.Element:
         InvalidInputError: there is no such file, or it is not XML.
     """
     if not file.is_file():
-        raise InvalidInputError(f"{file}: no such URDF file")
+        raise InvalidInputError(no_such_file(file, "URDF file"))
     try:
         content = read_bytes(file)
     except OSError as error:
@@ -136,10 +136,13 @@ def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str
     if count > MOST_LINKS:
         yield f"{file}: expected at most {MOST_LINKS} links, got {count}"
         return
+    still = {link.name for body in bodies(robot, ()) if body.joint is None for link in body.links}
     for link in robot.iterfind("link"):
         inertial = link.find("inertial")
         if inertial is not None:
-            yield from _inertial_problems(inertial, f"{file}: link {link.get('name')!r}")
+            yield from _inertial_problems(
+                inertial, f"{file}: link {link.get('name')!r}", moves=link.get("name", "") not in still
+            )
     joints = robot.findall("joint")
     for joint in joints:
         yield from _joint_problems(joint, f"{file}: joint {joint.get('name')!r}", joint.get("name") in locked)
@@ -149,7 +152,7 @@ def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str
     yield from _tree_problems(robot, file)
 
 
-def _inertial_problems(inertial: ElementTree.Element, where: str) -> Iterator[str]:
+def _inertial_problems(inertial: ElementTree.Element, where: str, *, moves: bool) -> Iterator[str]:
     mass = None
     element = inertial.find("mass")
     if element is None:
@@ -171,7 +174,7 @@ def _inertial_problems(inertial: ElementTree.Element, where: str) -> Iterator[st
         return
     if mass > 0.0:
         yield from _tensor_problems(tensor, f"{where}: inertia")
-    elif mass == 0.0:
+    elif mass == 0.0 and moves:  # of what stands still nothing is used
         yield f"{where}: inertia: expected zeros for a link of mass 0, got {tensor.tolist()} [kg·m²]"
 
 
@@ -251,7 +254,10 @@ def _tree_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
             ends[role] = None if element is None else element.get("link")
             if ends[role] not in parents:
                 torn = True
-                yield f"{file}: joint {joint.get('name')!r}: {role}: expected a link of the file, got {ends[role]!r}"
+                nearest = nearest_names(ends[role] or "", links)
+                meant = f"; did you mean {nearest[0]!r}?" if nearest else ""
+                where = f"{file}: joint {joint.get('name')!r}: {role}"
+                yield f"{where}: expected a link of the file, got {ends[role]!r}{meant}"
         parent, child = ends["parent"], ends["child"]
         if parent in parents and child in parents and parent is not None and child is not None:
             parents[child].append(parent)
@@ -299,7 +305,8 @@ def urdf_number(text: str | None) -> float | None:
 def _number(element: ElementTree.Element, key: str, where: str) -> _Reading:
     value = urdf_number(element.get(key))
     if value is None:
-        yield f"{where}: expected a finite number as {key}, got {element.get(key)!r}"
+        written = element.get(key)
+        yield f"{where}: expected a finite number as {key}, got {'none' if written is None else repr(written)}"
     return value
 
 
@@ -369,6 +376,23 @@ def massless_bodies(found: tuple[Body, ...]) -> Iterator[tuple[str, list[str]]]:
     for body in found:
         if body.joint is not None and not any(link.mass for link in body.links):  # NaN is true: reported elsewhere
             yield body.joint, [link.name for link in body.links]
+
+
+def dropped_friction(robot: ElementTree.Element, lock: Collection[str]) -> Iterator[str]:
+    """Friction and damping of ``<dynamics>``, which efforts leave out, one clause for each joint that has any."""
+    for joint in robot.iterfind("joint"):
+        element = joint.find("dynamics")
+        if element is None or joint.get("type") == "fixed" or joint.get("name") in lock:
+            continue
+        unit = "N" if joint.get("type") == "prismatic" else "N·m"
+        rate = "N·s/m" if joint.get("type") == "prismatic" else "N·m·s/rad"
+        parts = []
+        for key, of in (("friction", unit), ("damping", rate)):
+            value = _read(element, key)
+            if value > 0.0:  # NaN: not given, or unreadable, which the reader of the model ignores as well
+                parts.append(f"{key} {value:g} {of}")
+        if parts:
+            yield f"{' and '.join(parts)} of {joint.get('name')!r}"
 
 
 def tips(robot: ElementTree.Element) -> list[str]:

@@ -204,7 +204,7 @@ def _read_tree(robot: Robot) -> _Tree:
                 poses[child] = _beyond(joint, poses[parent], robot, columns, movers)
                 reached.append(child)
     bodies = tuple(body for name, link in links.items() for body in _bodies(link, poses[name]))
-    frames = poses | {str(joint.get("name")): poses[child] for joint, _, child in joints}
+    frames = {str(joint.get("name")): poses[child] for joint, _, child in joints} | poses  # of one name, the link's
     if robot.tool not in frames:
         raise UnknownNameError(f"tool frame in {robot.urdf}", robot.tool, frames)
     return _Tree(tuple(movers), bodies, frames[robot.tool])

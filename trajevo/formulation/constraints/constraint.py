@@ -145,7 +145,8 @@ def share_kept_free(name: str, value: Any, unit: str) -> float:
         InvalidInputError: something else.
     """
     if not _is_number(value) or not 0.0 <= value < 1.0:
-        raise InvalidInputError(f"{name}: expected a share from 0 to below 1, got {value!r}")
+        share = f", which looks like percent: {0.01 * value:g}" if _is_number(value) and 1.0 <= value < 100.0 else ""
+        raise InvalidInputError(f"{name}: expected a share from 0 to below 1, got {value!r}{share}")
     return float(value)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
@@ -76,8 +77,7 @@ def _read(robot: Robot, text: str) -> Any:
     try:
         geometry = pin.buildGeomFromUrdfString(whole, text, pin.GeometryType.COLLISION, package_dirs=folders)
     except (ValueError, RuntimeError) as error:
-        said = " ".join(str(error).split())
-        raise InvalidInputError(f"{robot.urdf}: Pinocchio cannot read its collision geometry: {said}") from error
+        raise InvalidInputError(f"{robot.urdf}: {_unread(robot, error)}") from error
     numbers_locked, held = held_still(whole, robot.urdf, robot.locked)
     places = whole.createData()
     pin.forwardKinematics(whole, places, held)
@@ -93,6 +93,18 @@ def _read(robot: Robot, text: str) -> Any:
         entry.placement = places.oMi[carrier].actInv(places.oMi[entry.parentJoint] * entry.placement)
         entry.parentJoint = robot.model.getJointId(whole.names[carrier]) if carrier else 0
     return geometry
+
+
+def _unread(robot: Robot, error: Exception) -> str:
+    """Why collision geometry cannot be read, from the error of its reader."""
+    said = " ".join(str(error).split())
+    missing = re.fullmatch(r"Mesh (.*) could not be found\.?", said)
+    if not missing:
+        return f"cannot read its collision geometry: {said}"
+    if not missing[1].startswith("package://"):
+        return f"mesh {missing[1]!r}: no such file"
+    folders = ", ".join(map(str, robot.packages))
+    return f"mesh {missing[1]!r}: no such file in {folders}, or ROS_PACKAGE_PATH; name other folders by packages="
 
 
 def _hull(mesh: Any, where: str) -> Any:

@@ -28,7 +28,7 @@ class QuinticSpline(Interpolant):
     """C4 quintic spline through the points; velocity and acceleration zero at both ends, but not jerk.
 
     Attributes:
-        points: at least 3 via points.
+        points: at least 2 via points.
         duration_bounds: least and greatest time of a segment [s].
         at_rest: joints at rest at inner points, pairs (point, joint) from 0; there the joint's fourth derivative may
             jump.
@@ -41,7 +41,7 @@ class QuinticSpline(Interpolant):
     at_rest: AtRest = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
-        checked_points(self.points, 3, "the quintic spline")
+        checked_points(self.points, 2, "the quintic spline")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
 
@@ -65,7 +65,7 @@ class SepticSpline(Interpolant):
     """C6 septic spline through the points; velocity, acceleration and jerk zero at both ends.
 
     Attributes:
-        points: at least 3 via points.
+        points: at least 2 via points.
         duration_bounds: least and greatest time of a segment [s].
         at_rest: joints at rest at inner points, pairs (point, joint) from 0; there the joint's sixth derivative may
             jump.
@@ -78,7 +78,7 @@ class SepticSpline(Interpolant):
     at_rest: AtRest = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
-        checked_points(self.points, 3, "the septic spline")
+        checked_points(self.points, 2, "the septic spline")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
 
