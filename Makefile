@@ -49,6 +49,9 @@ test: kernels  ## run the tests
 test-long: kernels  ## run the tests that take minutes
 	$(BIN)/python -m pytest -q -m long
 
+fuzz: kernels  ## read 20,000 mutated files of all kinds that strangers may send, 10 minutes; SECURITY.md
+	$(BIN)/python tests/fuzz/run.py $(FUZZ)
+
 check: $(READY)  ## lint, types and the layer contract
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .

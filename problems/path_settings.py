@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -124,7 +125,7 @@ def _from_settings(settings: Mapping[str, Any]) -> GeometricPath:
 
 
 def _from_file(file: str | Path, control_points: int | None, robot: Robot) -> GeometricPath:
-    if not Path(file).is_file():
+    if not os.path.isfile(file):
         raise UnknownNameError("path", file, [*EXAMPLE_PATHS, "a CSV file of points"])
     columns = joint_columns(robot)
     points = read_table(file, example=", ".join(f"{name} [{unit}]" for name, unit in columns.items())).si(columns)

@@ -6,6 +6,9 @@ import difflib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+#: Greatest length of a message.
+_LONGEST = 4000
+
 #: Characters that steer a terminal or reorder its text, and what is shown for them.
 _SHOWN = {
     **{code: 0x2400 + code for code in range(0x20) if chr(code) not in "\t\n"},
@@ -43,7 +46,12 @@ class TrajevoError(ValueError):
     """
 
     def __init__(self, *said: str) -> None:
-        super().__init__(*map(visible, said))
+        super().__init__(*(visible(_shortened(each)) for each in said))
+
+
+def _shortened(text: str) -> str:
+    """A message without the middle of what it quotes, if that is longer than anybody reads."""
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 4 :]}"
 
 
 class InvalidInputError(TrajevoError):

@@ -60,7 +60,7 @@ def _damage(folder, what):
         ("manifest cut off", "manifest.json: is no manifest of this version of trajevo: content: Invalid JSON"),
         ("checkpoint cut off", "checkpoint.npz: is damaged or no file of arrays"),
         ("pickled checkpoint", "checkpoint.npz: is damaged or no file of arrays"),
-        ("objects in a block", "npz: is damaged or no file of arrays: Object arrays cannot be loaded"),
+        ("objects in a block", "npz: is damaged or no file of arrays: the array 'X.npy' holds objects"),
         ("no block", "the blocks hold .* individuals, but the checkpoint counts"),
         ("another algorithm", "algorithm: expected one of AGEMOEA2, .* got 'os.system'"),
         ("wrong state", "the run cannot be resumed from its checkpoint: expected X of shape"),

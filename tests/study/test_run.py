@@ -204,6 +204,80 @@ def test_a_killed_worker_of_a_cluster_loses_no_cell(tmp_path, cluster, expected_
     assert hash_of(study, folder) == expected_long
 
 
+def killed_as_it_starts(monkeypatch, times):
+    """Let the first processes of pools die before they take a cell, as if memory had run out."""
+    from trajevo.study import engines
+
+    begin, left = engines._begin_worker, multiprocessing.get_context("fork").Value("i", times)
+
+    def dies(begun):
+        with left.get_lock():
+            left.value -= 1
+            dying = left.value >= 0
+        if dying:
+            os.kill(os.getpid(), signal.SIGKILL)
+        begin(begun)
+
+    monkeypatch.setattr(engines, "_begin_worker", dies)
+    return left
+
+
+def test_a_worker_that_is_killed_as_it_starts_gets_one_more_try(tmp_path, monkeypatch):
+    killed_as_it_starts(monkeypatch, 1)
+    assert run(small(), tmp_path / "study", Processes(1, start_method="fork")).finished
+
+
+def test_workers_that_die_as_they_start_end_a_study_that_has_not_begun(tmp_path, monkeypatch):
+    killed_as_it_starts(monkeypatch, 2)
+    refused(
+        lambda: run(small(), tmp_path / "study", Processes(1, start_method="fork")), "workers: the processes die as"
+    )
+
+
+def test_a_cell_whose_worker_dies_as_it_starts_fails_and_the_others_go_on(tmp_path, monkeypatch):
+    study, folder = small(), tmp_path / "study"
+    left = killed_as_it_starts(monkeypatch, 0)
+    deadly = study.cells[1]
+
+    def dies(problem, search, **options):
+        if search.seed == deadly.seed:
+            left.value = 2  # the process that is started for this cell dies, and the one after it
+            os.kill(os.getpid(), signal.SIGKILL)
+        return optimise(problem, search, **options)
+
+    monkeypatch.setattr("trajevo.study.cell.optimise", dies)
+    stands = run(study, folder, Processes(1, start_method="fork"))
+    assert str(stands) == "4 cells: 3 finished, 1 failed"
+    (failed,) = (cell for cell in stands.cells if cell.state == "failed")
+    assert failed.cell.name == deadly.name
+    assert failed.failure.sentence == "the process that was to run it died 2 times as it started"
+
+
+def test_a_local_cluster_listens_to_this_machine_alone(tmp_path):
+    """Listening sockets of this process and of all that it starts, while a study runs."""
+    psutil = pytest.importorskip("psutil")  # which distributed needs
+    seen = set()
+
+    def watch():
+        while not done:
+            for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
+                try:
+                    found = process.net_connections("inet")
+                except psutil.Error:  # it has ended meanwhile
+                    continue
+                own = {c.laddr.port for c in before}
+                seen.update(c.laddr.ip for c in found if c.status == "LISTEN" and c.laddr.port not in own)
+            time.sleep(0.05)
+
+    before, done = [c for c in psutil.Process().net_connections("inet") if c.status == "LISTEN"], []
+    with meanwhile(watch):
+        try:
+            assert run(small(repeats=1), tmp_path / "study", DaskCluster(1)).finished
+        finally:
+            done.append(True)
+    assert seen == {"127.0.0.1"}
+
+
 def test_a_cluster_that_does_not_see_the_folder_is_told(tmp_path, cluster, monkeypatch):
     monkeypatch.setattr("trajevo.study.cluster.STUDY_FILE", "study.other")
     folder = tmp_path / "study"

@@ -30,7 +30,7 @@ _PLACES = (Path(__file__).resolve().parents[1], Path(__file__).resolve().parents
 SCRATCH = ".part"
 
 #: Greatest size of a file that people write, such as a task or a URDF, and of a file of a run or a mesh [bytes].
-MOST_TEXT, MOST_DATA = 2**24, 2**27
+MOST_TEXT, MOST_DATA = 2**24, 2**28
 
 #: Folders whose entries stand for open files and devices: they are written to, never replaced.
 _OPEN_FILES = (Path("/dev"), Path("/dev/fd"), Path("/proc/self/fd"))
@@ -85,11 +85,13 @@ def read_bytes(file: Path, *, most: int = MOST_TEXT) -> bytes:
         handle = os.open(file, os.O_RDONLY | _NO_WAIT | _BINARY)
     except ValueError as error:  # a null character
         raise InvalidInputError(f"{str(file)!r}: expected the path of a file: {error}") from error
+    found = os.fstat(handle)
+    if not stat.S_ISREG(found.st_mode):
+        os.close(handle)
+        raise InvalidInputError(f"{file}: expected a regular file, got {_kind(found.st_mode)}")
     with open(handle, "rb") as stream:
-        found = os.fstat(handle)
-        if not stat.S_ISREG(found.st_mode):
-            raise InvalidInputError(f"{file}: expected a regular file, got {_kind(found.st_mode)}")
-        content = stream.read(most + 1) if found.st_size <= most else b""
+        # One byte more tells whether the file has grown meanwhile; no memory is taken for bytes that it does not have.
+        content = stream.read(found.st_size + 1) if found.st_size <= most else b""
     if max(len(content), found.st_size) > most:
         size = max(len(content), found.st_size) / 2**20
         raise InvalidInputError(f"{file}: expected a file of at most {most / 2**20:g} MiB, got {size:.1f} MiB")
@@ -140,10 +142,31 @@ def own_folder(folder: Path) -> Path:
         OSError: it cannot be made.
         InvalidInputError: there is a link of that name, through which nothing is written.
     """
+    no_link(folder).mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def no_link(folder: Path) -> Path:
+    """A folder in which files are written or removed, which may be missing.
+
+    Raises:
+        InvalidInputError: there is a link of that name, through which nothing is changed.
+    """
     if folder.is_symlink():
         raise InvalidInputError(f"{folder}: expected a folder, got a link to {os.readlink(folder)}; remove the link")
-    folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+def removed(file: Path) -> None:
+    """Remove a file, or a link, unless it is missing.
+
+    Raises:
+        InvalidInputError: it cannot be removed.
+    """
+    try:
+        file.unlink(missing_ok=True)
+    except OSError as error:
+        raise InvalidInputError(f"{file}: cannot be removed: {why_not(error)}") from error
 
 
 def opened_lock(file: Path) -> BinaryIO:

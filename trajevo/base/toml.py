@@ -234,7 +234,7 @@ class Places:
         said = problem_of(error)
         if error["type"] == "extra_forbidden":
             known = [*_keys_at(model, error["loc"]), *(beside if len(place) == 1 else ())]
-            said += f"; {known_names(str(place[-1]), known)}"
+            said += f"; {known_names(str(error['loc'][-1]), known)}"
         return self.prefix(place) + said
 
     @contextmanager

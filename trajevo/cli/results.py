@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from trajevo.base.files import no_link, removed
 from trajevo.cli import completion
 from trajevo.cli.console import Terminal
 from trajevo.cli.problem_options import problem_at
@@ -178,8 +179,8 @@ def write_report_of(
 
 def clear_stale(folder: Path) -> None:
     """Remove an earlier run's files beside the new front: report, analyses, pictures, exported solutions; no others."""
-    pictures = (folder / PLOTS_FOLDER / f"{stem}.png" for stem in FIGURES)
+    pictures = (no_link(folder / PLOTS_FOLDER) / f"{stem}.png" for stem in FIGURES)
     told = (folder / name for name in PICTURES)
     exported = (file for file in folder.glob("*.*") if is_exported(file))
     for file in (folder / REPORT_FILE, analyses_of(folder), *pictures, *told, *exported):
-        file.unlink(missing_ok=True)
+        removed(file)

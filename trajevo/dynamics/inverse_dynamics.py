@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, final
@@ -18,8 +19,8 @@ from trajevo.robot.robot import Robot
 
 NO_PAYLOAD = Payload(0.0)
 
-#: Greatest number of instants per segment, and of threads.
-_MOST_SAMPLES, _MOST_THREADS = 20_000, 1_000
+#: Greatest number of threads.
+_MOST_THREADS = 1_000
 
 #: A joint is at rest below this share of its greatest speed plus its greatest position over the duration.
 _ROUNDING = 1e-9
@@ -48,7 +49,7 @@ class Dynamics:
     _models: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        for name, least, most in (("samples", 2, _MOST_SAMPLES), ("threads", 1, _MOST_THREADS)):
+        for name, least, most in (("samples", 2, math.inf), ("threads", 1, _MOST_THREADS)):
             value = getattr(self, name)
             if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
                 raise InvalidInputError(f"{name}: expected a whole number of at least {least}, got {value!r}")

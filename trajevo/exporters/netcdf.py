@@ -140,7 +140,7 @@ def is_netcdf(file: Path) -> bool:
     try:
         with netCDF4.Dataset(file) as content:
             return str(getattr(content, "source", "")).startswith(f"{_WRITER} ")
-    except OSError:
+    except (OSError, RuntimeError, AttributeError, LookupError, ValueError):  # whatever a damaged file makes of it
         return False
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import tomllib
 from collections.abc import Iterator
@@ -80,7 +81,7 @@ def example_file(kind: str, given: str | Path, *, folder: str | Path = ".") -> P
         UnknownNameError: ``given`` is not a file, does not end in ``.toml`` and is not the name of an example.
     """
     path = Path(folder) / given
-    if path.suffix == ".toml" or path.is_file():
+    if path.suffix == ".toml" or os.path.isfile(path):
         return path
     if len(Path(given).parts) > 1:
         raise InvalidInputError(no_such_file(path))

@@ -32,7 +32,7 @@ def problem_class(name: str) -> type[TrajectoryProblem]:
     return found
 
 
-def load_problem(name: str, **arguments: Any) -> TrajectoryProblem:
+def load_problem(name: str, /, **arguments: Any) -> TrajectoryProblem:
     """Make a registered problem.
 
     Args:

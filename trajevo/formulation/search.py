@@ -13,7 +13,7 @@ from pymoo.core.algorithm import Algorithm
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 
 #: Greatest number of individuals of a population: their motions are in memory together.
-MOST_INDIVIDUALS = 1_000_000
+MOST_INDIVIDUALS = 200_000
 
 #: Kinds of first population: name -> what its individuals are.
 STARTS = {

@@ -17,6 +17,9 @@ from trajevo.front.front import Front
 from trajevo.front.hypervolume import Chronicle, Volume, Volumes, hypervolume
 from trajevo.front.records import Blocking, FailedIndividual, History, ProblemRecord, Run, Stop, installed_versions
 
+#: No run counts to this, and no other number of a history reaches it.
+_MOST = 2**31
+
 
 class Books:
     """Records what an algorithm evaluates, generation by generation.
@@ -101,8 +104,23 @@ class Books:
         return [float(volume) for volume in self.hypervolume]
 
     def reopen(self, books: Mapping[str, Array]) -> None:
-        """Restore the history from :meth:`arrays`; the caller then collects the individuals again."""
+        """Restore the history from :meth:`arrays`; the caller then collects the individuals again.
+
+        Raises:
+            KeyError: an array is missing.
+            ValueError: an array has another shape or type than a history, or a value that no run has.
+        """
         corner = books["reference_point"]
+        if corner.shape not in ((0,), (self.target.n_obj,)) or corner.dtype.kind != "f" or not (corner > 0.0).all():
+            raise ValueError(f"expected a positive reference_point of {self.target.n_obj} objectives")
+        for name in ("evaluations", "hypervolume", "least_violation", "front_size", "polishing", "cpu_seconds"):
+            values, kind = books[name], "i" if name in ("evaluations", "front_size", "polishing") else "f"
+            known = values[~np.isnan(values)] if name == "least_violation" and values.dtype.kind == "f" else values
+            whole = values.shape == books["evaluations"].shape and values.ndim == 1 and values.dtype.kind == kind
+            if not (whole and (known >= 0).all() and (known < _MOST).all()):
+                raise ValueError(f"expected {name} of every generation, from 0 on")
+        if (books["evaluations"] + np.cumsum(books["polishing"]) >= _MOST).any():
+            raise ValueError(f"expected fewer than {_MOST} evaluations")
         self.reference_point = np.array(corner, dtype=np.float64) if len(corner) else None
         self.evaluations = [int(value) for value in books["evaluations"]]
         self.hypervolume = [float(value) for value in books["hypervolume"]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -311,9 +312,12 @@ class Front:
         Raises:
             InvalidInputError: the file cannot be written.
         """
-        target = _path(file)
+        target, content = _path(file), self._file().model_dump_json(indent=1).encode()
+        if len(content) > MOST_DATA:
+            more = f"{len(content) / 2**20:.0f} MiB, more than the {MOST_DATA / 2**20:g} MiB that are read back"
+            warnings.warn(f"{file}: takes {more}; front.thinned() gives fewer solutions", stacklevel=2)
         try:
-            write_whole(target, self._file().model_dump_json(indent=1).encode())
+            write_whole(target, content)
         except OSError as error:
             raise InvalidInputError(f"{file}: cannot be written: {why_not(error)}") from error
 

@@ -20,6 +20,7 @@ from trajevo.errors import InvalidInputError, NotRegisteredError, one_line
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import list_problems, load_problem
 from trajevo.front.hypervolume import Volumes
+from trajevo.robot.payload import LOAD_MODELS
 
 #: Packages whose versions affect the results of a run.
 _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "daqp", "ruckig")
@@ -76,6 +77,8 @@ Stop = Annotated[str, pydantic.Field(pattern=r"^(SIGINT|SIGTERM)?$")]
 def _payload(given: dict[str, Any]) -> dict[str, Any]:
     if isinstance(given.get("mass"), bool) or not isinstance(given.get("mass"), int | float):
         raise ValueError("expected the mass of the payload, a number [kg]")
+    if not isinstance(given.get("model"), str) or given["model"] not in LOAD_MODELS:
+        raise ValueError(f"expected one of {', '.join(LOAD_MODELS)} as the payload's model, got {given.get('model')!r}")
     return given
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,7 +69,7 @@ def robot_source(name: str | Path) -> RobotSource:
     if str(name) in list_robots():
         return _folder(ROBOTS_FOLDER / str(name))
     path = Path(name)
-    if (path / "robot.toml").is_file():
+    if os.path.isfile(path / "robot.toml"):
         return _folder(path)
     if is_urdf(path):
         return RobotSource(path.stem, path.parent, None, path, _around(path))
@@ -124,7 +125,7 @@ def robot_path(name: str | Path, *, folder: Path = Path()) -> Path | None:
         folder: folder from which a relative path starts.
     """
     path = folder / name
-    return path if is_urdf(path) or (path / "robot.toml").is_file() else None
+    return path if is_urdf(path) or os.path.isfile(path / "robot.toml") else None
 
 
 def _top_of(path: Path) -> str:
@@ -138,9 +139,9 @@ def _top_of(path: Path) -> str:
 def _refuse_path(path: Path) -> None:
     """Refuse what is meant as a path but leads to no robot, and say the way out; a bare name is let through."""
     ending = path.suffix.lower()
-    if path.is_dir():
+    if os.path.isdir(path):
         raise InvalidInputError(f"robot: {path}: {_no_robot_in(path)}")
-    if not path.is_file():
+    if not os.path.isfile(path):
         if ending or len(path.parts) > 1:
             raise InvalidInputError(f"robot: {no_such_file(path, 'file' if ending else 'file or folder')}")
         return

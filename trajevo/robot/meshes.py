@@ -6,6 +6,7 @@ word. So every mesh that a URDF names is read here first, and refused unless it 
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -95,7 +96,7 @@ def _found(name: str, packages: Sequence[Path]) -> Iterator[Path]:
     scheme, mark, rest = name.partition("://")
     places: Iterable[Path] = [folder / rest for folder in packages] if scheme == "package" else [Path(rest)]
     for place in places if mark else [Path(name)]:
-        if "\0" not in name and place.exists():
+        if os.path.exists(place):
             yield place
 
 
@@ -107,7 +108,7 @@ def _check_points(file: Path, points: Array, *, what: str = "vertices") -> None:
     if wrong.any():
         row = int(np.argmax(wrong))
         raise InvalidInputError(
-            f"{file}: vertex {row}: expected finite coordinates below {_FARTHEST:g}, got {points[row].tolist()}"
+            f"{file}: {what}, row {row}: expected finite coordinates below {_FARTHEST:g}, got {points[row].tolist()}"
         )
 
 
@@ -127,7 +128,8 @@ def _check_stl(file: Path, content: bytes) -> None:
         _check_points(file, corners.astype(np.float64))
         return
     found = _STL_VERTEX.findall(content)
-    if not content.lstrip().startswith(b"solid") or len(found) % 3 or len(found) != content.count(b"vertex"):
+    counts = {content.count(word) * 3 for word in (b"facet normal", b"outer loop", b"endloop", b"endfacet")}
+    if not content.lstrip().startswith(b"solid") or counts != {len(found)} or len(found) != content.count(b"vertex"):
         raise InvalidInputError(f"{file}: expected an STL of whole triangles, got {len(content)} bytes")
     _check_points(file, _numbers(file, found, "vertices").reshape(-1, 3))
 
@@ -171,7 +173,7 @@ def _is_corner(corner: bytes, counts: tuple[int, ...]) -> bool:
 def _check_named(file: Path, line: bytes) -> None:
     """Check a file of colours, which the reader of a mesh opens too."""
     place = file.parent / line.split(maxsplit=1)[-1].decode(errors="replace").strip()
-    if "\0" not in str(place) and place.exists():
+    if os.path.exists(place):
         read_bytes(place, most=MOST_DATA)
 
 

@@ -20,6 +20,16 @@ from trajevo.robot.transmission import CoupledScrews, Direct, Transmission
 _Number = Annotated[float, pydantic.Strict()]
 
 
+def _printable(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError("expected printable characters on one line")
+    return text
+
+
+#: Text that is printed and exported.
+_Text = Annotated[str, pydantic.AfterValidator(_printable)]
+
+
 class _Strict(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
@@ -74,17 +84,17 @@ class _Joint(_Strict):
 
 class _CoupledScrews(_Strict):
     kind: Literal["coupled_screws"]
-    screws: tuple[str, str]
+    screws: tuple[_Text, _Text]
     slide: str
     swivel: str
     span: _Amount
 
 
 class _Settings(_Strict):
-    name: str
+    name: _Text
     urdf: str
-    tool: str
-    reference: str
+    tool: _Text
+    reference: _Text
     format: Annotated[int, pydantic.Field(strict=True, ge=1, le=1)]
     gravity: _Vector
     allow_massless: Annotated[bool, pydantic.Strict()] = False

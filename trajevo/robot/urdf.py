@@ -5,6 +5,7 @@ The checks are needed because Pinocchio silently drops an inertia that it cannot
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from collections.abc import Collection, Generator, Iterator
@@ -69,7 +70,7 @@ def read_urdf(file: Path) -> ElementTree.Element:
     Raises:
         InvalidInputError: there is no such file, or it is not XML.
     """
-    if not file.is_file():
+    if not os.path.isfile(file):
         raise InvalidInputError(no_such_file(file, "URDF file"))
     try:
         content = read_bytes(file)

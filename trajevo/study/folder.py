@@ -10,10 +10,21 @@ from pathlib import Path
 from typing import Literal, final
 
 import pydantic
+from pydantic_core import from_json
 
-from trajevo.base.files import MOST_DATA, locked, opened_lock, own_folder, read_text, why_not, write_whole
+from trajevo.base.files import (
+    MOST_DATA,
+    locked,
+    no_link,
+    opened_lock,
+    own_folder,
+    read_bytes,
+    read_text,
+    removed,
+    why_not,
+    write_whole,
+)
 from trajevo.base.jit import Kind
-from trajevo.base.plain import from_json
 from trajevo.errors import InvalidInputError
 from trajevo.front.records import Record, told
 from trajevo.solvers.run.folder import RunFolder
@@ -69,10 +80,10 @@ class StudyFolder:
         """Folder of a cell's run, by the name of the cell."""
         return self.folder / CELLS_FOLDER / name
 
-    def _own(self, name: str) -> Path:
-        """The folder of a cell's run, made if it is missing."""
-        own_folder(self.folder / CELLS_FOLDER)
-        return own_folder(self.cell(name))
+    def _folder(self, name: str) -> Path:
+        """The folder of a cell's run, which may be missing, but is not reached through a link."""
+        no_link(self.folder / CELLS_FOLDER)
+        return no_link(self.cell(name))
 
     def record(self) -> StudyRecord:
         """The study as data.
@@ -129,11 +140,11 @@ class StudyFolder:
         Raises:
             OSError: it cannot be written.
         """
-        write_whole(self._own(name) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
+        write_whole(own_folder(self._folder(name)) / FAILURE_FILE, failure.model_dump_json(indent=1).encode())
 
     def forgive(self, name: str) -> None:
         """Remove the record of a cell's failure."""
-        (self.cell(name) / FAILURE_FILE).unlink(missing_ok=True)
+        removed(self._folder(name) / FAILURE_FILE)
 
     @contextmanager
     def claimed(self, name: str) -> Iterator[bool]:
@@ -144,13 +155,13 @@ class StudyFolder:
         Raises:
             OSError: the cell's folder cannot be written.
         """
-        with opened_lock(self._own(name) / CLAIM_FILE) as claim:
+        with opened_lock(own_folder(self._folder(name)) / CLAIM_FILE) as claim:
             yield locked(claim.fileno())
 
     def running(self, name: str) -> bool:
         """Whether another process runs a cell now."""
         try:
-            with opened_lock(self.cell(name) / CLAIM_FILE) as claim:
+            with opened_lock(self._folder(name) / CLAIM_FILE) as claim:
                 return not locked(claim.fileno())
         except OSError:
             return False
@@ -187,7 +198,7 @@ class StudyFolder:
 def _finished(file: Path, _node: int, _written: int, _size: int) -> bool:
     """Whether a front file is that of a finished run; a file that has changed is read again."""
     try:
-        return not from_json(read_text(file, most=MOST_DATA))["run"]["interrupted"]
+        return not from_json(read_bytes(file, most=MOST_DATA))["run"]["interrupted"]
     except (OSError, ValueError, KeyError, TypeError):
         return False
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NotRequired, TypedDict
@@ -112,7 +113,7 @@ def _beside(folder: Path, value: Any) -> Any:
     if not isinstance(value, str) or not value or "\0" in value:
         return value
     place = folder / value
-    return str(place) if (place.suffix and place.is_file()) or (place / "robot.toml").is_file() else value
+    return str(place) if (place.suffix and os.path.isfile(place)) or os.path.isfile(place / "robot.toml") else value
 
 
 def _put(content: dict[str, Any], name: str, value: Any) -> None:

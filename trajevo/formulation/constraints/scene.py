@@ -36,7 +36,9 @@ class Obstacle:
     name: str = ""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name.isprintable():
+        if not isinstance(self.name, str):
+            raise InvalidInputError(f"obstacle: expected text as name, got {self.name!r}")
+        if not self.name.isprintable():
             raise InvalidInputError(f"obstacle: expected printable text on one line as name, got {self.name!r}")
         for key in ("position", "rpy"):
             object.__setattr__(self, key, self._triple(key))

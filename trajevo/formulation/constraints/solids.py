@@ -36,6 +36,10 @@ _kept: OrderedDict[Any, _Kept] = OrderedDict()
 _MOST_KEPT = 8
 
 
+#: Greatest number of vertices that bound no solid, and least thickness of one as a share of its length.
+_CORNERS, _FLAT = 3, 1e-6
+
+
 def robot_geometry(robot: Robot) -> tuple[Any, dict[str, Any]]:
     """Collision geometry on the joints of the robot's model, meshes as convex hulls.
 
@@ -97,7 +101,7 @@ def _read(robot: Robot, text: str) -> Any:
 
 def _unread(robot: Robot, error: Exception) -> str:
     """Why collision geometry cannot be read, from the error of its reader."""
-    said = " ".join(str(error).split())
+    said = _said(error)
     missing = re.fullmatch(r"Mesh (.*) could not be found\.?", said)
     if not missing:
         return f"cannot read its collision geometry: {said}"
@@ -108,12 +112,22 @@ def _unread(robot: Robot, error: Exception) -> str:
 
 
 def _hull(mesh: Any, where: str) -> Any:
+    points = np.asarray(mesh.vertices())
+    whole = len(points) > _CORNERS and bool(np.isfinite(points).all())
+    extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if whole else np.zeros(1)
+    if not extents[-1] > _FLAT * extents[0]:  # for which coal ends the process
+        raise InvalidInputError(f"{where}: expected a solid, got {len(points)} vertices in one plane")
     try:
         mesh.buildConvexHull(True, "Qt")  # not buildConvexRepresentation, which assumes that the mesh is convex
-    except RuntimeError as error:
-        said = " ".join(str(error).split())
+    except (RuntimeError, ValueError) as error:
+        said = _said(error)
         raise InvalidInputError(f"{where}: expected a solid, its convex hull cannot be built: {said}") from error
     return mesh.convex
+
+
+def _said(error: Exception) -> str:
+    """What an error of a library in C++ says, without its place there."""
+    return re.sub(r"^From file: .*? message: ", "", " ".join(str(error).split()))
 
 
 def _ball(radius: float) -> Any:

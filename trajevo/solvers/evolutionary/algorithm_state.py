@@ -21,11 +21,16 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 
 from trajevo.base.arrays import Array
+from trajevo.base.plain import from_json
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.search import MOST_INDIVIDUALS
 from trajevo.solvers.evolutionary.kinds import KINDS, class_of
 
 #: Attributes that only show the progress of an algorithm and do not affect its result.
 _SHOWN = frozenset({"output", "display"})
+
+#: Kinds of numpy's types of the data that operators attach to individuals and read again.
+_KINDS_OF_NOTES = {"rank": "i", "crowding": "f", "n_gen": "i", "n_iter": "i"}
 
 _OPERATORS: dict[str, tuple[type, tuple[str, ...]]] = {
     "SBX": (SBX, ("prob", "eta", "prob_var", "prob_exch", "prob_bin")),
@@ -132,6 +137,12 @@ def algorithm_of(found: Mapping[str, Any]) -> Algorithm:
     for role in ("ref_dirs", "sampling"):
         if arguments.get(role) is not None:
             arguments[role] = np.array(arguments[role], dtype=np.float64)
+    for size in ("pop_size", "n_offsprings"):
+        value = arguments.get(size)
+        if value is not None and not (isinstance(value, int) and 1 <= value <= MOST_INDIVIDUALS):
+            raise InvalidInputError(
+                f"algorithm: {size}: expected a whole number up to {MOST_INDIVIDUALS}, got {value!r}"
+            )
     try:
         for role in ("crossover", "mutation"):
             settings = dict(arguments[role])
@@ -171,7 +182,7 @@ def restore(algorithm: Algorithm, arrays: Mapping[str, Array]) -> None:
         KeyError, TypeError, ValueError: the arrays are not such a state.
     """
     adapter = _adapter_of(algorithm)
-    counters = json.loads(str(arrays["counters"]))
+    counters = from_json(str(arrays["counters"]))
     algorithm.pop = _population(arrays, algorithm.problem)
     algorithm.n_iter = int(counters["iteration"])
     algorithm.evaluator.n_eval = int(counters["evaluations"])
@@ -211,6 +222,8 @@ def _population(arrays: Mapping[str, Array], problem: Any) -> Population:
     for one in population:
         one.evaluated.update("FGH")
     for key in (name.removeprefix("note.") for name in arrays if name.startswith("note.")):
+        if arrays[f"note.{key}"].dtype.kind != _KINDS_OF_NOTES.get(key, arrays[f"note.{key}"].dtype.kind):
+            raise ValueError(f"expected numbers as note.{key}, got {arrays[f'note.{key}'].dtype}")
         for one, value, has in zip(population, arrays[f"note.{key}"], arrays[f"has.{key}"], strict=True):
             if has:
                 one.data[key] = value.item() if value.dtype.kind in "biU" else value

@@ -17,6 +17,7 @@ from pymoo.core.evaluator import Evaluator
 
 from trajevo.base.arrays import Array, one_blas_thread
 from trajevo.base.files import why_not
+from trajevo.base.plain import from_json
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.feasibility.findings import Finding
@@ -237,7 +238,7 @@ class _Keeper:
             seconds, resumed = _reopen(self._books, checkpoint, self._folder)
             try:
                 restore(self._solver, _part(checkpoint, "solver."))
-            except (KeyError, TypeError, ValueError) as error:
+            except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
                 raise InvalidInputError(
                     f"{self._folder.folder}: the run cannot be resumed from its checkpoint: {error}"
                 ) from error
@@ -308,14 +309,14 @@ def _reopen(books: Books, checkpoint: Mapping[str, Array], folder: RunFolder) ->
         Wall time so far [s], and the generations after which the run was resumed.
     """
     try:
-        story = json.loads(str(checkpoint["story"]))
+        story = from_json(str(checkpoint["story"]))
         books.reopen(_part(checkpoint, "books."))
         rows = 0
         for block in folder.blocks(len(books.evaluations)):
             books.collect(block.X, {"F": block.F, "G": block.G, "failure": block.said})
             rows += len(block.X)
         seconds, resumed = float(story["seconds"]), tuple(int(number) for number in story["resumed"])
-    except (KeyError, IndexError, TypeError, ValueError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, OverflowError) as error:
         if isinstance(error, InvalidInputError):
             raise
         raise InvalidInputError(f"{folder.folder}: the checkpoint is damaged: {error!r}") from error

@@ -21,7 +21,17 @@ import numpy as np
 import pydantic
 
 from trajevo.base.arrays import Array
-from trajevo.base.files import MOST_DATA, SCRATCH, locked, opened_lock, own_folder, read_text, why_not, write_whole
+from trajevo.base.files import (
+    MOST_DATA,
+    SCRATCH,
+    locked,
+    opened_lock,
+    own_folder,
+    read_text,
+    removed,
+    why_not,
+    write_whole,
+)
 from trajevo.base.jit import Kind
 from trajevo.base.plain import read_arrays
 from trajevo.errors import InvalidInputError
@@ -239,7 +249,7 @@ class RunFolder:
             try:
                 block = Block(**arrays)
                 rows = {len(array) for array in arrays.values()}
-                whole = int(block.generation[0]) == int(file.stem) and len(rows) == 1
+                whole = int(block.generation[0]) == int(file.stem) and len(rows) == 1 and _is_whole(block)
             except (TypeError, IndexError, ValueError) as error:
                 raise InvalidInputError(f"{file}: is no block of a run") from error
             if not whole:
@@ -248,12 +258,11 @@ class RunFolder:
 
     def forget_after(self, generations: int) -> None:
         """Remove what was written after a checkpoint: blocks that it does not count, and incomplete files."""
-        for file in own_folder(self.folder / BLOCKS_FOLDER).glob("*.npz"):
-            if file.stem.isdecimal() and int(file.stem) > generations:
-                file.unlink()
-        for place in (self.folder, self.folder / BLOCKS_FOLDER):
-            for file in place.glob(f"*{SCRATCH}"):
-                file.unlink()
+        blocks = own_folder(self.folder / BLOCKS_FOLDER)
+        late = (file for file in blocks.glob("*.npz") if file.stem.isdecimal() and int(file.stem) > generations)
+        incomplete = (file for place in (self.folder, blocks) for file in place.glob(f"*{SCRATCH}"))
+        for file in (*late, *incomplete):
+            removed(file)
 
     def free(self) -> int:
         """Free bytes on the folder's disk."""
@@ -266,6 +275,21 @@ class RunFolder:
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)
         if (self.folder / BLOCKS_FOLDER).exists():
             shutil.rmtree(self.folder / BLOCKS_FOLDER)
+
+
+def _is_whole(block: Block) -> bool:
+    """Whether the columns of a block have the shapes and types of a run, and numbers where there must be numbers."""
+    numbers = all(each.ndim == 2 and each.dtype.kind == "f" for each in (block.X, block.F, block.G))
+    others = block.generation.ndim == block.said.ndim == 1 and (block.generation.dtype.kind, block.said.dtype.kind) == (
+        "i",
+        "U",
+    )
+    return (
+        numbers
+        and others
+        and bool(np.isfinite(block.X).all())
+        and not bool(np.isnan(block.F).any() or np.isnan(block.G).any())
+    )
 
 
 @contextmanager

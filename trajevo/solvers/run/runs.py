@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.base import jit
+from trajevo.base.files import removed
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.feasibility.check import check
 from trajevo.formulation.problem import TrajectoryProblem
@@ -52,7 +53,7 @@ def polished(front: Front, manifest: Manifest, folder: RunFolder | None) -> Fron
     """Polish the front of an evolution if the manifest says so; the folder also keeps the front before polishing."""
     if not manifest.polish or front.run.interrupted or not len(front):
         if folder is not None:
-            folder.evolved_file.unlink(missing_ok=True)
+            removed(folder.evolved_file)
         return front
     if folder is not None:
         folder.keep(front, evolved=True)

@@ -1,0 +1,102 @@
+"""A few mutated files of every kind are read by each run of the tests; `make fuzz` reads thousands."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.fuzz.run import KINDS, Count, run_chunk
+
+#: Inputs of each kind.
+FEW = 12
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from tests.fuzz.worker import work
+found = []
+folder, *names = sys.argv[1:]
+done = work(Path(folder), 20, range(20, 20 + {few}), names, lambda *told: found.append(told))
+print(*found, sep="\\n")
+print(done)
+"""
+
+
+@pytest.mark.parametrize("names", [KINDS[::2], KINDS[1::2]], ids=["one half", "other half"])
+def test_mutated_files_cost_a_sentence_each(names, tmp_path):
+    """All kinds at the places 20 to 31, of which hypothesis draws five, in a process of its own with bounded memory."""
+    command = [sys.executable, "-c", SCRIPT.format(few=FEW), tmp_path, *names]
+    result = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.strip() == str(FEW * len(names))
+
+
+BROKEN = """
+import os, signal, socket, subprocess, sys, time
+from pathlib import Path
+from tests.fuzz.sandbox import Sandbox, listening
+
+folder, other = Path(sys.argv[1]), Path(sys.argv[2])
+box = Sandbox(folder)
+box.bound_memory()
+(folder / "link").symlink_to(other / "file")
+
+
+def listen():
+    sockets.append(socket.create_server(("0.0.0.0", 0)))
+
+
+sockets = []
+deeds = {
+    "traceback": lambda: {}["key"],
+    "memory": lambda: bytearray(3 * 2**30),
+    "write": lambda: (folder / "link").write_text("through"),
+    "start": lambda: subprocess.Popen(["true"]).wait(),
+    "socket": listen,
+}
+for name, deed in deeds.items():
+    print(name, *(found.kind for found in box.watch(deed)))
+print("heard", *(found.kind for found in listening()))
+print("nothing", *box.watch(lambda: (folder / "own").write_text("own")))
+"""
+
+
+def test_the_fuzzer_notices_what_no_input_may_do(tmp_path):
+    for name in ("inside", "outside"):
+        (tmp_path / name).mkdir()
+    command = [sys.executable, "-c", BROKEN, tmp_path / "inside", tmp_path / "outside"]
+    result = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
+    assert result.returncode == 0, result.stderr
+    found = [line.split() for line in result.stdout.splitlines()]
+    assert [words[0] for words in found] == ["traceback", "memory", "write", "start", "socket", "heard", "nothing"]
+    for name, *kinds in found[:5]:
+        assert name in kinds, result.stdout
+    assert found[5][1:] == ["socket"]
+    assert found[6][1:] == []
+
+
+@pytest.mark.parametrize(("deed", "kind"), [("os._exit(3)", "crash"), ("os.kill(os.getpid(), 11)", "crash")])
+def test_a_process_that_ends_loses_no_input(deed, kind, tmp_path, monkeypatch):
+    """The worker is replaced by one that ends at the third of its inputs; the others are read by those after it."""
+    worker = f"""
+import json, os, sys
+from pathlib import Path
+folder, seed, first, count, kind = sys.argv[1:]
+for number in range(int(first), int(first) + int(count)):
+    (Path(folder) / "current").write_bytes(f"{{kind}}\\n{{number}}\\n".encode())
+    if number == 2:
+        {deed}
+print(json.dumps({{"done": int(count)}}))
+"""
+    (tmp_path / "tests" / "fuzz").mkdir(parents=True)
+    for package in ("tests", "tests/fuzz"):
+        (tmp_path / package / "__init__.py").touch()
+    (tmp_path / "tests" / "fuzz" / "worker.py").write_text(worker)
+    monkeypatch.setattr("tests.fuzz.run.ROOT", tmp_path)
+    monkeypatch.setattr("tests.fuzz.run.KEPT", tmp_path / "kept")
+    count = Count()
+    run_chunk("front", 1, range(5), count)
+    assert count.inputs["front"] == 5
+    assert count.findings == {kind: 1}
+    assert [file.name for file in (tmp_path / "kept").iterdir()] == ["front-2"]
