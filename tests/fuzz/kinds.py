@@ -18,12 +18,12 @@ from trajevo import Front, load_problem, load_robot, load_task, optimise
 from trajevo.base.files import SCRATCH
 from trajevo.cli.console import Terminal
 from trajevo.cli.results import clear_stale
-from trajevo.cli.terminal import print_examination, print_run
+from trajevo.cli.screen.printed import print_examination, print_run
 from trajevo.exporters.export import export, is_exported
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene, Sphere
 from trajevo.formulation.feasibility.check import check
-from trajevo.path.csv_points import read_points
+from trajevo.path.tables import read_table
 from trajevo.path.via_points import joint_points
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import Picture, save_pictures
@@ -106,7 +106,7 @@ def _run(folder: Path) -> dict[str, bytes]:
 
 
 def _say(front: Front) -> None:
-    print_run(_silent(), front, None)
+    print_run(_silent(), front)
 
 
 def _silent() -> Terminal:
@@ -168,7 +168,7 @@ def _read_robot(name: Path) -> None:
 def _read_points(folder: Path) -> None:
     robot = load_robot(folder / "two.urdf", limits=LIMITS)
     try:
-        read_points(folder / "points.csv")
+        read_table(folder / "points.csv")
     finally:
         joint_points(folder / "points.csv", robot)
 
