@@ -22,10 +22,22 @@ from trajevo.solvers.optimise import load_task
 ProblemArgument = Annotated[
     str, typer.Argument(help="Name in `trajevo list` or `trajevo examples`, or file task.toml.")
 ]
+
+
+def _mass(text: str) -> float | str:
+    """A payload as it is written: a number, or text with its unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 #: Options by name of the problem's argument.
 _OPTIONS: dict[str, Any] = {
     "interpolant": Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")],
-    "payload": Annotated[float | None, typer.Option(help="Payload [kg].")],
+    "payload": Annotated[
+        str | None, typer.Option(parser=_mass, metavar="MASS", help="Payload [kg], or with its unit: '500 g'.")
+    ],
     "payload_model": Annotated[str | None, typer.Option(help=f"How the payload acts: {', '.join(LOAD_MODELS)}.")],
     "convention": Annotated[str | None, typer.Option(help="Definition of the objectives, if the problem has several.")],
     "points": Annotated[
