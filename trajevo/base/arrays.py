@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+import ctypes
+from contextlib import AbstractContextManager, suppress
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,15 @@ def keep_heap() -> None:
     threshold. With other allocators this does nothing.
     """
     np.empty(2**21)
+
+
+def give_back_heap() -> None:
+    """Return what :func:`keep_heap` keeps to the system: arrays that grow leave holes behind which nothing fits into.
+
+    With other allocators this does nothing.
+    """
+    with suppress(OSError, AttributeError, TypeError):  # no C library of that name, or no such function in it
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def one_blas_thread() -> AbstractContextManager[Any]:

@@ -11,7 +11,7 @@ import moocore
 import numpy as np
 
 from trajevo.base import jit
-from trajevo.base.arrays import Array, frozen
+from trajevo.base.arrays import Array, frozen, give_back_heap
 from trajevo.base.jit import fast
 
 #: Old points that a new one is compared with at a time, the latest first: they dominate most of what is dominated.
@@ -171,6 +171,8 @@ class Archive:
 
 #: Growth of the memory of an archive that is full, and rows that are moved at a time.
 _GROWTH, _MOVED = 1.1, 4096
+#: Points from which an archive that grows gives holes in the heap back, which takes a few milliseconds.
+_MANY = 10_000
 
 
 class _Shelf:
@@ -219,6 +221,8 @@ class _Shelf:
                 array[begin : begin + len(rows)] = array[rows]
             array.resize((int(_GROWTH * (size + count)), array.shape[1]), refcheck=False)
         self._where, self._end = np.arange(size), size
+        if size > _MANY:
+            give_back_heap()
 
 
 def _non_dominated(old: Array, new: Array) -> tuple[Array, Array]:
