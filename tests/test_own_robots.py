@@ -139,11 +139,11 @@ def test_points_of_another_make_are_refused():
     robot = load_robot("ur5", tool="tool0", limits=LIMITS)
     for points, says in (
         (None, "robot 'ur5' needs via points"),
-        ([[0.0, 1.0]], "expected at least 2 points|has 6 joints"),
+        ([[0.0, 1.0]], "expected at least 2 points|has 6 joints|expected 6 numbers, one for each of"),
         ([{"position": [9.0, 0.0, 0.0]}, {"position": [0.4, 0.0, 0.3]}], "point 0: expected a pose that 'ur5' reaches"),
         ([[0.0] * 6, {"position": [0.4, 0.0, 9.0]}, [0.0] * 6], "point 1: expected a pose.*misses it by"),
         ([[0.0] * 6, {"place": [0.4, 0.0, 0.3]}], "unknown key of a pose 'place'"),
         ([[0.0] * 6, {"rpy": [0.4, 0.0, 0.3]}], "pose: expected a 'position'"),
-        ([[0.0] * 5, {"position": [0.4, 0.0, 0.3]}], "points: point 0: expected shape .6."),
+        ([[0.0] * 5, {"position": [0.4, 0.0, 0.3]}], "points: point 0: expected 6 numbers, one for"),
     ):
         refused(lambda given=points: ViaPointProblem(robot=robot, points=given), says)

@@ -162,7 +162,10 @@ def test_values_of_poses_are_checked(tmp_path, ur5):
         ("qx, qy, qz, qw\n0.45, 0.2, 0.3, 0.9, 0, 0, 0", "point 0: quaternion: .* of norm 1, got .* of norm 0.9$"),
         ("rx [rad], ry [rad], rz [rad]\n0.45, 0.2, 0.3, 180, 0, 0", "point 0: rotation_vector: .*looks like degrees"),
         ("roll [rad], pitch [rad], yaw [rad]\n0.45, 0.2, 0.3, 180, 0, 0", "point 0: rpy: .*looks like degrees"),
-        ("roll [rad], pitch [rad], yaw [rad]\n450, 200, 300, 3.14, 0, 0", "point 0: .*reaches it in mm"),
+        (
+            "roll [rad], pitch [rad], yaw [rad]\n450, 200, 300, 3.14, 0, 0",
+            "csv: point 0: .*; in mm it is reached",
+        ),
     ):
         file.write_text(f"x [m], y [m], z [m], {row}\n")
         refused(lambda: joint_points(file, ur5), says)

@@ -285,7 +285,7 @@ BAD = {
         "unknown constraint 'snap'; known: acceleration",
     ),
     "robot": (lambda: ViaPointProblem(robot="ur6"), "unknown robot 'ur6'"),
-    "file": (lambda: ViaPointProblem(points="none.csv"), "none.csv: cannot be read as CSV"),
+    "file": (lambda: ViaPointProblem(points="none.csv"), "none.csv: no such file"),
     "blend": (
         lambda: LinearBlends(POINTS, duration_bounds=(1, 2))(np.array([[1.0, 1.0, 1.0, 1.0, 1.0]])),
         "expected positive times .* and a blend below 1, got 1.0 for blend in row 0",

@@ -104,7 +104,7 @@ def test_the_unbroken_robot_is_good(tmp_path):
         ('lower="-1" upper="1"', "", "lower must be below upper"),
         ('lower="-1"', 'lower="nan"', SHOULDER + "limit: expected a finite number as lower, got 'nan'"),
         ('upper="1"', 'upper="pi"', SHOULDER + "limit: expected a finite number as upper, got 'pi'"),
-        ('velocity="2"', "", SHOULDER + "limit: expected a finite number as velocity, got None"),
+        ('velocity="2"', "", SHOULDER + "limit: expected a finite number as velocity, got none"),
         ('velocity="2"', 'velocity="nan"', SHOULDER + "limit: expected a finite number as velocity, got 'nan'"),
         ('effort="30"', 'effort="inf"', SHOULDER + "limit: expected a finite number as effort, got 'inf'"),
         ('effort="30"', 'effort="30 Nm"', SHOULDER + "limit: expected a finite number as effort, got '30 Nm'"),

@@ -138,12 +138,12 @@ def likely_unit(value: float, unit: str, *, most: float | None = None) -> str:
     """The unit that a number is likely to be in if it is too great to be in SI, else ``""``.
 
     Args:
-        value: the number; infinity is taken for what it is.
+        value: the number; infinity and NaN are taken for what they are.
         unit: the SI unit that it is taken for.
         most: greatest number that is believed, if it is another than usual.
     """
     usual, likely = _BELIEVED.get(unit, (math.inf, ""))
-    return "" if math.isinf(value) or abs(value) <= (usual if most is None else most) else likely
+    return likely if (usual if most is None else most) < abs(value) < math.inf else ""
 
 
 def if_degrees(angle: float) -> str:

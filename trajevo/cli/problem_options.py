@@ -46,13 +46,24 @@ ProblemOption = Annotated[
 #: A place in Python, ``module:name``; both may have dots.
 _IN_MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 
+
+def _mass(text: str) -> float | str:
+    """A payload as it is written: a number, or text with its unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 #: Options by name of the problem's argument.
 _OPTIONS: dict[str, Any] = {
     "interpolant": Annotated[
         str | None,
         typer.Option(help="Interpolant; the problem's default if not given.", autocompletion=completion.interpolants),
     ],
-    "payload": Annotated[float | None, typer.Option(help="Payload [kg].")],
+    "payload": Annotated[
+        str | None, typer.Option(parser=_mass, metavar="MASS", help="Payload [kg], or with its unit: '500 g'.")
+    ],
     "payload_model": Annotated[str | None, typer.Option(help=f"How the payload acts: {', '.join(LOAD_MODELS)}.")],
     "convention": Annotated[str | None, typer.Option(help="Definition of the objectives, if the problem has several.")],
     "points": Annotated[
