@@ -1,6 +1,7 @@
 """Help pages on a terminal of 80 columns: every unit, every name of an option, nothing cut."""
 
 import ast
+import importlib
 import re
 from pathlib import Path
 
@@ -25,6 +26,8 @@ def close(text):
 
 @pytest.fixture(scope="module")
 def pages():
+    for home in COMMANDS.values():  # whose consoles keep the width that they are made with
+        importlib.import_module(f"trajevo.cli.{home.module}")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("COLUMNS", "80")
         return {page: trajevo(*page, "--help").stdout for page in PAGES}

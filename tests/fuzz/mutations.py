@@ -36,6 +36,9 @@ VALUES: tuple[Any, ...] = (
     "", [], {}, [[]], [None], [1, 2], {"name": 1}, {"label": "a", "value": 1}, *TEXTS,
 )  # fmt: skip
 
+#: Share of numbers that are changed to others which a reader may take.
+_GENTLY = 0.6
+
 _NUMBER = re.compile(rb"-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?")
 _TEXT = re.compile(rb'"[^"\n]{0,80}"')
 _DTYPES = ("f8", "f4", "f2", "c16", "i8", "i1", "u8", "?", "U3", "S3", "M8[s]", "V4")
@@ -52,11 +55,11 @@ def mutated(content: bytes, random: Random) -> bytes:
 
 def _fitting(content: bytes) -> tuple[Mutation, ...]:
     if content.startswith(b"PK"):
-        return (_arrays,) * 8 + _BYTES
+        return (_arrays,) * 20 + _BYTES
     if content[:1] in (b"{", b"["):
-        return (_tree,) * 8 + _TOKENS * 2 + _BYTES
+        return (_tree,) * 20 + _TOKENS * 4 + _BYTES
     readable = not content[:4096].translate(None, bytes(range(9, 14)) + bytes(range(32, 256)))
-    return _TOKENS * 4 + _LINES * 2 + _BYTES if readable else _BYTES
+    return _TOKENS * 12 + _LINES * 2 + _BYTES if readable else _BYTES
 
 
 def _span(content: bytes, random: Random, longest: int = 200) -> tuple[int, int]:
@@ -90,22 +93,24 @@ def _insert(content: bytes, random: Random) -> bytes:
     return content[:begin] + random.randbytes(random.choice((1, 2, 4, 64))) + content[begin:]
 
 
-def _stand_for(pattern: re.Pattern[bytes], by: Callable[[Random], bytes]) -> Mutation:
+def _stand_for(pattern: re.Pattern[bytes], by: Callable[[bytes, Random], bytes]) -> Mutation:
     def replaced(content: bytes, random: Random) -> bytes:
         places = list(pattern.finditer(content))
         if not places:
             return _flip(content, random)
         place = random.choice(places)
-        return content[: place.start()] + by(random) + content[place.end() :]
+        return content[: place.start()] + by(place[0], random) + content[place.end() :]
 
     return replaced
 
 
-def _number(random: Random) -> bytes:
+def _number(old: bytes, random: Random) -> bytes:
+    if random.random() < _GENTLY:
+        return json.dumps(_near(json.loads(old.lstrip(b"0") or b"0") if old.isdigit() else float(old), random)).encode()
     return random.choice(NUMBERS).encode()
 
 
-def _text(random: Random) -> bytes:
+def _text(old: bytes, random: Random) -> bytes:
     text = random.choice(TEXTS)
     return (json.dumps(text) if random.random() < 0.5 else f'"{text}"').encode(errors="surrogatepass")
 
@@ -133,6 +138,23 @@ def _line(content: bytes, random: Random) -> bytes:
     return b"\n".join(lines)
 
 
+def _near(value: Any, random: Random) -> Any:
+    """A value of the same type that a reader may take, so that what comes after its checks is tried too."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int):
+        return random.choice((0, 1, 2, 3, value + 1, value - 1, 2 * value, -value, 1000, 10**6, 2**31 - 1))
+    if isinstance(value, float):
+        return value * random.choice((0.0, 0.5, 1.0 + 1e-12, 1.1, 2.0, -1.0, 1e3, 1e-9, 1e9, 1e150))
+    if isinstance(value, str):
+        return random.choice(
+            (*TEXTS, value + " ", value.upper(), value[:-1], "time", "quintic_spline", "nsga2", "rad", "deg")
+        )
+    if isinstance(value, list) and value:
+        return random.choice((value[1:], [*value, value[0]], value[::-1], [value[0]] * len(value)))
+    return value
+
+
 #: Lines that take the place of others.
 _ODD_LINES = (b"", b"x", b"a = 1", b"[a]", b"[[a]]", b"a: &b [*b]", b"<a/>", b"1,2", b"\xef\xbb\xbf", b"<!DOCTYPE a>")
 
@@ -152,9 +174,11 @@ def _tree(content: bytes, random: Random) -> bytes:
         if not isinstance(above[key], dict | list) or not above[key] or random.random() < 0.25:
             break
         above = above[key]
-    match random.randrange(5):
-        case 0 | 1:
+    match random.randrange(8):
+        case 0:
             above[key] = random.choice(VALUES)
+        case 5 | 6 | 7:
+            above[key] = _near(above[key], random)
         case 2 if above is not whole:
             del above[key]
         case 3 if isinstance(above, dict):
@@ -210,6 +234,11 @@ def _array(array: Any, random: Random) -> Any:
             return np.concatenate([array, array]) if array.ndim else np.array(random.choice(NUMBERS))
         case 4:
             return np.zeros(random.choice(((0,), (0, 3), (3, 0), (2, 2, 2), ())), random.choice(_DTYPES))
+        case 0 | 5 | 6 if array.dtype.kind in "fi" and array.size and random.random() < _GENTLY:
+            changed = array.copy()
+            place = random.randrange(array.size)
+            changed.flat[place] = min(max(_near(array.flat[place].item(), random), -(2**31)), 2**31)
+            return changed
         case 5 if array.dtype.kind in "fi" and array.size:
             changed = array.copy()
             changed.flat[random.randrange(array.size)] = (

@@ -5,7 +5,7 @@
 
 Two processes, each with bounded memory, share the work. What an input must not do: raise anything but trajevo's own
 errors, take more than 10 s or 1 GiB, change a file outside its folder, start a program, open a connection or listen
-beyond this machine, or end the process. Inputs with findings are kept in build/fuzz.
+beyond this machine, print past the console, or end the process. Inputs with findings are kept in build/fuzz.
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ class Count:
     told: set[str] = field(default_factory=set)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def stop(self, said: str) -> None:
-        """Count a process that could not begin."""
+    def stop(self, said: str, kind: str = "crash") -> None:
+        """Count what a process did without a single input to blame."""
         with self.lock:
-            self.findings["crash"] += 1
+            self.findings[kind] += 1
             sys.stdout.write(f"{said}\n")
 
     def add(self, found: dict[str, Any], current: Path) -> None:
@@ -80,6 +80,9 @@ def run_chunk(kind: str, seed: int, numbers: range, count: Count) -> None:
             done, ended = _read(folder, kind, seed, numbers, count)
             if done:
                 count.inputs[kind] += done
+                printed = (folder / "errors").read_text(errors="replace").splitlines()
+                if printed:
+                    count.stop(f"{kind}: {len(printed)} lines on standard error, the first: {printed[0]}", "printed")
                 return
             if not (folder / "current").exists():
                 said = (folder / "errors").read_text().strip().splitlines()[-1:]
@@ -148,7 +151,7 @@ def main() -> int:
     for thread in threads:
         thread.join()
     sys.stdout.write("".join(f"{kind:13} {count.inputs[kind]:6} inputs\n" for kind in asked.kinds))
-    named = ("traceback", "hang", "memory", "crash", "write", "start", "socket")
+    named = ("traceback", "hang", "memory", "crash", "write", "start", "socket", "printed")
     found = ", ".join(f"{count.findings[name]} {name}" for name in named)
     total, seconds = sum(count.inputs.values()), time.perf_counter() - began
     sys.stdout.write(f"seed {asked.seed}: {total} inputs in {seconds:.0f} s: {found}\n")

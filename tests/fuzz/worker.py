@@ -32,6 +32,9 @@ _ONE = settings(
     max_examples=1, database=None, deadline=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)
 )
 
+#: How many of ten files that hypothesis draws are mutated seeds; the others are plain data or text.
+_OF_TEN = 8
+
 #: A block of examples, the same every time, without files of hypothesis's own.
 _DRAWS = settings(
     max_examples=_BLOCK, database=None, deadline=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)
@@ -56,7 +59,7 @@ def _drawn(kind: Kind, seed: str) -> list[bytes]:
     found: list[bytes] = []
 
     @_DRAWS
-    @given(st.one_of(_of(kind), _of(kind), _anything()))
+    @given(st.one_of(*[_of(kind)] * _OF_TEN, *[_anything()] * (10 - _OF_TEN)))
     def draw(content: bytes) -> None:
         found.append(content)
 

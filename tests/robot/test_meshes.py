@@ -8,7 +8,7 @@ import pytest
 
 from tests.fuzz.kinds import _COLLISION, LIMITS, PLAIN, URDF, _dae, _obj, _stl, _stl_text
 from tests.helpers import refused
-from trajevo import load_robot
+from trajevo import TrajevoError, load_robot
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene, Sphere
 from trajevo.robot.examine import examine
@@ -53,7 +53,7 @@ def test_whole_meshes_are_used(ending, tmp_path):
             "stl",
             struct.pack("<f", 0.1),
             struct.pack("<f", 1e30),
-            r"row 1: expected finite coordinates below 1e\+07",
+            r"vertices, row 1: expected finite .*below 1e\+07",
         ),
         ("stl", struct.pack("<I", 4), struct.pack("<I", 5), "expected an STL of whole triangles, got 284 bytes"),
         ("text.stl", b"vertex 0.1", b"vertex nan", "vertices, row 2: expected finite coordinates"),
@@ -96,8 +96,8 @@ def test_flat_meshes_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("geometry", "says"),
     [
-        ('<box size="nan 1 1"/>', "<box>: expected 3 positive numbers .* as size, got 'nan 1 1'"),
-        ('<box size="1 1"/>', "<box>: expected 3 positive numbers"),
+        ('<box size="nan 1 1"/>', "<box>: expected 3 finite numbers as size, got 'nan 1 1'"),
+        ('<box size="1 1"/>', "<box>: expected 3 finite numbers as size, got '1 1'"),
         ('<sphere radius="-1"/>', "<sphere>: expected 1 positive numbers .* as radius, got '-1'"),
         ('<cylinder radius="1e300" length="1"/>', "<cylinder>: expected 1 positive numbers .* as radius"),
         ('<mesh filename="MADE.stl" scale="1 0 1"/>', "<mesh>: expected 3 numbers other than 0 .* as scale"),
@@ -112,6 +112,24 @@ def test_sizes_and_kinds_of_files_are_checked(geometry, says, tmp_path):
     os.mkfifo(tmp_path / "PIPE.stl")
     made = geometry.replace("MADE", f"{tmp_path}/MADE").replace("PIPE", f"{tmp_path}/PIPE")
     refused(lambda: distances(tmp_path, made), says)
+
+
+@pytest.mark.parametrize("old", ["<box", 'size="0.2', 'xyz="0.1 0 0"', "<geometry>"])
+def test_collision_geometry_that_would_be_left_out_is_refused(old, tmp_path, capfd):
+    assert old in PLAIN.decode()
+    (tmp_path / "two.urdf").write_text(
+        PLAIN.decode().replace(old, old[:-1] + "\N{RIGHT-TO-LEFT OVERRIDE}" + old[-1], 1)
+    )
+    with pytest.raises(TrajevoError, match="two.urdf: (link 'l1': collision: |cannot be read as XML)"):
+        load_robot(tmp_path / "two.urdf", limits=LIMITS)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_mistakes_in_what_is_not_read_are_not_printed(tmp_path, capfd):
+    wrong = '<visual><origin xyz="\N{RIGHT-TO-LEFT OVERRIDE}"/><geometry><cone/></geometry></visual>'
+    (tmp_path / "two.urdf").write_text(URDF % wrong)
+    assert load_robot(tmp_path / "two.urdf", limits=LIMITS).dof == 2
+    assert capfd.readouterr() == ("", "")
 
 
 def test_the_colours_that_a_mesh_names_are_no_pipe(tmp_path):

@@ -25,12 +25,7 @@ _FARTHEST = 1e7
 
 _STL_HEADER, _STL_FACET = 84, 50
 _STL_VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)")
-_SHAPES = {
-    "box": ("size", 3),
-    "cylinder": ("radius length", 1),
-    "sphere": ("radius", 1),
-    "capsule": ("radius length", 1),
-}
+_SHAPES = {"box": ("size", 3), "cylinder": ("radius length", 1), "sphere": ("radius", 1)}
 
 
 def check_solids(robot: ElementTree.Element, urdf: Path, packages: Sequence[Path]) -> None:

@@ -32,6 +32,17 @@ MOST_DEEP = 100
 #: Share by which a tensor may break the triangle inequality: files hold rounded numbers, which matters for thin plates.
 _ROUNDING = 1e-6
 
+#: Elements that nobody reads here. Pinocchio's parser would print their mistakes, raw, on the terminal.
+_NOT_READ = ("visual", "material", "gazebo", "transmission", "calibration", "safety_controller")
+
+#: Shapes of collision geometry, with the counts of numbers in their attributes.
+_SHAPES = {
+    "box": {"size": 3},
+    "sphere": {"radius": 1},
+    "cylinder": {"radius": 1, "length": 1},
+    "mesh": {},
+}
+
 #: Joint types of the URDF format, and the names of those with several coordinates, which cannot be planned for.
 _TYPES = ("revolute", "prismatic", "continuous", "fixed", "floating", "planar")
 _UNPLANNABLE = {"floating": "free-flyer", "planar": "planar joint"}
@@ -52,7 +63,7 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
         locked: joints that will be locked; these may mimic others.
 
     Returns:
-        The file as XML text: exactly what was checked, for Pinocchio.
+        The file as XML text for Pinocchio: exactly what was checked, without what is not read, such as colours.
 
     Raises:
         InvalidInputError: the file is missing or not XML, or the first of :func:`urdf_problems`; the message names
@@ -61,6 +72,9 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
     robot = read_urdf(file)
     for problem in urdf_problems(robot, file, locked):
         raise InvalidInputError(problem)
+    for parent in (robot, *robot.iterfind("link"), *robot.iterfind("joint")):
+        for child in [child for child in parent if child.tag in _NOT_READ]:
+            parent.remove(child)
     return ElementTree.tostring(robot, encoding="unicode")
 
 
@@ -144,6 +158,8 @@ def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str
             yield from _inertial_problems(
                 inertial, f"{file}: link {link.get('name')!r}", moves=link.get("name", "") not in still
             )
+        for collision in link.iterfind("collision"):
+            yield from _collision_problems(collision, f"{file}: link {link.get('name')!r}: collision")
     joints = robot.findall("joint")
     for joint in joints:
         yield from _joint_problems(joint, f"{file}: joint {joint.get('name')!r}", joint.get("name") in locked)
@@ -177,6 +193,20 @@ def _inertial_problems(inertial: ElementTree.Element, where: str, *, moves: bool
         yield from _tensor_problems(tensor, f"{where}: inertia")
     elif mass == 0.0 and moves:  # of what stands still nothing is used
         yield f"{where}: inertia: expected zeros for a link of mass 0, got {tensor.tolist()} [kg·m²]"
+
+
+def _collision_problems(collision: ElementTree.Element, where: str) -> Iterator[str]:
+    """What Pinocchio's parser cannot read of collision geometry, which it then leaves out."""
+    yield from _origin_problems(collision, where)
+    shapes = [shape for geometry in collision.iterfind("geometry") for shape in geometry]
+    if len(shapes) != 1 or shapes[0].tag not in _SHAPES:
+        yield f"{where}: expected one of {', '.join(_SHAPES)}, got {', '.join(shape.tag for shape in shapes) or 'none'}"
+        return
+    (shape,) = shapes
+    for key, count in (_SHAPES[shape.tag] | ({"scale": 3} if "scale" in shape.attrib else {})).items():
+        parts = [urdf_number(part) for part in (shape.get(key) or "").split()]
+        if len(parts) != count or None in parts:
+            yield f"{where}: <{shape.tag}>: expected {count} finite numbers as {key}, got {shape.get(key)!r}"
 
 
 def _tensor_problems(tensor: Array, where: str) -> Iterator[str]:
