@@ -99,6 +99,7 @@ def killed_and_resumed(problem: str, name: str, generations: int, folder: Path, 
 def _go_on(problem: str, name: str, generations: int, seed: int, folder: Path, torn: int) -> None:
     """In a process of its own: go on with the run or begin it, with a checkpoint after every generation."""
     warnings.simplefilter("error", UserWarning)
+    evolution._FIRST_DUE = 0.0
     evolution._SHARE = 1e9
     if torn:
         _kill_at(torn)

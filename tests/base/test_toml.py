@@ -76,4 +76,4 @@ def test_files_that_are_no_text_are_told(tmp_path):
     (tmp_path / "task.toml").write_bytes(b'a = 1\nb = "\xe4"\n')
     refused(lambda: read_toml(tmp_path / "task.toml"), "task.toml: line 2: cannot be read as TOML: is not UTF-8 text")
     refused(lambda: read_toml(tmp_path / "taks.toml"), "taks.toml: no such file; did you mean '.*/task.toml'")
-    refused(lambda: read_toml(tmp_path), "cannot be read as TOML: Is a directory")
+    refused(lambda: read_toml(tmp_path), "expected a regular file, got a folder")

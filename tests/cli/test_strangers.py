@@ -185,11 +185,16 @@ def test_no_cell_of_a_table_is_a_formula_and_no_name_a_line_of_a_program(tmp_pat
 def test_python_s_folder_cut_short_goes_on_on_the_command_line(made, tmp_path):
     problem = problem_of(made.parent / "two.urdf")
     script = (
-        "import os, signal, sys, threading\n"
+        "import os, signal, sys, threading, time\n"
         "from trajevo import ViaPointProblem, load_robot, optimise\n"
         f"robot = load_robot({str(problem.robot.urdf)!r}, limits={LIMITS!r})\n"
         f"problem = ViaPointProblem(robot=robot, points={POINTS!r}, duration_bounds=(0.3, 4.0))\n"
-        "threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGKILL)).start()\n"
+        "def end():\n"
+        "    while not os.path.exists(os.path.join(sys.argv[1], 'checkpoint.npz')):\n"
+        "        time.sleep(0.02)\n"
+        "    time.sleep(0.2)\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+        "threading.Thread(target=end).start()\n"
         "optimise(problem, population=12, generations=100000, seed=1, progress=False, polish=False, out=sys.argv[1])\n"
     )
     killed = subprocess.run([sys.executable, "-c", script, tmp_path / "run"], capture_output=True, text=True)

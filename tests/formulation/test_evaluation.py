@@ -208,6 +208,7 @@ def test_a_checkpoint_that_failed_is_written_as_soon_as_there_is_room(name, tmp_
         write(self, *arguments)
 
     monkeypatch.setattr(RunFolder, "write", full_for_a_while)
+    monkeypatch.setattr("trajevo.solvers.run.evolution._FIRST_DUE", 0.0)
     monkeypatch.setattr("trajevo.solvers.run.evolution._TRY_AGAIN", 0.0)
     monkeypatch.setattr("trajevo.solvers.run.evolution._SHARE", 1e9)
     with pytest.warns(UserWarning, match="no checkpoint can be written: No space left on device") as told:

@@ -318,7 +318,9 @@ def test_limits_that_a_motion_just_keeps_are_never_called_impossible(weak, seed)
     peaks = {name: motion.peak(k)[0] for k, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk"))}
     peaks["effort"] = np.abs(rollout.effort).max(axis=(0, 1))
     limits = {name: (peak * (1.0 + 1e-9)).tolist() for name, peak in peaks.items()}
-    limits["position"] = [-1e4, 1e4]  # overshooting polynomials and cubics go far
+    # With their units, as overshooting polynomials and cubics go farther and faster than is believed without.
+    limits["velocity"] = [f"{peak!r} rad/s" for peak in limits["velocity"]]
+    limits["position"] = ["-1e4 rad", "1e4 rad"]
     robot = load_robot(weak.urdf, limits=limits)
     durations = x[: wide.n_var if not moving else -2]
     longest = float(durations.max()) * (1.0 + 1e-9)

@@ -196,6 +196,7 @@ def test_a_problem_by_hand_is_passed_again_and_must_be_the_same(tmp_path, stoppe
 
 
 def test_an_algorithm_without_an_adapter_says_so_and_its_individuals_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(evolution, "_FIRST_DUE", 0.0)
     monkeypatch.setattr(evolution, "_SHARE", 1e9)
     with pytest.warns(UserWarning, match="this run cannot be resumed: UX is an operator that a run folder cannot"):
         front = optimise(

@@ -27,8 +27,8 @@ from trajevo.base.arrays import Array
 from trajevo.base.files import MOST_DATA, read_bytes
 from trajevo.errors import InvalidInputError
 
-#: Greatest depth of lists and tables in each other, and of entries of YAML with all references written out.
-MOST_LEVELS, _MOST_ENTRIES = 32, 100_000
+#: Greatest depth of lists and tables in each other.
+MOST_LEVELS = 32
 
 #: Greatest number of arrays in a file.
 _MOST_ARRAYS = 10_000
@@ -88,44 +88,18 @@ def from_json(text: str) -> Any:
     return _parsed(json.loads, text)
 
 
-def from_toml(text: str, *, parse_float: Callable[[str], float] = float) -> dict[str, Any]:
+def from_toml(text: str, *, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
     """The data of a TOML text.
 
     Args:
         text: the text.
-        parse_float: makes a number of the text of one that is no whole number.
+        parse_float: what makes a number of what is written.
 
     Raises:
         ValueError: it is no TOML, or deeper than :data:`MOST_LEVELS`; ``TOMLDecodeError`` names line and column.
     """
     found: dict[str, Any] = _parsed(partial(tomllib.loads, parse_float=parse_float), text)
     return found
-
-
-def from_yaml(text: str) -> Any:
-    """The data of a YAML text, of plain types alone.
-
-    Raises:
-        ValueError: it is no YAML, deeper than :data:`MOST_LEVELS`, or many times larger with its references written
-            out.
-    """
-    import yaml  # imported where it reads, since that takes long
-
-    def load(content: str) -> Any:
-        loader = yaml.SafeLoader(content)
-        try:
-            node = loader.get_single_node()
-            if node is None:
-                return None
-            _check_size(node)
-            return loader.construct_document(node)
-        finally:
-            loader.dispose()
-
-    try:
-        return _parsed(load, text)
-    except (yaml.YAMLError, OverflowError, TypeError, AttributeError) as error:
-        raise ValueError(" ".join(str(error).split())) from error
 
 
 def _parsed(parse: Callable[[str], Any], text: str) -> Any:
@@ -150,23 +124,6 @@ _TOO_DEEP = f"expected lists and tables at most {MOST_LEVELS} deep in each other
 
 def _inside(value: Any) -> Iterator[Any]:
     yield from value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-
-
-def _check_size(node: Any) -> None:
-    """Refuse YAML whose references, written out, make too many entries: some lines can stand for billions."""
-    sizes: dict[int, int] = {}
-
-    def size(of: Any, levels: int) -> int:
-        if not levels:
-            raise ValueError(_TOO_DEEP)
-        if id(of) not in sizes:
-            inner = of.value if isinstance(of.value, list) else ()
-            parts = (part for entry in inner for part in (entry if isinstance(entry, tuple) else (entry,)))
-            sizes[id(of)] = 1 + sum(size(part, levels - 1) for part in parts)
-        return sizes[id(of)]
-
-    if size(node, MOST_LEVELS + 1) > _MOST_ENTRIES:
-        raise ValueError(f"expected at most {_MOST_ENTRIES} entries with all references written out")
 
 
 def read_arrays(file: Path) -> dict[str, Array]:

@@ -106,12 +106,12 @@ def read_toml(file: Path) -> tuple[dict[str, Any], Places]:
     text = text.replace("\r\n", "\n")
     try:
         return from_toml(text, parse_float=partial(_finite, file=file, text=text)), Places(file, key_lines(text))
-    except tomllib.TOMLDecodeError as error:
-        raise InvalidInputError(f"{file}: {_told(str(error), text)}") from error
     except InvalidInputError:
         raise
+    except tomllib.TOMLDecodeError as error:
+        raise InvalidInputError(f"{file}: {_told(str(error), text)}") from error
     except ValueError as error:
-        raise InvalidInputError(f"{file}: cannot be read as TOML: {error}") from error
+        raise InvalidInputError(f"{file}: cannot be read as TOML: {why_not(error)}") from error
 
 
 def _finite(written: str, *, file: Path, text: str) -> float:
@@ -234,7 +234,7 @@ class Places:
         said = problem_of(error)
         if error["type"] == "extra_forbidden":
             known = [*_keys_at(model, error["loc"]), *(beside if len(place) == 1 else ())]
-            said += f"; {known_names(str(error['loc'][-1]), known)}"
+            said += f"; {known_names(str(place[-1]), known)}"
         return self.prefix(place) + said
 
     @contextmanager

@@ -117,8 +117,8 @@ class Books:
             values, kind = books[name], "i" if name in ("evaluations", "front_size", "polishing") else "f"
             known = values[~np.isnan(values)] if name == "least_violation" and values.dtype.kind == "f" else values
             whole = values.shape == books["evaluations"].shape and values.ndim == 1 and values.dtype.kind == kind
-            if not (whole and (known >= 0).all() and (known < _MOST).all()):
-                raise ValueError(f"expected {name} of every generation, from 0 on")
+            if not (whole and (known >= (-_MOST if name == "hypervolume" else 0)).all() and (known < _MOST).all()):
+                raise ValueError(f"expected {name} of every generation, in numbers that a run has")
         if (books["evaluations"] + np.cumsum(books["polishing"]) >= _MOST).any():
             raise ValueError(f"expected fewer than {_MOST} evaluations")
         self.reference_point = np.array(corner, dtype=np.float64) if len(corner) else None

@@ -279,17 +279,10 @@ class RunFolder:
 
 def _is_whole(block: Block) -> bool:
     """Whether the columns of a block have the shapes and types of a run, and numbers where there must be numbers."""
-    numbers = all(each.ndim == 2 and each.dtype.kind == "f" for each in (block.X, block.F, block.G))
-    others = block.generation.ndim == block.said.ndim == 1 and (block.generation.dtype.kind, block.said.dtype.kind) == (
-        "i",
-        "U",
-    )
-    return (
-        numbers
-        and others
-        and bool(np.isfinite(block.X).all())
-        and not bool(np.isnan(block.F).any() or np.isnan(block.G).any())
-    )
+    kinds = {"generation": (1, "i"), "X": (2, "f"), "F": (2, "f"), "G": (2, "f"), "said": (1, "U")}
+    if any((array.ndim, array.dtype.kind) != kinds[name] for name, array in vars(block).items()):
+        return False
+    return bool(np.isfinite(block.X).all()) and all(np.greater(each, -np.inf).all() for each in (block.F, block.G))
 
 
 @contextmanager
