@@ -201,6 +201,15 @@ def test_it_is_made_again_from_its_settings(table):
     np.testing.assert_array_equal(robot.limits.effort, np.full(6, 200.0))
 
 
+def test_limits_of_a_moveit_file_go_into_the_settings(tmp_path, monkeypatch):
+    text = "joint_limits:\n  hinge:\n    has_velocity_limits: true\n    max_velocity: 1.5\n"
+    (tmp_path / "joint_limits.yaml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    robot = Robot.planar([1.0], [1.0], [0.5], [0.1], limits="joint_limits.yaml", names=["hinge"])
+    assert robot.settings["limits"] == {"velocity": {"hinge": 1.5}}
+    assert float(robot_of(robot.settings).limits.velocity[0]) == 1.5
+
+
 def test_what_is_not_limited_is_unlimited():
     robot = Robot.planar([1.0], [1.0], [0.5], [0.1], limits={"velocity": 2.0}, names=["hinge"])
     assert robot.joint_names == ("hinge",)

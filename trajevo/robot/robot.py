@@ -28,6 +28,7 @@ from trajevo.robot.loading.arguments import (
     checked_gravity,
     load_settings,
     package_folders,
+    plain_settings,
 )
 from trajevo.robot.loading.chain import TOOL
 from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
@@ -155,12 +156,13 @@ class Robot(WithoutUrdf):
         model, units = build_model(given.urdf, where, {})
         model.gravity.linear = given.gravity
         names = tuple(model.names[1:])
+        limits = given_limits(given.limits, names, units, ())
         mass = f", {_moving_mass(model):.4g} kg" if given.has_body else ""
         return cls(
             name=given.name,
             model=model,
             transmission=Direct(),
-            limits=JointLimits(**limits_or_none(names, units, given_limits(given.limits, names, units, ()), where)),
+            limits=JointLimits(**limits_or_none(names, units, limits, where)),
             friction=Friction(**{name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}),
             joint_names=names,
             joint_units=units,
@@ -168,7 +170,7 @@ class Robot(WithoutUrdf):
             source=None,
             reference=f"{given.origin}, {len(names)} joints{mass}",
             urdf=None,
-            settings=given.settings,
+            settings={**given.settings, **plain_settings({"limits": limits or None})},
             allow_massless=given.allow_massless,
             written=given.urdf,
             has_body=given.has_body,

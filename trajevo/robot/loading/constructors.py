@@ -28,7 +28,7 @@ class Written:
         gravity: in the base frame, shape (3,) [m/s²].
         has_body: whether it is more than joints and limits.
         allow_massless: as for :func:`~trajevo.robot.robot.load_robot`.
-        settings: plain data from which it can be made again.
+        settings: plain data from which it can be made again with its limits.
     """
 
     name: str
@@ -100,7 +100,7 @@ class WithoutUrdf(ABC):
         if not isinstance(allow_massless, bool):
             raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
         down = checked_gravity(gravity)
-        chosen = {"limits": limits, "gravity": down, "allow_massless": allow_massless}
+        chosen = {"gravity": down, "allow_massless": allow_massless}
         return cls._written(
             Written(
                 name=name,
@@ -213,7 +213,7 @@ class WithoutUrdf(ABC):
                 gravity=np.array(STANDARD_GRAVITY),
                 has_body=False,
                 allow_massless=False,
-                settings={"name": name, "joints": list(called), "kind": kinds, "limits": plain_settings(limits)},
+                settings={"name": name, "joints": list(called), "kind": kinds},
             )
         )
 
