@@ -10,30 +10,45 @@ from tests.helpers import refused, trajevo
 from trajevo import (
     Payload,
     Robot,
+    ToolPlane,
     ViaPointProblem,
     animate,
+    capacities,
+    capacity_front,
     certify,
     dlcc,
+    dlcc_iterative,
+    dlcc_sampled,
+    export,
     largest_payload,
     load_task,
+    max_payload_problem,
     minimise_weighted,
     payload_bounds,
     payload_effort,
     plots,
     read_run,
     resume,
+    robust_slowdown,
+    sensitivity,
+    slowdown_curve,
     slowdown_for,
+    workspace_capacity,
 )
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.exporters.export import NAMED_EXPORTERS
+from trajevo.formulation.objectives import OBJECTIVES
 from trajevo.formulation.problem import Weights
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import robot_of
 from trajevo.study.definition import Study
 from trajevo.study.run import run_study
+from trajevo.trajectory.interpolants import THROUGH_POINTS
 from trajevo.verification.newton_euler import NewtonEuler
 
 INF = float("inf")
+PLANE = ToolPlane.around({"position": [0.4, 0.0, 0.3]}, "xz", reach=0.2, cells=3)
 
 TASK = """
 robot = { name = "two", joints = ["turn", "slide"], kind = ["revolute", "prismatic"] }
@@ -253,6 +268,48 @@ def test_what_needs_no_body_is_exported(run, name):
         assert all("false" in line for line in told)
 
 
+WITH_BODY = {
+    "energy",
+    "square_power",
+    "square_effort",
+    "square_effort_rate",
+    "effort_ratio",
+    "unused_payload",
+    "tool_path",
+}
+
+
+@pytest.mark.parametrize("name", OBJECTIVES)
+def test_every_objective_is_computed_or_refused(name):
+    limits = ("velocity", "effort") if name == "unused_payload" else ("velocity",)
+    given = {"robot": two(), "points": POINTS, "objectives": (name,), "constraints": limits, "interpolant": "cubic"}
+    if name in WITH_BODY:
+        refused(lambda: ViaPointProblem(**given), "^robot 'two': .* needs a body, and this robot is joints and limits")
+    else:
+        assert np.isfinite(ViaPointProblem(**given).evaluate(np.ones((1, 5)))[0]).all()
+
+
+@pytest.mark.parametrize("name", THROUGH_POINTS)
+def test_every_interpolant_moves_it(name):
+    problem = ViaPointProblem(robot=two(), points=POINTS, interpolant=name, duration_bounds=(0.5, 4.0))
+    x = 0.5 * (problem.xl + problem.xu)
+    F, G = problem.evaluate(x[None])
+    assert np.isfinite(F).all()
+    assert np.isfinite(G).all()
+    assert problem.evaluate_with_gradients(x[None])[1].shape == (1, 2, len(x))
+
+
+def test_every_format_is_written_or_says_why_not(run):
+    front = read_run(run / "runs/task")
+    for name, exporter in NAMED_EXPORTERS.all().items():
+        file = run / f"every.{exporter.ending}"
+        if exporter.needs:
+            refused(lambda name=name, file=file: export(front.knee(), file, format=name), "^(feed|urscript): .*'two'")
+        else:
+            export(front.knee(), file, format=name)
+            assert file.stat().st_size > 100
+
+
 def test_a_study_varies_limits_and_runs(run, tmp_path):
     study = Study(task=run / "task.toml", seed=1, repeats=1, factors={"limits.jerk": [8.0, 20.0]}, generations=2)
     slides = study.jobs[0]["arguments"]["robot"]
@@ -277,6 +334,15 @@ def test_a_task_limits_effort_only_where_it_says_so(tmp_path):
         (lambda front: plots.stick_figure(front.knee()), "a picture of the arm"),
         (lambda front: plots.tool_path(front.knee()), "a picture of the tool's path"),
         (lambda front: dlcc(front.knee()), "effort"),
+        (lambda front: dlcc_sampled(front.knee()), "effort"),
+        (lambda front: dlcc_iterative(front.knee()), "effort"),
+        (capacities, "effort"),
+        (lambda front: sensitivity(front.knee()), "effort"),
+        (lambda front: slowdown_curve(front.knee()), "effort"),
+        (lambda front: robust_slowdown(front.knee(), mass=(1.0, 2.0), com=np.zeros((2, 3))), "a payload"),
+        (lambda front: capacity_front(front.problem, [1.0], seed=1), "a payload"),
+        (lambda front: max_payload_problem(front.problem, (0.0, 1.0)), "a payload"),
+        (lambda front: workspace_capacity(front.problem.robot, PLANE), "a payload"),
         (lambda front: payload_bounds(front.knee()), "a payload"),
         (lambda front: payload_effort(front.knee()), "effort"),
         (lambda front: slowdown_for(front.knee(), payload=Payload(1.0)), "a payload"),
