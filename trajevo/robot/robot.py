@@ -316,7 +316,8 @@ def load_robot(
 
     Args:
         name: a name of :func:`list_robots` or of example-robot-data, the path of a folder with ``robot.toml`` and the
-            URDF that it names, or the path of a URDF. A name of trajevo takes precedence over a folder of that name.
+            URDF that it names or a table ``[dh]``, or the path of a URDF. A name of trajevo takes precedence over a
+            folder of that name.
         lock: joints to lock, name -> position [rad or m]; continuous and mimic joints must be locked, as they cannot be
             planned for.
         tool: frame at the end effector; if None, that of ``robot.toml`` or the only tip of the URDF.

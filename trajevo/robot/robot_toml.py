@@ -160,7 +160,7 @@ class RobotFile:
         try:
             return DhTable.of(**self.settings.dh.arguments).urdf(self.settings.name)
         except TrajevoError as error:
-            raise InvalidInputError(f"{self._at('dh')}: {error}") from error
+            raise InvalidInputError(f"{self._at('dh')}: {str(error).removeprefix('dh.')}") from error
 
     def gravity(self) -> Array:
         """Gravity in the base frame, shape (3,) [m/s²]."""
