@@ -180,12 +180,30 @@ def _trajevo(
     """Multi-objective trajectory optimisation and payload capacity for robots."""
 
 
+def _whole_names(formatter: Any) -> Any:
+    """A formatter of help pages that does not break names such as sms-emoa at their hyphens."""
+    hyphen, unbroken = "-", "\N{NON-BREAKING HYPHEN}"
+
+    class WholeNames(formatter):  # type: ignore[misc]
+        def write(self, string: str) -> None:
+            super().write(string.replace(unbroken, hyphen))
+
+        def write_text(self, text: str) -> None:
+            super().write_text(text.replace(hyphen, unbroken))
+
+        def write_dl(self, rows: Any, **widths: int) -> None:
+            super().write_dl([(name, said.replace(hyphen, unbroken)) for name, said in rows], **widths)
+
+    return WholeNames
+
+
 def _app() -> Any:
     """The command, with its subcommands named but not yet imported."""
     # Without rich the help takes half the time, whole option names fit, and no unit in brackets is read as markup.
     described = typer.Typer(cls=_Commands, no_args_is_help=True, rich_markup_mode=None)
     described.callback()(_trajevo)
     app: Any = typer.main.get_command(described)
+    app.context_class.formatter_class = _whole_names(app.context_class.formatter_class)
     app.name = "trajevo"
     app.commands = {name: TyperCommand(name, help=home.help, short_help=home.help) for name, home in COMMANDS.items()}
     return app
