@@ -1,5 +1,6 @@
 """Robots from Denavit-Hartenberg tables and from links in a plane, against the PUMA 560 and textbooks' formulas."""
 
+import contextlib
 import json
 import pickle
 import re
@@ -16,6 +17,7 @@ from trajevo import (
     load_task,
 )
 from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.errors import TrajevoError
 from trajevo.robot.examine import examine
 from trajevo.robot.robot import robot_of
 from trajevo.verification.newton_euler import NewtonEuler
@@ -280,6 +282,28 @@ ROW = {"a": 0.1, "alpha": 0.0, "d": 0.0}
 )
 def test_a_wrong_table_is_refused(given, says):
     refused(lambda: Robot.from_dh(**{"rows": [ROW], "convention": "standard"} | given), says)
+
+
+STRANGE = [None, True, 0, -1, 10**400, float("nan"), "", "1 m", [], {}, [[]], [None], [1, 2], b"x", object(), 1j]
+
+
+@pytest.mark.parametrize("strange", STRANGE, ids=lambda value: repr(value)[:12])
+def test_a_strange_argument_costs_a_sentence(strange):
+    whole = {"rows": [ROW], "convention": "standard", "masses": [1.0], "coms": [[0, 0, 0]]}
+    given = [{"rows": [ROW | {key: strange}]} for key in ("a", "alpha", "d", "theta", "joint")]
+    given += [{"rows": [strange]}, {"inertias": [strange]}, {"masses": [strange]}, {"tool": {"position": strange}}]
+    keys = ("rows", "convention", "masses", "coms", "inertias", "names", "tool", "limits", "gravity", "name")
+    for each in (*given, *({key: strange} for key in keys)):
+        with contextlib.suppress(TrajevoError):  # some of them can be used
+            assert Robot.from_dh(**whole | each).dof == 1
+    for place in range(4):
+        links = [[1.0], [1.0], [0.5], [0.1]]
+        links[place] = strange
+        with contextlib.suppress(TrajevoError):
+            assert Robot.planar(*links).dof == 1
+    for mapping in ({"dh": strange}, {"dh": {"rows": strange, "convention": "standard"}}, {"kind": strange}):
+        with pytest.raises(TrajevoError):
+            robot_of(mapping)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ The two papers were not at hand: their points and limits are second hand. The le
 elsewhere, confirm them.
 """
 
+import contextlib
 import json
 import pickle
 
@@ -182,6 +183,22 @@ def test_a_wrong_limit_is_refused(given, told):
     with pytest.raises(TrajevoError) as error:
         Robot.from_limits(**whole)
     assert told in str(error.value)
+
+
+STRANGE = [None, True, 0, -1, 10**400, float("nan"), INF, "", "1 m", [], {}, [[]], [None], {"a": 1}, b"x", object(), 1j]
+
+
+@pytest.mark.parametrize("strange", STRANGE, ids=lambda value: repr(value)[:12])
+def test_a_strange_argument_costs_a_sentence(strange):
+    for key in ("velocity", "acceleration", "jerk", "position", "names", "kind", "name"):
+        for value in (strange, [strange, strange]):
+            given = {"velocity": [1, 1], "acceleration": 1, "jerk": [1, 1]} | {key: value}
+            with contextlib.suppress(TrajevoError):  # some of them can be used
+                assert Robot.from_limits(**given).dof in (1, 2)
+    limits = {"velocity": 1, "acceleration": 1, "jerk": 1}
+    for given in ({"joints": strange}, {"joints": ["a"], "kind": strange}, {"joints": ["a"], "limits": strange}):
+        with contextlib.suppress(TrajevoError):
+            assert robot_of({"limits": limits} | given).dof == 1
 
 
 SCENE = {"clearance": 0.01, "obstacles": [{"name": "s", "shape": "sphere", "radius": 0.1, "position": [1.0, 0.0, 0.0]}]}

@@ -103,7 +103,7 @@ def numbers(values: Any, *, name: str, shape: tuple[str | int, ...]) -> Array:
     """
     try:
         array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInputError(f"{name}: expected numbers of shape ({_listed(shape)}), got {values!r}") from error
     fits = array.ndim == len(shape) and all(
         isinstance(wanted, str) or wanted == found for wanted, found in zip(shape, array.shape, strict=True)
@@ -114,6 +114,16 @@ def numbers(values: Any, *, name: str, shape: tuple[str | int, ...]) -> Array:
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InvalidInputError(f"{name}: expected finite numbers, got {array[where]} at index {where}")
     return array
+
+
+def real_number(value: Any) -> float | None:
+    """One real number as a float, None if it is anything else or is beyond all floats; inf and NaN are numbers here."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        return None
 
 
 def _listed(shape: tuple[str | int, ...]) -> str:

@@ -40,7 +40,7 @@ class ViaPointProblem(TrajectoryProblem):
 
     Args:
         robot: name, folder or URDF of a robot, a :class:`~trajevo.robot.robot.Robot`, or the arguments of
-            :func:`~trajevo.robot.robot.load_robot` as a mapping.
+            :func:`~trajevo.robot.robot.load_robot` as a mapping, or one with ``dh`` or ``joints`` as in a task.
         points: the points to visit, in order: an array (K, n_joints) [rad or m], a list of joint positions and tool
             poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
             CSV file with a column for each joint, with its unit. Where an inner point lies on a joint's position limit,

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.base.arrays import Array
+from trajevo.base.arrays import Array, real_number
 from trajevo.base.units import believed, per_time, quantity
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 from trajevo.robot.moveit_limits import read_joint_limits
@@ -157,6 +157,7 @@ def _with_unit(name: str, value: Any, unit: str) -> float:
         return float(value)
     if isinstance(value, str):
         return quantity(value, unit, name=name)
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or np.isnan(value):
+    number = real_number(value)
+    if number is None or np.isnan(number):
         raise InvalidInputError(f"{name}: expected a number [{unit}] or inf, got {value!r}")
-    return believed(float(value), unit, name=name)
+    return believed(number, unit, name=name)

@@ -402,7 +402,7 @@ def load_robot(
 
 
 def robot_of(given: Any) -> Robot:
-    """The robot that a caller passed: a robot, a name or path, or the arguments of :func:`load_robot` by name.
+    """The robot that a caller passed: a robot, a name or path, or arguments by name, of :func:`load_robot` or settings.
 
     Raises:
         InvalidInputError: a robot that :func:`load_robot` did not load, a mapping with other keys, or as for

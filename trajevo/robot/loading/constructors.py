@@ -193,8 +193,8 @@ class WithoutUrdf(ABC):
         limits = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk}
         limits |= {} if position is None else {"position": position}
         called = joint_names(names, _count(names, kind, limits))
-        kinds = [kind] * len(called) if isinstance(kind, str) else list(kind)
-        if len(kinds) != len(called):
+        kinds = [kind] * len(called) if isinstance(kind, str) else kind
+        if not isinstance(kinds, list | tuple) or len(kinds) != len(called):
             raise InvalidInputError(f"kind: expected one or {len(called)}, one for each joint, got {kind!r}")
         for one in kinds:
             checked_name("kind of joint", one, KINDS)
@@ -213,7 +213,7 @@ class WithoutUrdf(ABC):
                 gravity=np.array(STANDARD_GRAVITY),
                 has_body=False,
                 allow_massless=False,
-                settings={"name": name, "joints": list(called), "kind": kinds},
+                settings={"name": name, "joints": list(called), "kind": list(kinds)},
             )
         )
 

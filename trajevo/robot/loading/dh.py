@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trajevo.base.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers, real_number
 from trajevo.base.units import believed, quantity, with_unit
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 from trajevo.robot.loading.chain import DhStep, Pose6, Segment, chain_urdf
@@ -178,10 +178,11 @@ def _row(row: Any, where: str) -> tuple[str, DhStep]:
 def _with_unit(value: Any, unit: str, name: str) -> float:
     if isinstance(value, str):
         found = quantity(value, unit, name=name)
-    elif isinstance(value, bool) or not isinstance(value, int | float | np.number):
-        raise InvalidInputError(f"{name}: expected a number [{unit}], or text with a unit, got {value!r}")
     else:
-        found = believed(float(value), unit, name=name, most=_MOST.get(unit))
+        number = real_number(value)
+        if number is None:
+            raise InvalidInputError(f"{name}: expected a number [{unit}], or text with a unit, got {value!r}")
+        found = believed(number, unit, name=name, most=_MOST.get(unit))
     if not np.isfinite(found):
         raise InvalidInputError(f"{name}: expected a finite number [{unit}], got {found:g}")
     return found
