@@ -152,6 +152,11 @@ def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
     points = getattr(problem.interpolant, "points", None)
     if not isinstance(points, ViaPoints):
         raise InvalidInputError(f"rivals: the interpolant of {problem.title!r} has no via points")
+    if getattr(problem.interpolant, "passing", ()):
+        raise InvalidInputError(
+            "rivals: expected points that are passed freely, as interpolants are compared through the points alone, "
+            "got a problem with stops or given velocities (passing)"
+        )
     kept = replace(problem.robot, limits=problem.kept_limits)
     return compare_rivals(replace(problem.dynamics, robot=kept), points)
 
