@@ -76,7 +76,8 @@ def odd_spline(
     states = np.zeros((population, segments + 1, points.n_joints, r), dtype=durations.dtype)
     states[..., 0] = points.positions
     if ends is not None:
-        states[:, [0, -1], :, 1], states[:, [0, -1], :, 2] = ends[[0, 2]], 0.5 * ends[[1, 3]]
+        for place, (velocity, acceleration) in ((0, ends[:2]), (-1, ends[2:])):
+            states[:, place, :, 1], states[:, place, :, 2] = velocity, 0.5 * acceleration
     known, values = known_velocities(points, at_rest, velocities or {})
     for joints, at in alike(known, points.n_joints) if segments > 1 else []:
         outer = None if ends is None else states[0][[0, -1]][:, joints, 1:]
