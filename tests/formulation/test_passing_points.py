@@ -268,6 +268,41 @@ def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front
     assert slowdown_for(optimise(problem(), seed=1, **SMALL).pick("knee"), 0.1).scaled_too == ()
 
 
+def test_a_cycle_goes_on_without_a_seam(problem):
+    points = [*POINTS, POINTS[0]]
+    given = {"points": points, "cyclic": True, "duration_bounds": [[0.1, 4.0]] * 3 + [[1.0, 1.0]]}
+    front = optimise(problem(**given, moving=[{"point": 2, "joints": [0.1, 0.1]}]), seed=1, **SMALL)
+    assert len(front) > 5, front.blocking
+    fastest = front.pick("0")
+    assert certify(fastest).proven
+    assert verify(fastest).derivative_mismatch < 1e-8
+    ends = np.array([[0.0, float(fastest.trajectory.duration[0])]])
+    for order in range(5):
+        start, end = fastest.trajectory.evaluate(ends, order)[0]
+        size = np.abs(fastest.trajectory.at_shares(np.linspace(0.0, 1.0, 9), order)).max()
+        np.testing.assert_allclose(start, end, atol=1e-8 * size)
+    assert np.abs(fastest.trajectory.evaluate(ends, 1)).max() > 0.01, "it does not rest"
+    again = ViaPointProblem(**json.loads(json.dumps(front.problem.settings)))
+    np.testing.assert_array_equal(again.evaluate(front.X, return_values_of=["F"]), front.F)
+    resting = optimise(problem(**given | {"cyclic": False}), seed=1, **SMALL)
+    assert front.F[:, 0].min() < resting.F[:, 0].min()
+
+
+def test_what_is_no_cycle_is_refused(problem):
+    points = [*POINTS, POINTS[0]]
+    refused(
+        lambda: problem(cyclic=True), "cyclic: expected the last point to be the first, .*; repeat the first one at"
+    )
+    refused(lambda: problem(points=points, cyclic="yes"), "cyclic: expected true or false, got 'yes'")
+    refused(lambda: problem(points=points, cyclic=True, interpolant="cubic"), "cyclic: 'cubic' makes no cyclic motions")
+    stop = [{"point": 2, "stop": True}]
+    refused(lambda: problem(points=points, cyclic=True, passing=stop), "cyclic: expected no stops, got one at point 2")
+    moving = [{"point": 0, "velocity": [0.1, 0.0]}]
+    refused(lambda: problem(points=points, cyclic=True, passing=moving), "cyclic: expected no start_velocity")
+    on_limit = [[3.0, 0.5], [1.0, 0.9], [3.0, 0.5]]
+    refused(lambda: problem(points=on_limit, cyclic=True), "cyclic: point 0 lies on the upper limit of 'a'")
+
+
 def test_rivals_are_not_compared_where_the_motion_stops(front):
     refused(lambda: rivals_of(front.problem), "rivals: expected points that are passed freely")
 

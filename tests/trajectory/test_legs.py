@@ -248,3 +248,66 @@ def test_bad_bounds_are_refused(bounds, says):
 )
 def test_contradictions_cost_a_sentence(given, says):
     refused(lambda: made(passing=given), says)
+
+
+@pytest.mark.parametrize(("make", "smooth"), [(QuinticSpline, 4), (SepticSpline, 6)])
+def test_a_cyclic_spline_has_no_seam(make, smooth):
+    """Begun at another point of the cycle, it is the same motion."""
+    p = POINTS.positions
+    closed, turned = ViaPoints(np.vstack([p, p[:1]])), ViaPoints(np.vstack([p[3:], p[:4]]))
+    x = np.random.default_rng(0).uniform(0.3, 2.0, (4, len(p)))
+    motion = make(closed, duration_bounds=BOUNDS, cyclic=True)(x)
+    other = make(turned, duration_bounds=BOUNDS, cyclic=True)(np.roll(x, -3, axis=1))
+    size = np.abs(motion.coefficients).max(axis=(0, 1, 2))
+    np.testing.assert_allclose(np.roll(other.coefficients, 3, axis=1) / size, motion.coefficients / size, atol=1e-10)
+    for order in range(smooth + 1):
+        assert jumps(other, order) < 1e-7
+        ends = motion.at_shares(np.array([0.0, 1.0]), order)[:, [0, -1]]
+        assert np.abs(ends[:, 0] - ends[:, 1]).max() < 1e-7 * float(motion.at_shares(np.linspace(0, 1, 9), order).max())
+
+
+def test_a_cycle_with_known_velocities_and_rests():
+    p = POINTS.positions
+    closed, x = ViaPoints(np.vstack([p, p[:1]])), np.random.default_rng(0).uniform(0.3, 2.0, (4, len(p)))
+    spline = QuinticSpline(
+        closed, duration_bounds=BOUNDS, cyclic=True, at_rest=[(2, 1)], velocities={4: [0.1, 0.2, 0.3]}
+    )
+    motion, via = spline(x), spline.via_times(x)
+    at = np.stack([motion[k].evaluate(via[k : k + 1, [2, 4]], 1)[0] for k in range(4)])
+    np.testing.assert_allclose(at[:, 0, 1], 0.0, atol=1e-12)
+    np.testing.assert_allclose(at[:, 1], np.tile([0.1, 0.2, 0.3], (4, 1)), atol=1e-12)
+    for order in range(5):
+        ends = motion.at_shares(np.array([0.0, 1.0]), order)[:, [0, -1]]
+        assert np.abs(ends[:, 0] - ends[:, 1]).max() < 1e-8 * float(motion.at_shares(np.linspace(0, 1, 9), order).max())
+    exact = spline(x[:1] + 1e-30j * np.eye(len(p))[0]).coefficients.imag / 1e-30
+    rough = (
+        spline(x[:1] + 1e-6 * np.eye(len(p))[0]).coefficients - spline(x[:1] - 1e-6 * np.eye(len(p))[0]).coefficients
+    )
+    np.testing.assert_allclose(exact, rough / 2e-6, atol=1e-6 * np.abs(rough / 2e-6).max())
+
+
+def test_a_circle_is_known_in_closed_form():
+    """A periodic quintic spline through N even points of a circle: its error falls with the sixth power of the step."""
+    errors = []
+    for count in (8, 16):
+        angle = 2.0 * np.pi * np.arange(count + 1) / count
+        circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        circle[-1] = circle[0]
+        spline = QuinticSpline(ViaPoints(circle), duration_bounds=BOUNDS, cyclic=True)
+        motion = spline(np.full((1, count), 2.0 * np.pi / count))
+        t = np.linspace(0.0, float(motion.duration[0]), 400)
+        errors.append(np.abs(motion.evaluate(t[None])[0] - np.stack([np.cos(t), np.sin(t)], axis=1)).max())
+    assert errors[0] < 1e-4
+    assert 50.0 < errors[0] / errors[1] < 80.0
+
+
+def test_what_is_no_cycle_is_refused():
+    refused(
+        lambda: QuinticSpline(POINTS, duration_bounds=BOUNDS, cyclic=True),
+        "cyclic: expected the last point to be the first",
+    )
+    closed = ViaPoints(np.vstack([POINTS.positions, POINTS.positions[:1]]))
+    refused(
+        lambda: SepticSpline(closed, duration_bounds=BOUNDS, cyclic=True, end_velocity=[1.0, 0.0, 0.0]),
+        "cyclic: expected no end_velocity, as a cyclic motion has no end",
+    )

@@ -56,6 +56,7 @@ class MovingPoints(Interpolant):
         ends: whether the first and the last point may move too.
         at_rest: joints at rest at inner points, pairs (point, joint) from 0; only for interpolants that take them.
         passing: how points are passed, in their order.
+        cyclic: whether the end meets the start.
 
     Raises:
         UnknownNameError: no such interpolant.
@@ -72,6 +73,7 @@ class MovingPoints(Interpolant):
     ends: bool = field(default=False, kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
     passing: tuple[Passing, ...] = field(default=(), kw_only=True)
+    cyclic: bool = field(default=False, kw_only=True)
     _inner: Interpolant = field(init=False, repr=False)
     _kinematics: ToolKinematics = field(init=False, repr=False)
     _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
@@ -215,7 +217,12 @@ class MovingPoints(Interpolant):
     def _made(self, positions: Array, rests: AtRest) -> Interpolant:
         more = positions.shape[1] - self.points.n_joints
         passing = [one.with_more_columns(more) for one in self.passing]
-        given: dict[str, Any] = {"duration_bounds": self.duration_bounds, "at_rest": rests, "passing": passing}
+        given: dict[str, Any] = {
+            "duration_bounds": self.duration_bounds,
+            "at_rest": rests,
+            "passing": passing,
+            "cyclic": self.cyclic,
+        }
         return interpolant_through(self.kind, ViaPoints(positions), **given)
 
     def _check_boxes(self) -> None:

@@ -19,6 +19,45 @@ from trajevo.robot.robot import Robot
 from trajevo.trajectory.interpolants import Interpolant
 from trajevo.trajectory.interpolants.interpolant import breaks_at_points
 
+#: Difference of two positions that counts as none, as poses are solved to [rad or m].
+_SAME = 1e-6
+
+
+def closed(points: ViaPoints, cyclic: bool) -> ViaPoints:
+    """The points of a cyclic motion, the last exactly as the first; other points as they are.
+
+    Raises:
+        InvalidInputError: a last point that is another one than the first, or something else than true or false.
+    """
+    if not isinstance(cyclic, bool):
+        raise InvalidInputError(f"cyclic: expected true or false, got {cyclic!r}")
+    first, last = points.positions[0], points.positions[-1]
+    if not cyclic:
+        return points
+    if np.abs(last - first).max() > _SAME:
+        raise InvalidInputError(
+            f"cyclic: expected the last point to be the first, {first.tolist()}, got {last.tolist()}; repeat the first "
+            "one at the end"
+        )
+    return ViaPoints(np.vstack([points.positions[:-1], first]))
+
+
+def check_seam(cyclic: bool, robot: Robot, points: ViaPoints, constraints: Sequence[Constraint]) -> None:
+    """Refuse a cycle whose seam lies on a position limit, where its motion would go on beyond it.
+
+    Raises:
+        InvalidInputError: as said.
+    """
+    if not cyclic or not any(each.quantity == "position" for each in constraints):
+        return
+    for at in points.on_limits(robot):
+        if at.point == 0:
+            raise InvalidInputError(
+                f"cyclic: point 0 lies on the {'upper' if at.upper else 'lower'} limit of "
+                f"{robot.joint_names[at.joint]!r}: begin the cycle at another point, as joints rest on limits "
+                "at inner points alone"
+            )
+
 
 def left_open(turns: Sequence[OnLimit], passing: Sequence[Passing]) -> tuple[OnLimit, ...]:
     """Those of the points on a joint's limit at which no stop and no given velocity says how the joint moves."""

@@ -43,6 +43,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "interpolant": settings.interpolant,
         "moving": [_box(box, robot, to_rad) for box in settings.moving],
         "passing": [_passing(one, robot, to_rad) for one in settings.passing],
+        "cyclic": settings.cyclic,
         "objectives": settings.objectives,
         "constraints": settings.constraints.limits,
         **settings.parameters,

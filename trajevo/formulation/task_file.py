@@ -129,6 +129,7 @@ class TaskSettings(_Strict):
     points: str | list[list[_Number] | _Point]
     moving: list[MovingSettings] = []
     passing: list[PassingSettings] = []
+    cyclic: Annotated[bool, pydantic.Strict()] = False
     interpolant: str = "quintic_spline"
     duration_bounds: list[_Number] | list[tuple[_Number, _Number]]
     objectives: list[str] = ["time", "energy"]

@@ -18,7 +18,14 @@ from trajevo.formulation.constraints.constraint import Limited, LimitParameter
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
 from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of
-from trajevo.formulation.passing_points import check_free, check_velocities, left_open, window_limits
+from trajevo.formulation.passing_points import (
+    check_free,
+    check_seam,
+    check_velocities,
+    closed,
+    left_open,
+    window_limits,
+)
 from trajevo.formulation.payload_variable import PayloadVariable
 from trajevo.formulation.points_on_limits import notes_on_height, notes_on_turning, turning
 from trajevo.formulation.problem import TrajectoryProblem
@@ -54,6 +61,8 @@ class ViaPointProblem(TrajectoryProblem):
             ``tool`` (3) [m].
         passing: how points are passed: :class:`~trajevo.path.passing.Passing`, or mappings with the number of the
             ``point`` and ``stop``, ``dwell`` [s], ``velocity``, ``acceleration`` (n_joints) or ``window`` [s].
+        cyclic: whether the end meets the start with all derivatives that are continuous on the way, instead of rests at
+            both; the last point is then the first.
         objectives: names, see :data:`~trajevo.formulation.objectives.OBJECTIVES`.
         constraints: names of limits that need no parameter, see
             :data:`~trajevo.formulation.constraints.kinds.KINDS`.
@@ -87,6 +96,7 @@ class ViaPointProblem(TrajectoryProblem):
         interpolant: str = "quintic_spline",
         moving: Sequence[Any] = (),
         passing: Sequence[Any] = (),
+        cyclic: bool = False,
         objectives: Sequence[str] = ("time", "jerk"),
         constraints: Sequence[str] = ("position", "velocity", "acceleration", "jerk"),
         limits: str = "certified",
@@ -100,7 +110,7 @@ class ViaPointProblem(TrajectoryProblem):
         NAMED_INTERPOLANTS.find(interpolant)
         _check_keys(parameters)
         named = robot_of(robot)
-        via = joint_points(points, named)
+        via = closed(joint_points(points, named), cyclic)
         bounds = checked_durations(duration_bounds, len(via))
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
         boxes = _boxes(moving)
@@ -108,9 +118,10 @@ class ViaPointProblem(TrajectoryProblem):
         kept = isinstance(constraints, Sequence) and "position" in constraints
         asked, on_limits = passings_of(passing, len(via), named.joint_names), turning(via, named, boxes) if kept else ()
         turns = left_open(on_limits, asked)
-        decoder = _interpolant(interpolant, via, named, bounds, boxes, turns, asked)
+        decoder = _interpolant(interpolant, via, named, bounds, boxes, turns, asked, cyclic)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
+        check_seam(cyclic, named, via, held)
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
         super().__init__(
@@ -131,6 +142,7 @@ class ViaPointProblem(TrajectoryProblem):
             "interpolant": interpolant,
             "moving": [_box_settings(box) for box in boxes],
             "passing": [one.settings for one in asked],
+            "cyclic": cyclic,
             "objectives": list(objectives),
             "constraints": list(constraints),
             **_settings_of_limits(parameters, limits),
@@ -241,10 +253,11 @@ def _interpolant(
     boxes: Sequence[JointBox | CartesianBox],
     turns: Sequence[OnLimit],
     passing: tuple[Passing, ...],
+    cyclic: bool,
 ) -> Interpolant:
     """The interpolant, with joints at rest where they turn, if it can."""
     rests = () if price_of_rest(kind) is None else tuple((at.point, at.joint) for at in turns)
-    given: dict[str, Any] = {"duration_bounds": bounds, "at_rest": rests, "passing": passing}
+    given: dict[str, Any] = {"duration_bounds": bounds, "at_rest": rests, "passing": passing, "cyclic": cyclic}
     found = (
         MovingPoints(kind, via, tuple(boxes), robot=robot, **given)
         if boxes

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from trajevo.base.plugins import Registry
+from trajevo.errors import InvalidInputError
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.cubic import CubicSpline
@@ -49,7 +50,13 @@ def price_of_rest(name: str) -> str | None:
 
 
 def interpolant_through(
-    name: str, points: ViaPoints, *, duration_bounds: Any, at_rest: AtRest = (), passing: Sequence[Passing] = ()
+    name: str,
+    points: ViaPoints,
+    *,
+    duration_bounds: Any,
+    at_rest: AtRest = (),
+    passing: Sequence[Passing] = (),
+    cyclic: bool = False,
 ) -> Interpolant:
     """The interpolant of a name through points, in legs if it stops or has other wishes on the way.
 
@@ -59,15 +66,18 @@ def interpolant_through(
         duration_bounds: least and greatest duration, shape (2,), or for every segment (n_points - 1, 2) [s].
         at_rest: joints at rest at inner points, for an interpolant that takes them.
         passing: how points are passed, in their order.
+        cyclic: whether the end meets the start.
 
     Raises:
         UnknownNameError: no such interpolant.
         InvalidInputError: what the interpolant cannot do, see :class:`Legs`.
     """
     found, bounds = NAMED_INTERPOLANTS.find(name), checked_durations(duration_bounds, len(points))
+    if cyclic and not getattr(found, "takes_cycles", False):
+        raise InvalidInputError(f"cyclic: {name!r} makes no cyclic motions; quintic_spline and septic_spline do")
+    given: dict[str, Any] = ({"at_rest": at_rest} if at_rest else {}) | ({"cyclic": True} if cyclic else {})
     if bounds.ndim == 2 or any(one.stop or one.vectors for one in passing):
-        return Legs(name, found, points, passing=tuple(passing), duration_bounds=bounds, at_rest=at_rest)
-    given: dict[str, Any] = {"at_rest": at_rest} if at_rest else {}
+        return Legs(name, found, points, passing=tuple(passing), duration_bounds=bounds, **given)
     return found(points, duration_bounds=tuple(bounds.tolist()), **given)
 
 

@@ -57,6 +57,7 @@ def odd_spline(
     at_rest: AtRest = (),
     velocities: Mapping[int, Array] | None = None,
     ends: Array | None = None,
+    cyclic: bool = False,
 ) -> TrajectoryBatch:
     """The C^(2r-2) spline of degree 2r - 1 through the points, with given states at both ends up to derivative r - 1.
 
@@ -71,6 +72,7 @@ def odd_spline(
         at_rest: joints at rest at inner points.
         velocities: velocities at inner points, shape (n_joints,) each [rad/s or m/s].
         ends: velocity and acceleration at the start, then at the end, shape (4, n_joints); at rest if None.
+        cyclic: whether the end meets the start, with all derivatives up to 2r - 2, instead of given states.
     """
     population, segments = durations.shape
     states = np.zeros((population, segments + 1, points.n_joints, r), dtype=durations.dtype)
@@ -80,12 +82,56 @@ def odd_spline(
             states[:, place, :, 1], states[:, place, :, 2] = velocity, 0.5 * acceleration
     known, values = known_velocities(points, at_rest, velocities or {})
     for joints, at in alike(known, points.n_joints) if segments > 1 else []:
-        outer = None if ends is None else states[0][[0, -1]][:, joints, 1:]
-        spline = _inner_derivatives(points.positions[:, joints], durations, r, (at, values[at][:, joints]), outer)
-        states[:, 1:-1, joints, 1:] = spline
+        outer = None if ends is None else states[:, [0, -1]][:, :, joints, 1:]
+        positions, known_at = points.positions[:, joints], (at, values[at][:, joints])
+        if cyclic:
+            outer = np.repeat(_state_of_cycle(positions, durations, r, known_at)[:, None], 2, axis=1)
+            states[:, 0, joints, 1:] = states[:, -1, joints, 1:] = outer[:, 0]
+        states[:, 1:-1, joints, 1:] = _inner_derivatives(positions, durations, r, known_at, outer)
         for joint in joints:
             states[:, at, joint, 1] = values[at, joint]  # exactly, as rounding would carry the joint past the point
     return PolynomialBatch(breaks_of(durations), hermite_segments(states[:, :-1], states[:, 1:], durations))
+
+
+def _state_of_cycle(positions: Array, durations: Array, r: int, known_at: tuple[list[int], Array]) -> Array:
+    """Taylor coefficients 1 to r - 1 with which the end meets the start, shape (B, n_joints, r - 1).
+
+    The spline is linear in them: derivatives r to 2r - 2 jump at the seam as those of the spline at rest there do, plus
+    each coefficient times the jumps that it makes alone.
+    """
+    known, population = np.arange(1, r), len(durations)
+    scale = (0.5 * (durations[:, 0] + durations[:, -1]))[:, None] ** known
+    at_rest = _jumps_at_seam(positions, durations, r, known_at, np.zeros((population, positions.shape[1], r - 1)))
+    still = np.zeros((len(positions), 1))
+    alone = [
+        _jumps_at_seam(still, durations, r, (known_at[0], still[known_at[0]]), (one / scale)[:, None])
+        for one in np.eye(r - 1)
+    ]
+    unit = np.linalg.solve(np.concatenate(alone, axis=2), -at_rest)
+    state: Array = np.moveaxis(unit, 1, 2) / scale[:, None]
+    return state
+
+
+def _jumps_at_seam(positions: Array, durations: Array, r: int, known_at: tuple[list[int], Array], end: Array) -> Array:
+    """Taylor coefficients r to 2r - 2 at the start minus those at the end, per unit of time, (B, r - 1, n_joints).
+
+    Args:
+        positions: as for :func:`_inner_derivatives`, and so the next three.
+        durations: shape (B, K - 1) [s].
+        r: as there.
+        known_at: as there.
+        end: Taylor coefficients 1 to r - 1 at both ends, shape (B, n_joints, r - 1).
+    """
+    inner = _inner_derivatives(positions, durations, r, known_at, np.repeat(end[:, None], 2, axis=1))
+    states = np.zeros((len(durations), len(positions), positions.shape[1], r), dtype=inner.dtype)
+    states[..., 0], states[:, 0, :, 1:], states[:, -1, :, 1:], states[:, 1:-1, :, 1:] = positions, end, end, inner
+    first, last = (hermite_segments(states[:, k], states[:, k + 1], durations[:, k]) for k in (0, len(positions) - 2))
+    powers, orders = np.arange(2 * r), np.arange(r, 2 * r - 1)
+    shift = np.array([[comb(power, k) for power in powers] for k in orders], dtype=np.float64)
+    time = durations[:, -1, None, None] ** np.maximum(powers - orders[:, None], 0)
+    jumps = np.moveaxis(first[..., r : 2 * r - 1], 1, 2) - (shift * time) @ np.moveaxis(last, 1, 2)
+    scale: Array = (0.5 * (durations[:, :1] + durations[:, -1:])) ** orders
+    return np.asarray(jumps * scale[..., None])
 
 
 def _inner_derivatives(
@@ -98,7 +144,7 @@ def _inner_derivatives(
         durations: shape (B, K - 1) [s].
         r: as for :func:`odd_spline`.
         known_at: P inner points with known velocities, and these, shape (P, n_joints).
-        outer: Taylor coefficients 1 to r - 1 at both ends, shape (2, n_joints, r - 1); 0 if None.
+        outer: Taylor coefficients 1 to r - 1 at both ends, shape (B, 2, n_joints, r - 1); 0 if None.
     """
     at_start = hermite_matrix(r)[r : 2 * r - 1]
     shift = np.array([[comb(power, k) for power in range(2 * r)] for k in range(r, 2 * r - 1)], dtype=np.float64)
@@ -118,8 +164,9 @@ def _inner_derivatives(
         + rows_before * at_end[:, :1] * chord[:-1][:, None, :]
     )
     if outer is not None:
-        for place, side, state in ((0, left, outer[0]), (-1, right, outer[1])):
-            drive[:, place] -= side[:, place] @ (state.T * scale[:, place, None, None] ** known[:, None])
+        states = np.moveaxis(outer, -1, -2)
+        for place, side in ((0, left), (-1, right)):
+            drive[:, place] -= side[:, place] @ (states[:, place] * scale[:, place, None, None] ** known[:, None])
     left, right = left[:, 1:], right[:, :-1]
     # A neighbouring point has its own unit of time.
     ratio = (scale[:, :-1] / scale[:, 1:])[..., None, None]

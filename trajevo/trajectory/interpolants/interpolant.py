@@ -47,10 +47,12 @@ class Interpolant(ABC):
             that does not take ``at_rest``, see :data:`AtRest`.
         takes_velocities: whether it takes ``velocities`` at inner points and ``start_velocity``,
             ``start_acceleration``, ``end_velocity`` and ``end_acceleration``, see :func:`set_velocities`.
+        takes_cycles: whether it takes ``cyclic``, with which the end of a motion meets its start.
     """
 
     price_of_rest: ClassVar[str | None] = None
     takes_velocities: ClassVar[bool] = False
+    takes_cycles: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -145,6 +147,24 @@ def set_velocities(interpolant: Any) -> None:
             raise InvalidInputError(f"velocities: expected inner points, 1 to {last - 1}, got point {point}")
         found[point] = read_only(numbers(values, name=f"velocities: point {point}", shape=(joints,)))
     object.__setattr__(interpolant, "velocities", found)
+
+
+def check_cycle(interpolant: Any) -> None:
+    """Refuse a cyclic interpolant whose last point is not its first one, or that has given states at its ends.
+
+    Raises:
+        InvalidInputError: as said.
+    """
+    if not interpolant.cyclic:
+        return
+    positions = interpolant.points.positions
+    if np.abs(positions[-1] - positions[0]).max() > 0.0:
+        raise InvalidInputError(
+            f"cyclic: expected the last point to be the first, {positions[0].tolist()}, got {positions[-1].tolist()}"
+        )
+    for name in END_STATES:
+        if getattr(interpolant, name).any():
+            raise InvalidInputError(f"cyclic: expected no {name}, as a cyclic motion has no end")
 
 
 def known_velocities(

@@ -50,6 +50,7 @@ class Legs(Interpolant):
         passing: how points are passed, in their order.
         duration_bounds: least and greatest duration, shape (2,), or for every segment (n_points - 1, 2) [s].
         at_rest: further joints at rest at inner points, pairs (point, joint) from 0.
+        cyclic: whether the end meets the start, for an interpolant that takes it, without stops.
 
     Raises:
         InvalidInputError: the interpolant takes too few points, no velocities, or no bounds for each duration; its
@@ -63,6 +64,7 @@ class Legs(Interpolant):
     passing: tuple[Passing, ...] = field(kw_only=True)
     duration_bounds: Array = field(kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
+    cyclic: bool = field(default=False, kw_only=True)
     _stops: tuple[Passing, ...] = field(init=False, repr=False)
     _legs: tuple[Interpolant, ...] = field(init=False, repr=False)
     _variables: tuple[Variable, ...] = field(init=False, repr=False)
@@ -72,6 +74,11 @@ class Legs(Interpolant):
         object.__setattr__(self, "duration_bounds", checked_durations(self.duration_bounds, len(self.points)))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
         object.__setattr__(self, "_stops", tuple(one for one in self.passing if one.stop))
+        if self.cyclic and self._stops:
+            raise InvalidInputError(
+                f"cyclic: expected no stops, got one at point {self._stops[0].point}: begin and end at this point, "
+                "at rest, without cyclic"
+            )
         object.__setattr__(self, "_legs", tuple(self._leg(first, last) for first, last in self._ends()))
         self._check_motions()
         self._name_variables()
@@ -115,7 +122,7 @@ class Legs(Interpolant):
         low, high = float(bounds[:, 0].min()), float(bounds[:, 1].max())
         given: dict[str, Any] = {"duration_bounds": (low, high if high > low else _APART * low)}
         rests = [(point - first, joint) for point, joint in self.at_rest if first < point < last]
-        given |= {"at_rest": rests} if rests else {}
+        given |= ({"at_rest": rests} if rests else {}) | ({"cyclic": True} if self.cyclic else {})
         given |= self._velocities(first, last)
         try:
             return self.make(ViaPoints(self.points.positions[first : last + 1]), **given)

@@ -18,6 +18,7 @@ from trajevo.trajectory.interpolants.interpolant import (
     Interpolant,
     Variable,
     breaks_of,
+    check_cycle,
     check_durations,
     checked_bounds,
     checked_points,
@@ -42,10 +43,12 @@ class QuinticSpline(Interpolant):
         start_acceleration: [rad/s² or m/s²].
         end_velocity: [rad/s or m/s].
         end_acceleration: [rad/s² or m/s²].
+        cyclic: whether the end meets the start with all continuous derivatives; the last point is then the first one.
     """
 
     price_of_rest: ClassVar[str | None] = "its fourth derivative may jump there"
     takes_velocities: ClassVar[bool] = True
+    takes_cycles: ClassVar[bool] = True
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
@@ -55,12 +58,14 @@ class QuinticSpline(Interpolant):
     start_acceleration: Array | None = field(default=None, kw_only=True)
     end_velocity: Array | None = field(default=None, kw_only=True)
     end_acceleration: Array | None = field(default=None, kw_only=True)
+    cyclic: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the quintic spline")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
         set_velocities(self)
+        check_cycle(self)
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -91,10 +96,12 @@ class SepticSpline(Interpolant):
         start_acceleration: [rad/s² or m/s²].
         end_velocity: [rad/s or m/s].
         end_acceleration: [rad/s² or m/s²].
+        cyclic: whether the end meets the start with all continuous derivatives; the last point is then the first one.
     """
 
     price_of_rest: ClassVar[str | None] = "its sixth derivative may jump there"
     takes_velocities: ClassVar[bool] = True
+    takes_cycles: ClassVar[bool] = True
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
@@ -104,12 +111,14 @@ class SepticSpline(Interpolant):
     start_acceleration: Array | None = field(default=None, kw_only=True)
     end_velocity: Array | None = field(default=None, kw_only=True)
     end_acceleration: Array | None = field(default=None, kw_only=True)
+    cyclic: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the septic spline")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
         set_velocities(self)
+        check_cycle(self)
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -128,5 +137,10 @@ class SepticSpline(Interpolant):
 def _spline(spline: Any, durations: Array, r: int) -> TrajectoryBatch:
     """The spline of one of these classes, with its given velocities."""
     ends = np.stack([getattr(spline, name) for name in END_STATES])
-    given = {"at_rest": spline.at_rest, "velocities": spline.velocities, "ends": ends if ends.any() else None}
+    given = {
+        "at_rest": spline.at_rest,
+        "velocities": spline.velocities,
+        "ends": ends if ends.any() else None,
+        "cyclic": spline.cyclic,
+    }
     return odd_spline(spline.points, durations, r, **given)
