@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from math import comb
+from typing import Any
 
 import numpy as np
 
@@ -81,15 +82,17 @@ def odd_spline(
         for place, (velocity, acceleration) in ((0, ends[:2]), (-1, ends[2:])):
             states[:, place, :, 1], states[:, place, :, 2] = velocity, 0.5 * acceleration
     known, values = known_velocities(points, at_rest, velocities or {})
-    for joints, at in alike(known, points.n_joints) if segments > 1 else []:
+    # A slice for all joints at once, which numpy does not copy.
+    groups: list[tuple[Any, list[int]]] = [*alike(known, points.n_joints)] if known else [(slice(None), [])]
+    for joints, at in groups if segments > 1 else []:
         outer = None if ends is None else states[:, [0, -1]][:, :, joints, 1:]
         positions, known_at = points.positions[:, joints], (at, values[at][:, joints])
         if cyclic:
             outer = np.repeat(_state_of_cycle(positions, durations, r, known_at)[:, None], 2, axis=1)
             states[:, 0, joints, 1:] = states[:, -1, joints, 1:] = outer[:, 0]
         states[:, 1:-1, joints, 1:] = _inner_derivatives(positions, durations, r, known_at, outer)
-        for joint in joints:
-            states[:, at, joint, 1] = values[at, joint]  # exactly, as rounding would carry the joint past the point
+        for point in at:
+            states[:, point, joints, 1] = values[point, joints]  # exactly: rounding would carry a joint past the point
     return PolynomialBatch(breaks_of(durations), hermite_segments(states[:, :-1], states[:, 1:], durations))
 
 
