@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings as python_warnings
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -14,8 +14,10 @@ import numpy as np
 from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.robot.likely_units import unit_warnings
+from trajevo.robot.limit_files import per_joint
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
 from trajevo.robot.masses import MovingBody, placeholders
+from trajevo.robot.moveit_limits import examined_joint_limits
 from trajevo.robot.robot import load_robot
 from trajevo.robot.robot_toml import RobotFile, entry_problems
 from trajevo.robot.urdf import (
@@ -91,12 +93,19 @@ class RobotExamination:
     warnings: tuple[str, ...]
 
 
-def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: bool | None = None) -> RobotExamination:
+def examine(
+    name: str | Path,
+    *,
+    lock: Collection[str] = (),
+    limits: str | Path | None = None,
+    allow_massless: bool | None = None,
+) -> RobotExamination:
     """All problems of a robot at once, even of one that :func:`~trajevo.robot.robot.load_robot` refuses.
 
     Args:
         name: as :func:`~trajevo.robot.robot.load_robot` takes it.
         lock: joints that will be locked.
+        limits: a MoveIt file, whose limits take the place of the robot's own.
         allow_massless: as for :func:`~trajevo.robot.robot.load_robot`.
 
     Returns:
@@ -128,6 +137,8 @@ def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: boo
         errors += _limit_problems(rows, file)
     elif settings is not None:
         rows = _rows_of_file(settings, rows, errors, lock)
+    if limits is not None:
+        rows = _rows_with_limits(Path(limits), rows, errors, lock)
     links = link_rows(robot)
     if not errors:
         errors += _loading_problem(name, moving=moving, lock=lock, links=links)
@@ -240,6 +251,34 @@ def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock
     return found
 
 
+def _rows_with_limits(file: Path, rows: list[JointRow], errors: list[str], lock: Collection[str]) -> list[JointRow]:
+    """The joints with the limits of a MoveIt file in the place of their own; what is wrong with it is an error."""
+    names, units = tuple(row.name for row in rows), tuple(row.unit for row in rows)
+    try:
+        found, problems = examined_joint_limits(file, names, units, lock)
+    except InvalidInputError as error:
+        errors.append(str(error))
+        return rows
+    errors += problems
+    for limit, given in found.items():
+        columns = ("lower", "upper") if limit == "position" else (limit,)
+        table = per_joint(limit, given, names, units, size=len(columns))
+        for k, row in enumerate(rows):
+            if row.name in given:
+                rows[k] = replace(row, **dict(zip(columns, table[k].tolist(), strict=True)))
+                errors += _limit_problems_of(file, rows[k], limit)
+    return rows
+
+
+def _limit_problems_of(file: Path, row: JointRow, limit: str) -> Iterator[str]:
+    """A limit of a joint that can be read but makes no sense."""
+    where = f"{file}: joint {row.name!r}: {limit}"
+    if limit == "position" and not row.lower < row.upper:
+        yield f"{where}: lower must be below upper, got {row.lower:g} and {row.upper:g} {row.unit}"
+    if limit != "position" and not getattr(row, limit) > 0.0:
+        yield f"{where}: expected a positive number, got {getattr(row, limit):g}"
+
+
 def _loading_problem(
     name: str | Path, *, moving: list[ElementTree.Element], lock: Collection[str], links: tuple[LinkRow, ...]
 ) -> Iterator[str]:
@@ -306,10 +345,12 @@ def _warnings(
             f"{file}: limits look like placeholders: effort {efforts.pop():g} and velocity {velocities.pop():g} "
             f"on every one of {len(rows)} joints"
         )
-    yield (
-        f"{file}: acceleration and jerk limits are not in a URDF: give them in robot.toml, in task.toml ([limits]) "
-        "or as limits={...}"
-    )
+    missing = [key for key in ("acceleration", "jerk") if any(np.isnan(getattr(row, key)) for row in rows)]
+    if missing:
+        yield (
+            f"{file}: {' and '.join(missing)} limits are not in a URDF: give them in robot.toml, in task.toml "
+            "([limits]) or as limits={...}"
+        )
     ends = tips(robot)
     if len(ends) > 1:
         yield f"{file}: several tips, so the tool must be named: tool= one of {', '.join(ends)}"

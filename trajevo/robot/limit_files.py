@@ -33,13 +33,13 @@ def declared_limits(
     for key, value in given.items():
         checked_name("limit", key, QUANTITIES)
         if key == "position":
-            pairs = _per_joint(key, value, names, units, size=2)
+            pairs = per_joint(key, value, names, units, size=2)
             columns["lower"], columns["upper"] = (
                 _merged(columns.get("lower"), pairs[:, 0]),
                 _merged(columns.get("upper"), pairs[:, 1]),
             )
         else:
-            columns[key] = _merged(columns.get(key), _per_joint(key, value, names, units)[:, 0])
+            columns[key] = _merged(columns.get(key), per_joint(key, value, names, units)[:, 0])
     for key in ("acceleration", "jerk"):
         missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
         if missing:
@@ -97,8 +97,13 @@ def _merged(before: Array | None, after: Array) -> Array:
     return after if before is None else np.where(np.isnan(after), before, after)
 
 
-def _per_joint(key: str, value: Any, names: tuple[str, ...], units: tuple[str, ...], *, size: int = 1) -> Array:
-    """Shape (n_joints, size), NaN where nothing was given."""
+def per_joint(key: str, value: Any, names: tuple[str, ...], units: tuple[str, ...], *, size: int = 1) -> Array:
+    """Values of a limit for each joint as given by a caller, shape (n_joints, size) [SI], NaN where none was given.
+
+    Raises:
+        UnknownNameError: a joint that the robot does not have.
+        InvalidInputError: another number of values, or one that is no number with a unit of the limit.
+    """
     table = np.full((len(names), size), np.nan)
     if isinstance(value, Mapping):
         for joint in value:

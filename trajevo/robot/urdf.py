@@ -11,13 +11,13 @@ from collections import Counter
 from collections.abc import Collection, Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.files import read_bytes, why_not
+from trajevo.base.plain import parsed_xml
 from trajevo.errors import InvalidInputError, nearest_names, no_such_file
 
 #: The numbers that Pinocchio's URDF parser reads; Python's float() takes more: nan, inf, 1_0, trailing spaces.
@@ -25,9 +25,6 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 #: Greatest number of links: Pinocchio's reader ends the process where a chain of 4,000 exhausts its stack.
 MOST_LINKS = 2_000
-
-#: Greatest depth of XML elements in each other; those of a URDF are seven deep.
-MOST_DEEP = 100
 
 #: Share by which a tensor may break the triangle inequality: files hold rounded numbers, which matters for thin plates.
 _ROUNDING = 1e-6
@@ -91,44 +88,6 @@ def read_urdf(file: Path) -> ElementTree.Element:
     except OSError as error:
         raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
     return parsed_xml(content, file)
-
-
-def parsed_xml(content: bytes, file: Path) -> ElementTree.Element:
-    """The top element of an XML file.
-
-    Raises:
-        InvalidInputError: it is not XML, declares entities, which could unpack to any size, or is deeper than
-            :data:`MOST_DEEP`.
-    """
-    try:
-        top = ElementTree.fromstring(content, ElementTree.XMLParser(target=_Builder()))
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{file}: {error}") from error
-    except (LookupError, ValueError, ElementTree.ParseError) as error:
-        raise InvalidInputError(f"{file}: cannot be read as XML: {error}") from error
-    found: ElementTree.Element = top
-    return found
-
-
-class _Builder(ElementTree.TreeBuilder):
-    """Builds elements, of a document without declarations and not too deep."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._depth = 0
-
-    def start(self, tag: Any, attrs: Any) -> ElementTree.Element:
-        self._depth += 1
-        if self._depth > MOST_DEEP:
-            raise InvalidInputError(f"expected XML elements at most {MOST_DEEP} deep in each other")
-        return super().start(tag, attrs)
-
-    def end(self, tag: str) -> ElementTree.Element:
-        self._depth -= 1
-        return super().end(tag)
-
-    def doctype(self, *_: object) -> None:
-        raise InvalidInputError("expected XML without <!DOCTYPE>, whose entities could unpack to any size")
 
 
 def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str] = ()) -> Iterator[str]:
