@@ -248,6 +248,21 @@ def test_contradictions_with_limits_and_durations_are_refused(problem, passing, 
     refused(lambda: problem(passing=passing), says)
 
 
+def test_lines_that_stop_are_told_by_how_much_they_miss_other_points(problem):
+    front = optimise(
+        problem(interpolant="linear_blends", passing=[{"point": 1, "dwell": 0.2}], via_error=0.2), **SMALL, seed=1
+    )
+    assert len(front), front.blocking
+    knee = front.pick("knee")
+    proven = certify(knee)
+    assert proven.proven
+    (told,) = [row for row in proven.rows if row.quantity == "via error"]
+    at = front.problem.via_times(knee.x)
+    missed = np.abs(knee.trajectory.evaluate(at)[0] - POINTS)
+    assert missed[1].max() < 1e-12
+    assert told.bound == pytest.approx(missed[2].max(), rel=1e-9)
+
+
 def test_windows_need_points_at_breaks(problem):
     window = [{"point": 1, "window": [0.5, 1.0]}]
     refused(

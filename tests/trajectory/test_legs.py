@@ -7,14 +7,13 @@ from tests.helpers import refused
 from trajevo import Interpolant, Passing, PolynomialBatch, QuinticSpline, Variable, ViaPoints
 from trajevo.path.passing import passings_of
 from trajevo.trajectory.interpolants import THROUGH_POINTS, CubicSpline, Legs, SepticSpline, interpolant_through
-from trajevo.trajectory.interpolants.interpolant import PassesNearby
 
 BOUNDS = (0.1, 20.0)
 POINTS = ViaPoints(np.random.default_rng(3).normal(size=(7, 3)))
 #: Legs of two, one and three segments: the hybrid curve needs three points, the others two.
 PASSING = (Passing(2, stop=True), Passing(3, dwell=0.4))
 LONG = (Passing(2, stop=True), Passing(4, dwell=0.4))
-STOPPING = sorted(name for name, make in THROUGH_POINTS.items() if not issubclass(make, PassesNearby))
+MEETING = sorted(name for name in THROUGH_POINTS if name != "linear_blends")
 #: Interpolant, and up to which order its derivatives are continuous where a velocity is given.
 GIVEN = {"quintic_spline": (QuinticSpline, 3), "septic_spline": (SepticSpline, 5), "cubic": (CubicSpline, 2)}
 
@@ -33,7 +32,7 @@ def jumps(motion, order):
     return np.abs(motion.jump(order)).max() / np.abs(motion.at_shares(np.linspace(0.0, 1.0, 9), order)).max()
 
 
-@pytest.mark.parametrize("name", STOPPING)
+@pytest.mark.parametrize("name", MEETING)
 def test_a_stop_is_at_rest_and_a_dwell_stays(name):
     interpolant = made(name, LONG)
     x = times(interpolant)
@@ -58,7 +57,7 @@ def test_a_stop_is_at_rest_and_a_dwell_stays(name):
     assert [variable.name for variable in moving] == [f"dt_{k}" for k in range(1, len(moving) + 1)]
 
 
-@pytest.mark.parametrize("name", STOPPING)
+@pytest.mark.parametrize("name", MEETING)
 def test_legs_are_the_motions_of_the_interpolant_itself(name):
     interpolant = made(name, LONG)
     x = times(interpolant)
@@ -154,6 +153,25 @@ def test_nothing_changes_without_wishes():
     assert isinstance(made(passing=[{"point": 2, "window": [1.0, 2.0]}]), QuinticSpline)
 
 
+def test_lines_with_blends_meet_the_points_at_which_they_stop():
+    interpolant = made("linear_blends", LONG)
+    assert [variable.name for variable in interpolant.variables if variable.unit == "1"] == [
+        "blend of leg 1",
+        "blend of leg 2",
+        "blend of leg 3",
+    ]
+    x = times(interpolant)
+    x[:, [2, 5, 8]] = [0.5, 0.7, 0.3]
+    motion, via = interpolant(x), interpolant.via_times(x)
+    errors = interpolant.via_errors(motion)
+    assert errors.shape == (5, 7, 3)
+    at = np.stack([motion[k].evaluate(np.minimum(via[k], motion.duration[k])[None])[0] for k in range(5)])
+    np.testing.assert_allclose(errors, np.abs(at - POINTS.positions), atol=1e-12)
+    assert errors[:, [0, 2, 4, 6]].max() < 1e-12
+    assert errors[:, [1, 3, 5]].min() > 0.0
+    assert made("quintic_spline").via_errors(made("quintic_spline")(times(made()))).shape == (5, 0, 3)
+
+
 class Restless(Interpolant):
     """Straight lines, which do not begin at rest."""
 
@@ -176,7 +194,6 @@ class Restless(Interpolant):
 
 def test_what_an_interpolant_cannot_do_is_refused():
     stop, given = (Passing(2, stop=True),), (Passing(2, velocity=[0.0, 0.0, 1.0]),)
-    refused(lambda: made("linear_blends", stop), "'linear_blends' passes points nearby: expected another interpolant")
     refused(lambda: made("hybrid", given), "passing: point 2: velocity: 'hybrid' takes none; quintic_spline,")
     refused(
         lambda: made("hybrid", (Passing(1, stop=True),)),

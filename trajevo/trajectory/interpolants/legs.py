@@ -54,8 +54,7 @@ class Legs(Interpolant):
 
     Raises:
         InvalidInputError: the interpolant takes too few points, no velocities, or no bounds for each duration; its
-            motions do not begin and end at rest, are no polynomials or pass their points nearby; or nothing is left to
-            choose.
+            motions do not begin and end at rest, or are no polynomials.
     """
 
     kind: str
@@ -67,6 +66,7 @@ class Legs(Interpolant):
     cyclic: bool = field(default=False, kw_only=True)
     _stops: tuple[Passing, ...] = field(init=False, repr=False)
     _legs: tuple[Interpolant, ...] = field(init=False, repr=False)
+    _counts: tuple[int, ...] = field(init=False, repr=False)
     _variables: tuple[Variable, ...] = field(init=False, repr=False)
     _fixed: tuple[tuple[int, float], ...] = field(init=False, repr=False)
 
@@ -111,6 +111,25 @@ class Legs(Interpolant):
             own = leg.via_times(part)
             times.append(times[-1][:, -1:] + wait + own[:, 1:] if times else own)
         return np.concatenate(times, axis=1)
+
+    def via_errors(self, trajectory: TrajectoryBatch) -> Array:
+        """How far motions pass their points, (B, n_points, n_joints) [rad or m]; of no point if all are met.
+
+        Stops are met whatever the interpolant does with the points between them.
+        """
+        motion, errors, first = (
+            _polynomials(trajectory, self.kind),
+            np.zeros((len(trajectory), 0, trajectory.n_joints)),
+            0,
+        )
+        waits = [*(stop.dwell > 0.0 for stop in self._stops), False]
+        for leg, count, wait in zip(self._legs, self._counts, waits, strict=True):
+            breaks, pieces = motion.breaks[:, first : first + count + 1], motion.coefficients[:, first : first + count]
+            if isinstance(leg, PassesNearby):
+                own = leg.via_errors(PolynomialBatch(breaks - breaks[:, :1], pieces))
+                errors = np.concatenate([errors[:, :-1], own], axis=1)
+            first += count + wait
+        return errors
 
     def _ends(self) -> list[tuple[int, int]]:
         """First and last point of every leg."""
@@ -183,14 +202,12 @@ class Legs(Interpolant):
 
     def _check_motions(self) -> None:
         """Refuse interpolants whose motions cannot be put together, or whose durations cannot be bounded one by one."""
+        counts: list[int] = []
         shares = np.array([0.0, 0.3, 0.6, 1.0])  # not the middle, where an acceleration may vanish
         for leg, (first, last) in zip(self._legs, self._ends(), strict=True):
             x = example_of(leg)
             motion = _polynomials(leg(x), self.kind)
-            if isinstance(leg, PassesNearby) and self._stops:
-                raise InvalidInputError(
-                    f"passing: {self.kind!r} passes points nearby: expected another interpolant to stop at a point"
-                )
+            counts.append(motion.segment_durations.shape[1])
             spans = np.diff(leg.via_times(x), axis=1)
             if self.duration_bounds.ndim == 2 and (spans.shape != x.shape or np.abs(spans - x).max() > _ROUNDING):
                 raise InvalidInputError(
@@ -202,6 +219,7 @@ class Legs(Interpolant):
                 inner = [k for k, point in ((0, first), (-1, last)) if 0 < point < len(self.points) - 1]
                 if inner and values[inner].max() > _REST * values.max():
                     raise InvalidInputError(f"passing: {self.kind!r} does not begin and end at rest, as a stop needs")
+        object.__setattr__(self, "_counts", tuple(counts))
 
 
 def checked_durations(given: Any, count: int) -> Array:
