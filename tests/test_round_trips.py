@@ -290,12 +290,17 @@ def via_points(draw):
     if unused and "effort" not in constraints:
         constraints = (*constraints, "effort")
     interpolant = draw.choice([*THROUGH_POINTS])
+    cyclic = interpolant in ("quintic_spline", "septic_spline") and draw.chance(0.3)
+    if cyclic:
+        rows = draw.rows(dof)
+        points, count = draw.listed(np.vstack([rows, rows[:1]])), len(rows) + 1
     data = {
         "robot": robot,
         "points": points,
         "duration_bounds": durations(draw, count, interpolant),
         "interpolant": interpolant,
-        "passing": passing(draw, dof, count, interpolant),
+        "passing": () if cyclic else passing(draw, dof, count, interpolant),
+        "cyclic": cyclic,
         "moving": draw.moving(dof, count) if draw.chance(0.4) else (),
         "objectives": objectives,
         "constraints": constraints,

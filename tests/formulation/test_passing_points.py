@@ -382,6 +382,27 @@ def test_a_task_says_it_in_a_file_and_commands_keep_it(tmp_path):
     assert len(front) > 0
 
 
+def test_a_problem_by_name_is_told_on_the_command_line(tmp_path):
+    (tmp_path / "two.urdf").write_text(URDF, encoding="utf-8")
+    (tmp_path / "points.csv").write_text("a [deg], b [deg]\n10, 30\n60, 50\n20, 80\n", encoding="utf-8")
+    settings = (
+        "robot={name='two.urdf', tool='tcp', limits={acceleration=10.0, jerk=200.0}}",
+        "passing=[{point=1, dwell=0.4}]",
+        "duration_bounds=[[0.1, 4.0], [0.9, 0.9]]",
+    )
+    given = [word for setting in settings for word in ("--set", setting)]
+    done = trajevo("check", "via-points", "--points", "points.csv", *given, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    done = trajevo(
+        "check", "via-points", "--points", "points.csv", *given[:3], "passing=[{point=2, dwell=1}]", cwd=tmp_path
+    )
+    assert done.returncode != 0
+    assert (
+        "passing: point 2: dwell: expected an inner point, 1 to 1, got the last, where the motion ends at"
+        in done.stderr
+    )
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [

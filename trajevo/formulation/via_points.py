@@ -149,7 +149,7 @@ class ViaPointProblem(TrajectoryProblem):
             "interpolant": interpolant,
             "moving": [_box_settings(box) for box in boxes],
             "passing": [one.settings for one in asked],
-            "cyclic": cyclic,
+            **({"cyclic": True} if cyclic else {}),  # hardly any motion is, and settings are told
             "objectives": list(objectives),
             "constraints": list(constraints),
             **_settings_of_limits(parameters, limits),
