@@ -107,7 +107,7 @@ IN_THE_TASK = [
     (
         "name =",
         "nam =",
-        "task.toml: line 1: robot.nam: unknown key; known: allow_massless, gravity, lock, name, "
+        "task.toml: line 1: robot.nam: unknown key; known: allow_massless, dh, gravity, joints, kind, lock, name, "
         "packages, tool; did you mean 'name'?",
     ),
     (

@@ -9,6 +9,7 @@ more column of the points.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -75,7 +76,6 @@ class MovingPoints(Interpolant):
     passing: tuple[Passing, ...] = field(default=(), kw_only=True)
     cyclic: bool = field(default=False, kw_only=True)
     _inner: Interpolant = field(init=False, repr=False)
-    _kinematics: ToolKinematics = field(init=False, repr=False)
     _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
     _starts: tuple[int, ...] = field(init=False, repr=False)
     _group: tuple[int, ...] = field(init=False, repr=False)
@@ -87,7 +87,6 @@ class MovingPoints(Interpolant):
         ViaPoints.for_robot(self.robot, self.points.positions)
         object.__setattr__(self, "boxes", tuple(self.boxes))
         self._check_boxes()
-        object.__setattr__(self, "_kinematics", ToolKinematics.of(self.robot))
         object.__setattr__(self, "_offsets", tuple(self._offsets_of(box) for box in self.boxes))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
         object.__setattr__(self, "_inner", self._with_indicators())
@@ -98,6 +97,10 @@ class MovingPoints(Interpolant):
             )
         object.__setattr__(self, "_starts", starts or ())
         self._check_linear()
+
+    @cached_property
+    def _kinematics(self) -> ToolKinematics:
+        return ToolKinematics.of(self.robot)
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -232,6 +235,8 @@ class MovingPoints(Interpolant):
         for box in self.boxes:
             if not isinstance(box, JointBox | CartesianBox):
                 raise InvalidInputError(f"boxes: expected JointBox or CartesianBox, got {type(box).__name__}")
+            if isinstance(box, CartesianBox):
+                self.robot.check_body("a box of the tool")
             least, most = (0, last) if self.ends else (1, last - 1)
             if not least <= box.point <= most:
                 advice = "" if self.ends else "; the ends move only with ends=True"

@@ -48,7 +48,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "passing": [_passing(one, robot, to_rad) for one in settings.passing],
         "cyclic": settings.cyclic,
         "objectives": settings.objectives,
-        "constraints": settings.constraints.limits,
+        "constraints": _limits_kept(settings, robot),
         **settings.parameters,
         "limits": settings.constraints.held,
         "payload": settings.payload
@@ -65,6 +65,13 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         raise InvalidInputError(where.guess(error)) from error
 
 
+def _limits_kept(settings: TaskSettings, robot: Robot) -> list[str]:
+    """Names of the limits: those of the file, or all that the robot can have."""
+    listed = settings.constraints.limits
+    given = "limits" in settings.constraints.model_fields_set
+    return listed if given or robot.has_body else [name for name in listed if name != "effort"]
+
+
 def _robot(settings: TaskSettings, folder: Path) -> Robot:
     given: dict[str, Any] = (
         {"name": settings.robot} if isinstance(settings.robot, str) else settings.robot.model_dump(exclude_none=True)
@@ -72,6 +79,8 @@ def _robot(settings: TaskSettings, folder: Path) -> Robot:
     limits = settings.limits.model_dump(exclude_none=True)
     if limits:
         given["limits"] = limits
+    if not {"dh", "joints", "kind"}.isdisjoint(given):
+        return robot_of(given)
     name = Path(given["name"])
     if robot_path(name, folder=folder) or name.suffix or len(name.parts) > 1:
         given["name"] = folder / name

@@ -13,6 +13,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
+from trajevo.robot.loading.dh_keys import DhKeys
 
 _Number = Annotated[float, pydantic.Strict()]
 _Values = _Number | str | list[_Number | str] | dict[str, _Number | str]
@@ -23,7 +24,12 @@ class _Strict(pydantic.BaseModel):
 
 
 class _Robot(_Strict):
+    """A robot by its name or file; or a Denavit-Hartenberg table; or joints alone, whose limits are in ``[limits]``."""
+
     name: str
+    dh: DhKeys | None = None
+    joints: list[str] | None = None
+    kind: str | list[str] | None = None
     tool: str | None = None
     lock: dict[str, _Number] | None = None
     gravity: tuple[_Number, _Number, _Number] | None = None

@@ -30,16 +30,7 @@ def declared_limits(
 ) -> dict[str, Array]:
     """Columns of JointLimits, SI: limits of ``robot.toml``, or else of the URDF, overridden by those of the caller."""
     columns = dict(declared) if declared is not None else _of_urdf(model)
-    for key, value in given.items():
-        checked_name("limit", key, QUANTITIES)
-        if key == "position":
-            pairs = per_joint(key, value, names, units, size=2)
-            columns["lower"], columns["upper"] = (
-                _merged(columns.get("lower"), pairs[:, 0]),
-                _merged(columns.get("upper"), pairs[:, 1]),
-            )
-        else:
-            columns[key] = _merged(columns.get(key), per_joint(key, value, names, units)[:, 0])
+    _replace(columns, given, names, units)
     for key in ("acceleration", "jerk"):
         missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
         if missing:
@@ -50,6 +41,33 @@ def declared_limits(
             )
     _check(columns, names, urdf)
     return columns
+
+
+def limits_or_none(
+    names: tuple[str, ...], units: tuple[str, ...], given: Mapping[str, Any], where: str
+) -> dict[str, Array]:
+    """Columns of JointLimits, SI, of a robot that no file gives limits: those of the caller, and else none."""
+    columns = {key: np.full(len(names), np.inf) for key in ("upper", *QUANTITIES[1:])}
+    columns["lower"] = -columns["upper"]
+    _replace(columns, given, names, units)
+    _check(columns, names, where)
+    return columns
+
+
+def _replace(
+    columns: dict[str, Array], given: Mapping[str, Any], names: tuple[str, ...], units: tuple[str, ...]
+) -> None:
+    """Replace limits by those of the caller."""
+    for key, value in given.items():
+        checked_name("limit", key, QUANTITIES)
+        if key == "position":
+            pairs = per_joint(key, value, names, units, size=2)
+            columns["lower"], columns["upper"] = (
+                _merged(columns.get("lower"), pairs[:, 0]),
+                _merged(columns.get("upper"), pairs[:, 1]),
+            )
+        else:
+            columns[key] = _merged(columns.get(key), per_joint(key, value, names, units)[:, 0])
 
 
 def given_limits(
@@ -67,7 +85,7 @@ def given_limits(
     return {} if given is None else given
 
 
-def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path) -> None:
+def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path | str) -> None:
     """Refuse limits of zero, which mean "not known" in many URDFs, and empty ranges."""
     for key in QUANTITIES[1:]:
         for name, value in zip(names, columns[key].tolist(), strict=True):

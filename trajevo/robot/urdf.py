@@ -90,7 +90,7 @@ def read_urdf(file: Path) -> ElementTree.Element:
     return parsed_xml(content, file)
 
 
-def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str] = ()) -> Iterator[str]:
+def urdf_problems(robot: ElementTree.Element, file: Path | str, locked: Collection[str] = ()) -> Iterator[str]:
     """All reasons to refuse a URDF before Pinocchio reads it, one sentence each.
 
     These are numbers that cannot be read, a negative mass, an inertia that is not positive definite or breaks the
@@ -220,7 +220,7 @@ def _limit_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
                 yield f"{where}: limit: {key}: expected a positive number, got {value:g}"
 
 
-def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
+def _name_problems(robot: ElementTree.Element, file: Path | str) -> Iterator[str]:
     for tag in ("link", "joint"):
         counts = Counter(element.get("name") for element in robot.iterfind(tag))
         for name, count in counts.items():
@@ -232,7 +232,7 @@ def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
                 yield f"{file}: {tag} {name!r}: expected a unique name, got {count} {tag}s with that name"
 
 
-def _tree_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
+def _tree_problems(robot: ElementTree.Element, file: Path | str) -> Iterator[str]:
     """Links that the joints do not connect into one tree."""
     links = list(dict.fromkeys(link.get("name", "") for link in robot.iterfind("link")))
     parents: dict[str, list[str]] = {link: [] for link in links}
