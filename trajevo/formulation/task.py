@@ -11,7 +11,7 @@ from trajevo.base.toml import Places
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
-from trajevo.formulation.task_file import MovingSettings, TaskSettings
+from trajevo.formulation.task_file import MovingSettings, PassingSettings, TaskSettings
 from trajevo.formulation.via_points import LONGEST_TITLE, checked_title
 from trajevo.path.via_points import joint_points
 from trajevo.robot.locate import robot_path
@@ -45,6 +45,8 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "duration_bounds": settings.duration_bounds,
         "interpolant": settings.interpolant,
         "moving": [_box(box, robot, to_rad) for box in settings.moving],
+        "passing": [_passing(one, robot, to_rad) for one in settings.passing],
+        "cyclic": settings.cyclic,
         "objectives": settings.objectives,
         "constraints": _limits_kept(settings, robot),
         **settings.parameters,
@@ -110,6 +112,11 @@ def _box(box: MovingSettings, robot: Robot, to_rad: float) -> Mapping[str, Any]:
         return {"point": box.point, "tool": list(box.tool)}
     widths = box.joints if isinstance(box.joints, list) else [box.joints or 0.0] * robot.dof
     return {"point": box.point, "joints": _in_radians(widths, robot, to_rad)}
+
+
+def _passing(one: PassingSettings, robot: Robot, to_rad: float) -> Mapping[str, Any]:
+    given = one.model_dump(exclude_none=True)
+    return given | {key: _in_radians(given[key], robot, to_rad) for key in ("velocity", "acceleration") if key in given}
 
 
 def _in_radians(values: list[float], robot: Robot, to_rad: float) -> list[float]:
