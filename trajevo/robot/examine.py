@@ -18,18 +18,10 @@ from trajevo.robot.locate import RobotSource, other_robot, robot_source
 from trajevo.robot.masses import MovingBody, placeholders
 from trajevo.robot.robot import load_robot
 from trajevo.robot.robot_toml import RobotFile, entry_problems
-from trajevo.robot.urdf import (
-    Body,
-    LinkRow,
-    bodies,
-    dropped_friction,
-    link_rows,
-    massless_bodies,
-    read_urdf,
-    tips,
-    urdf_number,
-    urdf_problems,
-)
+from trajevo.robot.urdf.bodies import Body, LinkRow, bodies, link_rows, massless_bodies, tips
+from trajevo.robot.urdf.file import read_urdf, urdf_number
+from trajevo.robot.urdf.joints import dropped_friction
+from trajevo.robot.urdf.problems import urdf_problems
 
 #: If no effort limit is below this one, all are taken for placeholders: the URDF format requires numbers [N·m or N].
 PLACEHOLDER_EFFORT = 1000.0

@@ -27,7 +27,9 @@ from trajevo.robot.locate import list_robots, robot_path, robot_source, warn_of_
 from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Transmission
-from trajevo.robot.urdf import checked_urdf, dropped_friction, tips
+from trajevo.robot.urdf.bodies import tips
+from trajevo.robot.urdf.joints import dropped_friction
+from trajevo.robot.urdf.problems import checked_urdf
 
 #: Beginning of the names of links' frames that must differ from those of joints for a while.
 _LINK = "link of trajevo "
@@ -301,7 +303,7 @@ def load_robot(
             such tool frame or joint to lock; the message lists the known names.
         InvalidInputError: the name is neither text nor a path, ``robot.toml`` is refused by
             :class:`~trajevo.robot.robot_toml.RobotFile`, the URDF is refused by
-            :func:`~trajevo.robot.urdf.checked_urdf` or by Pinocchio, a joint is neither revolute nor prismatic, or a
+            :func:`~trajevo.robot.urdf.problems.checked_urdf` or by Pinocchio, a joint is neither revolute nor prismatic, or a
             limit is missing. The message names the file and, where there is one, the joint or link and the value.
     """
     source = robot_source(name)

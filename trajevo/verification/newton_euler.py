@@ -17,7 +17,7 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
-from trajevo.robot.urdf import read_urdf
+from trajevo.robot.urdf.file import read_urdf
 
 _NOTHING = Payload(0.0)
 

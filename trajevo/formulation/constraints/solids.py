@@ -18,7 +18,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.scene import Box, Cylinder, Obstacle, Sphere
 from trajevo.robot.meshes import check_solids
 from trajevo.robot.robot import Robot, held_still
-from trajevo.robot.urdf import checked_urdf
+from trajevo.robot.urdf.problems import checked_urdf
 
 
 @final

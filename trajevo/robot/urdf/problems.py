@@ -1,33 +1,21 @@
-"""URDF files: checks before Pinocchio reads them, and their links, rigid bodies and tips.
-
-The checks are needed because Pinocchio silently drops an inertia that it cannot read.
-"""
+"""Checks of a URDF before Pinocchio reads it, which silently drops an inertia that it cannot read."""
 
 from __future__ import annotations
 
-import os
-import re
 from collections import Counter
 from collections.abc import Collection, Generator, Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.base.files import read_bytes, why_not
-from trajevo.errors import InvalidInputError, nearest_names, no_such_file
-
-#: The numbers that Pinocchio's URDF parser reads; Python's float() takes more: nan, inf, 1_0, trailing spaces.
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+from trajevo.errors import InvalidInputError, nearest_names
+from trajevo.robot.urdf.bodies import bodies
+from trajevo.robot.urdf.file import read_urdf, urdf_number
 
 #: Greatest number of links: Pinocchio's reader ends the process where a chain of 4,000 exhausts its stack.
 MOST_LINKS = 2_000
-
-#: Greatest depth of XML elements in each other; those of a URDF are seven deep.
-MOST_DEEP = 100
 
 #: Share by which a tensor may break the triangle inequality: files hold rounded numbers, which matters for thin plates.
 _ROUNDING = 1e-6
@@ -76,59 +64,6 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
         for child in [child for child in parent if child.tag in _NOT_READ]:
             parent.remove(child)
     return ElementTree.tostring(robot, encoding="unicode")
-
-
-def read_urdf(file: Path) -> ElementTree.Element:
-    """The top element of a URDF.
-
-    Raises:
-        InvalidInputError: there is no such file, or it is not XML.
-    """
-    if not os.path.isfile(file):
-        raise InvalidInputError(no_such_file(file, "URDF file"))
-    try:
-        content = read_bytes(file)
-    except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
-    return parsed_xml(content, file)
-
-
-def parsed_xml(content: bytes, file: Path) -> ElementTree.Element:
-    """The top element of an XML file.
-
-    Raises:
-        InvalidInputError: it is not XML, declares entities, which could unpack to any size, or is deeper than
-            :data:`MOST_DEEP`.
-    """
-    try:
-        top = ElementTree.fromstring(content, ElementTree.XMLParser(target=_Builder()))
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{file}: {error}") from error
-    except (LookupError, ValueError, ElementTree.ParseError) as error:
-        raise InvalidInputError(f"{file}: cannot be read as XML: {error}") from error
-    found: ElementTree.Element = top
-    return found
-
-
-class _Builder(ElementTree.TreeBuilder):
-    """Builds elements, of a document without declarations and not too deep."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._depth = 0
-
-    def start(self, tag: Any, attrs: Any) -> ElementTree.Element:
-        self._depth += 1
-        if self._depth > MOST_DEEP:
-            raise InvalidInputError(f"expected XML elements at most {MOST_DEEP} deep in each other")
-        return super().start(tag, attrs)
-
-    def end(self, tag: str) -> ElementTree.Element:
-        self._depth -= 1
-        return super().end(tag)
-
-    def doctype(self, *_: object) -> None:
-        raise InvalidInputError("expected XML without <!DOCTYPE>, whose entities could unpack to any size")
 
 
 def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str] = ()) -> Iterator[str]:
@@ -326,13 +261,6 @@ def _origin_problems(parent: ElementTree.Element, where: str) -> Iterator[str]:
             yield from _vector(origin, key, f"{where}: origin")
 
 
-def urdf_number(text: str | None) -> float | None:
-    """A number as Pinocchio's parser reads it, or None if it cannot."""
-    if text is None or not (_NUMBER.fullmatch(text) and np.isfinite(float(text))):
-        return None
-    return float(text)
-
-
 def _number(element: ElementTree.Element, key: str, where: str) -> _Reading:
     value = urdf_number(element.get(key))
     if value is None:
@@ -347,109 +275,3 @@ def _vector(element: ElementTree.Element, key: str, where: str) -> Generator[str
         yield f"{where}: expected three finite numbers as {key}, got {element.get(key)!r}"
         return None
     return np.array(parts, dtype=float)
-
-
-@dataclass(frozen=True)
-class LinkRow:
-    """One link, SI; NaN where the file gives no number.
-
-    Attributes:
-        name: name of the link.
-        mass: mass, 0 without ``<inertial>`` [kg].
-        moments: principal moments of inertia about the centre of mass, ascending [kg·m²].
-    """
-
-    name: str
-    mass: float
-    moments: tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Body:
-    """Links that are rigidly connected, and the joint that moves them, None for the base."""
-
-    joint: str | None
-    links: tuple[LinkRow, ...]
-
-
-def link_rows(robot: ElementTree.Element) -> tuple[LinkRow, ...]:
-    """The links of a URDF in its order."""
-    return tuple(_row(link) for link in robot.iterfind("link"))
-
-
-def bodies(robot: ElementTree.Element, lock: Collection[str]) -> tuple[Body, ...]:
-    """Groups of links that fixed and locked joints connect, each with the joint that moves the group."""
-    carriers: dict[str, ElementTree.Element] = {}
-    for joint in robot.iterfind("joint"):
-        carriers.setdefault(_end(joint, "child"), joint)
-    held: dict[str | None, list[LinkRow]] = {}
-    tops: dict[str, str] = {}  # link -> the uppermost one of its body
-    for link in link_rows(robot):
-        at, passed = link.name, {link.name: None}
-        while at not in tops and at in carriers and _holds_still(carriers[at], lock):
-            at = _end(carriers[at], "parent")
-            if at in passed:  # a loop, which is reported as such
-                break
-            passed[at] = None
-        top = tops.get(at, at)
-        tops.update(dict.fromkeys(passed, top))
-        mover = carriers[top].get("name", "") if top in carriers else None
-        held.setdefault(mover, []).append(link)
-    return tuple(Body(joint, tuple(links)) for joint, links in held.items())
-
-
-def _holds_still(joint: ElementTree.Element, lock: Collection[str]) -> bool:
-    return joint.get("type") == "fixed" or joint.get("name") in lock
-
-
-def massless_bodies(found: tuple[Body, ...]) -> Iterator[tuple[str, list[str]]]:
-    """Joints that move a body without mass, and the links of that body."""
-    for body in found:
-        if body.joint is not None and not any(link.mass for link in body.links):  # NaN is true: reported elsewhere
-            yield body.joint, [link.name for link in body.links]
-
-
-def dropped_friction(robot: ElementTree.Element, lock: Collection[str]) -> Iterator[str]:
-    """Friction and damping of ``<dynamics>``, which efforts leave out, one clause for each joint that has any."""
-    for joint in robot.iterfind("joint"):
-        element = joint.find("dynamics")
-        if element is None or joint.get("type") == "fixed" or joint.get("name") in lock:
-            continue
-        unit = "N" if joint.get("type") == "prismatic" else "N·m"
-        rate = "N·s/m" if joint.get("type") == "prismatic" else "N·m·s/rad"
-        parts = []
-        for key, of in (("friction", unit), ("damping", rate)):
-            value = _read(element, key)
-            if value > 0.0:  # NaN: not given, or unreadable, which the reader of the model ignores as well
-                parts.append(f"{key} {value:g} {of}")
-        if parts:
-            yield f"{' and '.join(parts)} of {joint.get('name')!r}"
-
-
-def tips(robot: ElementTree.Element) -> list[str]:
-    """Links that carry no other link."""
-    parents = {_end(joint, "parent") for joint in robot.iterfind("joint")}
-    return [link.get("name", "") for link in robot.iterfind("link") if link.get("name", "") not in parents]
-
-
-def _row(link: ElementTree.Element) -> LinkRow:
-    inertial = link.find("inertial")
-    if inertial is None:
-        return LinkRow(link.get("name", ""), 0.0, (0.0, 0.0, 0.0))
-    mass = _read(inertial.find("mass"), "value")
-    ixx, ixy, ixz, iyy, iyz, izz = (
-        _read(inertial.find("inertia"), key) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    )
-    tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    moments = np.linalg.eigvalsh(tensor) if np.isfinite(tensor).all() else np.full(3, np.nan)
-    return LinkRow(link.get("name", ""), mass, (float(moments[0]), float(moments[1]), float(moments[2])))
-
-
-def _read(element: ElementTree.Element | None, key: str) -> float:
-    value = None if element is None else urdf_number(element.get(key))
-    return float("nan") if value is None else value
-
-
-def _end(joint: ElementTree.Element, role: str) -> str:
-    element = joint.find(role)
-    return "" if element is None else element.get("link", "")
