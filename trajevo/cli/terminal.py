@@ -186,7 +186,9 @@ def print_examination(out: Console, examination: RobotExamination) -> None:
     joints = Table("joint", "type", "unit", "lower", "upper", "velocity", "acceleration", "jerk", "effort", box=SIMPLE)
     for joint in examination.joints:
         limits = (joint.lower, joint.upper, joint.velocity, joint.acceleration, joint.jerk, joint.effort)
-        shown = ("-" if np.isnan(value) else f"{value:.6g}" for value in limits)
+        shown = ["-" if np.isnan(value) else f"{value:.6g}" for value in limits]
+        if np.isneginf(joint.lower) and np.isposinf(joint.upper):
+            shown[:2] = "no range", ""
         joints.add_row(escape(joint.name), joint.type, joint.unit, *shown)
     links = table_with_units("link", "mass [kg]", "principal moments of inertia [kg·m²]", box=SIMPLE)
     for link in examination.links:

@@ -19,7 +19,7 @@ from trajevo.robot.masses import MovingBody, placeholders
 from trajevo.robot.robot import load_robot
 from trajevo.robot.robot_toml import RobotFile, entry_problems
 from trajevo.robot.urdf.bodies import Body, LinkRow, bodies, link_rows, massless_bodies, tips
-from trajevo.robot.urdf.file import read_urdf, urdf_number
+from trajevo.robot.urdf.file import read_number, read_urdf, urdf_number
 from trajevo.robot.urdf.joints import dropped_friction
 from trajevo.robot.urdf.problems import urdf_problems
 
@@ -110,12 +110,6 @@ def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: boo
     if urdf is not None:
         errors += urdf_problems(robot, urdf, lock)
         errors += _lock_problems(robot, urdf, lock)
-        errors += [
-            f"{urdf}: joint {row.name!r} is a continuous joint; expected revolute or prismatic, "
-            f"or lock it: lock={{{row.name!r}: position}}"
-            for row in rows
-            if row.type == "continuous"
-        ]
     if source.settings is None:
         errors += _limit_problems(rows, file)
     elif settings is not None:
@@ -174,10 +168,13 @@ def _urdf_of(settings: Path) -> Path | None:
 def _row(joint: ElementTree.Element) -> JointRow:
     kind, limit = joint.get("type", ""), joint.find("limit")
     given: dict[str, str] = {} if limit is None else limit.attrib
-    # In the URDF format a lower or upper limit that is missing is 0; a continuous joint has neither.
-    absent = "0" if limit is not None and kind != "continuous" else None
-    lower, upper = (_value(given.get(key, absent)) for key in ("lower", "upper"))
-    velocity, effort = (_value(given.get(key)) for key in ("velocity", "effort"))
+    if kind == "continuous":  # which has no range, and without <limit> no limits at all
+        lower, upper = -np.inf, np.inf
+    else:  # in the URDF format a lower or upper limit that is missing is 0
+        lower, upper = (_value(given.get(key, None if limit is None else "0")) for key in ("lower", "upper"))
+    velocity, effort = (
+        np.inf if limit is None and kind == "continuous" else _value(given.get(key)) for key in ("velocity", "effort")
+    )
     return JointRow(joint.get("name", ""), kind, _UNITS[kind], lower, upper, velocity, np.nan, np.nan, effort)
 
 
@@ -200,7 +197,7 @@ def _limit_problems(rows: list[JointRow], urdf: Path) -> Iterator[str]:
     """Limits of a URDF that can be read but make no sense; NaN marks those that cannot be read, reported elsewhere."""
     for row in rows:
         where = f"{urdf}: joint {row.name!r}: limit"
-        if row.lower >= row.upper and row.type != "continuous":
+        if row.lower >= row.upper:
             yield f"{where}: lower must be below upper, got {row.lower:g} and {row.upper:g} {row.unit}"
         for key, unit in (("velocity", f"{row.unit}/s"), ("effort", "N" if row.unit == "m" else "N·m")):
             value = getattr(row, key)
@@ -290,6 +287,7 @@ def _warnings(
             f"{file}: efforts leave out what <dynamics> says: {', '.join(clauses)}; give it in robot.toml, as "
             "coulomb_friction and viscous_friction"
         )
+    yield from _continuous_warnings(file, robot, rows)
     efforts, velocities = {row.effort for row in rows}, {row.velocity for row in rows}
     if rows and all(row.effort >= PLACEHOLDER_EFFORT for row in rows):
         yield f"{file}: effort limits look like placeholders: {min(efforts):g} or more on every joint"
@@ -305,3 +303,19 @@ def _warnings(
     ends = tips(robot)
     if len(ends) > 1:
         yield f"{file}: several tips, so the tool must be named: tool= one of {', '.join(ends)}"
+
+
+def _continuous_warnings(file: Path, robot: ElementTree.Element, rows: list[JointRow]) -> Iterator[str]:
+    """Numbers of continuous joints that are not used, or that are missing."""
+    endless = {row.name for row in rows if row.type == "continuous"}
+    for joint in robot.iterfind("joint"):
+        name, limit = joint.get("name"), joint.find("limit")
+        if name not in endless:
+            continue
+        if limit is None:
+            yield f"{file}: joint {name!r} is continuous and has no <limit>: its velocity and effort are not limited"
+        elif read_number(limit, "lower") < read_number(limit, "upper"):
+            yield (
+                f"{file}: joint {name!r} is continuous, so the range of its <limit>, {limit.get('lower')} to "
+                f"{limit.get('upper')} rad, is not used; if it is meant, give it as limits={{'position': ...}}"
+            )

@@ -19,7 +19,6 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
-from trajevo.base.units import to_si
 from trajevo.errors import InvalidInputError, UnknownNameError, no_such_file
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits
@@ -29,90 +28,11 @@ from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf.bodies import tips
 from trajevo.robot.urdf.joints import dropped_friction
+from trajevo.robot.urdf.model import build_model
 from trajevo.robot.urdf.problems import checked_urdf
-
-#: Beginning of the names of links' frames that must differ from those of joints for a while.
-_LINK = "link of trajevo "
-
-#: Positions that may be in degrees or millimetres if they are outside a joint's range [rad or m].
-_LOCKED_FAR = {"rad": 2.0 * np.pi, "m": 1.0}
 
 #: Gravity above which numbers are not believed; on Jupiter it is 24.8 [m/s²].
 _MOST_GRAVITY = 100.0
-
-
-def build_model(text: str, file: Path, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
-    """Pinocchio model of a checked URDF with some joints locked, and the unit of every remaining joint."""
-    try:
-        model = pin.buildModelFromXML(text)
-    except (ValueError, RuntimeError) as error:
-        raise InvalidInputError(f"{file}: Pinocchio cannot read it: {error}") from error
-    model = _locked(model, file, lock)
-    units = tuple(_joint_unit(joint, name, file) for joint, name in zip(model.joints[1:], model.names[1:], strict=True))
-    return model, units
-
-
-def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[int], Array]:
-    """Numbers of the joints to lock in the full model, and a configuration of it with their locked positions."""
-    held = pin.neutral(model)
-    numbers = []
-    for name, position in lock.items():
-        if name not in list(model.names)[1:]:
-            raise UnknownNameError(f"joint to lock in {file}", name, list(model.names)[1:])
-        real = isinstance(position, int | float | np.number) and not isinstance(position, bool)
-        if not (real and np.isfinite(position)):
-            raise InvalidInputError(f"{file}: lock: expected a position of joint {name!r} [rad or m], got {position!r}")
-        joint = model.joints[model.getJointId(name)]
-        _check_locked(model, file, name, joint, float(position))
-        numbers.append(model.getJointId(name))
-        turned = [np.cos(position), np.sin(position)] if joint.nq == 2 and joint.nv == 1 else [position]
-        held[joint.idx_q : joint.idx_q + joint.nq] = turned
-    return numbers, held
-
-
-def _check_locked(model: Any, file: Path, name: str, joint: Any, position: float) -> None:
-    """Refuse a position that must be in degrees or millimetres: beyond the joint's range, and inside it in those."""
-    if joint.nq != 1:
-        return
-    low, high = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
-    unit, likely = ("m", "mm") if "JointModelP" in joint.shortname() else ("rad", "deg")
-    inside = position * to_si(likely)
-    if not low <= position <= high and abs(position) > _LOCKED_FAR[unit] and low <= inside <= high:
-        raise InvalidInputError(
-            f"{file}: lock: {name!r}: {position:g} {unit} is outside its range {low:g} to {high:g} {unit} and looks "
-            f"like {likely}: positions of locked joints are in {unit}, here {inside:.6g}"
-        )
-
-
-def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
-    """The model without its locked joints, in which a name that a link and a joint share is that of the link's frame.
-
-    Pinocchio finds a joint to lock by the name of its frame, which must then be the only one of that name.
-    """
-    if lock and len(lock) == model.njoints - 1:
-        raise InvalidInputError(f"{file}: lock: expected at least one joint left to move, got all locked: {list(lock)}")
-    links = [frame for frame in model.frames if frame.type == pin.BODY]
-    shared = {frame.name for frame in links} & {frame.name for frame in model.frames if frame.type != pin.BODY}
-    for frame in links:
-        frame.name = f"{_LINK}{frame.name}" if frame.name in shared else frame.name
-    reduced = pin.buildReducedModel(model, *held_still(model, file, lock)) if lock else model
-    for frame in reduced.frames:
-        if frame.type == pin.BODY:
-            frame.name = frame.name.removeprefix(_LINK)
-        elif frame.name in shared:
-            frame.name = f"joint {frame.name}"
-    return reduced
-
-
-def _joint_unit(joint: Any, name: str, file: Path) -> str:
-    """Unit of a joint's coordinate; only joints with exactly one coordinate can be planned for."""
-    kind = joint.shortname()
-    if joint.nq != 1 or joint.nv != 1:
-        raise InvalidInputError(
-            f"{file}: joint {name!r} is a {kind} with {joint.nq} coordinates; expected revolute or prismatic, "
-            f"or lock it: lock={{{name!r}: position}}"
-        )
-    return "m" if "JointModelP" in kind else "rad"
 
 
 #: Gravity of a robot without ``robot.toml``, z up in its base frame [m/s²].
@@ -280,8 +200,8 @@ def load_robot(
     Args:
         name: a name of :func:`list_robots` or of example-robot-data, the path of a folder with ``robot.toml`` and the
             URDF that it names, or the path of a URDF. A name of trajevo takes precedence over a folder of that name.
-        lock: joints to lock, name -> position [rad or m]; continuous and mimic joints must be locked, as they cannot be
-            planned for.
+        lock: joints to lock, name -> position [rad or m]; mimicking joints must be locked, as they cannot be planned
+            for.
         tool: frame at the end effector; if None, that of ``robot.toml`` or the only tip of the URDF.
         limits: limits that complete or replace those of the files, a mapping from ``position``, ``velocity``,
             ``acceleration``, ``jerk`` or ``effort`` to one number for all joints, to one per joint in order, or to a
@@ -296,15 +216,15 @@ def load_robot(
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the URDF. Otherwise
-        position, velocity and effort limits come from the URDF, acceleration and jerk limits from ``limits``.
+        position, velocity and effort limits come from the URDF, acceleration and jerk limits from ``limits``. A
+        continuous joint has no range, whatever its ``<limit>`` says, unless ``limits`` or ``robot.toml`` gives one.
 
     Raises:
         UnknownNameError: the name is neither a known robot nor a folder with ``robot.toml`` nor a URDF, or there is no
             such tool frame or joint to lock; the message lists the known names.
         InvalidInputError: the name is neither text nor a path, ``robot.toml`` is refused by
             :class:`~trajevo.robot.robot_toml.RobotFile`, the URDF is refused by
-            :func:`~trajevo.robot.urdf.problems.checked_urdf` or by Pinocchio, a joint is neither revolute nor prismatic, or a
-            limit is missing. The message names the file and, where there is one, the joint or link and the value.
+            :func:`~trajevo.robot.urdf.problems.checked_urdf` or by Pinocchio, or a limit is missing. The message names the file and, where there is one, the joint or link and the value.
     """
     source = robot_source(name)
     warn_of_other_robot(source)

@@ -17,7 +17,8 @@ from trajevo.base.arrays import Array, row_products
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.scene import Box, Cylinder, Obstacle, Sphere
 from trajevo.robot.meshes import check_solids
-from trajevo.robot.robot import Robot, held_still
+from trajevo.robot.robot import Robot
+from trajevo.robot.urdf.model import held_still, read_model
 from trajevo.robot.urdf.problems import checked_urdf
 
 
@@ -76,7 +77,7 @@ def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
 
 def _read(robot: Robot, text: str) -> Any:
     check_solids(ElementTree.fromstring(text), robot.urdf, robot.packages)
-    whole = pin.buildModelFromXML(text)
+    whole = read_model(text, robot.urdf)
     folders = [str(folder) for folder in robot.packages]
     try:
         geometry = pin.buildGeomFromUrdfString(whole, text, pin.GeometryType.COLLISION, package_dirs=folders)
