@@ -1,4 +1,4 @@
-"""Plain data: what JSON and TOML can hold, so that it is equal after it is written to a file and read again.
+"""Plain data: what JSON and TOML can hold, so that it is equal after it is written to a file and read again; and XML.
 
 Files of such data may come from strangers: their size, their depth, and the memory that they unpack to are bounded
 before that memory is taken.
@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -29,6 +30,9 @@ from trajevo.errors import InvalidInputError
 
 #: Greatest depth of lists and tables in each other.
 MOST_LEVELS = 32
+
+#: Greatest depth of XML elements in each other; those of a URDF are seven deep.
+MOST_DEEP = 100
 
 #: Greatest number of arrays in a file.
 _MOST_ARRAYS = 10_000
@@ -124,6 +128,44 @@ _TOO_DEEP = f"expected lists and tables at most {MOST_LEVELS} deep in each other
 
 def _inside(value: Any) -> Iterator[Any]:
     yield from value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+
+
+def parsed_xml(content: bytes, file: Path) -> ElementTree.Element:
+    """The top element of an XML file.
+
+    Raises:
+        InvalidInputError: it is not XML, declares entities, which could unpack to any size, or is deeper than
+            :data:`MOST_DEEP`.
+    """
+    try:
+        top = ElementTree.fromstring(content, ElementTree.XMLParser(target=_Builder()))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{file}: {error}") from error
+    except (LookupError, ValueError, ElementTree.ParseError) as error:
+        raise InvalidInputError(f"{file}: cannot be read as XML: {error}") from error
+    found: ElementTree.Element = top
+    return found
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Builds elements, of a document without declarations and not too deep."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._depth = 0
+
+    def start(self, tag: Any, attrs: Any) -> ElementTree.Element:
+        self._depth += 1
+        if self._depth > MOST_DEEP:
+            raise InvalidInputError(f"expected XML elements at most {MOST_DEEP} deep in each other")
+        return super().start(tag, attrs)
+
+    def end(self, tag: str) -> ElementTree.Element:
+        self._depth -= 1
+        return super().end(tag)
+
+    def doctype(self, *_: object) -> None:
+        raise InvalidInputError("expected XML without <!DOCTYPE>, whose entities could unpack to any size")
 
 
 def read_arrays(file: Path) -> dict[str, Array]:

@@ -5,19 +5,16 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from trajevo.base.files import read_bytes, why_not
+from trajevo.base.plain import parsed_xml
 from trajevo.errors import InvalidInputError, no_such_file
 
 #: The numbers that Pinocchio's URDF parser reads; Python's float() takes more: nan, inf, 1_0, trailing spaces.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-
-#: Greatest depth of XML elements in each other; those of a URDF are seven deep.
-MOST_DEEP = 100
 
 
 def read_urdf(file: Path) -> ElementTree.Element:
@@ -33,44 +30,6 @@ def read_urdf(file: Path) -> ElementTree.Element:
     except OSError as error:
         raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
     return parsed_xml(content, file)
-
-
-def parsed_xml(content: bytes, file: Path) -> ElementTree.Element:
-    """The top element of an XML file.
-
-    Raises:
-        InvalidInputError: it is not XML, declares entities, which could unpack to any size, or is deeper than
-            :data:`MOST_DEEP`.
-    """
-    try:
-        top = ElementTree.fromstring(content, ElementTree.XMLParser(target=_Builder()))
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{file}: {error}") from error
-    except (LookupError, ValueError, ElementTree.ParseError) as error:
-        raise InvalidInputError(f"{file}: cannot be read as XML: {error}") from error
-    found: ElementTree.Element = top
-    return found
-
-
-class _Builder(ElementTree.TreeBuilder):
-    """Builds elements, of a document without declarations and not too deep."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._depth = 0
-
-    def start(self, tag: Any, attrs: Any) -> ElementTree.Element:
-        self._depth += 1
-        if self._depth > MOST_DEEP:
-            raise InvalidInputError(f"expected XML elements at most {MOST_DEEP} deep in each other")
-        return super().start(tag, attrs)
-
-    def end(self, tag: str) -> ElementTree.Element:
-        self._depth -= 1
-        return super().end(tag)
-
-    def doctype(self, *_: object) -> None:
-        raise InvalidInputError("expected XML without <!DOCTYPE>, whose entities could unpack to any size")
 
 
 def urdf_number(text: str | None) -> float | None:
