@@ -118,8 +118,7 @@ def test_what_is_locked_still_weighs():
     np.testing.assert_allclose(gravity, expected, rtol=1e-9, atol=1e-9)
 
 
-def test_continuous_joints_are_refused_by_name_or_locked():
-    refused(lambda: load_robot("kinova", limits=GIVEN), "joint 'j2s6s200_joint_1' is a .*lock=.'j2s6s200_joint_1'")
+def test_continuous_joints_may_be_locked():
     continuous = {f"j2s6s200_joint_{k}": 0.5 for k in (1, 4, 6)}
     robot = load_robot("kinova", lock=continuous, tool="j2s6s200_end_effector", limits=GIVEN)
     assert robot.joint_names == ("j2s6s200_joint_2", "j2s6s200_joint_3", "j2s6s200_joint_5")

@@ -143,7 +143,6 @@ AXIS = '<axis xyz="0 0 1"/>'
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('type="revolute"', 'type="continuous"', "joint 'joint_1' is a .*; expected revolute or prismatic"),
         ('type="revolute"', 'type="floating"', "joint 'joint_1' is a .*; expected revolute or prismatic"),
         ('type="revolute"', 'type="planar"', "joint 'joint_1' is a .*; expected revolute or prismatic"),
         ("</robot>", "", "cannot be read as XML: no element found"),

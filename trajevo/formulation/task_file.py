@@ -116,6 +116,7 @@ class TaskSettings(_Strict):
     payload: _Number | str | _Payload = 0.0
     payload_range: tuple[_Number, _Number] | None = None
     points: str | list[list[_Number] | _Point]
+    turns: Literal["as_written", "shortest"] = "as_written"
     moving: list[MovingSettings] = []
     interpolant: str = "quintic_spline"
     duration_bounds: tuple[_Number, _Number]

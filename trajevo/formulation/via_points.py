@@ -42,6 +42,8 @@ class ViaPointProblem(TrajectoryProblem):
             poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
             CSV file with a column for each joint, with its unit. Where an inner point lies on a joint's position limit,
             the joint is at rest, if the interpolant can hold it; :attr:`notes` tell it.
+        turns: ``"as_written"``, or ``"shortest"``: joint positions are shifted by whole turns, within the ranges, so
+            that every joint goes the shorter way round from point to point.
         duration_bounds: least and greatest time between two points [s].
         interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or an interpolant of another
             package.
@@ -63,7 +65,8 @@ class ViaPointProblem(TrajectoryProblem):
         **parameters: of limits, those above and those of other packages; a limit whose parameter is None is off.
 
     Raises:
-        UnknownNameError: no such robot, interpolant, objective or constraint, or another value of ``limits``.
+        UnknownNameError: no such robot, interpolant, objective or constraint, or another value of ``limits`` or
+            ``turns``.
         UnreachableError: a pose that the tool cannot take.
         InvalidInputError: points that the robot cannot reach or the interpolant cannot use, bad bounds or boxes,
             or a parameter of a limit that does not exist or cannot be used.
@@ -77,6 +80,7 @@ class ViaPointProblem(TrajectoryProblem):
         *,
         robot: str | Path | Robot | Mapping[str, Any] = "puma560",
         points: Any = None,
+        turns: str = "as_written",
         duration_bounds: tuple[float, float] = (0.5, 6.0),
         interpolant: str = "quintic_spline",
         moving: Sequence[Any] = (),
@@ -93,14 +97,14 @@ class ViaPointProblem(TrajectoryProblem):
         NAMED_INTERPOLANTS.find(interpolant)
         _check_keys(parameters)
         named = robot_of(robot)
-        via = joint_points(points, named)
+        via = joint_points(points, named, turns=turns)
         bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
         boxes = _boxes(moving)
         _check_widths(boxes, via, named)
         kept = isinstance(constraints, Sequence) and "position" in constraints
-        turns = turning(via, named, boxes) if kept else ()
-        decoder = _interpolant(interpolant, via, named, bounds, boxes, turns)
+        at_limits = turning(via, named, boxes) if kept else ()
+        decoder = _interpolant(interpolant, via, named, bounds, boxes, at_limits)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
@@ -113,11 +117,12 @@ class ViaPointProblem(TrajectoryProblem):
             reference_point=reference_point,
             length=length_unit(named),
         )
-        told = notes_on_turning(turns, named, interpolant, price_of_rest(interpolant))
+        told = notes_on_turning(at_limits, named, interpolant, price_of_rest(interpolant))
         self._notes = (*told, *notes_on_height(via, named, held), *(named.friction_notes if named.gives_effort else ()))
         given = {
             "robot": named.settings,
             "points": via.positions.tolist(),
+            "turns": turns,
             "duration_bounds": list(bounds),
             "interpolant": interpolant,
             "moving": [_box_settings(box) for box in boxes],

@@ -224,8 +224,8 @@ def load_robot(
             such tool frame or joint to lock; the message lists the known names.
         InvalidInputError: the name is neither text nor a path, ``robot.toml`` is refused by
             :class:`~trajevo.robot.robot_toml.RobotFile`, the URDF is refused by
-            :func:`~trajevo.robot.urdf.problems.checked_urdf` or by Pinocchio, or a limit is missing. The message names the
-            file and, where there is one, the joint or link and the value.
+            :func:`~trajevo.robot.urdf.problems.checked_urdf` or by Pinocchio, or a limit is missing. The message names
+            the file and, where there is one, the joint or link and the value.
     """
     source = robot_source(name)
     warn_of_other_robot(source)
