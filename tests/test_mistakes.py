@@ -70,7 +70,7 @@ IN_THE_TASK = [
         "duration_bound",
         "task.toml: line 3: duration_bound: unknown key; known: algorithm, angle, constraints, "
         "duration_bounds, format, interpolant, limits, moving, objectives, payload, "
-        "payload_range, points, reference_point, robot, samples, scene, seed; did you mean "
+        "payload_range, points, reference_point, robot, samples, scene, seed, turns; did you mean "
         "'duration_bounds'?",
     ),
     (
@@ -78,7 +78,7 @@ IN_THE_TASK = [
         "[optimizer]",
         "task.toml: line 19: optimizer: unknown key; known: algorithm, angle, constraints, "
         "duration_bounds, format, interpolant, limits, moving, objectives, payload, "
-        "payload_range, points, reference_point, robot, samples, scene, seed; did you mean "
+        "payload_range, points, reference_point, robot, samples, scene, seed, turns; did you mean "
         "'algorithm'?",
     ),
     (
@@ -86,7 +86,7 @@ IN_THE_TASK = [
         "[joint_limits]",
         "task.toml: line 8: joint_limits: unknown key; known: algorithm, angle, constraints, "
         "duration_bounds, format, interpolant, limits, moving, objectives, payload, "
-        "payload_range, points, reference_point, robot, samples, scene, seed; did you mean "
+        "payload_range, points, reference_point, robot, samples, scene, seed, turns; did you mean "
         "'limits'?",
     ),
     (
@@ -101,13 +101,13 @@ IN_THE_TASK = [
         "objective",
         "task.toml: line 4: objective: unknown key; known: algorithm, angle, constraints, "
         "duration_bounds, format, interpolant, limits, moving, objectives, payload, "
-        "payload_range, points, reference_point, robot, samples, scene, seed; did you mean "
+        "payload_range, points, reference_point, robot, samples, scene, seed, turns; did you mean "
         "'objectives'?",
     ),
     (
         "name =",
         "nam =",
-        "task.toml: line 1: robot.nam: unknown key; known: allow_massless, gravity, lock, name, "
+        "task.toml: line 1: robot.nam: unknown key; known: allow_massless, friction, gravity, lock, name, "
         "packages, tool; did you mean 'name'?",
     ),
     (

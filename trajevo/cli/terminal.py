@@ -198,4 +198,6 @@ def print_examination(out: Console, examination: RobotExamination) -> None:
     for kind, sentences in (("error", examination.errors), ("warning", examination.warnings)):
         for sentence in sentences:
             out.print(f"{kind}: {sentence}", markup=False)
+    for clause in examination.notes:
+        out.print(f"note: {clause}", markup=False)
     out.print(f"{len(examination.errors)} errors, {len(examination.warnings)} warnings")

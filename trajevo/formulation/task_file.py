@@ -28,6 +28,7 @@ class _Robot(_Strict):
     lock: dict[str, _Number] | None = None
     gravity: tuple[_Number, _Number, _Number] | None = None
     allow_massless: Annotated[bool, pydantic.Strict()] | None = None
+    friction: str | dict[str, _Values] | None = None
     packages: str | list[str] | None = None
 
 

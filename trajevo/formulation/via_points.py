@@ -144,7 +144,7 @@ class ViaPointProblem(TrajectoryProblem):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Points that lie on a joint's limit and what follows from it, and friction that efforts leave out."""
+        """Points that lie on a joint's limit and what follows from it, and the URDF's friction, used or left out."""
         return self._notes
 
 

@@ -13,14 +13,14 @@ import numpy as np
 
 from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
-from trajevo.robot.likely_units import unit_warnings
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
 from trajevo.robot.masses import MovingBody, placeholders
-from trajevo.robot.robot import load_robot
+from trajevo.robot.robot import Robot, load_robot
 from trajevo.robot.robot_toml import RobotFile, entry_problems
 from trajevo.robot.urdf.bodies import Body, LinkRow, bodies, link_rows, massless_bodies, tips
 from trajevo.robot.urdf.file import read_number, read_urdf, urdf_number
-from trajevo.robot.urdf.joints import dropped_friction
+from trajevo.robot.urdf.joints import dynamics_of, followers
+from trajevo.robot.urdf.likely_units import unit_warnings
 from trajevo.robot.urdf.problems import urdf_problems
 
 #: If no effort limit is below this one, all are taken for placeholders: the URDF format requires numbers [N·m or N].
@@ -70,6 +70,7 @@ class RobotExamination:
         links: links of the URDF.
         errors: reasons why the robot cannot be loaded, one sentence each.
         warnings: what is suspicious, or has to be given in addition, one sentence each.
+        notes: joints that follow others, and friction that is used, one clause each.
     """
 
     name: str
@@ -81,6 +82,7 @@ class RobotExamination:
     links: tuple[LinkRow, ...]
     errors: tuple[str, ...]
     warnings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: bool | None = None) -> RobotExamination:
@@ -105,7 +107,9 @@ def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: boo
     robot = ElementTree.Element("robot") if urdf is None else read_urdf(urdf)
     file = urdf or source.settings or source.urdf
     moving = [joint for joint in robot.iterfind("joint") if joint.get("type") in _UNITS]
-    planned = [joint for joint in moving if joint.get("name") not in lock]
+    following, held = followers(robot, dict.fromkeys(lock, 0.0))
+    still = {*held, *(follower.name for follower in following)}
+    planned = [joint for joint in moving if joint.get("name") not in still]
     rows = [_row(joint) for joint in planned]
     if urdf is not None:
         errors += urdf_problems(robot, urdf, lock)
@@ -115,8 +119,7 @@ def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: boo
     elif settings is not None:
         rows = _rows_of_file(settings, rows, errors, lock)
     links = link_rows(robot)
-    if not errors:
-        errors += _loading_problem(name, moving=moving, lock=lock, links=links)
+    loaded = None if errors else _loaded(name, lock=lock, links=links, errors=errors)
     return RobotExamination(
         name=str(name),
         file=file,
@@ -127,14 +130,15 @@ def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: boo
         links=links,
         errors=tuple(errors),
         warnings=(
-            *_warnings(source, file, robot, rows, lock),
+            *_warnings(source, file, robot, rows),
             *_mass_warnings(
                 file,
                 robot,
-                lock,
+                held,
                 bool(settings and settings.settings.allow_massless) if allow_massless is None else allow_massless,
             ),
         ),
+        notes=() if loaded is None else (*map(str, loaded.followers), *loaded.friction_notes),
     )
 
 
@@ -229,21 +233,19 @@ def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock
     return found
 
 
-def _loading_problem(
-    name: str | Path, *, moving: list[ElementTree.Element], lock: Collection[str], links: tuple[LinkRow, ...]
-) -> Iterator[str]:
-    """The problem that only loading shows; everything that a caller has to give besides the files is filled in."""
+def _loaded(name: str | Path, *, lock: Collection[str], links: tuple[LinkRow, ...], errors: list[str]) -> Robot | None:
+    """The robot if it can be loaded; everything that a caller has to give besides the files is filled in."""
     settings = robot_source(name).settings
     besides: dict[str, Any] = (
         {} if settings else {"tool": links[-1].name, "limits": {"acceleration": np.inf, "jerk": np.inf}}
     )
-    held = {joint.get("name", ""): 0.0 for joint in moving if joint.get("name") in lock}
     try:
         with python_warnings.catch_warnings():
             python_warnings.simplefilter("ignore", UserWarning)
-            load_robot(name, lock=held, **besides)
+            return load_robot(name, lock=dict.fromkeys(lock, 0.0), **besides)
     except TrajevoError as error:
-        yield str(error)
+        errors.append(str(error))
+    return None
 
 
 def _mass_warnings(file: Path, robot: ElementTree.Element, lock: Collection[str], meant: bool) -> Iterator[str]:
@@ -271,9 +273,7 @@ def _moving(found: tuple[Body, ...]) -> Iterator[MovingBody]:
             yield MovingBody(body.joint, tuple(link.name for link in body.links), mass, heaviest.moments)
 
 
-def _warnings(
-    source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow], lock: Collection[str]
-) -> Iterator[str]:
+def _warnings(source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow]) -> Iterator[str]:
     other = other_robot(source)
     if other is not None:
         yield other
@@ -281,13 +281,13 @@ def _warnings(
         return
     for clause in unit_warnings(robot, link_rows(robot)):
         yield f"{file}: {clause}; a URDF is in m, kg, s and rad"
-    clauses = list(dropped_friction(robot, lock))
-    if clauses:
-        yield (
-            f"{file}: efforts leave out what <dynamics> says: {', '.join(clauses)}; give it in robot.toml, as "
-            "coulomb_friction and viscous_friction"
-        )
     yield from _continuous_warnings(file, robot, rows)
+    rubbing = dynamics_of(robot, ())
+    for row in (row for row in rows if row.name in rubbing and rubbing[row.name].coulomb >= row.effort):
+        yield (
+            f"{file}: joint {row.name!r} cannot move: its friction by <dynamics>, {rubbing[row.name].coulomb:g}, is not "
+            f"below its effort limit, {row.effort:g}; lock it, or leave friction out by friction='none'"
+        )
     efforts, velocities = {row.effort for row in rows}, {row.velocity for row in rows}
     if rows and all(row.effort >= PLACEHOLDER_EFFORT for row in rows):
         yield f"{file}: effort limits look like placeholders: {min(efforts):g} or more on every joint"

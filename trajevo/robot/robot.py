@@ -20,14 +20,15 @@ import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnknownNameError, no_such_file
+from trajevo.robot.friction_sources import friction_notes, friction_of
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits
 from trajevo.robot.locate import list_robots, robot_path, robot_source, warn_of_other_robot
 from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
-from trajevo.robot.transmission import Direct, Transmission
+from trajevo.robot.transmission import Direct, Mimicking, Transmission
 from trajevo.robot.urdf.bodies import tips
-from trajevo.robot.urdf.joints import dropped_friction
+from trajevo.robot.urdf.joints import Follower, followers
 from trajevo.robot.urdf.model import build_model
 from trajevo.robot.urdf.problems import checked_urdf
 
@@ -48,7 +49,8 @@ class Robot:
 
     Attributes:
         name: name of the robot.
-        model: Pinocchio model with one configuration coordinate per joint (nq == nv) and the gravity in its base frame.
+        model: Pinocchio model with one configuration coordinate per joint (nq == nv), n_model in all, also those that
+            mimic others, and the gravity in its base frame.
         transmission: actuator coordinates -> model coordinates.
         limits: joint limits, SI.
         friction: viscous and Coulomb friction and armature of the actuators.
@@ -63,7 +65,10 @@ class Robot:
         settings: arguments of :func:`load_robot` as plain data: the name alone, or the given arguments by name.
         allow_massless: whether it is meant that links have no mass, so that efforts leave them out; otherwise efforts
             are refused.
-        dropped_friction: friction and damping of the URDF that ``friction`` does not hold, one clause for each joint.
+        followers: joints of the model that mimic one of the robot's joints.
+        friction_used: friction and damping by ``<dynamics>`` of the URDF that ``friction`` holds, one clause for each
+            value, with its joints.
+        friction_left_out: the same of what ``friction`` does not hold.
     """
 
     name: str
@@ -81,7 +86,9 @@ class Robot:
     locked: Mapping[str, float] = field(default_factory=dict)
     settings: Any = None
     allow_massless: bool = False
-    dropped_friction: tuple[str, ...] = ()
+    followers: tuple[Follower, ...] = ()
+    friction_used: tuple[str, ...] = ()
+    friction_left_out: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         held = f", {len(self.locked)} locked" if self.locked else ""
@@ -124,7 +131,7 @@ class Robot:
 
     @cached_property
     def mass_notes(self) -> tuple[str, ...]:
-        """What efforts of this robot do not cover, one clause each: links without mass, placeholders, and friction."""
+        """What efforts of this robot cover or not, one clause each: links without mass, placeholders, and friction."""
         bodies, missing = moving_bodies(self.model), ", ".join(self.massless)
         told = [f"inertias look like placeholders: {clause}" for clause in placeholders(bodies)]
         told += self.friction_notes
@@ -134,9 +141,8 @@ class Robot:
 
     @property
     def friction_notes(self) -> tuple[str, ...]:
-        """What the URDF says of friction and efforts leave out, one clause; nothing without it."""
-        listed = ", ".join(self.dropped_friction)
-        return (f"efforts leave out what <dynamics> of the URDF says: {listed}",) if listed else ()
+        """What the URDF says of friction and efforts hold or leave out, one clause each; nothing without it."""
+        return friction_notes(self.friction_used, self.friction_left_out)
 
     @property
     def dof(self) -> int:
@@ -162,7 +168,7 @@ class Robot:
             q: joint positions, shape (T, n_joints) [rad or m].
 
         Returns:
-            Origins (T, n_joints + 1, 3) [m] and rotation matrices (T, n_joints + 1, 3, 3) in the base frame, from the
+            Origins (T, n_model + 1, 3) [m] and rotation matrices (T, n_model + 1, 3, 3) in the base frame, from the
             base to the tool. A joint's frame moves with it.
         """
         data = self.model.createData()
@@ -179,7 +185,7 @@ class Robot:
 
     @property
     def joint_axes(self) -> tuple[Array, Array]:
-        """Unit axis of every joint of the model in its own frame, (n_joints, 3), and whether it turns, (n_joints,)."""
+        """Unit axis of every joint of the model in its own frame, (n_model, 3), and whether it turns, (n_model,)."""
         subspaces = np.array([np.ravel(joint.createData().S) for joint in self.model.joints[1:]])
         turns: Array = np.any(subspaces[:, 3:], axis=1, keepdims=True)
         return np.where(turns, subspaces[:, 3:], subspaces[:, :3]), turns[:, 0]
@@ -193,6 +199,7 @@ def load_robot(
     limits: Mapping[str, Any] | str | Path | None = None,
     gravity: Any = None,
     allow_massless: bool | None = None,
+    friction: str | Mapping[str, Any] | None = None,
     packages: str | Path | Sequence[str | Path] | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF.
@@ -200,8 +207,8 @@ def load_robot(
     Args:
         name: a name of :func:`list_robots` or of example-robot-data, the path of a folder with ``robot.toml`` and the
             URDF that it names, or the path of a URDF. A name of trajevo takes precedence over a folder of that name.
-        lock: joints to lock, name -> position [rad or m]; mimicking joints must be locked, as they cannot be planned
-            for.
+        lock: joints to lock, name -> position [rad or m]. A joint that mimics a locked one is held where that holds it;
+            a locked joint mimics no other.
         tool: frame at the end effector; if None, that of ``robot.toml`` or the only tip of the URDF.
         limits: limits that complete or replace those of the files, a mapping from ``position``, ``velocity``,
             ``acceleration``, ``jerk`` or ``effort`` to one number for all joints, to one per joint in order, or to a
@@ -211,13 +218,19 @@ def load_robot(
         allow_massless: whether it is meant that links that a joint moves have no mass, so that efforts leave them out;
             if False, efforts, energies and capacities of such a robot are refused. If None, as ``robot.toml`` says, or
             False.
+        friction: ``"urdf"`` for what ``<dynamics>`` of the URDF says, ``damping`` [N·m·s/rad or N·s/m] as viscous and
+            ``friction`` [N·m or N] as dry friction, ``"none"``, or numbers that complete or replace those of the files,
+            a mapping from ``viscous`` or ``coulomb`` to numbers as in ``limits``. If None, as ``robot.toml`` says, and
+            where it says nothing, as the URDF does.
         packages: folders that hold the packages of ``package://NAME/...`` paths of meshes, besides the folder of the
             URDF, the three above it, and those in ``ROS_PACKAGE_PATH``.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the URDF. Otherwise
         position, velocity and effort limits come from the URDF, acceleration and jerk limits from ``limits``. A
-        continuous joint has no range, whatever its ``<limit>`` says, unless ``limits`` or ``robot.toml`` gives one.
+        continuous joint has no range, whatever its ``<limit>`` says, unless ``limits`` or ``robot.toml`` gives one. A
+        joint that mimics another is none of the robot's joints: what it bears and its friction are borne by the joint
+        that it follows, which is limited to positions and velocities at which the limits of both are kept.
 
     Raises:
         UnknownNameError: the name is neither a known robot nor a folder with ``robot.toml`` nor a URDF, or there is no
@@ -236,26 +249,26 @@ def load_robot(
     if not isinstance(allow_massless, bool | None):
         raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
     folders = _folders(packages)
-    locked = dict(lock or {})
-    text = checked_urdf(urdf, locked)
+    text = checked_urdf(urdf, lock or {})
+    root = ElementTree.fromstring(text)
+    following, locked = followers(root, lock or {})
     model, units = build_model(text, urdf, locked)
     if gravity is not None:
         model.gravity.linear = _checked_gravity(gravity)
     else:
         model.gravity.linear = np.array(STANDARD_GRAVITY) if file is None else file.gravity()
-    names = tuple(model.names[1:])
-    transmission: Transmission = Direct()
-    if file is not None:
-        transmission, names, units = file.transmission(names, units)
+    transmission, names, units = _drives(model, units, following, file)
     declared = None if file is None else file.limits(names, units, locked)
-    given = given_limits(limits, names, units, locked)
-    still = {name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}
+    given = given_limits(limits, names, units, locked, following)
+    rubbing = friction_of(
+        friction, root, locked, following, names, units, None if file is None else file.friction(names, units)
+    )
     return Robot(
         name=source.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
-        limits=JointLimits(**declared_limits(model, names, units, declared, given, urdf)),
-        friction=Friction(**(still if file is None else file.friction(names, units))),
+        limits=JointLimits(**declared_limits(model, names, units, declared, given, urdf, following)),
+        friction=rubbing.friction,
         joint_names=names,
         joint_units=units,
         tool=_tool(model, tool, text, urdf, file),
@@ -266,6 +279,7 @@ def load_robot(
         urdf=urdf,
         packages=(*folders, *source.packages),
         locked=locked,
+        followers=following,
         settings=_settings(
             name,
             lock=lock,
@@ -273,13 +287,35 @@ def load_robot(
             limits=given or None,
             gravity=gravity,
             allow_massless=allow_massless,
+            friction=friction,
             packages=[str(folder) for folder in folders] or None,
         ),
         allow_massless=allow_massless
         if allow_massless is not None
         else file is not None and file.settings.allow_massless,
-        dropped_friction=() if file is not None else tuple(dropped_friction(ElementTree.fromstring(text), locked)),
+        friction_used=rubbing.used,
+        friction_left_out=rubbing.left_out,
     )
+
+
+def _drives(
+    model: Any, units: tuple[str, ...], following: tuple[Follower, ...], file: RobotFile | None
+) -> tuple[Transmission, tuple[str, ...], tuple[str, ...]]:
+    """The transmission, and the names and units of the actuators in the order of the model's joints."""
+    joints = tuple(model.names[1:])
+    led = {follower.name for follower in following}
+    names = tuple(name for name in joints if name not in led)
+    units = tuple(unit for name, unit in zip(joints, units, strict=True) if name not in led)
+    transmission: Transmission = Direct()
+    if file is not None:
+        transmission, names, units = file.transmission(names, units)
+    if not following:
+        return transmission, names, units
+    if file is not None and not isinstance(transmission, Direct):
+        raise InvalidInputError(
+            f"{file.path}: transmission: expected joints that follow no others, but {following[0]} in the URDF; lock it"
+        )
+    return Mimicking.of(joints, following), names, units
 
 
 def _folders(packages: Any) -> tuple[Path, ...]:

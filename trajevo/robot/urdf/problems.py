@@ -13,6 +13,7 @@ from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, nearest_names
 from trajevo.robot.urdf.bodies import bodies
 from trajevo.robot.urdf.file import read_urdf, urdf_number
+from trajevo.robot.urdf.joints import mimic_loop, mimicking
 
 #: Greatest number of links: Pinocchio's reader ends the process where a chain of 4,000 exhausts its stack.
 MOST_LINKS = 2_000
@@ -48,7 +49,7 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
 
     Args:
         file: the URDF.
-        locked: joints that will be locked; these may mimic others.
+        locked: joints that will be locked; these follow no others.
 
     Returns:
         The file as XML text for Pinocchio: exactly what was checked, without what is not read, such as colours.
@@ -70,14 +71,14 @@ def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str
     """All reasons to refuse a URDF before Pinocchio reads it, one sentence each.
 
     These are numbers that cannot be read, a negative mass, an inertia that is not positive definite or breaks the
-    triangle inequality, a zero axis, a ``<mimic>``, limits that are missing, negative or cannot be read, a joint whose
-    type is unknown or cannot be planned for, no movable joint, names that are missing or not unique, and links that do
-    not form one tree.
+    triangle inequality, a zero axis, a ``<mimic>`` that follows no joint or itself, friction that is negative, limits
+    that are missing, negative or cannot be read, a joint whose type is unknown or cannot be planned for, no movable
+    joint, names that are missing or not unique, and links that do not form one tree.
 
     Args:
         robot: top element of the URDF.
         file: the URDF, for the sentences.
-        locked: joints that will be locked; these may mimic others.
+        locked: joints that will be locked; these follow no others.
     """
     if robot.tag != "robot":
         yield f"{file}: expected <robot> as the top element, got <{robot.tag}>"
@@ -97,7 +98,8 @@ def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str
             yield from _collision_problems(collision, f"{file}: link {link.get('name')!r}: collision")
     joints = robot.findall("joint")
     for joint in joints:
-        yield from _joint_problems(joint, f"{file}: joint {joint.get('name')!r}", joint.get("name") in locked)
+        yield from _joint_problems(joint, f"{file}: joint {joint.get('name')!r}")
+    yield from _mimic_problems(robot, file, locked)
     if all(joint.get("type") == "fixed" for joint in joints):
         yield f"{file}: expected at least one movable joint, got {len(joints)} fixed ones"
     yield from _name_problems(robot, file)
@@ -156,18 +158,15 @@ def _tensor_problems(tensor: Array, where: str) -> Iterator[str]:
         )
 
 
-def _joint_problems(joint: ElementTree.Element, where: str, locked: bool) -> Iterator[str]:
+def _joint_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
     kind = joint.get("type")
     if kind not in _TYPES:
         yield f"{where}: type: expected revolute, prismatic, continuous or fixed, got {kind!r}"
     elif kind in _UNPLANNABLE:
         yield f"{where} is a {_UNPLANNABLE[kind]}, which cannot be planned for; expected revolute or prismatic"
     yield from _origin_problems(joint, where)
-    mimic = joint.find("mimic")
-    # A fixed joint follows no other, whatever it mimics: grippers made rigid for a model often keep their <mimic>.
-    if mimic is not None and not locked and kind != "fixed":
-        yield f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}; lock it"
     yield from _limit_problems(joint, where)
+    yield from _dynamics_problems(joint, where)
     axis = joint.find("axis")
     # In the URDF format a missing <axis> means the x axis.
     if axis is None or kind in ("fixed", "floating"):
@@ -194,6 +193,38 @@ def _limit_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
             value = yield from _number(limit, key, f"{where}: limit")
             if value is not None and value < 0.0 and key in ("velocity", "effort") and joint.get("type") != "fixed":
                 yield f"{where}: limit: {key}: expected a positive number, got {value:g}"
+
+
+def _dynamics_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
+    """Friction and damping that cannot be read or would drive the joint."""
+    element = joint.find("dynamics")
+    if element is None or joint.get("type") == "fixed":
+        return
+    for key in ("friction", "damping"):
+        if key in element.attrib:
+            value = yield from _number(element, key, f"{where}: dynamics")
+            if value is not None and value < 0.0:
+                yield f"{where}: dynamics: {key}: expected a number from 0 on, got {value:g}"
+
+
+def _mimic_problems(robot: ElementTree.Element, file: Path, locked: Collection[str]) -> Iterator[str]:
+    """Joints that follow none, or themselves; a fixed or locked joint follows no other, whatever it mimics."""
+    found, names = mimicking(robot, locked), [joint.get("name", "") for joint in robot.iterfind("joint")]
+    for joint in robot.iterfind("joint"):
+        follower, mimic = found.get(joint.get("name", "")), joint.find("mimic")
+        if follower is None or mimic is None:
+            continue
+        where = f"{file}: joint {follower.name!r}: mimic"
+        if follower.leader not in names:
+            nearest = nearest_names(follower.leader, names)
+            meant = f"; did you mean {nearest[0]!r}?" if nearest else ""
+            yield f"{where}: expected a joint of the file, got {mimic.get('joint')!r}{meant}"
+        for key in ("multiplier", "offset"):
+            if key in mimic.attrib:
+                yield from _number(mimic, key, where)
+    loop = mimic_loop(found)
+    if loop:
+        yield f"{file}: expected joints that follow one that moves by itself, got a circle: {' -> '.join(loop)}"
 
 
 def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
