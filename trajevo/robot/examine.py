@@ -282,12 +282,12 @@ def _warnings(source: RobotSource, file: Path, robot: ElementTree.Element, rows:
     for clause in unit_warnings(robot, link_rows(robot)):
         yield f"{file}: {clause}; a URDF is in m, kg, s and rad"
     yield from _continuous_warnings(file, robot, rows)
-    rubbing = dynamics_of(robot, ())
-    for row in (row for row in rows if row.name in rubbing and rubbing[row.name].coulomb >= row.effort):
-        yield (
-            f"{file}: joint {row.name!r} cannot move: its friction by <dynamics>, {rubbing[row.name].coulomb:g}, is not "
-            f"below its effort limit, {row.effort:g}; lock it, or leave friction out by friction='none'"
-        )
+    for name, found in dynamics_of(robot, ()).items():
+        for row in (row for row in rows if row.name == name and 0.0 < row.effort <= found.coulomb):
+            yield (
+                f"{file}: joint {name!r} cannot move: its friction by <dynamics>, {found.coulomb:g}, is not below its "
+                f"effort limit, {row.effort:g}; lock it, or leave friction out by friction='none'"
+            )
     efforts, velocities = {row.effort for row in rows}, {row.velocity for row in rows}
     if rows and all(row.effort >= PLACEHOLDER_EFFORT for row in rows):
         yield f"{file}: effort limits look like placeholders: {min(efforts):g} or more on every joint"
