@@ -91,7 +91,7 @@ class HybridManipulator(TrajectoryProblem):
     """
 
     registered_name: ClassVar[str] = "hybrid"
-    title: ClassVar[str] = "5-DOF hybrid manipulator: time, energy, jerk, acceleration (Guo 2016)"
+    title: str = "5-DOF hybrid manipulator: time, energy, jerk, acceleration (Guo 2016)"
     evolution: ClassVar[Search] = Search(
         population=100,
         generations=200,

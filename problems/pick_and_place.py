@@ -71,7 +71,7 @@ class PickAndPlace(TrajectoryProblem):
     """
 
     registered_name: ClassVar[str] = "pick-place"
-    title: ClassVar[str] = "PUMA 560 pick and place: time, jerk, energy (Raji 2022)"
+    title: str = "PUMA 560 pick and place: time, jerk, energy (Raji 2022)"
     evolution: ClassVar[Search] = Search(
         population=100,
         generations=100,

@@ -71,7 +71,7 @@ class PointingMechanism(TrajectoryProblem):
     """
 
     registered_name: ClassVar[str] = "pointing"
-    title: ClassVar[str] = "X-Y pointing mechanism: time, acceleration, jerk (Sun 2020)"
+    title: str = "X-Y pointing mechanism: time, acceleration, jerk (Sun 2020)"
 
     def __init__(
         self,

@@ -109,7 +109,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
     """
 
     registered_name: ClassVar[str] = "reparam"
-    title: ClassVar[str] = "Time and jerk along a fixed path (Paing 2021)"
+    title: str = "Time and jerk along a fixed path (Paing 2021)"
     evolution: ClassVar[Search] = Search(
         population=100,
         generations=100,

@@ -69,7 +69,7 @@ IN_THE_TASK = [
         "duration_bounds",
         "duration_bound",
         "task.toml: line 3: duration_bound: unknown key; known: algorithm, angle, constraints, "
-        "duration_bounds, format, interpolant, limits, moving, objectives, payload, "
+        "duration_bounds, format, interpolant, limits, moving, name, objectives, payload, "
         "payload_range, points, reference_point, robot, samples, scene, seed, turns; did you mean "
         "'duration_bounds'?",
     ),
@@ -77,7 +77,7 @@ IN_THE_TASK = [
         "[algorithm]",
         "[optimizer]",
         "task.toml: line 19: optimizer: unknown key; known: algorithm, angle, constraints, "
-        "duration_bounds, format, interpolant, limits, moving, objectives, payload, "
+        "duration_bounds, format, interpolant, limits, moving, name, objectives, payload, "
         "payload_range, points, reference_point, robot, samples, scene, seed, turns; did you mean "
         "'algorithm'?",
     ),
@@ -85,7 +85,7 @@ IN_THE_TASK = [
         "[limits]",
         "[joint_limits]",
         "task.toml: line 8: joint_limits: unknown key; known: algorithm, angle, constraints, "
-        "duration_bounds, format, interpolant, limits, moving, objectives, payload, "
+        "duration_bounds, format, interpolant, limits, moving, name, objectives, payload, "
         "payload_range, points, reference_point, robot, samples, scene, seed, turns; did you mean "
         "'limits'?",
     ),
@@ -100,7 +100,7 @@ IN_THE_TASK = [
         "objectives",
         "objective",
         "task.toml: line 4: objective: unknown key; known: algorithm, angle, constraints, "
-        "duration_bounds, format, interpolant, limits, moving, objectives, payload, "
+        "duration_bounds, format, interpolant, limits, moving, name, objectives, payload, "
         "payload_range, points, reference_point, robot, samples, scene, seed, turns; did you mean "
         "'objectives'?",
     ),

@@ -279,6 +279,7 @@ def via_points(draw):
         "reference_point": draw.choice([None, draw.vector(1.0, 50.0, len(objectives))]),
         "samples": draw.whole(4, 8),
         "threads": draw.whole(1, 2),
+        "title": draw.choice([None, "Feeding press 3"]),
     }
     return data | draw.parameters(constraints, robot, with_scene=dof > 2)
 

@@ -70,29 +70,53 @@ class UnknownNameError(TrajevoError):
         super().__init__(f"unknown {kind} {str(name)!r}; {known_names(str(name), valid)}")
 
 
+class NotRegisteredError(InvalidInputError):
+    """The problem of a front or a run is not registered, so that it must be passed.
+
+    Attributes:
+        said: which problem it is.
+    """
+
+    def __init__(self, title: str) -> None:
+        self.said = f"its problem {title!r} is not a registered one"
+        super().__init__(f"{self.said}; pass it as problem=...")
+
+
 #: Names in a list that is still read; of a longer one the nearest are told, if any is near.
 _MOST_LISTED = 20
 
 #: What others call a key or a name -> what it is called here. These are no misspellings, so no measure finds them.
 _ALSO_CALLED = {
+    "best": "knee",
     "bounds": "duration_bounds",
+    "continue": "resume",
     "durations": "duration_bounds",
     "effort_limits": "effort",
     "end_effector": "tool",
+    "excel": "csv",
     "flange": "tool",
     "iterations": "generations",
     "joint_limits": "limits",
+    "mat": "netcdf",
+    "matlab": "netcdf",
     "max_acceleration": "acceleration",
     "max_effort": "effort",
     "max_jerk": "jerk",
     "max_speed": "max_velocity",
     "max_velocity": "velocity",
     "n_gen": "generations",
+    "nsga_ii": "nsga2",
+    "nsga_iii": "nsga3",
     "obstacles": "scene",
+    "optimise": "solve",
     "optimiser": "algorithm",
+    "optimize": "solve",
     "optimizer": "algorithm",
     "orientation": "quaternion",
+    "plan": "solve",
+    "plot": "report",
     "pop_size": "population",
+    "popsize": "population",
     "pose": "position",
     "power": "energy",
     "rotvec": "rotation_vector",
@@ -105,6 +129,7 @@ _ALSO_CALLED = {
     "via_points": "points",
     "waypoints": "points",
     "weight": "mass",
+    "xlsx": "csv",
     "xyz": "position",
 }
 
@@ -112,7 +137,7 @@ _ALSO_CALLED = {
 def nearest_names(given: str, valid: Iterable[str], *, most: int = 1) -> list[str]:
     """The valid names that are most like a given one, best first; none if none is similar.
 
-    Capitals, spaces and the kind of dash do not count.
+    Capitals, spaces, the kind of dash and the dashes of an option do not count.
 
     Args:
         given: what was written.
@@ -131,7 +156,7 @@ def nearest_names(given: str, valid: Iterable[str], *, most: int = 1) -> list[st
 
 
 def _plain(name: str) -> str:
-    return name.strip().casefold().replace("-", "_").replace(" ", "_")
+    return name.strip().lstrip("-").casefold().replace("-", "_").replace(" ", "_")
 
 
 def known_names(given: str, valid: Iterable[str]) -> str:

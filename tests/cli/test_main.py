@@ -235,10 +235,10 @@ def test_odd_names_of_solutions_are_refused(run, solution):
         (["solve", "pointing", "--points", "nan.csv"], "line 3, column 'pitch': expected a finite number, got 'nan'"),
         (["solve", "pointing", "--points", "text.csv"], "line 3, column 'pitch': expected a finite number, got 'x'"),
         (["solve", "pointing", "--out", "file/run"], "the output folder cannot be written: Not a directory"),
-        (["show", "none"], "none: cannot be read: No such file"),
+        (["show", "none"], "error: none: no such run"),
         (["report", "file"], "file: is no front of trajevo"),
-        (["export", "none"], "cannot be read"),
-        (["fly"], "No such command"),
+        (["export", "none"], "error: none: no such run"),
+        (["fly"], "error: trajevo: unknown command 'fly'; known: animate, capacity"),
         (["solve", "pointing", "--payload", "3"], "problem 'pointing' takes no 'payload'; it takes: interpolant"),
         (["solve", "hybrid", "--payload", "11"], "payload: expected 0 to 10 kg, eq. (123), got 11 kg"),
         (["solve", "hybrid", "--payload", "-1"], "payload.mass: expected a number from 0 on [kg], got -1.0"),
@@ -294,4 +294,4 @@ def test_help_imports_nothing_that_computes():
 def test_a_misspelt_command_is_told_with_what_was_meant():
     result = trajevo_process("solv", "pointing")
     assert result.returncode == 2
-    assert "Did you mean 'solve'?" in result.stderr
+    assert "; did you mean 'solve'?" in result.stderr

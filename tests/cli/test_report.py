@@ -42,7 +42,8 @@ def test_solve_writes_what_takes_no_time_and_says_what_there_is_more(run):
         assert expected in text
     assert "Interpolants at their least times" not in text
     assert "Least times under the same limits" not in said
-    assert f"next: trajevo report {folder} --full for views in space and 9 analyses that take longer" in said
+    more = f"trajevo report {folder} --full for views in space and 9 analyses that take longer"
+    assert f"next: trajevo certify {folder}; {more}" in said
 
 
 def test_show_prints_and_never_optimises(run, no_solver):

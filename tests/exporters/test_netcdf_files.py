@@ -150,7 +150,8 @@ def test_places_that_cannot_be_written_are_named(pointing, tmp_path):
 def test_the_command_writes_all_solutions_or_one(pointing, tmp_path):
     pointing.save(tmp_path / "front.json")
     result = trajevo("export", tmp_path, "--format", "netcdf")
-    assert (result.returncode, result.stdout) == (0, f"written: {tmp_path / 'front.nc'}\n"), result.stderr
+    prove = f"next: trajevo certify {tmp_path} --all proves at every instant that limits are kept\n"
+    assert (result.returncode, result.stdout) == (0, f"written: {tmp_path / 'front.nc'}\n{prove}"), result.stderr
     with netCDF4.Dataset(tmp_path / "front.nc") as content:
         assert len(content["solution"]) == len(pointing)
     result = trajevo("export", tmp_path, "--format", "netcdf", "--solution", "utopia", "--step", "0.5")
@@ -159,7 +160,8 @@ def test_the_command_writes_all_solutions_or_one(pointing, tmp_path):
         assert content["solution"][:].tolist() == [pointing.utopia().index]
         assert np.diff(content["instant"][:]).max() <= 0.5
     result = trajevo("export", tmp_path, "--format", "csv")
-    assert (result.returncode, result.stdout) == (0, f"written: {tmp_path / 'knee.csv'}\n"), result.stderr
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.startswith(f"written: {tmp_path / 'knee.csv'}\nnext: trajevo certify {tmp_path}")
 
 
 @pytest.mark.parametrize(

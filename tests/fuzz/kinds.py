@@ -18,7 +18,7 @@ from trajevo import Front, load_problem, load_robot, load_task, optimise
 from trajevo.base.files import SCRATCH
 from trajevo.cli.console import Terminal
 from trajevo.cli.results import clear_stale
-from trajevo.cli.terminal import print_examination, print_run
+from trajevo.cli.screen.printed import print_examination, print_run
 from trajevo.exporters.export import export, is_exported
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene, Sphere
@@ -106,7 +106,7 @@ def _run(folder: Path) -> dict[str, bytes]:
 
 
 def _say(front: Front) -> None:
-    print_run(_silent(), front, None)
+    print_run(_silent(), front)
 
 
 def _silent() -> Terminal:

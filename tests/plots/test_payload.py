@@ -124,8 +124,11 @@ def test_command_prints_the_numbers_and_writes_the_picture(run):
     assert shown.returncode == 0, shown.stderr
     effort = payload_effort(front.pick("least_time"))
     diagram = payload_diagram(effort, np.linspace(0.0, 0.3, 11), np.linspace(0.0, 0.3, 11))
+    lines = [line.split() for line in shown.stdout.splitlines()]
     for row, column in ((0, 0), (0, -1), (-1, 0), (-1, -1)):
-        assert f"{diagram.mass[row, column]:.3f} {diagram.joint_names[diagram.joint[row, column]]}" in shown.stdout
+        begun = next(k for k, line in enumerate(lines) if line[:1] == [f"{1e3 * diagram.offset_z[row]:.4g}"])
+        assert lines[begun][1:][column] == f"{diagram.mass[row, column]:.3f}"
+        assert lines[begun + 1][column] == diagram.joint_names[diagram.joint[row, column]]
     robust = robust_capacity(effort, com=[[-0.05] * 3, [0.05] * 3])
     assert f"within 50 mm of (0, 0, 0) mm along every axis: {robust.upper:.6g} kg" in shown.stdout
     assert "largest payload [kg] (rigid), L_xy in the worst direction" in shown.stdout

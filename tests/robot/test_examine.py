@@ -129,9 +129,9 @@ def test_an_examination_is_frozen():
 def test_the_command_exits_with_1_where_there_are_errors():
     good, bad = trajevo("check-robot", "xarm7"), trajevo("check-robot", "double_pendulum")
     assert (good.returncode, bad.returncode) == (0, 1)
-    assert good.stdout.splitlines()[-1] == "0 errors, 1 warnings"  # what a URDF lacks
+    assert good.stdout.splitlines()[-1] == "0 errors, 1 warning"  # what a URDF lacks
     assert "note: friction of <dynamics> used: friction 1 N·m and damping 10 N·m·s/rad of 'joint1'," in good.stdout
-    assert bad.stdout.splitlines()[-1] == "6 errors, 1 warnings"
+    assert bad.stdout.splitlines()[-1] == "6 errors, 1 warning"
     assert len(told(bad.stdout.splitlines(), "error: ")) == 6
     for name in [row.name for row in examine("xarm7").joints] + [row.name for row in examine("xarm7").links]:
         assert name in good.stdout
@@ -144,4 +144,7 @@ def test_the_command_locks_joints():
     lock = ("--lock", "panda_finger_joint1", "--lock", "panda_finger_joint2")
     locked, free = trajevo("check-robot", "panda", *lock), trajevo("check-robot", "panda")
     assert (locked.returncode, free.returncode) == (0, 0)
-    assert (locked.stdout.count(", 7 joints,"), free.stdout.count(", 8 joints,")) == (1, 1)  # one finger follows
+    assert (locked.stdout.count(", 7 revolute joints,"), free.stdout.count(", 8 joints,")) == (
+        1,
+        1,
+    )  # one finger follows

@@ -187,6 +187,9 @@ def test_a_moveit_file_may_name_followers(write, tmp_path):
     robot = load_robot(write(), tool="tool", limits=tmp_path / "limits.yaml")
     found = dict(zip(robot.joint_names, robot.limits.acceleration.tolist(), strict=True))
     assert found == {"shoulder": 5.0, "elbow": 6.0, "joint_finger_1": pytest.approx(2.0)}
+    examined = examine(robot.urdf, limits=tmp_path / "limits.yaml")
+    assert not examined.errors
+    assert {row.name: row.acceleration for row in examined.joints} == found
 
 
 def test_friction_of_followers_is_borne_by_their_leaders(write):

@@ -359,7 +359,7 @@ def test_the_command_polishes_a_run_and_keeps_its_own_front(tmp_path):
     np.testing.assert_array_equal(Front.load(run / "front.json").F, Front.load(other).F)
     assert "polish" in (run / "report.html").read_text(encoding="utf-8")
     for arguments, says in (
-        ((tmp_path / "nothing",), "cannot be read"),
+        ((tmp_path / "nothing",), "no such run"),
         ((other,), "is a front's file, not a run's folder"),
         ((run, "--members", "0"), "members: expected"),
         ((run, "--out", run / "front.json"), "is kept"),

@@ -188,7 +188,10 @@ def test_a_problem_by_hand_is_passed_again_and_must_be_the_same(tmp_path, stoppe
     stopped_after(3)
     optimise(small_problem(), seed=1, out=tmp_path / "run", **SMALL, polish=False)
     stopped_after(None)
-    refused(lambda: resume(tmp_path / "run"), "its problem is not a registered one; pass it")
+    refused(
+        lambda: resume(tmp_path / "run"),
+        "its problem 'trajectory problem' is not a registered one; pass it as problem=",
+    )
     other = small_problem(constraints=())
     refused(lambda: resume(tmp_path / "run", problem=other), "the problem at hand differs")
     last = resume(tmp_path / "run", problem=small_problem(), progress=False)
@@ -256,7 +259,7 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     run = tmp_path / "run"
     # One of the three is polished too.
     polish = number == signal.SIGKILL
-    size = ["--generations", "300", "--population", "40", "--seed", "3", "--quiet"]
+    size = ["--generations", "600", "--population", "40", "--seed", "3", "--quiet"]
     size += [] if polish else ["--no-polish"]
     problem = "hybrid" if polish else "pointing"
     solving = _popen("solve", problem, *size, "--out", run)
@@ -277,7 +280,7 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     resumed = trajevo("resume", run, "--quiet")
     assert resumed.returncode == 0, resumed.stderr
     assert (run / "report.html").exists()
-    settings = {"seed": 3, "generations": 300, "population": 40, "polish": polish, "progress": False}
+    settings = {"seed": 3, "generations": 600, "population": 40, "polish": polish, "progress": False}
     whole = optimise(read_run(run).problem, **settings)
     assert same(Front.load(run / "front.json"), whole)
 

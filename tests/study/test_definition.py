@@ -190,7 +190,10 @@ def test_a_folder_notices_that_a_file_has_changed(tmp_path):
 
 def test_a_folder_without_a_study_is_refused(tmp_path):
     refused(StudyFolder(tmp_path).record, "holds no study: it has no study.json")
-    for content, says in (("{", "is no study of this version"), ('{"format": "other"}', "format: Input should be")):
+    for content, says in (
+        ("{", "is no study of this version"),
+        ('{"format": "other"}', "format: expected 'trajevo study', got 'other'"),
+    ):
         (tmp_path / "study.json").write_text(content)
         refused(StudyFolder(tmp_path).record, says)
 

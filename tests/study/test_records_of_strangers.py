@@ -58,17 +58,21 @@ def change(file, place, value):
             "magic",
             "expected one of .* as the payload's model, got 'magic'",
         ),
-        (("problem", "angle"), "turns", "problem.angle: Input should be 'rad' or 'deg'"),
+        (("problem", "angle"), "turns", "problem.angle: expected 'rad' or 'deg', got 'turns'"),
         (("problem", "settings", "limits"), [[[[]]]] * 2, "the problem at hand differs|limits"),
-        (("run", "evaluations"), -1, "run.evaluations: Input should be greater than or equal to 0"),
-        (("run", "evaluations"), 2**31, "run.evaluations: Input should be less than"),
+        (("run", "evaluations"), -1, "run.evaluations: expected a number greater than or equal to 0, got -1"),
+        (("run", "evaluations"), 2**31, "run.evaluations: expected a number below 2147483648"),
         (("run", "seconds"), float("nan"), "run.seconds"),
         (("run", "stopped_by"), "SIGNAL", "run.stopped_by"),
         (("run", "settings", "a"), float("nan"), "run.settings: settings.a: expected finite numbers"),
-        (("history", "front_size", 0), -1, "history.front_size.0: Input should be greater than or equal to 0"),
+        (
+            ("history", "front_size", 0),
+            -1,
+            "history.front_size.0: expected a number greater than or equal to 0, got -1",
+        ),
         (("history", "least_violation", 0), -0.5, "history.least_violation.0"),
         (("F",), [[1.0]], "is no front of trajevo"),
-        (("X", 0, 0), "1x", "X.0.0: Input should be a valid number"),
+        (("X", 0, 0), "1x", "X.0.0: expected a number, got '1x'"),
     ],
 )
 def test_a_front_s_record_is_checked(place, value, says, folder):
@@ -145,7 +149,7 @@ def test_a_block_s_columns_are_checked(name, changed, folder):
 @pytest.mark.parametrize(
     ("place", "value", "says"),
     [
-        (("repeats",), 2**63 - 1, "repeats: Input should be less than or equal to 100000"),
+        (("repeats",), 2**63 - 1, "repeats: expected a number up to 100000"),
         (("repeats",), 90_000, "content: expected at most 100000 cells, got 360000"),
         (
             ("factors", "offsprings", 0, "value"),

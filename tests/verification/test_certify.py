@@ -326,9 +326,9 @@ def test_tool_speed_and_power_are_held_to_limits_where_there_are_any(robots):
     broken = certify(rollout, tool_speed=0.9 * row.exhibited, power=np.full(6, 1.0))
     named = {found.quantity for found in broken.violated}
     assert {"tool speed", "power"} <= named
-    problem = small_problem(constraints=(tool_speed_limit(small_problem().robot, 123.0),))
+    problem = small_problem(constraints=(tool_speed_limit(small_problem().robot, 12.3),))
     solution = optimise(problem, seed=1, generations=3, population=10, progress=False, polish=False).knee()
-    assert certify(solution).rows[-1].limit == 123.0
+    assert certify(solution).rows[-1].limit == 12.3
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda", "hybrid_manipulator"])

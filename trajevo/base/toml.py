@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import reprlib
 import tomllib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -162,6 +163,9 @@ _SAID = {
     "greater_than": "expected a number greater than {gt:g}",
     "greater_than_equal": "expected a number greater than or equal to {ge:g}",
     "less_than_equal": "expected a number up to {le:g}",
+    "less_than": "expected a number below {lt}",
+    "float_parsing": "expected a number",
+    "int_parsing": "expected a whole number",
     "literal_error": "expected {expected}",
     "too_short": "expected at least {min_length} values, got {actual_length}",
     "too_long": "expected at most {max_length} values, got {actual_length}",
@@ -184,7 +188,8 @@ def problem_of(error: Any) -> str:
     if kind in ("missing", "value_error", "too_short", "too_long", "extra_forbidden"):
         return said
     given = error["input"]
-    return f"{said}, got {shortened(repr(given) if isinstance(given, str) else given)}"
+    # A list may have millions of entries: only the first ones are turned into text.
+    return f"{said}, got {shortened(reprlib.repr(given) if isinstance(given, list | dict | tuple) else repr(given))}"
 
 
 def validated(model: type[Model], content: dict[str, Any], places: Places) -> Model:

@@ -13,14 +13,19 @@ from trajevo.errors import visible
 
 @final
 class Terminal(Console):
-    """A console of rich for standard output, or standard error, that does not cut lines or colour words.
+    """A console of rich for standard output, or standard error, that neither cuts lines nor reads markup in them.
 
     Args:
         stderr: whether it prints on standard error.
     """
 
     def __init__(self, *, stderr: bool = False) -> None:
-        super().__init__(soft_wrap=True, highlight=False, stderr=stderr)
+        super().__init__(soft_wrap=True, highlight=False, markup=False, stderr=stderr)
+
+    def written(self, *files: object, then: str) -> None:
+        """Tell which files were written, and in another line what to do next."""
+        self.print(f"written: {', '.join(map(str, files))}")
+        self.print(f"next: {then}")
 
     def render(self, renderable: Any, options: Any = None) -> Iterable[Segment]:
         """Everything that is printed, with signs for control and bidirectional characters of its texts."""

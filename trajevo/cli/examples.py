@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.box import SIMPLE
-from rich.table import Column, Table
 
+from trajevo.cli import completion
 from trajevo.cli.console import Terminal
+from trajevo.cli.screen.tables import Listing
 from trajevo.formulation.examples import copy_example, list_examples
 
 #: The next command for a copy, by the kind of the example.
@@ -18,18 +18,21 @@ _out = Terminal()
 
 
 def examples(
-    name: Annotated[str | None, typer.Argument(help="Example to copy; all are listed if not given.")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(help="Example to copy; all are listed if not given.", autocompletion=completion.examples),
+    ] = None,
     folder: Annotated[Path, typer.Argument(help="Folder to copy it to.")] = Path(),
 ) -> None:
     """List the worked tasks, studies and notebooks, or copy one to a folder."""
     known = list_examples()
     if name is None:
-        table = Table(Column("example", no_wrap=True), "kind", "what it shows", box=SIMPLE)
+        table = Listing("example", "kind", "what it shows")
         for example in known.values():
-            table.add_row(example.name, example.kind, example.summary)
+            table.add(example.name, example.kind, example.summary)
         _out.print(table)
         _out.print("next: trajevo solve TASK, trajevo study run STUDY; a copy to change: trajevo examples NAME FOLDER")
         return
     copies = copy_example(name, folder)
     then = _NEXT[known[name].kind].format(copies[0])
-    _out.print(f"written: {', '.join(map(str, copies))}; next: {then}", markup=False)
+    _out.print(f"written: {', '.join(map(str, copies))}; next: {then}")

@@ -10,15 +10,17 @@ import io
 import os
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any, NamedTuple, final
 
 import typer
-from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
 from trajevo import __version__
 from trajevo.base.files import why_not
 from trajevo.cli.console import Terminal
+from trajevo.cli.screen.usage import UsageError, is_help, told
 from trajevo.errors import NoSolutionError, TrajevoError
 
 
@@ -120,19 +122,31 @@ class _Commands(TyperGroup):
         if home is None or self._listing:
             return self.commands.get(cmd_name)
         found: Any = getattr(_imported(f"trajevo.cli.{home.module}"), home.name)
-        around = typer.Typer(add_completion=False)
+        around = typer.Typer(add_completion=False, rich_markup_mode=None)
         if not isinstance(found, typer.Typer):
             around.command(cmd_name)(found)
-            return _with_units(typer.main.get_command(around))
+            return typer.main.get_command(around)
         around.add_typer(found, name=cmd_name)
         group: Any = typer.main.get_command(around)
-        return _with_units(group.commands[cmd_name])
+        for inner in group.commands[cmd_name].commands.values():
+            inner.short_help = inner.help  # which is not cut
+        return group.commands[cmd_name]
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """The help with the list of all commands."""
+        with self._listed():
+            super().format_help(ctx, formatter)
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """What the shell offers: names of commands, none of which is imported for that."""
+        with self._listed():
+            return super().shell_complete(ctx, incomplete)
+
+    @contextmanager
+    def _listed(self) -> Iterator[None]:
         self._listing = True
         try:
-            super().format_help(ctx, formatter)
+            yield
         finally:
             self._listing = False
 
@@ -152,15 +166,6 @@ def _imported(module: str) -> Any:
         gc.freeze()
 
 
-def _with_units(command: Any) -> Any:
-    """A command whose help shows its units, which rich would take for markup and leave out."""
-    for parameter in command.params:
-        parameter.help = escape(parameter.help) if parameter.help else parameter.help
-    for inner in getattr(command, "commands", {}).values():
-        _with_units(inner)
-    return command
-
-
 def _tell_version(wanted: bool) -> None:
     if wanted:
         sys.stdout.write(f"trajevo {__version__}\n")
@@ -175,13 +180,32 @@ def _trajevo(
     """Multi-objective trajectory optimisation and payload capacity for robots."""
 
 
+def _whole_names(formatter: Any) -> Any:
+    """A formatter of help pages that does not break names such as sms-emoa at their hyphens."""
+    hyphen, unbroken = "-", "\N{NON-BREAKING HYPHEN}"
+
+    class WholeNames(formatter):  # type: ignore[misc]
+        def write(self, string: str) -> None:
+            super().write(string.replace(unbroken, hyphen))
+
+        def write_text(self, text: str) -> None:
+            super().write_text(text.replace(hyphen, unbroken))
+
+        def write_dl(self, rows: Any, **widths: int) -> None:
+            super().write_dl([(name, said.replace(hyphen, unbroken)) for name, said in rows], **widths)
+
+    return WholeNames
+
+
 def _app() -> Any:
     """The command, with its subcommands named but not yet imported."""
-    described = typer.Typer(cls=_Commands, add_completion=False, no_args_is_help=True, rich_markup_mode="rich")
+    # Without rich the help takes half the time, whole option names fit, and no unit in brackets is read as markup.
+    described = typer.Typer(cls=_Commands, no_args_is_help=True, rich_markup_mode=None)
     described.callback()(_trajevo)
     app: Any = typer.main.get_command(described)
+    app.context_class.formatter_class = _whole_names(app.context_class.formatter_class)
     app.name = "trajevo"
-    app.commands = {name: TyperCommand(name, help=home.help) for name, home in COMMANDS.items()}
+    app.commands = {name: TyperCommand(name, help=home.help, short_help=home.help) for name, home in COMMANDS.items()}
     return app
 
 
@@ -198,14 +222,21 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     console = Terminal(stderr=True)
-    warnings.showwarning = lambda message, *_: console.print(f"warning: {message}", markup=False)
+    warnings.showwarning = lambda message, *_: console.print(f"warning: {message}")
     try:
         try:
-            app()
+            code = app(prog_name="trajevo", standalone_mode=False)
         finally:
             sys.stdout.flush()
+        sys.exit(code if isinstance(code, int) else 0)
+    except UsageError as error:
+        if is_help(error):
+            error.show()
+        else:
+            console.print(f"error: {told(error)}")
+        sys.exit(2)
     except TrajevoError as error:
-        console.print(f"error: {error}", markup=False)
+        console.print(f"error: {error}")
         sys.exit(3 if isinstance(error, NoSolutionError) else 2)
     except OSError as error:
         if error.filename is not None:
@@ -213,5 +244,5 @@ def main() -> None:
         # Whatever is left to print would fail again when the process ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if error.errno != errno.EPIPE:  # of which nobody wants to hear: the reader has seen enough
-            console.print(f"error: standard output: cannot be written: {why_not(error)}", markup=False)
+            console.print(f"error: standard output: cannot be written: {why_not(error)}")
         sys.exit(2)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, final
 
 import numpy as np
 import typer
-from rich.box import SIMPLE
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from trajevo import plots
 from trajevo.capacity.capacity import your_margin
@@ -23,23 +20,26 @@ from trajevo.capacity.payload_time import PayloadCurve, capacity_front, largest_
 from trajevo.capacity.robust import robust_capacity
 from trajevo.capacity.sensitivity import sensitivity
 from trajevo.capacity.slowdown import SlowdownCurve, slowdown_curve, slowdown_for
-from trajevo.capacity.uncertainty import price_of_uncertainty
+from trajevo.capacity.uncertainty import UncertaintyPrice, price_of_uncertainty
 from trajevo.capacity.workspace import PLANES, ToolPlane, workspace_capacity
+from trajevo.cli import completion
 from trajevo.cli.console import Terminal
+from trajevo.cli.problem_options import ProblemOption
 from trajevo.cli.results import (
     CURVE_PICTURE,
     DIAGRAM_PICTURE,
     PRICE_SUFFIX,
     SLOWDOWN_PICTURE,
-    SOLUTION_HELP,
     RunArgument,
+    SolutionOption,
     beside,
     front_of,
 )
-from trajevo.cli.robots import MasslessOption
-from trajevo.cli.terminal import print_mass_notes, table_with_units
+from trajevo.cli.robots import MasslessOption, RobotArgument
+from trajevo.cli.screen.printed import print_mass_notes
+from trajevo.cli.screen.tables import Listing
+from trajevo.cli.screen.waiting import Waiting
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Solution
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.plots.pictures import save_figure
@@ -96,7 +96,8 @@ def diagram(
     solution: Annotated[
         list[str] | None,
         typer.Option(
-            help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee if not given; several are overlaid."
+            help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee if not given; several are overlaid.",
+            autocompletion=completion.solutions,
         ),
     ] = None,
     offset_xy: Annotated[float, typer.Option(help="Greatest distance from the tool's z axis [m].")] = 0.3,
@@ -112,10 +113,11 @@ def diagram(
     out: Annotated[
         Path | None, typer.Option(help="PNG file; payload_diagram.png beside the front if not given.")
     ] = None,
+    problem: ProblemOption = None,
 ) -> None:
     """Show and draw the largest payload of a motion by the offset of its centre of mass from the tool."""
     options = DiagramOptions(offset_xy, offset_z, grid, direction, tolerance)
-    front, rules = front_of(run), solution or ["knee"]
+    front, rules = front_of(run, problem), solution or ["knee"]
     chosen = {rule: front.pick(rule) for rule in rules}
     efforts = {rule: payload_effort(solution) for rule, solution in chosen.items()}
     xy = np.linspace(0.0, options.offset_xy, options.grid)
@@ -127,8 +129,10 @@ def diagram(
         _print_diagram(_out, diagrams[rule])
         if options.tolerance is not None:
             _print_robust(_out, efforts[rule], front.problem.dynamics.payload.com, options.tolerance)
-    figure = plots.payload_contours(_labelled(chosen, diagrams)).figure
-    _out.print(f"written: {save_figure(figure, out or beside(run, DIAGRAM_PICTURE))}")
+    file = _drawn(lambda: plots.payload_contours(_labelled(chosen, diagrams)), out or beside(run, DIAGRAM_PICTURE))
+    _out.written(
+        file, then=f"trajevo slowdown {run} --payload MASS tells how long the same path takes with another one"
+    )
 
 
 def payload_time(
@@ -143,44 +147,61 @@ def payload_time(
         typer.Option(help="Also show the price in time of this tolerance of the centre of mass along every axis [m]."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="PNG file; payload_time.png beside the front if not given.")] = None,
+    problem: ProblemOption = None,
 ) -> None:
     """Optimise the motion again for each payload: show and draw the least times and the largest payload."""
     if tolerance is not None and not 0.0 < tolerance < np.inf:
         raise InvalidInputError(f"--tolerance: expected a positive length [m], got {tolerance}")
-    problem = front_of(run).problem
-    largest = largest_payload(problem, seed=seed, starts=starts)
+    carried = front_of(run, problem).problem
+    steps = ["largest payload", "least times", *([] if tolerance is None else ["price of the tolerance"])]
+    with Waiting("computing", steps) as shown:
+        shown.begin(steps[0])
+        largest = largest_payload(carried, seed=seed, starts=starts)
+        masses, refusal = (payload, "") if payload else payloads_up_to(carried, largest.mass)
+        shown.begin(steps[1])
+        curve = capacity_front(carried, masses, seed=seed, starts=starts)
+        if tolerance is not None:
+            shown.begin(steps[2])
+            price = price_of_uncertainty(
+                carried, np.linspace(0.0, tolerance, _TOLERANCES).tolist(), seed=seed, starts=starts
+            )
     _out.print(f"largest payload of any motion found: {largest}")
-    masses, refusal = (payload, "") if payload else payloads_up_to(problem, largest.mass)
     if refusal:
         _out.print(f"heavier ones left out: {refusal}")
-    curve = capacity_front(problem, masses, seed=seed, starts=starts)
     _out.print(_least_times(curve))
-    figure = plots.payload_curve(curve, at_rest=largest.at_rest).figure
     target = out or beside(run, CURVE_PICTURE)
-    _out.print(f"written: {save_figure(figure, target)}")
+    files = [_drawn(lambda: plots.payload_curve(curve, at_rest=largest.at_rest), target)]
     if tolerance is not None:
-        _print_price(problem, tolerance, seed, starts, target.with_stem(target.stem + PRICE_SUFFIX))
+        _out.print(_prices(price))
+        beside_it = target.with_stem(target.stem + PRICE_SUFFIX)
+        files.append(_drawn(lambda: plots.uncertainty_price(price), beside_it))
+    _out.written(*files, then=f"trajevo report {run} --full has this and what else is known about payloads")
 
 
-def _least_times(curve: PayloadCurve) -> Table:
+def _drawn(draw: Callable[[], Any], file: Path) -> Path:
+    """Write a picture, given by what gives its axes, with a bar while it is drawn."""
+    with Waiting("drawing", [file.name]) as shown:
+        shown.begin(file.name)
+        return save_figure(draw().figure, file)
+
+
+def _least_times(curve: PayloadCurve) -> Listing:
     full, headings = curve.at_full_limits, ["payload [kg]", "least time [s]"]
-    title = f"with {your_margin(curve.effort_margin)}" if curve.effort_margin else None
-    table = table_with_units(*headings, *(["at full limits [s]"] if full else []), box=SIMPLE, title=title)
+    title = f"with {your_margin(curve.effort_margin)}" if curve.effort_margin else ""
+    table = Listing(*headings, *(["at full limits [s]"] if full else []), title=title)
     for k, mass in enumerate(curve.payloads):
         times = [curve.times[k], *([full.times[k]] if full else [])]
-        table.add_row(f"{mass:.4g}", *(f"{least:.4f}" if np.isfinite(least) else "none found" for least in times))
+        table.add(f"{mass:.4g}", *(f"{least:.4f}" if np.isfinite(least) else "none found" for least in times))
     return table
 
 
-def _print_price(problem: TrajectoryProblem, tolerance: float, seed: int, starts: int, file: Path) -> None:
-    """Print and draw the price in time of a tolerance of the payload's centre of mass."""
-    price = price_of_uncertainty(problem, np.linspace(0.0, tolerance, _TOLERANCES).tolist(), seed=seed, starts=starts)
-    table = table_with_units("centre of mass known to ± [mm]", "least time [s]", "price", box=SIMPLE)
+def _prices(price: UncertaintyPrice) -> Listing:
+    """The price in time of tolerances of the payload's centre of mass."""
+    table = Listing("centre of mass known to ± [mm]", "least time [s]", "price [%]")
     for width, least, share in zip(price.tolerances, price.times, price.price, strict=True):
-        found = (f"{least:.4f}", f"{100.0 * share:+.2f} %") if np.isfinite(least) else ("none found", "")
-        table.add_row(f"{1e3 * width:.4g}", *found)
-    _out.print(table)
-    _out.print(f"written: {save_figure(plots.uncertainty_price(price).figure, file)}")
+        found = (f"{least:.4f}", f"{100.0 * share:+.2f}") if np.isfinite(least) else ("none found", "")
+        table.add(f"{1e3 * width:.4g}", *found)
+    return table
 
 
 def _labelled(
@@ -202,12 +223,11 @@ def _print_diagram(out: Console, diagram: PayloadDiagram) -> None:
     angle = np.degrees(diagram.direction.flat[0])
     where = "in the worst direction" if diagram.worst else f"at {angle:g}° from the tool's x axis"
     title = f"largest payload [kg] ({diagram.payload_model}), L_xy {where}"
-    table = table_with_units("L_z [mm]", box=SIMPLE, title=escape(title), title_justify="left")
-    for column in columns:
-        table.add_column(f"L_xy {1e3 * diagram.offset_xy[column]:.4g} mm")
+    offsets = (f"L_xy {1e3 * diagram.offset_xy[column]:.4g} mm" for column in columns)
+    table = Listing("L_z [mm]", *offsets, title=title)
     for row in rows[::-1]:
-        cells = [escape(_cell(diagram, row, column)) for column in columns]
-        table.add_row(f"{1e3 * diagram.offset_z[row]:.4g}", *cells)
+        cells = [_cell(diagram, row, column) for column in columns]
+        table.add(f"{1e3 * diagram.offset_z[row]:.4g}", *cells)
     out.print(table)
 
 
@@ -216,7 +236,7 @@ def _cell(diagram: PayloadDiagram, row: int, column: int) -> str:
     if np.isnan(mass):
         return "none"
     masses = f"{mass:.3f}" if least == 0.0 else f"{least:.3f} to {mass:.3f}"
-    return "unlimited" if joint < 0 and least == 0.0 else f"{masses} {diagram.joint_names[int(joint)]}"
+    return "unlimited" if joint < 0 and least == 0.0 else f"{masses}\n{diagram.joint_names[int(joint)]}"
 
 
 def _print_robust(out: Console, effort: PayloadEffort, com: tuple[float, float, float], tolerance: float) -> None:
@@ -232,7 +252,8 @@ def _print_robust(out: Console, effort: PayloadEffort, com: tuple[float, float, 
     )
 
 
-_out = Terminal()
+#: Cells of the payload that can only be held at rest, after its mass.
+_AT_REST = ("at rest", "", "", "")
 
 #: Rows of the table of a curve.
 _ROWS = 12
@@ -240,14 +261,15 @@ _ROWS = 12
 
 def slowdown(
     run: RunArgument,
-    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
+    solution: SolutionOption = "knee",
     payload: Annotated[
         float | None, typer.Option(help="Mass [kg], with the shape of the run's payload; the run's own if not given.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Picture; slowdown.png beside the front if not given.")] = None,
+    problem: ProblemOption = None,
 ) -> None:
     """Show how long a motion's path takes with another payload, and draw payload against time."""
-    chosen = front_of(run).pick(solution)
+    chosen = front_of(run, problem).pick(solution)
     rollout = chosen.rollout
     own = rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
     found = slowdown_for(chosen, own if payload is None else payload)
@@ -261,12 +283,12 @@ def slowdown(
         _out.print(f"sensitivity: {sensitivity(chosen)}")
     curve = slowdown_curve(chosen)
     _out.print(_table(curve))
-    figure = plots.slowdown_curve(curve).figure
-    _out.print(f"written: {save_figure(figure, out or beside(run, SLOWDOWN_PICTURE))}")
+    file = _drawn(lambda: plots.slowdown_curve(curve), out or beside(run, SLOWDOWN_PICTURE))
+    _out.written(file, then=f"trajevo payload-time {run} optimises the motion again for each payload")
 
 
 def workspace(
-    robot: Annotated[str, typer.Argument(help="Name, folder with robot.toml, or URDF.")],
+    robot: RobotArgument,
     position: Annotated[tuple[float, float, float], typer.Option(help="Middle of the plane in the base frame [m].")],
     rpy: Annotated[
         tuple[float, float, float] | None,
@@ -297,39 +319,43 @@ def workspace(
     )
     given: dict[str, Any] = {"position": position} | ({} if rpy is None else {"rpy": rpy})
     square = ToolPlane.around(Pose.of(given), plane, reach=reach, cells=cells)
-    found = workspace_capacity(loaded, square, acceleration=acceleration, effort_margin=effort_margin)
+    with Waiting("computing", ["payloads of all cells"]) as shown:
+        shown.begin("payloads of all cells")
+        found = workspace_capacity(loaded, square, acceleration=acceleration, effort_margin=effort_margin)
     _out.print(f"{loaded.name}: {found}")
     print_mass_notes(_out, loaded)
     if found.reached.any():
         counts = found.postures[found.reached]
         _out.print(f"postures found per cell: {counts.min()} to {counts.max()}, of which the best was taken")
-    table = Table("binding joint", "cells", box=SIMPLE)
+    table = Listing("binding joint", "cells")
     for k, name in enumerate(found.joint_names):
         if (found.joint == k).any():
-            table.add_row(name, str(int((found.joint == k).sum())))
+            table.add(name, str(int((found.joint == k).sum())))
     _out.print(table)
-    _out.print(f"written: {save_figure(plots.workspace_capacity(found, show=show).figure, out)}")
+    file = _drawn(lambda: plots.workspace_capacity(found, show=show), out)
+    _out.written(file, then="trajevo init writes a task in which the robot can be named")
 
 
-def _table(curve: SlowdownCurve) -> Table:
+def _table(curve: SlowdownCurve) -> Listing:
     """Some payloads of a curve, with the times at the robot's full limits and broken constraints if there are any."""
     full = curve.at_full_limits
-    headings = ["payload [kg]", "least time [s]", "change", "limit", "joint"]
+    headings = ["payload [kg]", "least time [s]", "change [%]", "limit", "joint"]
     headings += ["at full limits [s]"] if full else []
     headings += ["not kept"] if any(curve.not_kept) else []
     margin = f", with {your_margin(curve.effort_margin)}" if curve.effort_margin else ""
     title = f"least time along the same path{margin}; effort sampled at {curve.instants} instants"
-    table = table_with_units(*headings, box=SIMPLE, title=title, title_justify="left")
+    table = Listing(*headings, title=title)
     step = -(-len(curve.payloads) // _ROWS)
     for k in range(len(curve.payloads) - 1, -1, -step)[::-1]:
-        change = f"{100.0 * (curve.factors[k] - 1.0):+.2f} %"
+        change = f"{100.0 * (curve.factors[k] - 1.0):+.2f}"
         cells = [f"{curve.payloads[k]:.4g}", f"{curve.durations[k]:.4f}", change, curve.limits[k], curve.joints[k]]
         cells += [f"{full.durations[k]:.4f}"] if full else []
         cells += [curve.not_kept[k]] if any(curve.not_kept) else []
-        table.add_row(*map(escape, cells))
-    table.add_row(f"{curve.static_bound:.4g}", "at rest", "", "", "")
+        table.add(*cells)
+    more = [""] * (len(headings) - len(_AT_REST) - 1)
+    table.add(f"{curve.static_bound:.4g}", *_AT_REST, *more)
     if full:
-        table.add_row(f"{full.static_bound:.4g}", "", "", "", "", "at rest")
+        table.add(f"{full.static_bound:.4g}", "", "", "", "", "at rest", *more[1:])
     return table
 
 

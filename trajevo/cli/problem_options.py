@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import inspect
+import os
+import re
+import sys
 import tomllib
+import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from trajevo.errors import InvalidInputError
+from trajevo.cli import completion
+from trajevo.errors import InvalidInputError, UnknownNameError, known_names
 from trajevo.formulation.examples import is_task
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
@@ -20,8 +26,25 @@ from trajevo.robot.payload import LOAD_MODELS
 from trajevo.solvers.optimise import load_task
 
 ProblemArgument = Annotated[
-    str, typer.Argument(help="Name in `trajevo list` or `trajevo examples`, or file task.toml.")
+    str,
+    typer.Argument(
+        help="Name in `trajevo list` or `trajevo examples`, file task.toml, or MODULE:NAME of a problem in Python.",
+        autocompletion=completion.problems,
+    ),
 ]
+#: Option of commands that read a run.
+ProblemOption = Annotated[
+    str | None,
+    typer.Option(
+        "--problem",
+        metavar="MODULE:NAME",
+        help="The run's problem if it is not a registered one: NAME in the Python module MODULE, which is the problem "
+        "or makes it.",
+    ),
+]
+
+#: A place in Python, ``module:name``; both may have dots.
+_IN_MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 
 
 def _mass(text: str) -> float | str:
@@ -34,7 +57,10 @@ def _mass(text: str) -> float | str:
 
 #: Options by name of the problem's argument.
 _OPTIONS: dict[str, Any] = {
-    "interpolant": Annotated[str | None, typer.Option(help="Interpolant; the problem's default if not given.")],
+    "interpolant": Annotated[
+        str | None,
+        typer.Option(help="Interpolant; the problem's default if not given.", autocompletion=completion.interpolants),
+    ],
     "payload": Annotated[
         str | None, typer.Option(parser=_mass, metavar="MASS", help="Payload [kg], or with its unit: '500 g'.")
     ],
@@ -105,6 +131,10 @@ def chosen_problem(
     Raises:
         InvalidInputError: an option that the task's file says, or as for the problem.
     """
+    if in_module(name):
+        for option in options:
+            raise InvalidInputError(f"{flag(option)}: {name} is made in Python, where it takes its arguments")
+        return problem_at(name), Search(seed=1)
     if not is_task(name):
         arguments = {key: value for key, value in options.items() if key != "set"}
         return load_problem(name, **_with_settings(arguments, options.get("set", []))), Search(seed=1)
@@ -112,6 +142,69 @@ def chosen_problem(
         raise InvalidInputError(f"{flag(option)}: a task says this in its file, options are those of the search")
     task = load_task(name)
     return task.problem, task.search
+
+
+def in_module(name: str) -> bool:
+    """Whether a problem's name is a place in Python, ``module:name``."""
+    return _IN_MODULE.fullmatch(name) is not None
+
+
+def problem_at(place: str) -> TrajectoryProblem:
+    """A problem that was made in Python, or that a class or function there makes without arguments.
+
+    Args:
+        place: ``module:name``; the module is also looked for in the current folder.
+
+    Raises:
+        InvalidInputError: another form, no such module or name, an error while it is imported or made, or no problem.
+    """
+    if not in_module(place):
+        raise InvalidInputError(f"problem: expected MODULE:NAME, such as my_cell:problem, got {place!r}")
+    module, _, name = place.partition(":")
+    found = _imported(module)
+    for part in name.split("."):
+        known = [one for one in vars(found) if not one.startswith("_")]
+        if part not in vars(found):
+            raise UnknownNameError(f"name in module {module}", part, known)
+        found = vars(found)[part]
+    if callable(found) and not isinstance(found, TrajectoryProblem):
+        try:
+            found = found()
+        except Exception as error:
+            raise InvalidInputError(f"problem: {place} cannot be made: {_told(error)}") from error
+    if not isinstance(found, TrajectoryProblem):
+        raise InvalidInputError(
+            f"problem: {place}: expected a TrajectoryProblem, or a class or function that makes one without arguments, "
+            f"got {type(found).__name__}"
+        )
+    return found
+
+
+def _imported(module: str) -> Any:
+    here = os.getcwd()
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name != module and not module.startswith(f"{error.name}."):
+            raise InvalidInputError(f"problem: module {module}: {_told(error)}") from error
+        there = sorted(file.stem for file in Path(here).glob("*.py"))
+        raise InvalidInputError(
+            f"problem: no Python module {module!r}, neither installed nor in {here}; there are "
+            f"{known_names(module, there)}"
+        ) from None
+    except Exception as error:
+        raise InvalidInputError(f"problem: module {module} cannot be imported: {_told(error)}") from error
+
+
+def _told(error: Exception) -> str:
+    """An error of a user's code in one line, with the last file and line of that code."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = str(Path(__file__).parents[1])
+    own = [frame for frame in frames if not frame.filename.startswith((ours, "<frozen"))]
+    at = f", {own[-1].filename}, line {own[-1].lineno}" if own else ""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}{at}"
 
 
 def flag(name: str) -> str:

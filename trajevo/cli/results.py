@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from trajevo.base.files import no_link, removed
+from trajevo.cli import completion
 from trajevo.cli.console import Terminal
-from trajevo.cli.terminal import print_rivals, print_run
-from trajevo.errors import checked_name
+from trajevo.cli.problem_options import problem_at
+from trajevo.cli.screen.printed import print_rivals, print_run
+from trajevo.cli.screen.waiting import Waiting
+from trajevo.errors import InvalidInputError, NotRegisteredError, checked_name, no_such_file
 from trajevo.exporters.export import is_exported
 from trajevo.front.front import Front
 from trajevo.front.thinning import told_share
 from trajevo.plots.analyses import ANALYSES_SUFFIX, KINDS, analyse, analysed
-from trajevo.plots.pictures import FIGURES, draw_all, save_pictures
+from trajevo.plots.pictures import FIGURES, Picture, draw_all, figures_of, save_pictures
 from trajevo.plots.report import report as write_report
 from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
 from trajevo.solvers.run.runs import read_run
@@ -30,7 +35,11 @@ ReportOption = Annotated[
     ),
 ]
 PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures, or write tables only.")]
-RunArgument = Annotated[Path, typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.")]
+RunArgument = Annotated[
+    Path,
+    typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.", autocompletion=completion.runs),
+]
+VerboseOption = Annotated[bool, typer.Option("--verbose", help="All settings too, with points and tables.")]
 
 #: Pictures that commands write beside a front by default.
 SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE = "slowdown.png", "payload_diagram.png", "payload_time.png"
@@ -40,13 +49,45 @@ SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE = "slowdown.png", "payload_diag
 PRICE_SUFFIX = "_uncertainty"
 PICTURES = (SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE, CURVE_PICTURE.replace(".", f"{PRICE_SUFFIX}."))
 
-#: Help of every command's option that chooses a solution.
-SOLUTION_HELP = "knee, utopia, weighted, least_OBJECTIVE or a row."
+SolutionOption = Annotated[
+    str,
+    typer.Option(
+        help="knee, utopia, weighted, least_OBJECTIVE or a row.",
+        autocompletion=completion.solutions,
+    ),
+]
 
 
-def front_of(run: Path) -> Front:
-    """Front of a run's folder, finished or not, or of a front's file."""
-    return read_run(run) if run.is_dir() else Front.load(run)
+def front_of(run: Path, problem: str | None = None) -> Front:
+    """Front of a run's folder, finished or not, or of a front's file.
+
+    Args:
+        run: the folder or the file.
+        problem: ``module:name`` of the run's problem if it is not a registered one.
+
+    Raises:
+        InvalidInputError: nothing to read, or its problem is not registered and was not given.
+    """
+    given = None if problem is None else problem_at(problem)
+    with reading(run):
+        front = read_run(run, problem=given) if run.is_dir() else Front.load(run, problem=given)
+        if given is None:
+            front.record.check_registered()
+    return front
+
+
+@contextmanager
+def reading(run: Path) -> Iterator[None]:
+    """Refuse a run that is not there, and name the option to give for one whose problem is not registered."""
+    if not run.exists():
+        raise InvalidInputError(no_such_file(run, "run"))
+    try:
+        yield
+    except NotRegisteredError as error:
+        raise InvalidInputError(
+            f"{run}: {error.said}; give it: --problem MODULE:NAME, where NAME in the Python module MODULE is the "
+            "problem, or makes it"
+        ) from error
 
 
 def beside(run: Path, name: str) -> Path:
@@ -66,55 +107,74 @@ REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 
 
 _out = Terminal()
-_err = Terminal(stderr=True)
 
 
-def write_results(front: Front, folder: Path, *, kind: str, pictures: bool) -> None:
-    """Write pictures and report of a finished run, and exit with 3 if its front is empty.
+def write_results(
+    front: Front, folder: Path, *, kind: str, pictures: bool, quiet: bool = False, verbose: bool = False
+) -> None:
+    """Print the results of a finished run, write its pictures and report, and exit with 3 if its front is empty.
 
     After an interruption, print the next command and exit.
     """
     if not (folder / FRONT_FILE).exists():
         raise typer.Exit(2)
     clear_stale(folder)
-    print_run(_out, front, None)
+    print_run(_out, front, verbose=verbose)
     if front.run.interrupted:
         go_on = f"trajevo resume {folder}" if RunFolder(folder).begun else "begin it again"
         _out.print(
-            f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there"
+            f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there",
         )
         raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
-    write_report_of(front, folder, kind=kind, pictures=pictures, views=kind == "full")
-    later = len(analysed(front)) - len(analysed(front, kind))
-    left_out = ["views in space"] if len(front) and pictures and kind != "full" else []
-    left_out += [f"{later} analyses that take longer"] if later else []
-    if left_out:
-        _out.print(f"next: trajevo report {folder} --full for {' and '.join(left_out)}")
+    then = _then(front, folder, kind=kind, pictures=pictures)
+    write_report_of(front, folder, kind=kind, pictures=pictures, views=kind == "full", quiet=quiet, then=then)
     if not len(front):
         raise typer.Exit(NO_SOLUTION)
 
 
-def told_before(analysis: str) -> None:
-    """Tell on standard error what is computed now, since some analyses take minutes."""
-    _err.print(f"computing: {analysis.replace('_', ' ')}", markup=False)
+def _then(front: Front, folder: Path, *, kind: str, pictures: bool) -> str:
+    """What to do after a run: prove its knee, and compute what its report leaves out."""
+    if not len(front):
+        return "trajevo check with the same problem and options, which tells what rules motions out"
+    later = len(analysed(front)) - len(analysed(front, kind))
+    left_out = ["views in space"] if pictures and kind != "full" else []
+    left_out += [f"{later} analyses that take longer"] if later else []
+    more = f"; trajevo report {folder} --full for {' and '.join(left_out)}" if left_out else ""
+    return f"trajevo certify {folder}{more}"
 
 
-def write_report_of(front: Front, folder: Path, *, kind: str, pictures: bool, views: bool) -> None:
-    """Compute or read the analyses of a run, then write its pictures and report into the folder."""
-    found = analyse(front, kind, file=analyses_of(folder), begin=told_before if kind == "full" else None)
+def analyses_shown(front: Front, kind: str, file: Path, *, quiet: bool = False) -> Mapping[str, Any]:
+    """Compute or read the analyses of a front, with a bar; elsewhere than on a terminal a full report tells lines."""
+    with Waiting("computing", analysed(front, kind), quiet=quiet, lines=kind == "full") as shown:
+        return analyse(front, kind, file=file, begin=shown.begin)
+
+
+def pictures_shown(
+    front: Front, found: Mapping[str, Any], folder: Path, *, views: bool, quiet: bool = False
+) -> tuple[Picture, ...]:
+    """Draw the pictures of a front that a folder does not keep, with a bar."""
+    with Waiting("drawing", figures_of(front, found), quiet=quiet) as shown:
+        return draw_all(front, found, kept=folder, views=views, begin=shown.begin)
+
+
+def write_report_of(
+    front: Front, folder: Path, *, kind: str, pictures: bool, views: bool, then: str, quiet: bool = False
+) -> None:
+    """Compute or read the analyses of a run, write its pictures and report into the folder, and tell what is next."""
+    found = analyses_shown(front, kind, analyses_of(folder), quiet=quiet)
     if found.get("rivals"):
         print_rivals(_out, found["rivals"])
-    told = [str(folder / FRONT_FILE)]
-    drawn = draw_all(front, found, kept=folder / PLOTS_FOLDER, views=views) if pictures else ()
-    save_pictures(drawn, folder / PLOTS_FOLDER)
+    told, plots = [str(folder / FRONT_FILE)], folder / PLOTS_FOLDER
+    drawn = pictures_shown(front, found, plots, views=views, quiet=quiet) if pictures else ()
+    save_pictures(drawn, plots)
     if kind != "none":
         told.append(str(write_report(front, folder / REPORT_FILE, analyses=found, pictures=drawn)))
     share = told_share(front.thinned(), front) if drawn else ""
     if share:
         _out.print(f"note: pictures show {share}")
-    if drawn or kind != "none":
-        told.append(f"{len(drawn)} pictures in {folder / PLOTS_FOLDER}")
-    _out.print(f"written: {', '.join(told)}")
+    if drawn:
+        told.append(f"{len(drawn)} pictures in {plots}")
+    _out.written(*told, then=then)
 
 
 def clear_stale(folder: Path) -> None:

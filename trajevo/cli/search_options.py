@@ -9,6 +9,7 @@ from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
 
+from trajevo.cli import completion
 from trajevo.cli.problem_options import flag, replace_parameter
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.search import Search
@@ -44,5 +45,6 @@ def _option(name: str) -> inspect.Parameter:
     if name == "algorithm":
         says = f"{says} {', '.join(NAMED_ALGORITHMS.names())}."
     flags = [f"{flag(name)}/--no-{flag(name)[2:]}"] if kind is bool else [flag(name)]
-    annotation = Annotated[kind | None, typer.Option(*flags, help=says)]  # type: ignore[valid-type]
+    offered = completion.algorithms if name == "algorithm" else None
+    annotation = Annotated[kind | None, typer.Option(*flags, help=says, autocompletion=offered)]  # type: ignore[valid-type]
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)

@@ -8,32 +8,34 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.box import SIMPLE
-from rich.markup import escape
-from rich.table import Table
 
 from trajevo import plots
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
 from trajevo.capacity.sensitivity import sensitivity
+from trajevo.cli import completion
 from trajevo.cli.console import Terminal
+from trajevo.cli.problem_options import ProblemOption
 from trajevo.cli.results import (
     PLOTS_FOLDER,
     REPORT_FILE,
-    SOLUTION_HELP,
     PicturesOption,
     RunArgument,
+    SolutionOption,
+    VerboseOption,
     analyses_of,
+    analyses_shown,
     beside,
     front_of,
-    told_before,
+    pictures_shown,
     write_report_of,
 )
-from trajevo.cli.terminal import print_mass_notes, print_rivals, print_run, print_verifications, table_with_units
+from trajevo.cli.screen.printed import print_mass_notes, print_rivals, print_run, print_verifications
+from trajevo.cli.screen.tables import Listing
+from trajevo.cli.screen.waiting import Waiting
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
-from trajevo.plots.analyses import analyse, kept_kind
+from trajevo.plots.analyses import kept_kind
 from trajevo.plots.analyses_file import read_analyses
-from trajevo.plots.pictures import draw_all
 from trajevo.plots.report import report as write_report
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.certify import certify, certify_all
@@ -43,19 +45,20 @@ _out = Terminal()
 _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; the problem's unit if not given.")]
 
 
-def show(run: RunArgument, angle: _Angle = None) -> None:
+def show(run: RunArgument, angle: _Angle = None, verbose: VerboseOption = False, problem: ProblemOption = None) -> None:
     """Show a run in the terminal."""
-    front = front_of(run)
-    print_run(_out, front, angle)
+    front = front_of(run, problem)
+    print_run(_out, front, angle=angle, verbose=verbose)
     for note in front.problem.notes if len(front) else ():
-        _out.print(f"note: {note}", markup=False)
-    if not len(front) or not front.problem.compares_rivals:
-        return
-    kept = read_analyses(analyses_of(run), front)
-    if kept.get("rivals"):
-        print_rivals(_out, kept["rivals"])
-    else:
-        _out.print(f"not compared with other interpolants yet; trajevo report {run} --full does that")
+        _out.print(f"note: {note}")
+    if len(front) and front.problem.compares_rivals:
+        kept = read_analyses(analyses_of(run), front)
+        if kept.get("rivals"):
+            print_rivals(_out, kept["rivals"])
+        else:
+            _out.print(f"not compared with other interpolants yet; trajevo report {run} --full does that")
+    if not verbose:
+        _out.print(f"all settings: trajevo show {run} --verbose")
 
 
 def report(
@@ -69,17 +72,19 @@ def report(
         typer.Option("--full", help="With views in space, payload studies and rivals; what is not kept is computed."),
     ] = False,
     pictures: PicturesOption = True,
+    problem: ProblemOption = None,
 ) -> None:
     """Write a run's report of what is kept of it, one HTML file that needs no network."""
-    front = front_of(run)
+    front = front_of(run, problem)
     kind = "full" if full else kept_kind(front, analyses_of(run))
     if run.is_dir() and out is None:
-        write_report_of(front, run, kind=kind, pictures=pictures, views=full)
+        then = f"open {run / REPORT_FILE} in a browser"
+        write_report_of(front, run, kind=kind, pictures=pictures, views=full, then=then)
         return
-    found = analyse(front, kind, file=analyses_of(run), begin=told_before if full else None)
-    drawn = draw_all(front, found, kept=beside(run, PLOTS_FOLDER), views=full) if pictures else ()
+    found = analyses_shown(front, kind, analyses_of(run))
+    drawn = pictures_shown(front, found, beside(run, PLOTS_FOLDER), views=full) if pictures else ()
     file = write_report(front, out or beside(run, REPORT_FILE), analyses=found, pictures=drawn)
-    _out.print(f"written: {file}")
+    _out.written(file, then="open it in a browser")
 
 
 def export(
@@ -87,10 +92,13 @@ def export(
     solution: Annotated[
         str | None,
         typer.Option(
-            help="knee, utopia, weighted, least_OBJECTIVE or a row; if not given, the knee or, in netcdf, all."
+            help="knee, utopia, weighted, least_OBJECTIVE or a row; if not given, the knee or, in netcdf, all.",
+            autocompletion=completion.solutions,
         ),
     ] = None,
-    format: Annotated[str, typer.Option(help=f"{', '.join(NAMED_EXPORTERS.names())}.")] = "csv",
+    format: Annotated[
+        str, typer.Option(help=f"{', '.join(NAMED_EXPORTERS.names())}.", autocompletion=completion.formats)
+    ] = "csv",
     step: Annotated[
         float | None, typer.Option(help="Time between samples, or of a block [s]; the format's default if not given.")
     ] = None,
@@ -98,69 +106,80 @@ def export(
     out: Annotated[
         Path | None, typer.Option(help="File; SOLUTION.EXTENSION or front.nc beside the front if not given.")
     ] = None,
+    problem: ProblemOption = None,
 ) -> None:
     """Write the motion of one solution for a controller or a spreadsheet, or the whole front for other programs."""
-    exporter, front = NAMED_EXPORTERS.find(format), front_of(run)
+    exporter, front = NAMED_EXPORTERS.find(format), front_of(run, problem)
     if solution is None and exporter.holds == "motion":
         solution = "knee"
     target = out or beside(run, f"{solution or 'front'}.{exporter.ending}")
     source = front if solution is None else front.pick(solution)
-    _out.print(f"written: {write(source, target, format=format, step=step, angle=angle)}")
+    file = write(source, target, format=format, step=step, angle=angle)
+    proof = f"trajevo certify {run} {'--all' if solution is None else f'--solution {solution}'}"
+    _out.written(file, then=f"{proof} proves at every instant that limits are kept")
 
 
 def animate_motion(
     run: RunArgument,
-    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
+    solution: SolutionOption = "knee",
     rate: Annotated[float, typer.Option(help="Frames per second.")] = 25.0,
     out: Annotated[Path | None, typer.Option(help="HTML file; SOLUTION.html beside the front if not given.")] = None,
+    problem: ProblemOption = None,
 ) -> None:
     """Write an animation of one solution in real time, one HTML file that needs no network."""
-    chosen = front_of(run).pick(solution)
-    _out.print(f"written: {plots.animate(chosen, out or beside(run, f'{solution}.html'), rate=rate)}")
+    chosen = front_of(run, problem).pick(solution)
+    with Waiting("drawing", ["animation"]) as shown:
+        shown.begin("animation")
+        file = plots.animate(chosen, out or beside(run, f"{solution}.html"), rate=rate)
+    _out.written(file, then="open it in a browser")
 
 
 def capacity(
     run: RunArgument,
-    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
+    solution: SolutionOption = "knee",
     iterative: Annotated[
         bool, typer.Option("--iterative", help="Use the paper's iteration, not the closed form.")
     ] = False,
     step: Annotated[float, typer.Option(help="Payload added in each iteration [kg].")] = 0.05,
+    problem: ProblemOption = None,
 ) -> None:
     """Show the largest payload of a motion, which actuator limits it and when."""
-    chosen = front_of(run).pick(solution)
+    chosen = front_of(run, problem).pick(solution)
     found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
     _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
     _out.print(f"capacity: {found}")
     print_mass_notes(_out, chosen.front.problem.robot)
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
-    table = table_with_units("joint", "alone it could carry [kg]", "effort limit left", box=SIMPLE)
+    table = Listing("joint", "alone it could carry [kg]", "effort limit left [%]")
     for name, alone, margin in zip(chosen.front.problem.robot.joint_names, found.per_joint, found.margin, strict=True):
-        table.add_row(name, f"{alone:.6g}", f"{100.0 * margin:.2f} %")
+        table.add(name, f"{alone:.6g}", f"{100.0 * margin:.2f}")
     _out.print(table)
 
 
 def verify_motions(
     run: RunArgument,
-    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
+    solution: SolutionOption = "knee",
     density: Annotated[int, typer.Option(help="Factor of the problem's number of samples.")] = 20,
     every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
+    problem: ProblemOption = None,
 ) -> None:
     """Check a motion between its samples against every limit; exit code 1 if one is exceeded."""
-    front = front_of(run)
-    found = verify_all(front, density=density) if every else (verify(front.pick(solution), density=density),)
+    front = front_of(run, problem)
+    if every:
+        with Waiting("checking", ["all solutions"]) as shown:
+            shown.begin("all solutions")
+            found = verify_all(front, density=density)
+    else:
+        found = (verify(front.pick(solution), density=density),)
     print_verifications(_out, found)
     if not all(verification.passed for verification in found):
         raise typer.Exit(1)
 
 
-_out = Terminal()
-
-
 def certificate(
     run: RunArgument,
-    solution: Annotated[str, typer.Option(help=SOLUTION_HELP)] = "knee",
+    solution: SolutionOption = "knee",
     tolerance: Annotated[
         float, typer.Option(help="Share of a limit by which bounds may lie above the samples.")
     ] = 0.001,
@@ -170,17 +189,20 @@ def certificate(
     ] = None,
     power: Annotated[float | None, typer.Option(help="Greatest mechanical power of every joint [W].")] = None,
     every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
+    problem: ProblemOption = None,
 ) -> None:
     """Prove that a motion keeps every limit at every instant; exit code 1 if one is broken or not decided."""
-    front = front_of(run)
+    front = front_of(run, problem)
     if every:
-        found: Sequence[Certificate] = certify_all(front, tolerance=tolerance, tool_speed=tool_speed, power=power)
+        with Waiting("proving", ["all solutions"]) as shown:
+            shown.begin("all solutions")
+            found: Sequence[Certificate] = certify_all(front, tolerance=tolerance, tool_speed=tool_speed, power=power)
     else:
         found = [certify(front.pick(solution), tolerance=tolerance, tool_speed=tool_speed, power=power)]
         _out.print(_table(found[0]))
     for each in found:
         if not (every and each.proven):
-            _out.print(escape(str(each)))
+            _out.print(str(each))
     kept = sum(each.proven for each in found)
     if every:
         _out.print(f"{kept} of {len(found)} solutions are proven to keep every limit at every instant.")
@@ -188,18 +210,18 @@ def certificate(
         raise typer.Exit(1)
 
 
-def _table(certificate: Certificate) -> Table:
+def _table(certificate: Certificate) -> Listing:
     """Table of each quantity's row nearest to its limit, of all other rows not proven, and of what is not covered."""
-    columns = ("quantity", "nearest sample", "at", "proven", "limit", "proven share")
-    table = Table(*columns, box=SIMPLE)
+    table = Listing("quantity", "nearest sample", "at [s]", "proven", "limit", "proven share [%]")
     for row in certificate.rows:
         if row not in certificate.by_quantity and row.proven:
             continue
         limited = bool(np.isfinite(row.limit))
-        share = f"{100.0 * row.share:.3f} %" if limited and not row.least else ""
-        cells = (row.name, row.shown(row.exhibited), row.at, row.bound_shown, row.limit_shown, share)
-        table.add_row(*map(escape, cells), style="bold red" if row.violated else "green" if limited else None)
+        share = f"{100.0 * row.share:.3f}" if limited and not row.least else ""
+        at = row.at.removesuffix(" s")
+        cells = (row.name, row.shown(row.exhibited), at, row.bound_shown, row.limit_shown, share)
+        table.add(*cells, style="bold red" if row.violated else "green" if limited else "")
     for one in certificate.uncovered:
         cells = (one.name, f"{100.0 * one.share:.3f} %" if one.samples else "", "", "not covered", "", "")
-        table.add_row(*map(escape, cells), style="bold red" if one.violated else "yellow")
+        table.add(*cells, style="bold red" if one.violated else "yellow")
     return table

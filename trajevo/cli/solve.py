@@ -8,21 +8,32 @@ from pathlib import Path
 from typing import Annotated, Any, final
 
 import typer
-from rich.box import SIMPLE
-from rich.table import Table
 
 from trajevo.base.files import own_folder, why_not
+from trajevo.base.units import pretty
+from trajevo.cli import completion
 from trajevo.cli.console import Terminal
-from trajevo.cli.problem_options import ProblemArgument, chosen_problem, flag, problem_options
+from trajevo.cli.problem_options import (
+    ProblemArgument,
+    ProblemOption,
+    chosen_problem,
+    flag,
+    in_module,
+    problem_at,
+    problem_options,
+)
 from trajevo.cli.results import (
     NO_SOLUTION,
     PLOTS_FOLDER,
     PicturesOption,
     ReportOption,
     RunArgument,
+    VerboseOption,
     front_of,
+    reading,
     write_results,
 )
+from trajevo.cli.screen.tables import Listing
 from trajevo.cli.search_options import search_options
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.examples import is_task
@@ -60,6 +71,7 @@ def solve(
     report: ReportOption = "short",
     pictures: PicturesOption = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    verbose: VerboseOption = False,
     options: dict[str, Any],
     search: dict[str, Any],
 ) -> None:
@@ -67,7 +79,7 @@ def solve(
     how = _Method(method, tolerance, sqp_seeds)
     to_solve, own = chosen_problem(problem, options, others=how.given)
     settings = own.updated(**search)
-    folder = out or Path("runs") / (Path(problem).stem if is_task(problem) else problem)
+    folder = out or Path("runs") / _name(problem)
     how.check(search, to_solve)
     algorithm_for(decided(settings, to_solve), to_solve)  # refuses invalid settings before the folder is touched
     _tell(check(to_solve), quiet=quiet)
@@ -81,7 +93,14 @@ def solve(
     else:
         initial = None if sqp_seeds is None else solve_nnc(to_solve, seed=seed, points=sqp_seeds)
         front = optimise(to_solve, settings, initial=initial, out=folder, overwrite=overwrite, progress=not quiet)
-    write_results(front, folder, kind=report, pictures=pictures)
+    write_results(front, folder, kind=report, pictures=pictures, quiet=quiet, verbose=verbose)
+
+
+def _name(problem: str) -> str:
+    """Name of a problem's folder in ``runs``."""
+    if in_module(problem):
+        return problem.replace(":", ".")
+    return Path(problem).stem if is_task(problem) else problem
 
 
 @final
@@ -118,27 +137,34 @@ class _Method:
 
 
 def resume(
-    run: Annotated[Path, typer.Argument(help="Folder of a run that was interrupted or killed.")],
+    run: Annotated[
+        Path,
+        typer.Argument(help="Folder of a run that was interrupted or killed.", autocompletion=completion.runs),
+    ],
     generations: Annotated[
         int | None, typer.Option(min=1, help="Extend the run to this number of generations.")
     ] = None,
     report: ReportOption = "short",
     pictures: PicturesOption = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
+    verbose: VerboseOption = False,
+    problem: ProblemOption = None,
 ) -> None:
     """Continue a run as if it had never stopped, and write its front, pictures and report."""
-    front = resume_run(run, generations=generations, progress=not quiet)
-    write_results(front, run, kind=report, pictures=pictures)
+    given = None if problem is None else problem_at(problem)
+    with reading(run):
+        front = resume_run(run, problem=given, generations=generations, progress=not quiet)
+    write_results(front, run, kind=report, pictures=pictures, quiet=quiet, verbose=verbose)
 
 
 def _tell(found: Feasibility, *, quiet: bool) -> None:
     """Print what was found before the search; exit if no motion is possible, since a search would only take time."""
     for finding in found.impossible if quiet else found.findings:
-        _err.print(f"{finding.severity}: {finding}", markup=False)
+        _err.print(f"{finding.severity}: {finding}")
     for note in found.notes:
-        _err.print(f"note: {note}", markup=False)
+        _err.print(f"note: {note}")
     if found.impossible:
-        _err.print(f"nothing was searched: {found.verdict}", markup=False)
+        _err.print(f"nothing was searched: {found.verdict}")
         raise typer.Exit(NO_SOLUTION)
 
 
@@ -173,9 +199,10 @@ def polish_run(
     out: Annotated[Path | None, typer.Option(help="File for the polished front; the run then stays as it is.")] = None,
     report: ReportOption = "short",
     pictures: PicturesOption = True,
+    problem: ProblemOption = None,
 ) -> None:
     """Refine a run's front by gradients; the original front is kept beside it in evolved.json."""
-    front, own = front_of(run), run / FRONT_FILE if run.is_dir() else run
+    front, own = front_of(run, problem), run / FRONT_FILE if run.is_dir() else run
     if not run.is_dir() and out is None:
         raise InvalidInputError(f"out: {run} is a front's file, not a run's folder; say where the polished front goes")
     if out is not None and out.resolve() == own.resolve():
@@ -185,7 +212,7 @@ def polish_run(
     _out.print(f"polished: {found}")
     if out is not None:
         found.front.save(out)
-        _out.print(f"written: {out}")
+        _out.written(out, then=f"trajevo show {out}")
         return
     folder = RunFolder(run)
     with folder.alone():
@@ -195,10 +222,10 @@ def polish_run(
     write_results(found.front, run, kind=report, pictures=pictures)
 
 
-def _table(found: Polished) -> Table:
+def _table(found: Polished) -> Listing:
     """Table of the least value of every objective before and after."""
-    table = Table("least", "before", "after", "unit", box=SIMPLE)
+    table = Listing("least", "before", "after", "unit")
     before, after = found.original.F.min(axis=0), found.front.F.min(axis=0)
     for objective, was, now in zip(found.front.record.objectives, before, after, strict=True):
-        table.add_row(objective.name, f"{was:.6g}", f"{now:.6g}", objective.unit)
+        table.add(objective.name, f"{was:.6g}", f"{now:.6g}", pretty(objective.unit))
     return table

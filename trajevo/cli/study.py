@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.box import SIMPLE
-from rich.markup import escape
-from rich.table import Column, Table
 
+from trajevo.cli import completion
 from trajevo.cli.console import Terminal
+from trajevo.cli.screen.tables import Listing
+from trajevo.cli.screen.waiting import Waiting
 from trajevo.errors import InvalidInputError
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import standing
@@ -28,12 +28,17 @@ if TYPE_CHECKING:
 app = typer.Typer(help="Many runs: the product of factors, on one machine or a cluster.", no_args_is_help=True)
 _out = Terminal()
 
-_Folder = Annotated[Path, typer.Argument(help="Folder of a study.")]
+_Folder = Annotated[Path, typer.Argument(help="Folder of a study.", autocompletion=completion.study_folders)]
 
 
 @app.command()
 def run(
-    study: Annotated[Path, typer.Argument(help="File study.toml, name in `trajevo examples`, or a study's folder.")],
+    study: Annotated[
+        Path,
+        typer.Argument(
+            help="File study.toml, name in `trajevo examples`, or a study's folder.", autocompletion=completion.studies
+        ),
+    ],
     out: Annotated[Path | None, typer.Option(help="Folder of the study; runs/STUDY if not given.")] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Cells at a time, each in a process; with --dask all cores if not given.")
@@ -82,8 +87,11 @@ def collect(
     from trajevo.study.collection import collect as collect_results
     from trajevo.study.report import write_study
 
-    results = collect_results(folder)
-    report = write_study(results, out)
+    with Waiting("collecting", ["cells", "tables and pictures"]) as shown:
+        shown.begin("cells")
+        results = collect_results(folder)
+        shown.begin("tables and pictures")
+        report = write_study(results, out)
     _print_results(results, report)
 
 
@@ -100,47 +108,48 @@ def _engine(workers: int | None, start_method: str | None, dask: bool, scheduler
 
 
 def _print_standing(stands: StudyStanding, folder: Path) -> None:
-    table = Table("state", Column("cells", justify="right"), box=SIMPLE)
+    table = Listing("state", "cells")
     for state in STATES:
         if stands.count(state):
-            table.add_row(state, str(stands.count(state)))
-    table.add_row("all", str(len(stands.cells)))
+            table.add(state, str(stands.count(state)))
+    table.add("all", str(len(stands.cells)))
     _out.print(table)
     place = StudyFolder(folder)
     for one in stands.cells:
         if one.state in ("running", "stopped") and RunFolder(place.cell(one.cell.name)).begun:
             at = standing(place.cell(one.cell.name))
-            _out.print(f"{one.state}: {one.cell.name}: generation {at.generation} of {at.generations}", markup=False)
+            _out.print(f"{one.state}: {one.cell.name}: generation {at.generation} of {at.generations}")
         elif one.failure is not None:
-            _out.print(f"failed: {one.cell.name}: {one.failure.sentence}", markup=False)
+            _out.print(f"failed: {one.cell.name}: {one.failure.sentence}")
     if stands.count("failed"):
-        _out.print(f"tracebacks: {place.cell('CELL') / 'failure.json'}", markup=False)
+        _out.print(f"tracebacks: {place.cell('CELL') / 'failure.json'}")
 
 
 def _print_results(results: StudyResults, report: StudyReport) -> None:
     _out.print(f"{len(results.cells)} cells finished, {results.unfinished} not")
-    _out.print(escape(results.origin))
+    _out.print(results.origin)
     frame = results.table()
     for factor in results.record.factors:
-        table = Table(factor, "runs", "median", "quartiles", "time of a run", box=SIMPLE)
+        table = Listing(factor, "runs", "median hypervolume", "quartiles", "time of a run [s]")
         for level in results.levels(factor):
             own = frame[frame[factor] == level]
             if len(own):
                 low, middle, high = own["hypervolume"].quantile([0.25, 0.5, 0.75])
-                seconds = f"{own['seconds'].median():.2f} s"
-                table.add_row(_shown(level), str(len(own)), f"{middle:.5f}", f"{low:.5f}, {high:.5f}", seconds)
+                seconds = f"{own['seconds'].median():.2f}"
+                table.add(_shown(level), str(len(own)), f"{middle:.5f}", f"{low:.5f}, {high:.5f}", seconds)
         _out.print(table)
     if report.comparisons:
-        table = Table("factor", "levels", "pairs", "difference", "effect", "p", "p, Holm", box=SIMPLE)
+        table = Listing("factor", "levels", "pairs", "difference", "effect", "p", "p, Holm")
         for one in report.comparisons:
             cells = f"{one.difference:.3g}", f"{one.effect:.2f}", f"{one.p:.3g}", f"{one.p_holm:.3g}"
-            table.add_row(one.factor, f"{_shown(one.first)} - {_shown(one.second)}", str(one.pairs), *cells)
+            table.add(one.factor, f"{_shown(one.first)} - {_shown(one.second)}", str(one.pairs), *cells)
         _out.print("Wilcoxon signed-rank tests over matched cells, p values corrected by Holm's method:")
         _out.print(table)
     for note in report.notes:
-        _out.print(note, markup=False)
-    _out.print(f"written: {', '.join(map(str, report.files))}", markup=False)
+        _out.print(note)
+    unfinished = f"trajevo study run {results.folder} for the rest; " if results.unfinished else ""
+    _out.written(*report.files, then=f"{unfinished}trajevo show {results.folder / 'cells'}/CELL")
 
 
 def _shown(level: object) -> str:
-    return f"{level:g}" if isinstance(level, int | float) else escape(str(level))
+    return f"{level:g}" if isinstance(level, int | float) else str(level)

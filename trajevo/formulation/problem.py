@@ -99,7 +99,7 @@ class TrajectoryProblem(Problem):
     """
 
     registered_name: ClassVar[str] = ""
-    title: ClassVar[str] = "trajectory problem"
+    title: str = "trajectory problem"
     evolution: ClassVar[Search] = USUAL
     paper_weights: ClassVar[Weights | None] = None
     compares_rivals: ClassVar[bool] = False

@@ -10,6 +10,7 @@ import numpy as np
 import pydantic
 from pymoo.core.algorithm import Algorithm
 
+from trajevo.base.toml import problem_of
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 
 #: Greatest number of individuals of a population: their motions are in memory together.
@@ -198,7 +199,7 @@ class Search(pydantic.BaseModel):
             return cls.model_validate(settings)
         except pydantic.ValidationError as error:
             first = error.errors()[0]
-            raise InvalidInputError(f"{first['loc'][0]}: {first['msg'].removeprefix('Value error, ')}") from error
+            raise InvalidInputError(f"{first['loc'][0]}: {problem_of(first)}") from error
 
     def updated(self, **settings: Any) -> Search:
         """A copy of this search in which the given settings are replaced; None leaves a setting unchanged.

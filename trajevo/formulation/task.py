@@ -12,6 +12,7 @@ from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
 from trajevo.formulation.task_file import MovingSettings, TaskSettings
+from trajevo.formulation.via_points import LONGEST_TITLE, checked_title
 from trajevo.path.via_points import joint_points
 from trajevo.robot.locate import robot_path
 from trajevo.robot.robot import Robot, robot_of
@@ -32,6 +33,8 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
     """
     to_rad = math.pi / 180.0 if settings.angle == "deg" else 1.0
     folder = where.file.resolve().parent
+    with where.at("name"):
+        title = where.file.stem[:LONGEST_TITLE] if settings.name is None else checked_title(settings.name, name="name")
     with where.at("robot"):
         robot = _robot(settings, folder)
     with where.at("points"):
@@ -55,6 +58,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "payload_range": settings.payload_range,
         "reference_point": settings.reference_point,
         "samples": settings.samples,
+        "title": title,
     }
     try:
         return load_problem(TASK_PROBLEM, **arguments)

@@ -106,11 +106,13 @@ class _Constraints(pydantic.BaseModel):
 class TaskSettings(_Strict):
     """The keys of ``task.toml``, in SI units; :func:`task_model` adds the parameters of limits.
 
+    ``name`` is what the task is called in tables, reports and pictures; its file's name if not given.
     Only angles of points (joint positions, ``rpy`` and ``rotation_vector``) and of boxes in joint space are in the unit
     ``angle``.
     """
 
     format: Literal[1] = 1
+    name: str | None = None
     robot: str | _Robot
     angle: Literal["rad", "deg"] = "rad"
     limits: _Limits = _Limits()

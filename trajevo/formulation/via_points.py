@@ -27,6 +27,9 @@ from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, price_of_rest
 
+#: Greatest number of characters of a problem's title, which stands above tables and pictures.
+LONGEST_TITLE = 120
+
 #: Half width of a box of the tool above which numbers are not believed [m].
 _MOST_WIDTH = 20.0
 
@@ -62,6 +65,7 @@ class ViaPointProblem(TrajectoryProblem):
         reference_point: reference point of the hypervolume [SI]; taken from the first feasible points if None.
         samples: instants per segment at which effort and tool are sampled, both ends included.
         threads: threads for the evaluation of populations; results do not depend on the number.
+        title: what it is called in tables, reports and pictures; results do not depend on it.
         **parameters: of limits, those above and those of other packages; a limit whose parameter is None is off.
 
     Raises:
@@ -73,7 +77,7 @@ class ViaPointProblem(TrajectoryProblem):
     """
 
     registered_name: ClassVar[str] = "via-points"
-    title: ClassVar[str] = "Any robot through via points"
+    title: str = "Any robot through via points"
 
     def __init__(
         self,
@@ -92,8 +96,11 @@ class ViaPointProblem(TrajectoryProblem):
         reference_point: Sequence[float] | None = None,
         samples: int = 6,
         threads: int = 1,
+        title: str | None = None,
         **parameters: Any,
     ) -> None:
+        if title is not None:
+            self.title = checked_title(title)
         NAMED_INTERPOLANTS.find(interpolant)
         _check_keys(parameters)
         named = robot_of(robot)
@@ -134,6 +141,7 @@ class ViaPointProblem(TrajectoryProblem):
             "reference_point": None if reference_point is None else list(reference_point),
             "samples": dynamics.samples,
             "threads": dynamics.threads,
+            **({} if title is None else {"title": title}),
         }
         self._settings: dict[str, Any] = plain_data("settings", given)
 
@@ -186,6 +194,21 @@ def _documented(text: str) -> str:
 
 ViaPointProblem.__signature__ = _Signature()
 ViaPointProblem.__doc__ = _documented(ViaPointProblem.__doc__ or "")
+
+
+def checked_title(title: Any, *, name: str = "title") -> str:
+    """A problem's title.
+
+    Args:
+        title: what was given.
+        name: name of the argument, for the message.
+
+    Raises:
+        InvalidInputError: not one line of text, or too long.
+    """
+    if not isinstance(title, str) or not title.strip() or len(title) > LONGEST_TITLE or len(title.splitlines()) > 1:
+        raise InvalidInputError(f"{name}: expected one line of 1 to {LONGEST_TITLE} characters, got {title!r}")
+    return title.strip()
 
 
 def _check_keys(given: Mapping[str, Any]) -> None:

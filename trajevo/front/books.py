@@ -239,3 +239,10 @@ class Generation:
             f"hypervolume {float(self.hypervolume):.6f}  least violation {self.least_violation:.4g}  "
             f"front {self.front_size} points"
         )
+
+    @property
+    def brief(self) -> str:
+        """What matters now, in a few words: the front, or how far the nearest miss is from feasible."""
+        if not self.front_size:
+            return f"least violation {self.least_violation:.3g}"
+        return f"{self.front_size} points, hypervolume {float(self.hypervolume):.4f}"

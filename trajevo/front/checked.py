@@ -120,7 +120,11 @@ class RecordCheck:
             for row in np.flatnonzero(wrong):
                 unit = pretty(objective.unit)
                 self._refuse(
-                    rows[row], objective.name, f"{recorded[row, k]:.9g} {unit}", f"{F[row, k]:.9g} {unit}".rstrip()
+                    problem,
+                    rows[row],
+                    objective.name,
+                    f"{recorded[row, k]:.9g} {unit}",
+                    f"{F[row, k]:.9g} {unit}".rstrip(),
                 )
 
     def _compare_constraints(
@@ -136,7 +140,7 @@ class RecordCheck:
                 wrong = computed > recorded + allowed
             for row, k in np.argwhere(wrong | np.isnan(computed)):
                 values = (f"{100.0 * (1.0 + value[row, k]):.6g} % of its limit" for value in (recorded, computed))
-                self._refuse(rows[row], constraint.names[k], *values)
+                self._refuse(problem, rows[row], constraint.names[k], *values)
 
     def _tell(self, objective: str, share: float, wrong: Array) -> None:
         if wrong.any() and objective not in self._told:
@@ -148,8 +152,9 @@ class RecordCheck:
                 stacklevel=6,
             )
 
-    def _refuse(self, row: int, name: str, recorded: str, computed: str) -> None:
+    def _refuse(self, problem: TrajectoryProblem, row: int, name: str, recorded: str, computed: str) -> None:
+        another = "" if problem.registered_name else ", or its problem is another one than that given"
         raise InvalidInputError(
             f"{self.file}: row {row}: {name} is recorded as {recorded}, but the decision vector gives {computed}: the "
-            "file is damaged or was changed"
+            f"file is damaged or was changed{another}"
         )

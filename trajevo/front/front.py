@@ -20,6 +20,7 @@ from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.formulation.registry import problem_class
 from trajevo.front import selection
 from trajevo.front.checked import RecordCheck
+from trajevo.front.quantities import Quantities, with_unit
 from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run, told
 from trajevo.front.selection import Choice
 from trajevo.front.thinning import MOST_SHOWN, thinned
@@ -48,10 +49,13 @@ class Solution:
         row: Array = self.front.X[self.index]
         return row
 
+    def __repr__(self) -> str:
+        return f"Solution({self.rule}, row {self.index}: {self.F})"
+
     @property
-    def F(self) -> dict[str, float]:
-        """Objective name -> value, SI."""
-        return dict(zip(self.front.objective_names, self.front.F[self.index].tolist(), strict=True))
+    def F(self) -> Quantities:
+        """Objective name -> value, SI; printed with its units."""
+        return self._quantities(self.front.F[self.index])
 
     @property
     def G(self) -> dict[str, float]:
@@ -69,9 +73,14 @@ class Solution:
         return self.front.problem.rollout(self.x)
 
     @cached_property
-    def known_to(self) -> dict[str, float]:
+    def known_to(self) -> Quantities:
         """How far each objective is known, SI: how much it changes when segments have twice as many samples."""
-        return dict(zip(self.front.objective_names, self.front.known_to([self.index])[0].tolist(), strict=True))
+        return self._quantities(self.front.known_to([self.index])[0])
+
+    def _quantities(self, row: Array) -> Quantities:
+        objectives = self.front.record.objectives
+        values = dict(zip(self.front.objective_names, row.tolist(), strict=True))
+        return Quantities(values, {objective.name: objective.unit for objective in objectives})
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +121,13 @@ class Front:
 
     def __len__(self) -> int:
         return len(self.F)
+
+    def __repr__(self) -> str:
+        if not len(self):
+            return f"Front({self.record.title}, empty)"
+        ends = zip(self.record.objectives, self.F.min(axis=0), self.F.max(axis=0), strict=True)
+        ranges = (f"{one.name} {with_unit(f'{low:.5g} to {high:.5g}', one.unit)}" for one, low, high in ends)
+        return f"Front({self.record.title}, {len(self)} solutions: {', '.join(ranges)})"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Front) and self._file() == other._file()
@@ -162,10 +178,6 @@ class Front:
     def _made(self) -> TrajectoryProblem:
         problem = self._problem
         if problem is None:
-            if not self.record.name:
-                raise InvalidInputError(
-                    "front: its problem is not a registered one; pass it: Front.load(file, problem=...)"
-                )
             problem = self.record.make()
         difference = self.record.difference(problem)
         if difference:

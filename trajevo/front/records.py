@@ -16,9 +16,10 @@ import pydantic
 from trajevo.base.files import opening_robots_only
 from trajevo.base.jit import Kind
 from trajevo.base.plain import plain_data
-from trajevo.errors import InvalidInputError, one_line
+from trajevo.base.toml import problem_of
+from trajevo.errors import InvalidInputError, NotRegisteredError, one_line
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.formulation.registry import load_problem
+from trajevo.formulation.registry import list_problems, load_problem
 from trajevo.front.hypervolume import Volumes
 from trajevo.robot.payload import LOAD_MODELS
 
@@ -47,7 +48,7 @@ def told(error: pydantic.ValidationError) -> str:
     """The first of the errors that pydantic found in a record, as its place and what is wrong there."""
     first = error.errors()[0]
     place = ".".join(str(part) for part in first["loc"]) or "content"
-    return f"{place}: {first['msg'].removeprefix('Value error, ')}"
+    return f"{place}: {problem_of(first)}"
 
 
 def _settings(given: Any) -> Any:
@@ -157,26 +158,44 @@ class ProblemRecord(Record):
         except pydantic.ValidationError as error:
             raise InvalidInputError(f"problem: {told(error)}") from error
 
+    def check_registered(self) -> None:
+        """Refuse the record of a problem that cannot be made again.
+
+        Raises:
+            NotRegisteredError: the problem is not registered.
+        """
+        if self.name not in list_problems():
+            raise NotRegisteredError(self.title)
+
     def make(self) -> TrajectoryProblem:
         """The registered problem, made again from its settings.
 
         Raises:
-            TrajevoError: there is no such problem any more, it refuses the settings, or they name a file to read other
-                than that of a robot.
+            NotRegisteredError: the problem is not registered, or not any more.
+            TrajevoError: it refuses the settings, or they name a file to read other than that of a robot.
         """
+        self.check_registered()
         with opening_robots_only(f"the record of the problem {self.name!r}"):
             return load_problem(self.name, **self.settings)
 
     def difference(self, problem: TrajectoryProblem) -> str:
         """The first entry in which a problem differs from this record, with both values; empty if there is none.
 
-        A setting that came with a later version of trajevo is not on record; it must have its default.
+        A setting that came with a later version of trajevo is not on record; it must have its default. Titles may
+        differ, since they change no number.
         """
-        found = ProblemRecord.of(problem)
+        found = ProblemRecord.of(problem).untitled
         later = set(found.settings) - set(self.settings)
-        known = ProblemRecord.of(self.make()).settings if later and self.name else {}
-        settings = self.settings | {name: known[name] for name in later if name in known}
-        return _difference({**dict(self), "settings": settings}, dict(found))
+        known = ProblemRecord.of(self.make()).settings if later and self.name in list_problems() else {}
+        own = self.untitled
+        settings = own.settings | {name: known[name] for name in later if name in known}
+        return _difference({**dict(own), "settings": settings}, dict(found))
+
+    @property
+    def untitled(self) -> ProblemRecord:
+        """The record without its title."""
+        settings = {name: value for name, value in self.settings.items() if (name, value) != ("title", self.title)}
+        return self.model_copy(update={"title": "", "settings": settings})
 
 
 class FailedIndividual(Record):

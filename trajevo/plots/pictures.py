@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from textwrap import wrap
 from typing import Any, final
 
 import numpy as np
@@ -57,6 +58,9 @@ _STUDIES: dict[str, tuple[str, Callable[[Any, Front], Any]]] = {
     ),
 }
 
+#: Characters of a title that stand side by side on an inch.
+_PER_INCH = 12
+
 #: File stems of all pictures of effort and payload.
 PAYLOAD_FIGURES = (
     "effort",
@@ -79,6 +83,9 @@ _MADE_FOR = "trajevo"
 
 #: Figures wider than this scroll sideways on a small screen instead of shrinking [inch].
 _WIDE = 10.0
+
+#: Characters of a title that stand side by side on an inch.
+_PER_INCH = 12
 
 #: File stems of all pictures that a run may have.
 FIGURES = (
@@ -118,7 +125,12 @@ class Picture:
 
 
 def draw_all(
-    front: Front, analyses: Mapping[str, Any] | None = None, *, kept: Path | None = None, views: bool = True
+    front: Front,
+    analyses: Mapping[str, Any] | None = None,
+    *,
+    kept: Path | None = None,
+    views: bool = True,
+    begin: Callable[[str], None] | None = None,
 ) -> tuple[Picture, ...]:
     """All pictures of a front and its analyses; nothing is optimised here.
 
@@ -127,17 +139,31 @@ def draw_all(
         analyses: result of :func:`~trajevo.plots.analyses.analyse`; if None, only the front and its knee are drawn.
         kept: folder with pictures drawn before; those of exactly this front are read, the others are drawn.
         views: draw the views in space too; without, only those that the folder has are among the pictures.
+        begin: function that is called with the stem of every picture before it is read or drawn.
     """
     if not len(front):
         return ()
     of_this, pictures = _made_for(front), []
     for stem, caption, draw in _drawings(front, analyses or {}):
+        if begin is not None:
+            begin(stem)
         made_for = f"{stem} {of_this}"
         png = None if kept is None else _kept(kept / f"{stem}.png", made_for)
         if png is None and stem in VIEWS and not views:
             continue
-        pictures.append(Picture(stem, caption, _png(draw(), made_for) if png is None else png))
+        pictures.append(Picture(stem, caption, _png(_named(draw(), front), made_for) if png is None else png))
     return tuple(pictures)
+
+
+def _named(figure: Any, front: Front) -> Any:
+    """A figure with the name of what was solved above it, since its file may lie anywhere one day."""
+    figure.suptitle("\n".join(wrap(front.record.title, round(_PER_INCH * figure.get_figwidth()))), fontsize="small")
+    return figure
+
+
+def figures_of(front: Front, analyses: Mapping[str, Any]) -> tuple[str, ...]:
+    """File stems of the pictures that a front and its analyses may have; none of an empty front."""
+    return tuple(stem for stem, _, _ in _drawings(front, analyses)) if len(front) else ()
 
 
 def save_pictures(pictures: Sequence[Picture], folder: Path) -> list[Path]:

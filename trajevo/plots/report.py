@@ -45,20 +45,26 @@ def known_values(front: Front, rows: Sequence[int], factors: Sequence[float]) ->
     return [list(map(known_digits, *pair)) for pair in zip(values.tolist(), known_to.tolist(), strict=True)]
 
 
-def run_facts(front: Front) -> list[tuple[str, str]]:
-    """The facts about a run, as labels and texts."""
+def run_facts(front: Front, *, brief: bool = False) -> list[tuple[str, str]]:
+    """The facts about a run, as labels and texts.
+
+    Args:
+        front: the front of the run.
+        brief: leave out points, tables and settings that are off, variables and versions, which may fill a screen.
+    """
     run, record = front.run, front.record
     notes = _mass_notes(front)
     failures = f"{run.failures} of {run.evaluations} evaluations"
-    return [
+    settings, of_run = (_short(given) if brief else given for given in (record.settings, run.settings))
+    facts = [
         ("problem", f"{record.title} ({record.name or 'not registered'})"),
         ("robot", f"{record.robot}: {record.robot_reference}"),
         *([("masses", "; ".join(notes))] if notes else []),
-        ("problem settings (SI)", _listed(record.settings) or "none"),
+        ("problem settings (SI)", _listed(settings) or "none"),
         ("payload", f"{_carried(record)}, {LOAD_MODELS[record.payload['model']]}"),
         ("variables", ", ".join(f"{v.name} in [{v.lower:g}, {v.upper:g}] {v.unit}" for v in record.variables)),
         ("algorithm", run.algorithm),
-        ("settings", _listed(run.settings)),
+        ("settings", _listed(of_run)),
         ("seed", str(run.seed)),
         (
             "levels" if run.algorithm == "NNC" else "generations",
@@ -70,6 +76,20 @@ def run_facts(front: Front) -> list[tuple[str, str]]:
         ("hypervolume", f"{front.history.hypervolume[-1]:.6f} of the reference box" if len(front) else "0"),
         ("versions", ", ".join(f"{name} {number}" for name, number in run.versions.items())),
     ]
+    left_out = {"variables", "versions", "front", *([] if run.failures else ["failed evaluations"])} if brief else ()
+    return [(label, text) for label, text in facts if label not in left_out]
+
+
+def _short(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings that are on and fit into some words: no tables, and no lists of lists or tables."""
+    return {
+        name: value
+        for name, value in settings.items()
+        if value is not None
+        and name != "title"
+        and not isinstance(value, dict)
+        and not (isinstance(value, list | tuple) and (not value or isinstance(value[0], list | tuple | dict)))
+    }
 
 
 def _mass_notes(front: Front) -> tuple[str, ...]:

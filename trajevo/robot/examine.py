@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings as python_warnings
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -13,13 +13,15 @@ import numpy as np
 
 from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.robot.limit_files import per_joint, tighten, unit_of
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
 from trajevo.robot.masses import MovingBody, placeholders
+from trajevo.robot.moveit_limits import examined_joint_limits
 from trajevo.robot.robot import Robot, load_robot
 from trajevo.robot.robot_toml import RobotFile, entry_problems
 from trajevo.robot.urdf.bodies import Body, LinkRow, bodies, link_rows, massless_bodies, tips
 from trajevo.robot.urdf.file import read_number, read_urdf, urdf_number
-from trajevo.robot.urdf.joints import dynamics_of, followers
+from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
 from trajevo.robot.urdf.likely_units import unit_warnings
 from trajevo.robot.urdf.problems import urdf_problems
 
@@ -85,12 +87,19 @@ class RobotExamination:
     notes: tuple[str, ...] = ()
 
 
-def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: bool | None = None) -> RobotExamination:
+def examine(
+    name: str | Path,
+    *,
+    lock: Collection[str] = (),
+    limits: str | Path | None = None,
+    allow_massless: bool | None = None,
+) -> RobotExamination:
     """All problems of a robot at once, even of one that :func:`~trajevo.robot.robot.load_robot` refuses.
 
     Args:
         name: as :func:`~trajevo.robot.robot.load_robot` takes it.
         lock: joints that will be locked.
+        limits: a MoveIt file, whose limits take the place of the robot's own.
         allow_massless: as for :func:`~trajevo.robot.robot.load_robot`.
 
     Returns:
@@ -118,6 +127,8 @@ def examine(name: str | Path, *, lock: Collection[str] = (), allow_massless: boo
         errors += _limit_problems(rows, file)
     elif settings is not None:
         rows = _rows_of_file(settings, rows, errors, lock)
+    if limits is not None:
+        rows = _rows_with_limits(Path(limits), rows, errors, held, following)
     links = link_rows(robot)
     loaded = None if errors else _loaded(name, lock=lock, links=links, errors=errors)
     return RobotExamination(
@@ -233,6 +244,52 @@ def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock
     return found
 
 
+def _rows_with_limits(
+    file: Path,
+    rows: list[JointRow],
+    errors: list[str],
+    lock: Collection[str],
+    following: Sequence[Follower],
+) -> list[JointRow]:
+    """The joints with the limits of a MoveIt file in the place of their own; what is wrong with it is an error."""
+    names, units = tuple(row.name for row in rows), tuple(row.unit for row in rows)
+    led, of_led = tuple(each.name for each in following), tuple(each.unit for each in following)
+    try:
+        found, problems = examined_joint_limits(file, names + led, units + of_led, lock)
+    except InvalidInputError as error:
+        errors.append(str(error))
+        return rows
+    errors += problems
+    for limit, given in found.items():
+        keys = ("lower", "upper") if limit == "position" else (limit,)
+        si = [unit_of(limit, unit) for unit in units + of_led]
+        table = per_joint(limit, given, names + led, si, size=len(keys))
+        for k, row in enumerate(rows):
+            if row.name in given:
+                rows[k] = replace(row, **dict(zip(keys, table[k].tolist(), strict=True)))
+                errors += _limit_problems_of(file, rows[k], limit)
+        columns = {key: np.array([getattr(row, key) for row in rows]) for key in keys}
+        for follower, values in zip(following, table[len(names) :], strict=True):
+            if follower.name in given and follower.leader in names:
+                try:
+                    tighten(columns, names.index(follower.leader), follower, {limit: values}, file)
+                except InvalidInputError as error:
+                    errors.append(str(error))
+        for k, row in enumerate(rows):
+            kept: dict[str, Any] = {key: float(column[k]) for key, column in columns.items()}
+            rows[k] = replace(row, **kept)
+    return rows
+
+
+def _limit_problems_of(file: Path, row: JointRow, limit: str) -> Iterator[str]:
+    """A limit of a joint that can be read but makes no sense."""
+    where = f"{file}: joint {row.name!r}: {limit}"
+    if limit == "position" and not row.lower < row.upper:
+        yield f"{where}: lower must be below upper, got {row.lower:g} and {row.upper:g} {row.unit}"
+    if limit != "position" and not getattr(row, limit) > 0.0:
+        yield f"{where}: expected a positive number, got {getattr(row, limit):g}"
+
+
 def _loaded(name: str | Path, *, lock: Collection[str], links: tuple[LinkRow, ...], errors: list[str]) -> Robot | None:
     """The robot if it can be loaded; everything that a caller has to give besides the files is filled in."""
     settings = robot_source(name).settings
@@ -296,10 +353,12 @@ def _warnings(source: RobotSource, file: Path, robot: ElementTree.Element, rows:
             f"{file}: limits look like placeholders: effort {efforts.pop():g} and velocity {velocities.pop():g} "
             f"on every one of {len(rows)} joints"
         )
-    yield (
-        f"{file}: acceleration and jerk limits are not in a URDF: give them in robot.toml, in task.toml ([limits]) "
-        "or as limits={...}"
-    )
+    missing = [key for key in ("acceleration", "jerk") if any(np.isnan(getattr(row, key)) for row in rows)]
+    if missing:
+        yield (
+            f"{file}: {' and '.join(missing)} limits are not in a URDF: give them in robot.toml, in task.toml "
+            "([limits]) or as limits={...}"
+        )
     ends = tips(robot)
     if len(ends) > 1:
         yield f"{file}: several tips, so the tool must be named: tool= one of {', '.join(ends)}"

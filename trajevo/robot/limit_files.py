@@ -47,12 +47,12 @@ def declared_limits(
                 _merged(columns.get("upper"), pairs[:, 1]),
             )
         else:
-            si = [_unit(key, unit) for unit in units]
+            si = [unit_of(key, unit) for unit in units]
             columns[key] = _merged(columns.get(key), per_joint(f"limits.{key}", own, names, si)[:, 0])
         for follower in (each for each in followers if each.name in led):
-            size, unit = 2 if key == "position" else 1, _unit(key, follower.unit)
+            size, unit = 2 if key == "position" else 1, unit_of(key, follower.unit)
             limit = per_joint(f"limits.{key}", {follower.name: led[follower.name]}, [follower.name], [unit], size=size)
-            _tighten(columns, names.index(follower.leader), follower, {key: limit[0]}, urdf)
+            tighten(columns, names.index(follower.leader), follower, {key: limit[0]}, urdf)
     for key in ("acceleration", "jerk"):
         missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
         if missing:
@@ -116,11 +116,11 @@ def _of_urdf(model: Any, names: tuple[str, ...], followers: Sequence[Follower], 
         at = places.index(follower.name)
         own = {"position": np.array([of_model["lower"][at], of_model["upper"][at]])}
         own["velocity"] = of_model["velocity"][at : at + 1]
-        _tighten(columns, names.index(follower.leader), follower, own, urdf)
+        tighten(columns, names.index(follower.leader), follower, own, urdf)
     return columns
 
 
-def _tighten(
+def tighten(
     columns: dict[str, Array], leader: int, follower: Follower, limits: Mapping[str, Array], urdf: Path
 ) -> None:
     """Limit a leader, by its index, to what a joint that follows it may do; its effort is the leader's to bear."""
@@ -188,7 +188,8 @@ def per_joint(key: str, value: Any, names: Sequence[str], units: Sequence[str], 
     return table
 
 
-def _unit(key: str, unit: str) -> str:
+def unit_of(key: str, unit: str) -> str:
+    """SI unit of a limit of a joint whose positions are in ``"rad"`` or ``"m"``."""
     if key == "effort":
         return "N" if unit == "m" else "N*m"
     return per_time(unit, ("position", "velocity", "acceleration", "jerk").index(key))

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from trajevo.base.files import read_bytes, why_not
 from trajevo.base.toml import shortened
-from trajevo.base.units import believed, per_time, to_si, with_unit
+from trajevo.base.units import believed, per_time, quantity, to_si, with_unit
 from trajevo.errors import InvalidInputError, known_names, no_such_file
 from trajevo.robot.joints import JointLimits
 
@@ -67,7 +68,25 @@ class _Entry:
 def read_joint_limits(
     file: str | Path, names: tuple[str, ...], units: tuple[str, ...], locked: Collection[str] = ()
 ) -> dict[str, dict[str, Any]]:
-    """Limits of a MoveIt file, as :func:`trajevo.robot.robot.load_robot` takes them: limit -> joint -> value, SI.
+    """Limits of a MoveIt file, as :func:`examined_joint_limits` finds them.
+
+    Raises:
+        InvalidInputError: the file is not of this kind, or the first thing that is wrong with it.
+    """
+    found, problems = examined_joint_limits(file, names, units, locked)
+    if problems:
+        raise InvalidInputError(problems[0])
+    return found
+
+
+def examined_joint_limits(
+    file: str | Path, names: tuple[str, ...], units: tuple[str, ...], locked: Collection[str] = ()
+) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """Limits of a MoveIt file, and everything that is wrong with them, one sentence each.
+
+    Limits are as :func:`trajevo.robot.robot.load_robot` takes them: limit -> joint -> value, SI; those that are wrong
+    are left out. A problem is a joint that the robot does not have, an unknown key, a value that is missing or not a
+    number, or a factor for a joint whose limit is not in the file; its sentence names the line.
 
     The mapping ``joint_limits`` may lie in the mappings of a file of ROS parameters. A limit whose ``has_...`` is false
     is infinite. A limit counts as not given if the file does not mention it, or if ``has_...`` is false beside a
@@ -82,14 +101,16 @@ def read_joint_limits(
         locked: locked joints; their entries are ignored.
 
     Raises:
-        InvalidInputError: the file is not of this kind, names a joint that the robot does not have or an unknown key,
-            a key is given twice, a value is missing or not a number, or a factor applies to a joint whose limit is not
-            in the file; the message names the line.
+        InvalidInputError: the file cannot be read, holds no limits of joints, or gives a key twice; the message names
+            the line.
     """
+    problems: list[str] = []
     around = _around_joint_limits(_content(Path(file)), str(file))
     scales = dict.fromkeys(_KEYS, 1.0)
     for key, entry in around.items():
-        if key != "joint_limits":
+        if key == "joint_limits":
+            continue
+        with _collected(problems):
             _check_key(key, ["joint_limits", *_SCALES], f"{file}: line {entry.line}")
             scales[_SCALES[key]] = _number(entry, f"{file}: line {entry.line}: {key}", least=0.0)
     found: dict[str, dict[str, Any]] = {}
@@ -97,37 +118,65 @@ def read_joint_limits(
         if joint in locked:
             continue
         if joint not in names:
-            raise InvalidInputError(f"{file}: line {entry.line}: unknown joint {joint!r}; {known_names(joint, names)}")
-        for limit, value in _of_joint(entry, str(file), joint, units[names.index(joint)], scales).items():
+            problems.append(f"{file}: line {entry.line}: unknown joint {joint!r}; {known_names(joint, names)}")
+            continue
+        for limit, value in _of_joint(entry, str(file), joint, units[names.index(joint)], scales, problems).items():
             found.setdefault(limit, {})[joint] = value
     for key, limit in _SCALES.items():
         elsewhere = [name for name in names if name not in found.get(limit, {})]
         if scales[limit] != 1.0 and elsewhere:
-            raise InvalidInputError(f"{file}: {key}: expected the {limit} limit of {elsewhere[0]!r} too, to scale it")
-    return found
+            problems.append(f"{file}: {key}: expected the {limit} limit of {elsewhere[0]!r} too, to scale it")
+    return found, problems
 
 
-def _of_joint(entry: _Entry, file: str, joint: str, unit: str, scales: dict[str, float]) -> dict[str, Any]:
-    """Limits of one joint: a number or text with a unit, a pair of them for positions."""
+@contextmanager
+def _collected(problems: list[str]) -> Iterator[None]:
+    """Add the sentence of a refusal to the problems instead of raising it."""
+    try:
+        yield
+    except InvalidInputError as error:
+        problems.append(str(error))
+
+
+def _of_joint(
+    entry: _Entry, file: str, joint: str, unit: str, scales: dict[str, float], problems: list[str]
+) -> dict[str, Any]:
+    """Limits of one joint: a number or text with a unit, a pair of them for positions; what is wrong is a problem."""
     if not isinstance(entry.value, dict):
-        raise InvalidInputError(f"{file}: line {entry.line}: {joint}: expected a mapping of limits, got {entry}")
+        problems.append(f"{file}: line {entry.line}: {joint}: expected a mapping of limits, got {entry}")
+        return {}
     for key, given in entry.value.items():
-        _check_key(key, _KNOWN, f"{file}: line {given.line}: {joint}")
+        with _collected(problems):
+            _check_key(key, _KNOWN, f"{file}: line {given.line}: {joint}")
     found: dict[str, Any] = {}
     for limit, (flag, keys) in _KEYS.items():
         si = "" if limit == "effort" else per_time(unit, _ORDERS.index(limit))
-        values = _values(entry, flag, keys, f"{joint}: ", file, si, scales[limit])
-        if values is not None:
-            found[limit] = values if limit == "position" else values[0]
-    scale = scales["acceleration"]
-    braking = _values(entry, *_BRAKING, f"{joint}: ", file, per_time(unit, 2), scale)
-    if braking is not None and not math.isinf(braking[0]):
-        if "acceleration" not in found:
-            raise InvalidInputError(
-                f"{file}: line {entry.line}: {joint}: expected max_acceleration beside max_deceleration"
-            )
-        found["acceleration"] = min(found["acceleration"], abs(braking[0]))
+        with _collected(problems):
+            values = _values(entry, flag, keys, f"{joint}: ", file, si, scales[limit])
+            if values is not None:
+                found[limit] = values if limit == "position" else values[0]
+    with _collected(problems):
+        _brake(entry, file, joint, unit, scales["acceleration"], found)
     return found
+
+
+def _brake(entry: _Entry, file: str, joint: str, unit: str, scale: float, found: dict[str, Any]) -> None:
+    """Replace the limit of acceleration by that of deceleration, if that is lower."""
+    si = per_time(unit, 2)
+    braking = _values(entry, *_BRAKING, f"{joint}: ", file, si, scale)
+    if braking is None or braking[0] == math.inf:
+        return
+    if "acceleration" in found:
+        least = min((found["acceleration"], braking[0]), key=lambda value: abs(_plain(value, si)))
+        found["acceleration"] = with_unit(abs(_plain(least, si)), si) if isinstance(least, str) else abs(least)
+    elif "max_acceleration" not in entry.value:
+        raise InvalidInputError(
+            f"{file}: line {entry.line}: {joint}: expected max_acceleration beside max_deceleration"
+        )
+
+
+def _plain(value: float | str, si: str) -> float:
+    return quantity(value, si, name="limit") if isinstance(value, str) else value
 
 
 def _values(

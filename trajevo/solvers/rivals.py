@@ -58,7 +58,8 @@ _STARTS = (0.1, 5.0)
 #: Explanation of the columns in a table of rivals.
 RIVALS_NOTE = (
     "Peak jerk and effort: greatest value over its limit; RMS jerk: sum over joints; end jerk: step at start or end; "
-    "overshoot: beyond the range of the points; SI units. An infinite jerk is a step of the acceleration."
+    "overshoot: beyond the range of the points; SI: s with rad or m of each joint. An infinite jerk is a step of the "
+    "acceleration."
 )
 
 #: Jerk below this counts as rounding [SI].
@@ -161,12 +162,12 @@ def rivals_table(rivals: Iterable[Rival]) -> tuple[list[str], list[list[str]]]:
     headers = [
         "interpolant",
         "time [s]",
-        "peak jerk",
-        "RMS jerk",
-        "end jerk",
-        "over- shoot",
-        "via error",
-        "effort",
+        "peak jerk [1]",
+        "RMS jerk [SI]",
+        "end jerk [SI]",
+        "overshoot [SI]",
+        "via error [SI]",
+        "effort [1]",
         "energy [J]",
     ]
     rows = []

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, final
 import pydantic
 
 from trajevo.base.plain import plain_data
-from trajevo.base.toml import Places, read_toml
+from trajevo.base.toml import Places, problem_of, read_toml
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.examples import example_file
 from trajevo.formulation.registry import problem_class
@@ -91,8 +91,7 @@ class Study:
         except pydantic.ValidationError as error:
             first = error.errors()[0]
             place = ".".join(map(str, first["loc"])) or "study"
-            got = f", got {first['input']!r}" if first["loc"] else ""
-            raise InvalidInputError(f"{place}: {first['msg'].removeprefix('Value error, ')}{got}") from error
+            raise InvalidInputError(f"{place}: {problem_of(first)}") from error
         self._settle(record)
 
     @classmethod

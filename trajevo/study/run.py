@@ -45,8 +45,8 @@ class CellsShown:
         self._console = Console(stderr=True)
         columns = (
             TextColumn("{task.completed:.0f}/{task.total:.0f} cells", table_column=Column(no_wrap=True)),
-            TextColumn("{task.description}", table_column=Column(no_wrap=True)),
             BarColumn(bar_width=None, table_column=Column(ratio=1)),
+            TextColumn("{task.description}", table_column=Column(no_wrap=True)),
         )
         self._bar = Progress(*columns, console=self._console, expand=True) if self._console.is_terminal else None
 

@@ -62,11 +62,21 @@ class Feasibility:
         return tuple(finding for finding in self.findings if finding.impossible)
 
     def __str__(self) -> str:
+        rows = self.table
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = ("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+        return "\n".join([self.title, *lines, *self.sentences])
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What is said below the table: what was left out of it, the least time, the findings, and the verdict last."""
         every = [*(f"{finding.severity}: {finding}" for finding in self.findings), *map("note: {}".format, self.notes)]
         told = every[:_MOST_FINDINGS]
         left = len(every) - len(told)
         more = [f"and {left} more findings of these kinds"] if left else []
-        return "\n".join([self.title, *self._table(), *self._whole(), *told, *more, self.verdict])
+        left_out = len(self.points) - len(self._shown())
+        rows = [f"and {left_out} more points, with more room"] if left_out else []
+        return (*rows, *self._whole(), *told, *more, self.verdict)
 
     @property
     def verdict(self) -> str:
@@ -83,8 +93,9 @@ class Feasibility:
             return []
         return [f"the whole motion takes at least {number(self.least_times[-1].seconds)} s"]
 
-    def _table(self) -> list[str]:
-        """A row for each point, of many those that come nearest to something."""
+    @property
+    def table(self) -> list[tuple[str, ...]]:
+        """Headers, then a row for each point, of many those that come nearest to something; empty without points."""
         if not len(self.points):
             return []
         times = {time.first: time for time in self.least_times[:-1]}
@@ -97,14 +108,7 @@ class Feasibility:
             columns.append(["least distance", *told])
         if times:
             columns.append(["to the next, at least", *(self._time(times.get(k)) for k in range(len(self.points)))])
-        shown = self._shown()
-        widths = [max(len(column[row]) for row in (0, *(k + 1 for k in shown))) for column in columns]
-        rows = [
-            "  ".join(column[row].ljust(width) for column, width in zip(columns, widths, strict=True)).rstrip()
-            for row in (0, *(k + 1 for k in shown))
-        ]
-        left = len(self.points) - len(shown)
-        return [*rows, *([f"and {left} more points, with more room"] if left else [])]
+        return [tuple(column[row] for column in columns) for row in (0, *(k + 1 for k in self._shown()))]
 
     def _shown(self) -> list[int]:
         """Numbers of the points in the table."""

@@ -33,7 +33,7 @@ from trajevo.solvers.run.progress import reporter
 #: Share of the time that checkpoints may take: after one that took 2 ms the next waits for 0.2 s.
 _SHARE = 0.01
 #: Time after which the first checkpoint is due [s]; a run that ends earlier is begun anew in no more time.
-_FIRST_DUE = 0.5
+_FIRST_DUE = 0.2
 #: Bytes of evaluated individuals in memory at which a checkpoint is written even if none is due.
 _MOST_WAITING = 2**23
 #: Time after which a failed write is tried again [s].

@@ -72,10 +72,9 @@ class _Bar(Reporter):
 
         self._progress = Progress(
             TextColumn("{task.completed:.0f}/{task.total:.0f}", table_column=Column(no_wrap=True)),
-            TimeRemainingColumn(table_column=Column(no_wrap=True, min_width=7)),
-            TextColumn("left", table_column=Column(no_wrap=True, min_width=4)),
-            TextColumn("{task.description}", table_column=Column(no_wrap=True)),
             BarColumn(bar_width=None, table_column=Column(ratio=1)),
+            TimeRemainingColumn(compact=True, table_column=Column(no_wrap=True)),
+            TextColumn("left{task.description}", table_column=Column(no_wrap=True)),
             console=console,
             expand=True,
             refresh_per_second=_REFRESHED,
@@ -93,7 +92,7 @@ class _Bar(Reporter):
     def update(self, generation: Generation) -> None:
         now, said = time.perf_counter(), None
         if now >= self._due or generation.number == self._total:
-            self._due, said = now + 1.0 / _REFRESHED, str(generation)
+            self._due, said = now + 1.0 / _REFRESHED, f", {generation.brief}"
         self._progress.update(self._task, completed=generation.number, description=said)
 
 

@@ -145,8 +145,6 @@ def _counted(run: RunFolder) -> int:
 
 def _problem(record: ProblemRecord, given: TrajectoryProblem | None, run: RunFolder) -> TrajectoryProblem:
     if given is None:
-        if not record.name:
-            raise InvalidInputError(f"{run.folder}: its problem is not a registered one; pass it as problem=...")
         given = record.make()
     difference = record.difference(given)
     if difference:
