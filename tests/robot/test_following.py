@@ -2,6 +2,7 @@
 
 import dataclasses
 import pickle
+import time
 
 import numpy as np
 import pinocchio as pin
@@ -327,6 +328,23 @@ def test_what_follows_nothing_is_refused(write, old, new, says):
     file = write((old, new))
     refused(lambda: load_robot(file, **TOOL), says)
     assert examine(file).errors
+
+
+def test_followers_of_followers_may_be_many_and_must_stay_finite(tmp_path):
+    """A chain of 1,900 followers, as a stranger may send it; each doubles what the one before does."""
+    links = "".join(
+        f'<link name="l{k}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+        f'</inertial></link><joint name="j{k}" type="continuous"><parent link="base"/><child link="l{k}"/>'
+        f'<axis xyz="0 0 1"/>{f"""<mimic joint="j{k + 1}" multiplier="2"/>""" if k < 1900 else ""}</joint>'
+        for k in range(1901)
+    )
+    file = tmp_path / "many.urdf"
+    file.write_text(f'<robot name="many"><link name="base"/>{links}</robot>')
+    started = time.process_time()
+    refused(
+        lambda: load_robot(file, tool="l0", limits=GIVEN), "expected finite numbers for joints that follow followers"
+    )
+    assert time.process_time() - started < 20.0
 
 
 def test_a_transmission_of_robot_toml_and_followers_do_not_mix(write, tmp_path):

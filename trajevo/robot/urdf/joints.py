@@ -54,13 +54,16 @@ def mimicking(robot: ElementTree.Element, lock: Collection[str]) -> dict[str, Fo
 
 def mimic_loop(found: Mapping[str, Follower]) -> list[str]:
     """Joints that mimic each other in a circle, the first again at the end; empty if there are none."""
+    clear: set[str] = set()  # joints from which the leaders were walked through: they lead to no circle
     for start in found:
-        path, at = [start], found[start].leader
-        while at in found and at not in path:
-            path.append(at)
+        path, at = {start: None}, found[start].leader
+        while at in found and at not in clear:
+            if at in path:
+                walked = list(path)
+                return [*walked[walked.index(at) :], at]
+            path[at] = None
             at = found[at].leader
-        if at in path:
-            return [*path[path.index(at) :], at]
+        clear.update(path)
     return []
 
 

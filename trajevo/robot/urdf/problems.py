@@ -13,7 +13,7 @@ from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, nearest_names
 from trajevo.robot.urdf.bodies import bodies
 from trajevo.robot.urdf.file import read_urdf, urdf_number
-from trajevo.robot.urdf.joints import mimic_loop, mimicking
+from trajevo.robot.urdf.joints import followers, mimic_loop, mimicking
 
 #: Greatest number of links: Pinocchio's reader ends the process where a chain of 4,000 exhausts its stack.
 MOST_LINKS = 2_000
@@ -225,6 +225,9 @@ def _mimic_problems(robot: ElementTree.Element, file: Path, locked: Collection[s
     loop = mimic_loop(found)
     if loop:
         yield f"{file}: expected joints that follow one that moves by itself, got a circle: {' -> '.join(loop)}"
+    for follower in followers(robot, dict.fromkeys(locked, 0.0))[0]:
+        if found[follower.name].multiplier < np.inf and not np.isfinite([follower.multiplier, follower.offset]).all():
+            yield f"{file}: expected finite numbers for joints that follow followers, got {follower}"
 
 
 def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
