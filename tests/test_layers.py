@@ -22,6 +22,7 @@ INNER = (
     "formulation/feasibility",
     "solvers/evolutionary",
     "solvers/gradient",
+    "robot/loading",
     "solvers/run",
 )
 

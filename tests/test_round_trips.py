@@ -11,7 +11,7 @@ import json
 import numpy as np
 import pytest
 
-from trajevo import Front, Payload, Pose, ViaPoints, load_problem, load_robot
+from trajevo import Front, Passing, Payload, Pose, ViaPoints, load_problem, load_robot
 from trajevo.errors import TrajevoError
 from trajevo.formulation.constraints.kinds import KINDS, parameters_of
 from trajevo.formulation.constraints.scene import SHAPES, Scene
@@ -256,6 +256,30 @@ class Draw:
         }
 
 
+def passing(draw, dof, count, interpolant):
+    """How some points are passed, by what the interpolant can do."""
+    found = []
+    for point in range(1, count - 1):
+        if draw.chance(0.4) and interpolant not in ("linear_blends", "hybrid"):
+            found.append(
+                draw.choice([{"point": draw.whole(point, point), "dwell": draw.number(0.1, 0.5)}, Passing(point, True)])
+            )
+    if draw.chance(0.3) and interpolant in ("quintic_spline", "septic_spline", "cubic"):
+        found.append(
+            {"point": 0, "velocity": draw.vector(-0.02, 0.02, dof), "acceleration": draw.vector(-0.1, 0.1, dof)}
+        )
+    if draw.chance(0.3) and interpolant != "linear_blends":
+        found.append({"point": count - 1, "window": draw.listed([draw.number(0.0, 1.0), 50.0])})
+    return draw.choice([list, tuple])(found)
+
+
+def durations(draw, count, interpolant):
+    """One pair of bounds, or one for each segment where the interpolant takes them."""
+    if draw.chance(0.3) and interpolant in ("quintic_spline", "septic_spline", "polynomial", "hybrid"):
+        return draw.listed([[0.3, 4.0], *([[0.9, 0.9]] * (count - 2))])
+    return draw.choice([(0.3, 4.0), [np.float64(0.1) * 3, 4], np.array([1, 3])])
+
+
 def via_points(draw):
     robot, dof = draw.robot()
     points, count = draw.points(robot, dof)
@@ -265,11 +289,18 @@ def via_points(draw):
     constraints = draw.subset(name for name, kind in KINDS.items() if kind.by_name)
     if unused and "effort" not in constraints:
         constraints = (*constraints, "effort")
+    interpolant = draw.choice([*THROUGH_POINTS])
+    cyclic = interpolant in ("quintic_spline", "septic_spline") and draw.chance(0.3)
+    if cyclic:
+        rows = draw.rows(dof)
+        points, count = draw.listed(np.vstack([rows, rows[:1]])), len(rows) + 1
     data = {
         "robot": robot,
         "points": points,
-        "duration_bounds": draw.choice([(0.3, 4.0), [np.float64(0.1) * 3, 4], np.array([1, 3])]),
-        "interpolant": draw.choice([*THROUGH_POINTS]),
+        "duration_bounds": durations(draw, count, interpolant),
+        "interpolant": interpolant,
+        "passing": () if cyclic else passing(draw, dof, count, interpolant),
+        "cyclic": cyclic,
         "moving": draw.moving(dof, count) if draw.chance(0.4) else (),
         "objectives": objectives,
         "constraints": constraints,

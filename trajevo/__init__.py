@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from trajevo.path.boxes import CartesianBox, JointBox
     from trajevo.path.curve import GeometricPath
     from trajevo.path.inverse_kinematics import Pose
+    from trajevo.path.passing import Passing
     from trajevo.path.via_points import ViaPoints
     from trajevo.plots.analyses import analyse
     from trajevo.plots.animation import animate
@@ -90,6 +91,7 @@ _NAMES = {
     "path.via_points": ("ViaPoints",),
     "path.inverse_kinematics": ("Pose",),
     "path.boxes": ("CartesianBox", "JointBox"),
+    "path.passing": ("Passing",),
     "path.curve": ("GeometricPath",),
     "formulation.constraints.scene": ("Scene",),
     "formulation.constraints.clearance": ("clearance_along",),
@@ -178,6 +180,7 @@ __all__ = [
     "LinearBlends",
     "Motion",
     "Objective",
+    "Passing",
     "Payload",
     "PolynomialBatch",
     "Pose",

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from trajevo import GeometricPath, TrajevoError, optimise
+from trajevo import GeometricPath, TrajevoError, ViaPointProblem, optimise
 from trajevo.exporters.export import export, is_exported
 from trajevo.exporters.gcode import blocks
 from trajevo.problems import TimeJerkReparameterisation
@@ -43,6 +43,24 @@ def test_g_code_takes_as_long_as_the_motion_and_follows_its_path(knee, tmp_path,
     reached = np.concatenate([[0.0], 60.0 * np.cumsum(minutes)])
     expected = 1e3 * knee.trajectory.evaluate(np.minimum(reached, duration))[0]
     np.testing.assert_allclose(positions, expected, atol=2e-5)
+
+
+def test_g_code_waits_and_says_how_it_starts_and_ends(knee, tmp_path):
+    problem = ViaPointProblem(
+        robot=knee.front.problem.robot,
+        points=[[0.0, 0.0], [0.1, 0.05], [0.2, 0.0]],
+        passing=[{"point": 0, "velocity": [0.01, 0.0]}, {"point": 1, "dwell": 0.5}],
+    )
+    knee = optimise(problem, seed=1, population=12, generations=3, progress=False).knee()
+    text = export(knee, tmp_path / "knee.gcode", format="gcode", step=0.01).read_text()
+    assert "; starts in motion and ends at rest; feeds" in text
+    positions, feeds = read_g_code(text)
+    minutes = np.linalg.norm(np.diff(positions, axis=0), axis=1) / np.array(feeds[1:])
+    assert 60.0 * minutes.sum() == pytest.approx(float(knee.trajectory.duration[0]), rel=1e-5)
+    ends = np.cumsum(np.insert(60.0 * minutes, 0, 0.0))
+    waiting = int(np.argmax(np.diff(ends)))
+    assert np.diff(ends)[waiting] > 0.5
+    assert np.linalg.norm(positions[waiting] - [100.0, 50.0]) < 1e-3
 
 
 def test_blocks_stay_near_the_path(knee):

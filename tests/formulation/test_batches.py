@@ -71,6 +71,11 @@ SCENE = {
     ],
 }
 BOXES = [{"point": 1, "tool": [0.05, 0.05, 0.02]}, {"point": 2, "joints": [0.1, 0.1, 0.0, 0.1, 0.0, 0.0]}]
+PASSING = [
+    {"point": 0, "velocity": [0.1, 0.0, 0.0, -0.1, 0.0, 0.2]},
+    {"point": 1, "dwell": 0.4},
+    {"point": 2, "window": [0.1, 30.0]},
+]
 
 CASES = (
     *((name, {}) for name in list_problems()),
@@ -89,6 +94,8 @@ CASES = (
     *(("via-points", UR5 | EVERYTHING | {"interpolant": name}) for name in THROUGH_POINTS),
     *(("via-points", UR5 | {"interpolant": name, "moving": BOXES}) for name in THROUGH_POINTS),
     ("via-points", UR5 | EVERYTHING | {"limits": "certified", "tool_speed": 4.0}),
+    *(("via-points", UR5 | {"moving": BOXES[1:], "passing": passing}) for passing in (PASSING[:2], PASSING[1:])),
+    ("via-points", UR5 | {"points": [*UR5["points"], UR5["points"][0]], "cyclic": True}),
     *(("hybrid", {"limits": "certified", "objectives": names}) for names in ("all", ["time", "unused_payload"])),
     *(("via-points", PANDA), ("via-points", UR5 | {"scene": SCENE}), ("via-points", XARM | {"scene": SCENE})),
 )
@@ -100,7 +107,7 @@ def ids() -> list[str]:
     shown = []
     for number, (name, arguments) in enumerate(CASES):
         words = [str(arguments[key]) for key in known if isinstance(arguments.get(key), str)]
-        words += [key for key in ("effort", "moving", "scene") if key in arguments]
+        words += [key for key in ("effort", "moving", "passing", "cyclic", "scene") if key in arguments]
         shown.append("-".join([str(number), name, *words]))
     return shown
 

@@ -36,6 +36,8 @@ SPEED_POWERS = {
     "acceleration": 2,
     "jerk": 3,
     "duration": -1,
+    "latest instant": -1,
+    "earliest instant": 1,
 }
 
 #: Number of nodes of each piece in a proof.

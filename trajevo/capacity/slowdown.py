@@ -22,6 +22,7 @@ from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Solution
+from trajevo.path.passing import Passing
 from trajevo.robot.payload import Payload
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
@@ -117,8 +118,26 @@ class Slowdown:
             told = "; proven at every instant"
         if self.proven and self.evaluated:
             told += f" but for {', '.join(self.evaluated)}"
+        if self.scaled_too and abs(self.factor - 1.0) > TOLD:
+            told += f"; scaled with the motion: {', '.join(self.scaled_too)}"
         return told + (
             f"; not kept at this speed or any slower one tried: {', '.join(self.not_kept)}" if self.not_kept else ""
+        )
+
+    @property
+    def scaled_too(self) -> tuple[str, ...]:
+        """What the motion's problem gives and a uniform scaling of time changes, such as dwells; usually empty."""
+        interpolant = None if self.problem is None else self.problem.interpolant
+        passing: tuple[Passing, ...] = getattr(interpolant, "passing", ())
+        bounds = np.asarray(getattr(interpolant, "duration_bounds", ()))
+        return tuple(
+            name
+            for name, given in (
+                ("dwells", any(one.dwell for one in passing)),
+                ("given velocities", any(values.any() for one in passing for values in one.vectors.values())),
+                ("fixed durations", bounds.ndim == 2 and bool((bounds[:, 0] == bounds[:, 1]).any())),
+            )
+            if given
         )
 
 

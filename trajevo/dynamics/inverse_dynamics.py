@@ -38,7 +38,7 @@ class Dynamics:
         threads: number of threads for large populations; results do not depend on it. A forked process uses one.
 
     Raises:
-        InvalidInputError: fewer than 2 samples or fewer than 1 thread.
+        InvalidInputError: fewer than 2 samples or fewer than 1 thread, or a payload of a robot without a body.
     """
 
     robot: Robot
@@ -56,6 +56,8 @@ class Dynamics:
             if value > most:
                 raise InvalidInputError(f"{name}: expected a whole number of at most {most}, got {value!r}")
             object.__setattr__(self, name, int(value))
+        if self.payload.mass != 0.0:
+            self.robot.check_body("a payload")
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_pools": {}, "_models": {}}  # a ModelPool cannot be pickled; made again when needed

@@ -22,6 +22,9 @@ _DIGITS = 6
 
 _MM = 1e3
 
+#: Speed at an end that counts as rest, as a share of the greatest.
+_REST = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
@@ -106,13 +109,24 @@ def g_code(solution: Solution, step: float) -> str:
         f"; {solution.rule}, row {solution.index} of the front, {duration:.6f} s in {len(found.feed)} blocks",
         f"; greatest distance of the motion from a block {found.deviation:.3g} mm",
         f"; certificate: {one_line(str(certify(solution)))}",  # a line break would end the comment
-        "; starts and ends at rest; feeds are the mean speeds of the blocks",
+        f"; {_ends(solution)}; feeds are the mean speeds of the blocks",
         "G21 G90 G94",
         f"G0 {_words(found.letters, found.position[0])}",
     ]
     for position, feed in zip(found.position[1:], found.feed.tolist(), strict=True):
         lines.append(f"G1 {_words(found.letters, position)} F{np.format_float_positional(feed, 8, fractional=False)}")
     return "\n".join([*lines, "M2", ""])
+
+
+def _ends(solution: Solution) -> str:
+    """Whether the motion begins and ends at rest, which a control does by itself."""
+    speeds = np.abs(solution.trajectory.evaluate(np.array([0.0, float(solution.trajectory.duration[0])]), 1)[0]).max(
+        axis=1
+    )
+    still = speeds <= _REST * float(solution.trajectory.peak(1).max())
+    return " and ".join(
+        f"{verb} {'at rest' if rests else 'in motion'}" for verb, rests in zip(("starts", "ends"), still, strict=True)
+    )
 
 
 def _words(letters: tuple[str, ...], position: Array) -> str:

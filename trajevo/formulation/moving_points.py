@@ -9,6 +9,7 @@ more column of the points.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -18,17 +19,20 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.path.boxes import CartesianBox, JointBox, followed, missed
+from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
-from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, LinearBlends, Variable
+from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, LinearBlends, Variable, interpolant_through
 from trajevo.trajectory.interpolants.interpolant import (
     AtRest,
     PassesNearby,
     alike,
+    breaks_at_points,
     checked_rests,
     decision_vectors,
+    example_of,
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -49,9 +53,11 @@ class MovingPoints(Interpolant):
         points: nominal via points.
         boxes: boxes in which points may move, at most one per point.
         robot: the robot, whose joint limits clip boxes in joint space and whose tool moves in Cartesian boxes.
-        duration_bounds: least and greatest time of a segment [s].
+        duration_bounds: least and greatest time of a segment, shape (2,), or of every segment (n_points - 1, 2) [s].
         ends: whether the first and the last point may move too.
         at_rest: joints at rest at inner points, pairs (point, joint) from 0; only for interpolants that take them.
+        passing: how points are passed, in their order.
+        cyclic: whether the end meets the start.
 
     Raises:
         UnknownNameError: no such interpolant.
@@ -64,11 +70,12 @@ class MovingPoints(Interpolant):
     points: ViaPoints
     boxes: tuple[JointBox | CartesianBox, ...]
     robot: Robot = field(kw_only=True)
-    duration_bounds: tuple[float, float] = field(kw_only=True)
+    duration_bounds: Any = field(kw_only=True)
     ends: bool = field(default=False, kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
+    passing: tuple[Passing, ...] = field(default=(), kw_only=True)
+    cyclic: bool = field(default=False, kw_only=True)
     _inner: Interpolant = field(init=False, repr=False)
-    _kinematics: ToolKinematics = field(init=False, repr=False)
     _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
     _starts: tuple[int, ...] = field(init=False, repr=False)
     _group: tuple[int, ...] = field(init=False, repr=False)
@@ -80,12 +87,20 @@ class MovingPoints(Interpolant):
         ViaPoints.for_robot(self.robot, self.points.positions)
         object.__setattr__(self, "boxes", tuple(self.boxes))
         self._check_boxes()
-        object.__setattr__(self, "_kinematics", ToolKinematics.of(self.robot))
         object.__setattr__(self, "_offsets", tuple(self._offsets_of(box) for box in self.boxes))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
         object.__setattr__(self, "_inner", self._with_indicators())
-        object.__setattr__(self, "_starts", self._segments())
+        starts = breaks_at_points(self._inner)
+        if starts is None and not isinstance(self._inner, LinearBlends):
+            raise InvalidInputError(
+                f"moving: expected an interpolant that passes its points where segments meet, got {self.kind!r}"
+            )
+        object.__setattr__(self, "_starts", starts or ())
         self._check_linear()
+
+    @cached_property
+    def _kinematics(self) -> ToolKinematics:
+        return ToolKinematics.of(self.robot)
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -203,8 +218,15 @@ class MovingPoints(Interpolant):
         return tuple(Variable(f"q_{box.point} of {names[k]}", units[k], lower[k], upper[k]) for k in free)
 
     def _made(self, positions: Array, rests: AtRest) -> Interpolant:
-        given: dict[str, Any] = {"at_rest": rests} if rests else {}
-        return NAMED_INTERPOLANTS.find(self.kind)(ViaPoints(positions), duration_bounds=self.duration_bounds, **given)
+        more = positions.shape[1] - self.points.n_joints
+        passing = [one.with_more_columns(more) for one in self.passing]
+        given: dict[str, Any] = {
+            "duration_bounds": self.duration_bounds,
+            "at_rest": rests,
+            "passing": passing,
+            "cyclic": self.cyclic,
+        }
+        return interpolant_through(self.kind, ViaPoints(positions), **given)
 
     def _check_boxes(self) -> None:
         if not self.boxes:
@@ -213,6 +235,8 @@ class MovingPoints(Interpolant):
         for box in self.boxes:
             if not isinstance(box, JointBox | CartesianBox):
                 raise InvalidInputError(f"boxes: expected JointBox or CartesianBox, got {type(box).__name__}")
+            if isinstance(box, CartesianBox):
+                self.robot.check_body("a box of the tool")
             least, most = (0, last) if self.ends else (1, last - 1)
             if not least <= box.point <= most:
                 advice = "" if self.ends else "; the ends move only with ends=True"
@@ -226,24 +250,12 @@ class MovingPoints(Interpolant):
                     f"got {len(box.half_width)} numbers"
                 )
 
-    def _example(self) -> Array:
-        """Unequal values of the interpolant's own variables, shape (1, n)."""
-        own = self._inner.variables
-        shares = np.linspace(0.4, 0.6, len(own))
-        return np.array([[v.lower + share * (v.upper - v.lower) for v, share in zip(own, shares, strict=True)]])
-
-    def _segments(self) -> tuple[int, ...]:
-        """Index of the break at which each point is passed; lines with blends pass none."""
-        x = self._example()
-        times, breaks = self._inner.via_times(x)[0], self._inner(x).breaks[0]
-        return tuple(int(k) for k in np.abs(times[:, None] - breaks).argmin(axis=1))
-
     def _check_linear(self) -> None:
         """Refuse an interpolant whose motions are not linear in its points."""
         moves = np.random.default_rng(0).uniform(0.01, 0.1, (1, len(self.boxes), self.points.n_joints))
         positions = self.points.positions.copy()
         positions[[box.point for box in self.boxes]] += moves[0]
-        x, made = self._example(), self._made(positions, self.at_rest)
+        x, made = example_of(self._inner), self._made(positions, self.at_rest)
         moved, whole = (_polynomials(interpolant(x), self.kind) for interpolant in (made, self._inner))
         total = self._moved(whole, moves)
         scale = 1e-9 * np.abs(total).max()

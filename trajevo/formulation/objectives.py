@@ -25,9 +25,9 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
 
-#: What an objective can need: the masses of all links, a limit of some joint's effort, or the payload's mass as a
-#: decision variable.
-Need = Literal["masses", "effort limits", "payload variable"]
+#: What an objective can need: the place of the tool, the masses of all links, a limit of some joint's effort, or the
+#: payload's mass as a decision variable.
+Need = Literal["tool", "masses", "effort limits", "payload variable"]
 
 #: Name of the objective that makes the payload's mass a variable.
 UNUSED_PAYLOAD = "unused_payload"
@@ -206,7 +206,14 @@ OBJECTIVES: dict[str, Objective] = {
             help="greatest share of an effort limit that any joint uses",
         ),
         Objective("joint_travel", "{joint}", _BY_NAME, joint_travel, help="Σ over joints of ∫ |velocity| dt"),
-        Objective("tool_path", "m", _BY_NAME, tool_path_length, help="∫ |velocity of the tool's origin| dt"),
+        Objective(
+            "tool_path",
+            "m",
+            _BY_NAME,
+            tool_path_length,
+            needs=("tool",),
+            help="∫ |velocity of the tool's origin| dt",
+        ),
         # Minus the mass: a problem replaces it by the objective of its PayloadVariable, which has the greatest mass.
         Objective(
             UNUSED_PAYLOAD,
@@ -267,6 +274,8 @@ def needs_payload_variable(names: Sequence[str]) -> bool:
 
 
 def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> None:
+    if "tool" in objective.needs:
+        robot.check_body(objective.name)
     if "masses" in objective.needs:
         robot.check_masses(objective.name)
     if "effort limits" in objective.needs and not np.isfinite(robot.limits.effort).any():

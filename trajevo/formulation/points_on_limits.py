@@ -67,11 +67,11 @@ def notes_on_turning(turns: Sequence[OnLimit], robot: Robot, interpolant: str, p
 
 def notes_on_height(points: ViaPoints, robot: Robot, constraints: Iterable[Constraint]) -> tuple[str, ...]:
     """A sentence for every inner point at which the tool is at the least height that it may have."""
-    heights: Array = ToolKinematics.of(robot).pose(points.positions[1:-1])[0][:, 2]
     notes = []
     for constraint in constraints:
         if constraint.quantity != "tool height" or not isinstance(constraint.limit, float):
             continue
+        heights: Array = ToolKinematics.of(robot).pose(points.positions[1:-1])[0][:, 2]
         for place in np.flatnonzero(np.abs(heights - constraint.limit) <= _SAME_HEIGHT):
             notes.append(
                 f"point {place + 1} has the tool at its least height, {constraint.limit:g} m: nearly all times take it "

@@ -11,7 +11,7 @@ from trajevo.base.toml import Places
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
-from trajevo.formulation.task_file import MovingSettings, TaskSettings
+from trajevo.formulation.task_file import MovingSettings, PassingSettings, TaskSettings
 from trajevo.formulation.via_points import LONGEST_TITLE, checked_title
 from trajevo.path.via_points import joint_points
 from trajevo.robot.locate import robot_path
@@ -48,8 +48,10 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "duration_bounds": settings.duration_bounds,
         "interpolant": settings.interpolant,
         "moving": [_box(box, robot, to_rad) for box in settings.moving],
+        "passing": [_passing(one, robot, to_rad) for one in settings.passing],
+        "cyclic": settings.cyclic,
         "objectives": settings.objectives,
-        "constraints": settings.constraints.limits,
+        "constraints": _limits_kept(settings, robot),
         **settings.parameters,
         "limits": settings.constraints.held,
         "payload": settings.payload
@@ -66,6 +68,13 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         raise InvalidInputError(where.guess(error)) from error
 
 
+def _limits_kept(settings: TaskSettings, robot: Robot) -> list[str]:
+    """Names of the limits: those of the file, or all that the robot can have."""
+    listed = settings.constraints.limits
+    given = "limits" in settings.constraints.model_fields_set
+    return listed if given or robot.has_body else [name for name in listed if name != "effort"]
+
+
 def _robot(settings: TaskSettings, folder: Path) -> Robot:
     given: dict[str, Any] = (
         {"name": settings.robot} if isinstance(settings.robot, str) else settings.robot.model_dump(exclude_none=True)
@@ -73,6 +82,8 @@ def _robot(settings: TaskSettings, folder: Path) -> Robot:
     limits = settings.limits.model_dump(exclude_none=True)
     if limits:
         given["limits"] = limits
+    if not {"dh", "joints", "kind"}.isdisjoint(given):
+        return robot_of(given)
     name = Path(given["name"])
     if robot_path(name, folder=folder) or name.suffix or len(name.parts) > 1:
         given["name"] = folder / name
@@ -104,6 +115,11 @@ def _box(box: MovingSettings, robot: Robot, to_rad: float) -> Mapping[str, Any]:
         return {"point": box.point, "tool": list(box.tool)}
     widths = box.joints if isinstance(box.joints, list) else [box.joints or 0.0] * robot.dof
     return {"point": box.point, "joints": _in_radians(widths, robot, to_rad)}
+
+
+def _passing(one: PassingSettings, robot: Robot, to_rad: float) -> Mapping[str, Any]:
+    given = one.model_dump(exclude_none=True)
+    return given | {key: _in_radians(given[key], robot, to_rad) for key in ("velocity", "acceleration") if key in given}
 
 
 def _in_radians(values: list[float], robot: Robot, to_rad: float) -> list[float]:

@@ -13,6 +13,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
+from trajevo.robot.loading.dh_keys import DhKeys
 
 _Number = Annotated[float, pydantic.Strict()]
 _Values = _Number | str | list[_Number | str] | dict[str, _Number | str]
@@ -23,7 +24,12 @@ class _Strict(pydantic.BaseModel):
 
 
 class _Robot(_Strict):
+    """A robot by its name or file; or a Denavit-Hartenberg table; or joints alone, whose limits are in ``[limits]``."""
+
     name: str
+    dh: DhKeys | None = None
+    joints: list[str] | None = None
+    kind: str | list[str] | None = None
     tool: str | None = None
     lock: dict[str, _Number] | None = None
     gravity: tuple[_Number, _Number, _Number] | None = None
@@ -94,6 +100,17 @@ class MovingSettings(_Strict):
         return self
 
 
+class PassingSettings(_Strict):
+    """How a via point is passed: with a stop or a dwell [s], a velocity per second, or in a window of time [s]."""
+
+    point: Annotated[int, pydantic.Field(strict=True, ge=0)]
+    stop: Annotated[bool, pydantic.Strict()] | None = None
+    dwell: _Number | None = None
+    velocity: list[_Number] | None = None
+    acceleration: list[_Number] | None = None
+    window: tuple[_Number, _Number] | None = None
+
+
 class _Constraints(pydantic.BaseModel):
     """What is limited; :func:`task_model` adds the parameters of limits."""
 
@@ -107,8 +124,8 @@ class TaskSettings(_Strict):
     """The keys of ``task.toml``, in SI units; :func:`task_model` adds the parameters of limits.
 
     ``name`` is what the task is called in tables, reports and pictures; its file's name if not given.
-    Only angles of points (joint positions, ``rpy`` and ``rotation_vector``) and of boxes in joint space are in the unit
-    ``angle``.
+    Only angles of points (joint positions, ``rpy`` and ``rotation_vector``), of boxes in joint space, and of given
+    velocities and accelerations are in the unit ``angle``.
     """
 
     format: Literal[1] = 1
@@ -121,8 +138,10 @@ class TaskSettings(_Strict):
     points: str | list[list[_Number] | _Point]
     turns: Literal["as_written", "shortest"] = "as_written"
     moving: list[MovingSettings] = []
+    passing: list[PassingSettings] = []
+    cyclic: Annotated[bool, pydantic.Strict()] = False
     interpolant: str = "quintic_spline"
-    duration_bounds: tuple[_Number, _Number]
+    duration_bounds: list[_Number] | list[tuple[_Number, _Number]]
     objectives: list[str] = ["time", "energy"]
     constraints: _Constraints = _Constraints()
     reference_point: list[_Number] | None = None

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from trajevo.base.arrays import numbers
+from trajevo.base.arrays import Array
 from trajevo.base.plain import plain_data
 from trajevo.base.units import if_degrees
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -18,14 +18,24 @@ from trajevo.formulation.constraints.constraint import Limited, LimitParameter
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
 from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of
+from trajevo.formulation.passing_points import (
+    check_free,
+    check_seam,
+    check_velocities,
+    closed,
+    left_open,
+    window_limits,
+)
 from trajevo.formulation.payload_variable import PayloadVariable
 from trajevo.formulation.points_on_limits import notes_on_height, notes_on_turning, turning
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.path.boxes import CartesianBox, JointBox
+from trajevo.path.passing import Passing, passings_of
 from trajevo.path.via_points import OnLimit, ViaPoints, joint_points
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
-from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, price_of_rest
+from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, interpolant_through, price_of_rest
+from trajevo.trajectory.interpolants.legs import checked_durations
 
 #: Greatest number of characters of a problem's title, which stands above tables and pictures.
 LONGEST_TITLE = 120
@@ -47,12 +57,17 @@ class ViaPointProblem(TrajectoryProblem):
             the joint is at rest, if the interpolant can hold it; :attr:`notes` tell it.
         turns: ``"as_written"``, or ``"shortest"``: joint positions are shifted by whole turns, within the ranges, so
             that every joint goes the shorter way round from point to point.
-        duration_bounds: least and greatest time between two points [s].
+        duration_bounds: least and greatest time between two points [s], or such a pair for every segment, shape
+            (K - 1, 2); a duration whose bounds are equal is fixed, and no variable.
         interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or an interpolant of another
             package.
         moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
             or mappings with the number of the ``point`` and the half widths ``joints`` (n_joints) [rad or m] or
             ``tool`` (3) [m].
+        passing: how points are passed: :class:`~trajevo.path.passing.Passing`, or mappings with the number of the
+            ``point`` and ``stop``, ``dwell`` [s], ``velocity``, ``acceleration`` (n_joints) or ``window`` [s].
+        cyclic: whether the end meets the start with all derivatives that are continuous on the way, instead of rests at
+            both; the last point is then the first.
         objectives: names, see :data:`~trajevo.formulation.objectives.OBJECTIVES`.
         constraints: names of limits that need no parameter, see
             :data:`~trajevo.formulation.constraints.kinds.KINDS`.
@@ -85,9 +100,11 @@ class ViaPointProblem(TrajectoryProblem):
         robot: str | Path | Robot | Mapping[str, Any] = "puma560",
         points: Any = None,
         turns: str = "as_written",
-        duration_bounds: tuple[float, float] = (0.5, 6.0),
+        duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
         interpolant: str = "quintic_spline",
         moving: Sequence[Any] = (),
+        passing: Sequence[Any] = (),
+        cyclic: bool = False,
         objectives: Sequence[str] = ("time", "jerk"),
         constraints: Sequence[str] = ("position", "velocity", "acceleration", "jerk"),
         limits: str = "certified",
@@ -104,22 +121,25 @@ class ViaPointProblem(TrajectoryProblem):
         NAMED_INTERPOLANTS.find(interpolant)
         _check_keys(parameters)
         named = robot_of(robot)
-        via = joint_points(points, named, turns=turns)
-        bounds = tuple(numbers(duration_bounds, name="duration_bounds", shape=(2,)).tolist())
+        via = closed(joint_points(points, named, turns=turns), cyclic)
+        bounds = checked_durations(duration_bounds, len(via))
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
         boxes = _boxes(moving)
         _check_widths(boxes, via, named)
         kept = isinstance(constraints, Sequence) and "position" in constraints
-        at_limits = turning(via, named, boxes) if kept else ()
-        decoder = _interpolant(interpolant, via, named, bounds, boxes, at_limits)
+        asked, on_limits = passings_of(passing, len(via), named.joint_names), turning(via, named, boxes) if kept else ()
+        at_limits = left_open(on_limits, asked)
+        decoder = _interpolant(interpolant, via, named, bounds, boxes, at_limits, asked, cyclic)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
+        check_velocities(asked, named, via, on_limits, held)
+        check_seam(cyclic, named, via, held)
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,
             objectives=objectives_of(objectives, named, payload=None if mass is None else mass.objective),
-            constraints=(*held, *reach),
+            constraints=(*held, *reach, *window_limits(asked, decoder)),
             payload_range=None if mass is None else mass.range,
             reference_point=reference_point,
             length=length_unit(named),
@@ -130,9 +150,11 @@ class ViaPointProblem(TrajectoryProblem):
             "robot": named.settings,
             "points": via.positions.tolist(),
             "turns": turns,
-            "duration_bounds": list(bounds),
+            "duration_bounds": bounds.tolist(),
             "interpolant": interpolant,
             "moving": [_box_settings(box) for box in boxes],
+            "passing": [one.settings for one in asked],
+            **({"cyclic": True} if cyclic else {}),  # hardly any motion is, and settings are told
             "objectives": list(objectives),
             "constraints": list(constraints),
             **_settings_of_limits(parameters, limits),
@@ -255,16 +277,22 @@ def _interpolant(
     kind: str,
     via: ViaPoints,
     robot: Robot,
-    bounds: tuple[float, ...],
+    bounds: Array,
     boxes: Sequence[JointBox | CartesianBox],
     turns: Sequence[OnLimit],
+    passing: tuple[Passing, ...],
+    cyclic: bool,
 ) -> Interpolant:
     """The interpolant, with joints at rest where they turn, if it can."""
-    found = NAMED_INTERPOLANTS.find(kind)
     rests = () if price_of_rest(kind) is None else tuple((at.point, at.joint) for at in turns)
-    if boxes:
-        return MovingPoints(kind, via, tuple(boxes), robot=robot, duration_bounds=(bounds[0], bounds[1]), at_rest=rests)
-    return found(via, duration_bounds=bounds, at_rest=rests) if rests else found(via, duration_bounds=bounds)
+    given: dict[str, Any] = {"duration_bounds": bounds, "at_rest": rests, "passing": passing, "cyclic": cyclic}
+    found = (
+        MovingPoints(kind, via, tuple(boxes), robot=robot, **given)
+        if boxes
+        else interpolant_through(kind, via, **given)
+    )
+    check_free(found)
+    return found
 
 
 def _boxes(moving: Sequence[Any]) -> list[JointBox | CartesianBox]:

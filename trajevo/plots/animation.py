@@ -132,6 +132,7 @@ def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None) 
         InvalidInputError: not a motion, a count that is not a positive whole number, or 2D axes.
     """
     rollout = rollout_of(motion)
+    rollout.robot.check_body("a picture of the arm")
     if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
         raise InvalidInputError(f"count: expected a positive whole number, got {count!r}")
     if ax is not None and not hasattr(ax, "get_zlim"):
@@ -172,6 +173,7 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     rollout = rollout_of(motion)
     if not isinstance(file, str | Path):
         raise InvalidInputError(f"file: expected a path, got {file!r}")
+    rollout.robot.check_body("an animation")
     times = _instants(float(rollout.trajectory.duration[0]), rate)
     page = Page(f"{rollout.robot.name}, {times[-1]:.3f} s")
     _draw(page.visualizer(), rollout, times, rate)

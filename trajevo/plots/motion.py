@@ -111,6 +111,7 @@ def _joint_axis(rollout: Rollout, order: int, angle: str, length: str) -> tuple[
 def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None) -> Any:
     """Path of the tool frame's origin in 3D [m], by Pinocchio's forward kinematics."""
     rollout = rollout_of(motion)
+    rollout.robot.check_body("a picture of the tool's path")
     ax = ax or plt.figure(figsize=(6.6, 6.0)).add_subplot(projection="3d")
     positions, _ = rollout.robot.tool_poses(rollout.trajectory[0].sample(samples).q[0])
     ax.plot(*positions.T, color="tab:blue")

@@ -232,7 +232,7 @@ def _drawings(front: Front, analyses: Mapping[str, Any]) -> Iterator[_Drawing]:
     along = isinstance(knee.trajectory, ComposedBatch)
     if along and knee.trajectory.n_joints == 2:
         yield "path", "The path, its control polygon, and the speed of the knee", lambda: plots.path(knee).figure
-    else:
+    elif front.problem.robot.has_body:
         yield "tool_path", "Path of the tool at the knee", lambda: plots.tool_path(knee).figure
     if along:
         caption, named = "The path's parameter over time", {choice.rule: choice for choice in front.choices()}

@@ -113,7 +113,7 @@ def examine(
     errors: list[str] = []
     settings = None if source.settings is None else _settings(source.settings, errors)
     urdf = source.urdf if source.settings is None else _urdf_of(source.settings)
-    robot = ElementTree.Element("robot") if urdf is None else read_urdf(urdf)
+    robot = _written(settings, errors) if urdf is None else read_urdf(urdf)
     file = urdf or source.settings or source.urdf
     moving = [joint for joint in robot.iterfind("joint") if joint.get("type") in _UNITS]
     following, held = followers(robot, dict.fromkeys(lock, 0.0))
@@ -122,7 +122,8 @@ def examine(
     rows = [_row(joint) for joint in planned]
     if urdf is not None:
         errors += urdf_problems(robot, urdf, lock)
-        errors += _lock_problems(robot, urdf, lock)
+    if urdf is not None or moving:
+        errors += _lock_problems(robot, file, lock)
     if source.settings is None:
         errors += _limit_problems(rows, file)
     elif settings is not None:
@@ -171,13 +172,24 @@ def _settings(path: Path, errors: list[str]) -> RobotFile | None:
 def _urdf_of(settings: Path) -> Path | None:
     """URDF of a ``robot.toml`` that may be broken: the one that it names, or else the only one in its folder."""
     try:
-        named = read_toml(settings)[0].get("urdf")
+        content = read_toml(settings)[0]
     except InvalidInputError:  # is told as an error of the settings
-        named = None
-    if isinstance(named, str):
+        content = {}
+    named = content.get("urdf")
+    if isinstance(named, str) and "dh" not in content:
         return settings.parent / named
-    there = sorted(settings.parent.glob("*.urdf"))
+    there = sorted(settings.parent.glob("*.urdf")) if "dh" not in content else []
     return there[0] if len(there) == 1 else None
+
+
+def _written(settings: RobotFile | None, errors: list[str]) -> ElementTree.Element:
+    """What a Denavit-Hartenberg table describes; an empty robot if it, or ``robot.toml``, cannot be used."""
+    try:
+        if settings is not None and settings.settings.dh is not None:
+            return ElementTree.fromstring(settings.written())
+    except InvalidInputError as error:
+        errors.append(str(error))
+    return ElementTree.Element("robot")
 
 
 def _row(joint: ElementTree.Element) -> JointRow:

@@ -48,7 +48,12 @@ class ToolKinematics:
 
     @classmethod
     def of(cls, robot: Robot) -> ToolKinematics:
-        """The kinematics of a robot's tool, read once from its model; the model itself is not kept."""
+        """The kinematics of a robot's tool, read once from its model; the model itself is not kept.
+
+        Raises:
+            InvalidInputError: the robot is joints and limits alone.
+        """
+        robot.check_body("the place of the tool")
         model = robot.model
         frame = model.frames[model.getFrameId(robot.tool)]
         numbers, joint = [], int(frame.parentJoint)

@@ -36,6 +36,39 @@ def declared_limits(
     ``robot.toml``, which says what the leader may do, and as the caller has it.
     """
     columns = dict(declared) if declared is not None else _of_urdf(model, names, followers, urdf)
+    _replace(columns, given, names, units, followers, urdf)
+    for key in ("acceleration", "jerk"):
+        missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
+        if missing:
+            raise InvalidInputError(
+                f"{urdf}: no {key} limit for {', '.join(missing)}, which a URDF cannot hold: give it in robot.toml "
+                f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "
+                f'an argument (limits={{"{key}": 10.0}}); inf means no limit'
+            )
+    _check(columns, names, urdf)
+    return columns
+
+
+def limits_or_none(
+    names: tuple[str, ...], units: tuple[str, ...], given: Mapping[str, Any], where: str
+) -> dict[str, Array]:
+    """Columns of JointLimits, SI, of a robot that no file gives limits: those of the caller, and else none."""
+    columns = {key: np.full(len(names), np.inf) for key in ("upper", *QUANTITIES[1:])}
+    columns["lower"] = -columns["upper"]
+    _replace(columns, given, names, units, (), where)
+    _check(columns, names, where)
+    return columns
+
+
+def _replace(
+    columns: dict[str, Array],
+    given: Mapping[str, Any],
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+    followers: Sequence[Follower],
+    where: Path | str,
+) -> None:
+    """Replace limits by those of the caller, and tighten those of leaders to what their followers may do."""
     for key, value in given.items():
         checked_name("limit", key, QUANTITIES)
         led = {each.name: value[each.name] for each in followers if isinstance(value, Mapping) and each.name in value}
@@ -52,17 +85,7 @@ def declared_limits(
         for follower in (each for each in followers if each.name in led):
             size, unit = 2 if key == "position" else 1, unit_of(key, follower.unit)
             limit = per_joint(f"limits.{key}", {follower.name: led[follower.name]}, [follower.name], [unit], size=size)
-            tighten(columns, names.index(follower.leader), follower, {key: limit[0]}, urdf)
-    for key in ("acceleration", "jerk"):
-        missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
-        if missing:
-            raise InvalidInputError(
-                f"{urdf}: no {key} limit for {', '.join(missing)}, which a URDF cannot hold: give it in robot.toml "
-                f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "
-                f'an argument (limits={{"{key}": 10.0}}); inf means no limit'
-            )
-    _check(columns, names, urdf)
-    return columns
+            tighten(columns, names.index(follower.leader), follower, {key: limit[0]}, where)
 
 
 def given_limits(
@@ -85,7 +108,7 @@ def given_limits(
     return {} if given is None else given
 
 
-def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path) -> None:
+def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path | str) -> None:
     """Refuse limits of zero, which mean "not known" in many URDFs, and empty ranges."""
     for key in QUANTITIES[1:]:
         for name, value in zip(names, columns[key].tolist(), strict=True):
@@ -121,11 +144,10 @@ def _of_urdf(model: Any, names: tuple[str, ...], followers: Sequence[Follower], 
 
 
 def tighten(
-    columns: dict[str, Array], leader: int, follower: Follower, limits: Mapping[str, Array], urdf: Path
+    columns: dict[str, Array], leader: int, follower: Follower, limits: Mapping[str, Array], where: Path | str
 ) -> None:
     """Limit a leader, by its index, to what a joint that follows it may do; its effort is the leader's to bear."""
     for key, limit in limits.items():
-        where = f"{urdf}: joint {follower.leader!r}: {key}"
         if key == "effort":
             raise InvalidInputError(
                 f"limits.effort.{follower.name}: expected a joint with an actuator, but {follower}, which bears its "
@@ -139,7 +161,8 @@ def tighten(
         columns["upper"][leader] = np.fmin(columns["upper"][leader], ends[1])
         if not columns["lower"][leader] < columns["upper"][leader]:
             raise InvalidInputError(
-                f"{where}: no range is left, as {follower} and may go from {limit[0]:g} to {limit[1]:g} {follower.unit}"
+                f"{where}: joint {follower.leader!r}: position: no range is left, as {follower} and may go "
+                f"from {limit[0]:g} to {limit[1]:g} {follower.unit}"
             )
 
 

@@ -19,29 +19,32 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
-from trajevo.errors import InvalidInputError, UnknownNameError, no_such_file
+from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.friction_sources import friction_notes, friction_of
 from trajevo.robot.joints import Friction, JointLimits
-from trajevo.robot.limit_files import declared_limits, given_limits
-from trajevo.robot.locate import list_robots, robot_path, robot_source, warn_of_other_robot
+from trajevo.robot.limit_files import declared_limits, given_limits, limits_or_none
+from trajevo.robot.loading.arguments import (
+    STANDARD_GRAVITY,
+    checked_gravity,
+    load_settings,
+    package_folders,
+    plain_settings,
+)
+from trajevo.robot.loading.chain import TOOL
+from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
+from trajevo.robot.locate import robot_source, warn_of_other_robot
 from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Mimicking, Transmission
 from trajevo.robot.urdf.bodies import tips
+from trajevo.robot.urdf.file import read_urdf
 from trajevo.robot.urdf.joints import Follower, followers
 from trajevo.robot.urdf.model import build_model
 from trajevo.robot.urdf.problems import checked_urdf
 
-#: Gravity above which numbers are not believed; on Jupiter it is 24.8 [m/s²].
-_MOST_GRAVITY = 100.0
-
-
-#: Gravity of a robot without ``robot.toml``, z up in its base frame [m/s²].
-STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
-
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(WithoutUrdf):
     """A robot: Pinocchio model, transmission, limits, friction and tool frame.
 
     Motions are planned for its actuators: "joint" means an actuated coordinate everywhere. For most robots these are
@@ -57,9 +60,9 @@ class Robot:
         joint_names: names of the joints in the order of every (..., n_joints) array.
         joint_units: ``"rad"`` or ``"m"`` per joint.
         tool: name of the frame at the end effector.
-        source: folder the robot was loaded from.
+        source: folder the robot was loaded from; None if from no file.
         reference: where its numbers come from, one line.
-        urdf: the URDF file.
+        urdf: the URDF file; None if the robot has none.
         packages: folders in which ``package://`` paths of the URDF are looked up.
         locked: positions of the joints of the URDF that are locked [rad or m].
         settings: arguments of :func:`load_robot` as plain data: the name alone, or the given arguments by name.
@@ -69,6 +72,8 @@ class Robot:
         friction_used: friction and damping by ``<dynamics>`` of the URDF that ``friction`` holds, one clause for each
             value, with its joints.
         friction_left_out: the same of what ``friction`` does not hold.
+        written: the robot as URDF text if it has no URDF file.
+        has_body: whether it is more than joints and limits.
     """
 
     name: str
@@ -79,9 +84,9 @@ class Robot:
     joint_names: tuple[str, ...]
     joint_units: tuple[str, ...]
     tool: str
-    source: Path
+    source: Path | None
     reference: str
-    urdf: Path
+    urdf: Path | None
     packages: tuple[Path, ...] = ()
     locked: Mapping[str, float] = field(default_factory=dict)
     settings: Any = None
@@ -89,10 +94,57 @@ class Robot:
     followers: tuple[Follower, ...] = ()
     friction_used: tuple[str, ...] = ()
     friction_left_out: tuple[str, ...] = ()
+    written: str = ""
+    has_body: bool = True
+
+    @classmethod
+    def _written(cls, given: Written) -> Robot:
+        where = f"robot {given.name!r}"
+        model, units = build_model(given.urdf, where, {})
+        model.gravity.linear = given.gravity
+        names = tuple(model.names[1:])
+        limits = given_limits(given.limits, names, units, ())
+        mass = f", {_moving_mass(model):.4g} kg" if given.has_body else ""
+        return cls(
+            name=given.name,
+            model=model,
+            transmission=Direct(),
+            limits=JointLimits(**limits_or_none(names, units, limits, where)),
+            friction=Friction(**{name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}),
+            joint_names=names,
+            joint_units=units,
+            tool=TOOL,
+            source=None,
+            reference=f"{given.origin}, {len(names)} joints{mass}",
+            urdf=None,
+            settings={**given.settings, **plain_settings({"limits": limits or None})},
+            allow_massless=given.allow_massless,
+            written=given.urdf,
+            has_body=given.has_body,
+        )
 
     def __str__(self) -> str:
+        if self.urdf is None:
+            return f"{self.name}: {self.reference}"
         held = f", {len(self.locked)} locked" if self.locked else ""
         return f"{self.name}: {self.dof} joints{held}, {self.mass:.4g} kg, tool {self.tool}, {self.urdf}"
+
+    @property
+    def where(self) -> str:
+        """What messages about its description begin with: the URDF file, or the robot's name."""
+        return f"robot {self.name!r}" if self.urdf is None else str(self.urdf)
+
+    def description(self) -> ElementTree.Element:
+        """The top element of its URDF, read anew from the file if there is one."""
+        return ElementTree.fromstring(self.written) if self.urdf is None else read_urdf(self.urdf)
+
+    def check_body(self, quantity: str) -> None:
+        """Refuse a quantity, by an InvalidInputError that names it, if the robot is joints and limits alone."""
+        if not self.has_body:
+            raise InvalidInputError(
+                f"robot {self.name!r}: {quantity} needs a body, and this robot is joints and limits alone: give a URDF "
+                "(load_robot) or a Denavit-Hartenberg table (Robot.from_dh)"
+            )
 
     @property
     def mass(self) -> float:
@@ -106,8 +158,8 @@ class Robot:
 
     @property
     def gives_effort(self) -> bool:
-        """Whether efforts can be computed: no link lacks its mass, or that is meant."""
-        return self.allow_massless or not self.massless
+        """Whether efforts can be computed: there is a body, and no link lacks its mass, or that is meant."""
+        return self.has_body and (self.allow_massless or not self.massless)
 
     def check_masses(self, quantity: str) -> None:
         """Refuse a quantity that needs the masses of links that have none, unless ``allow_massless`` is set.
@@ -116,22 +168,26 @@ class Robot:
             quantity: what is to be computed, such as ``"energy"``, for the message.
 
         Raises:
-            InvalidInputError: a joint moves a body without mass; the message names the links and joints.
+            InvalidInputError: a joint moves a body without mass, or none; the message names the links and joints.
         """
+        self.check_body(quantity)
         if self.gives_effort:
             return
         missing = "; ".join(
             f"{', '.join(body.links)}, which {body.joint!r} moves" for body in massless(moving_bodies(self.model))
         )
+        way = "masses" if self.urdf is None else "an <inertial> in the URDF"
         raise InvalidInputError(
             f"robot {self.name!r}: {quantity} needs masses, but these links have none in the model: {missing}; "
-            "give them an <inertial> in the URDF, or say that it is meant: allow_massless=True, "
-            "or allow_massless = true in [robot] of a task"
+            f"give them {way}, or say that it is meant: allow_massless=True, or allow_massless = true in [robot] of a "
+            "task"
         )
 
     @cached_property
     def mass_notes(self) -> tuple[str, ...]:
         """What efforts of this robot cover or not, one clause each: links without mass, placeholders, and friction."""
+        if not self.has_body:
+            return ("effort: not covered, the robot is joints and limits alone",)
         bodies, missing = moving_bodies(self.model), ", ".join(self.massless)
         told = [f"inertias look like placeholders: {clause}" for clause in placeholders(bodies)]
         told += self.friction_notes
@@ -171,6 +227,7 @@ class Robot:
             Origins (T, n_model + 1, 3) [m] and rotation matrices (T, n_model + 1, 3, 3) in the base frame, from the
             base to the tool. A joint's frame moves with it.
         """
+        self.check_body("the place of the tool")
         data = self.model.createData()
         tool = self.model.getFrameId(self.tool)
         actuated = numbers(q, name="q", shape=("T", self.dof))
@@ -206,7 +263,8 @@ def load_robot(
 
     Args:
         name: a name of :func:`list_robots` or of example-robot-data, the path of a folder with ``robot.toml`` and the
-            URDF that it names, or the path of a URDF. A name of trajevo takes precedence over a folder of that name.
+            URDF that it names or a table ``[dh]``, or the path of a URDF. A name of trajevo takes precedence over a
+            folder of that name.
         lock: joints to lock, name -> position [rad or m]. A joint that mimics a locked one is held where that holds it;
             a locked joint mimics no other.
         tool: frame at the end effector; if None, that of ``robot.toml`` or the only tip of the URDF.
@@ -243,18 +301,19 @@ def load_robot(
     source = robot_source(name)
     warn_of_other_robot(source)
     file = RobotFile(source.settings) if source.settings is not None else None
-    urdf = source.urdf if file is None else file.path.parent / file.settings.urdf
+    urdf = source.urdf if file is None else file.urdf
     if not isinstance(lock, Mapping | None):
         raise InvalidInputError(f"lock: expected a mapping from joints to positions [rad or m], got {lock!r}")
     if not isinstance(allow_massless, bool | None):
         raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
-    folders = _folders(packages)
-    text = checked_urdf(urdf, lock or {})
+    folders = package_folders(packages)
+    where = urdf or source.settings or source.urdf
+    text = file.written() if file is not None and urdf is None else checked_urdf(where, lock or {})
     root = ElementTree.fromstring(text)
     following, locked = followers(root, lock or {})
-    model, units = build_model(text, urdf, locked)
+    model, units = build_model(text, where, locked)
     if gravity is not None:
-        model.gravity.linear = _checked_gravity(gravity)
+        model.gravity.linear = checked_gravity(gravity)
     else:
         model.gravity.linear = np.array(STANDARD_GRAVITY) if file is None else file.gravity()
     transmission, names, units = _drives(model, units, following, file)
@@ -267,20 +326,20 @@ def load_robot(
         name=source.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
-        limits=JointLimits(**declared_limits(model, names, units, declared, given, urdf, following)),
+        limits=JointLimits(**declared_limits(model, names, units, declared, given, where, following)),
         friction=rubbing.friction,
         joint_names=names,
         joint_units=units,
-        tool=_tool(model, tool, text, urdf, file),
+        tool=_tool(model, tool, text, where, file),
         source=source.folder,
-        reference=f"{urdf.name}, {len(names)} joints, {_moving_mass(model):.4g} kg"
+        reference=f"{where.name}, {len(names)} joints, {_moving_mass(model):.4g} kg"
         if file is None
         else file.settings.reference,
         urdf=urdf,
         packages=(*folders, *source.packages),
         locked=locked,
         followers=following,
-        settings=_settings(
+        settings=load_settings(
             name,
             lock=lock,
             tool=tool,
@@ -295,6 +354,7 @@ def load_robot(
         else file is not None and file.settings.allow_massless,
         friction_used=rubbing.used,
         friction_left_out=rubbing.left_out,
+        written=text if urdf is None else "",
     )
 
 
@@ -318,28 +378,6 @@ def _drives(
     return Mimicking.of(joints, following), names, units
 
 
-def _folders(packages: Any) -> tuple[Path, ...]:
-    """The given folders of packages, absolute."""
-    listed = [packages] if isinstance(packages, str | Path) else () if packages is None else packages
-    if not isinstance(listed, list | tuple) or not all(isinstance(folder, str | Path) for folder in listed):
-        raise InvalidInputError(f"packages: expected the path of a folder or a list of them, got {packages!r}")
-    for folder in listed:
-        if not Path(folder).is_dir():
-            raise InvalidInputError(f"packages: {no_such_file(folder, 'folder')}")
-    return tuple(Path(folder).resolve() for folder in listed)
-
-
-def _checked_gravity(given: Any) -> Array:
-    gravity = numbers(given, name="gravity", shape=(3,))
-    strength = float(np.linalg.norm(gravity))
-    if strength > _MOST_GRAVITY:
-        raise InvalidInputError(
-            f"gravity: {strength:g} m/s² looks like mm/s²: expected at most {_MOST_GRAVITY:g} m/s², "
-            f"got {gravity.tolist()}"
-        )
-    return gravity
-
-
 def robot_of(given: Any) -> Robot:
     """The robot that a caller passed: a robot, a name or path, or the arguments of :func:`load_robot` by name.
 
@@ -353,29 +391,14 @@ def robot_of(given: Any) -> Robot:
         return given
     if not isinstance(given, Mapping):
         return load_robot(given)
+    if not {"dh", "joints", "kind"}.isdisjoint(given):
+        made: Robot = written_robot_of(Robot, given)
+        return made
     accepted = tuple(inspect.signature(load_robot).parameters)
     unknown = sorted(set(given) - set(accepted))
     if unknown or "name" not in given:
         raise InvalidInputError(f"robot: expected name and, if wanted, {', '.join(accepted[1:])}, got {sorted(given)}")
     return load_robot(**given)
-
-
-def _settings(name: str | Path, **given: Any) -> Any:
-    """Plain data from which the robot can be loaded again in any working directory: paths are made absolute."""
-    path = None if str(name) in list_robots() else robot_path(name)
-    asked = str(name) if path is None else str(path.resolve())
-    chosen = {key: _plain(value) for key, value in given.items() if value is not None}
-    return {"name": asked, **chosen} if chosen else asked
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray | np.number):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    return str(value) if isinstance(value, float) and np.isinf(value) else value
 
 
 def _moving_mass(model: Any) -> float:

@@ -9,11 +9,14 @@ from typing import Annotated, Literal
 
 import numpy as np
 import pydantic
+from pydantic_core import PydanticCustomError
 
 from trajevo.base.arrays import Array
 from trajevo.base.toml import Place, read_toml, validated
 from trajevo.base.units import per_time, si_unit, to_si
-from trajevo.errors import InvalidInputError, UnknownNameError, known_names
+from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError, known_names
+from trajevo.robot.loading.dh import DhTable
+from trajevo.robot.loading.dh_keys import DhKeys
 from trajevo.robot.transmission import CoupledScrews, Direct, Transmission
 
 #: A number: integers are accepted, text and booleans are not.
@@ -92,7 +95,8 @@ class _CoupledScrews(_Strict):
 
 class _Settings(_Strict):
     name: _Text
-    urdf: str
+    dh: DhKeys | None = None
+    urdf: str | None = pydantic.Field(default=None, validate_default=True)
     tool: _Text
     reference: _Text
     format: Annotated[int, pydantic.Field(strict=True, ge=1, le=1)]
@@ -100,6 +104,15 @@ class _Settings(_Strict):
     allow_massless: Annotated[bool, pydantic.Strict()] = False
     transmission: _CoupledScrews | None = None
     joints: dict[str, _Joint]
+
+    @pydantic.field_validator("urdf")
+    @classmethod
+    def _or_dh(cls, urdf: str | None, info: pydantic.ValidationInfo) -> str | None:
+        if urdf is None and "dh" in info.data and info.data["dh"] is None:  # a table that is wrong is no data
+            raise PydanticCustomError("missing", "expected a URDF, or a table [dh] instead")
+        if urdf is not None and info.data.get("dh") is not None:
+            raise ValueError("expected either the name of a URDF or a table [dh], got both")
+        return urdf
 
 
 def entry_problems(path: Path) -> list[str]:
@@ -130,6 +143,24 @@ class RobotFile:
         self.path = path
         content, self.places = read_toml(path)
         self.settings = validated(_Settings, content, self.places)
+
+    @property
+    def urdf(self) -> Path | None:
+        """The URDF; None if a Denavit-Hartenberg table takes its place."""
+        return None if self.settings.urdf is None else self.path.parent / self.settings.urdf
+
+    def written(self) -> str:
+        """The Denavit-Hartenberg table as URDF text.
+
+        Raises:
+            InvalidInputError: there is none, or an entry that cannot be used.
+        """
+        if self.settings.dh is None:
+            raise InvalidInputError(f"{self.path}: expected a table [dh], got none")
+        try:
+            return DhTable.of(**self.settings.dh.arguments).urdf(self.settings.name)
+        except TrajevoError as error:
+            raise InvalidInputError(f"{self._at('dh')}: {str(error).removeprefix('dh.')}") from error
 
     def gravity(self) -> Array:
         """Gravity in the base frame, shape (3,) [m/s²]."""

@@ -153,6 +153,11 @@ def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
     points = getattr(problem.interpolant, "points", None)
     if not isinstance(points, ViaPoints):
         raise InvalidInputError(f"rivals: the interpolant of {problem.title!r} has no via points")
+    if getattr(problem.interpolant, "passing", ()) or getattr(problem.interpolant, "cyclic", False):
+        raise InvalidInputError(
+            "rivals: expected points that are passed freely, as interpolants are compared through the points alone, "
+            "got a problem with stops, given velocities (passing) or a cycle (cyclic)"
+        )
     kept = replace(problem.robot, limits=problem.kept_limits)
     return compare_rivals(replace(problem.dynamics, robot=kept), points)
 

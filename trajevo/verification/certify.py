@@ -111,7 +111,7 @@ def _computable(rollout: Rollout) -> Rollout:
     """The rollout itself, or with efforts that nobody is told, if links without mass would refuse them."""
     if rollout.robot.gives_effort:
         return rollout
-    robot = replace(rollout.robot, allow_massless=True)
+    robot = replace(rollout.robot, allow_massless=True, has_body=True)
     return replace(rollout, dynamics=replace(rollout.dynamics, robot=robot))
 
 
@@ -146,7 +146,7 @@ def _dynamic_proofs(rollout: Rollout, enclosure: Enclosure, motion: int, limits:
     massless = not robot.gives_effort or (robot.mass == 0.0 and carried == 0.0 and robot.friction.none)
     own = np.concatenate([robot.limits.effort, limits[robot.dof :]])
     for k, (quantity, joint, unit) in enumerate(columns):
-        if massless and joint is not None:
+        if (massless and joint is not None) or not robot.has_body:
             continue
         # Adding 0 makes the -0.0 of a joint that stands a plain 0.
         bound, shown = float(enclosure.bound[motion, k]) + 0.0, float(enclosure.exhibited[motion, k]) + 0.0
@@ -175,6 +175,9 @@ def _limits(rollout: Rollout, motion: Any, tolerance: float, tool_speed: float |
         raise InvalidInputError(
             f"tolerance: expected a share from {TOLERANCES[0]:g} to {TOLERANCES[1]:g}, got {tolerance!r}"
         )
+    for given, what in ((tool_speed, "a limit of tool speed"), (power, "a limit of power")):
+        if given is not None:
+            robot.check_body(what)
     powers = np.full(robot.dof, np.inf) if power is None else _positive(power, "power", robot.dof)
     if tool_speed is None:
         limited = [

@@ -17,7 +17,6 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
-from trajevo.robot.urdf.file import read_urdf
 
 _NOTHING = Payload(0.0)
 
@@ -97,6 +96,7 @@ class NewtonEuler:
     _tree: _Tree = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        self.robot.check_body("effort")
         object.__setattr__(self, "_tree", _read_tree(self.robot))
 
     def effort(self, q: Array, v: Array, a: Array) -> Array:
@@ -189,7 +189,7 @@ class NewtonEuler:
 
 def _read_tree(robot: Robot) -> _Tree:
     """Read the URDF; everything fixed or locked is merged into the moving joints that carry it."""
-    root = read_urdf(robot.urdf)
+    root = robot.description()
     columns = {name: column for column, name in enumerate(list(robot.model.names)[1:])}
     joints = [(joint, _end(joint, "parent"), _end(joint, "child")) for joint in root.iterfind("joint")]
     children = {child for _, _, child in joints}
@@ -206,7 +206,7 @@ def _read_tree(robot: Robot) -> _Tree:
     bodies = tuple(body for name, link in links.items() for body in _bodies(link, poses[name]))
     frames = {str(joint.get("name")): poses[child] for joint, _, child in joints} | poses  # of one name, the link's
     if robot.tool not in frames:
-        raise UnknownNameError(f"tool frame in {robot.urdf}", robot.tool, frames)
+        raise UnknownNameError(f"tool frame in {robot.where}", robot.tool, frames)
     return _Tree(tuple(movers), bodies, frames[robot.tool])
 
 
@@ -222,7 +222,7 @@ def _beyond(
     axis = axis / np.linalg.norm(axis)
     if kind not in ("revolute", "continuous", "prismatic") or name not in {*columns, *robot.locked}:
         raise InvalidInputError(
-            f"{robot.urdf}: joint {name!r}: expected a fixed or locked joint, or a revolute or prismatic one that is "
+            f"{robot.where}: joint {name!r}: expected a fixed or locked joint, or a revolute or prismatic one that is "
             f"planned for, got one of type {kind!r}"
         )
     if name in columns:

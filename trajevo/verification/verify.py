@@ -104,7 +104,7 @@ class Verification:
         objectives: the objectives, and how far each is known.
         derivative_mismatch: greatest difference of velocity, acceleration and jerk from finite differences of position,
             velocity and acceleration, or jump of position and velocity at a break, as a share of the peak.
-        effort_difference: greatest difference between our effort and Pinocchio's [N·m or N].
+        effort_difference: greatest difference between our effort and Pinocchio's [N·m or N]; NaN if there is no effort.
         effort_mismatch: the same as a share of the joint's greatest effort.
         record_mismatch: greatest difference of the recorded objectives from those of the decision variables, as a share
             of the greatest value on the front.
@@ -206,7 +206,7 @@ def verify(solution: Solution, *, density: int = 20) -> Verification:
             for one in solution.front.record.objectives
         ),
         derivative_mismatch=_derivative_mismatch(rollout.trajectory, motion, shares),
-        effort_difference=float(apart.max()),
+        effort_difference=float(apart.max()) if rollout.robot.gives_effort else float("nan"),
         effort_mismatch=float((apart / np.maximum(np.abs(effort).max(axis=0), 1e-6)).max()),
         record_mismatch=_record_mismatch(solution, rollout),
         via_error=float(via_errors(solution.front.problem.interpolant, rollout.trajectory).max(initial=0.0)),

@@ -186,7 +186,8 @@ def print_verifications(out: Console, found: Sequence[Verification]) -> None:
     if missed:
         out.print(f"via error: a joint passes an inner point at up to {missed:.4g} {found[0].via_unit}")
     difference = max(one.effort_difference for one in found)
-    out.print(f"effort here and by Pinocchio: at most {difference:.3g} (N·m or N) apart")
+    if not np.isnan(difference):
+        out.print(f"effort here and by Pinocchio: at most {difference:.3g} (N·m or N) apart")
     failed = [one for one in found if not one.passed]
     for one in failed:
         out.print(one.verdict)

@@ -298,7 +298,7 @@ class Collision:
             entry.geometry.computeLocalAABB()
         own = list(geometry.geometryObjects)[:count]  # not earlier: adding objects moves the others in memory
         if not any(entry.parentJoint > 0 for entry in own):
-            raise InvalidInputError(f"robot {robot.name!r}: {robot.urdf}: expected <collision> geometry, got none")
+            raise InvalidInputError(f"robot {robot.name!r}: {robot.where}: expected <collision> geometry, got none")
         moving = [k for k, entry in enumerate(own) if entry.parentJoint > 0]
         outside = [(k, len(own) + j) for k in moving for j in range(len(self.scene.obstacles))]
         inside = [] if self.scene.self_clearance is None else _apart(robot.model, own)

@@ -91,6 +91,7 @@ def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
         InvalidInputError: a margin outside this range, or a robot without masses, see
             :meth:`~trajevo.robot.robot.Robot.check_masses`.
     """
+    robot.check_body("a limit of effort")
     kept = np.flatnonzero(np.isfinite(robot.limits.effort))
     if len(kept):
         robot.check_masses("a limit of effort")

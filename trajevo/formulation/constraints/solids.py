@@ -47,13 +47,22 @@ def robot_geometry(robot: Robot) -> tuple[Any, dict[str, Any]]:
     Returns:
         Pinocchio's geometry model, to which obstacles can be added, and what callers have derived from the geometry by
         name, to which they can add: it is kept as long as the robot and its files stay the same.
+
+    Raises:
+        InvalidInputError: the robot has no URDF, which alone holds such geometry, or it cannot be read.
     """
+    robot.check_body("a clearance")
+    if robot.urdf is None:
+        raise InvalidInputError(
+            f"robot {robot.name!r}: a clearance needs <collision> geometry, which only a URDF holds, and this robot is "
+            "made from a Denavit-Hartenberg table"
+        )
     text = checked_urdf(robot.urdf, robot.locked)
     locked = tuple(sorted(robot.locked.items()))
     key = robot.urdf, text, tuple(map(str, robot.packages)), locked, tuple(robot.model.names)
     kept = _kept.get(key)
     if kept is None or kept.files != _files(kept.geometry):
-        geometry = _read(robot, text)
+        geometry = _read(robot, robot.urdf, text)
         kept = _Kept(geometry, {}, _files(geometry))
         _kept[key] = kept
         while len(_kept) > _MOST_KEPT:
@@ -75,21 +84,21 @@ def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
     return tuple(found)
 
 
-def _read(robot: Robot, text: str) -> Any:
-    check_solids(ElementTree.fromstring(text), robot.urdf, robot.packages)
-    whole = read_model(text, robot.urdf)
+def _read(robot: Robot, urdf: Path, text: str) -> Any:
+    check_solids(ElementTree.fromstring(text), urdf, robot.packages)
+    whole = read_model(text, urdf)
     folders = [str(folder) for folder in robot.packages]
     try:
         geometry = pin.buildGeomFromUrdfString(whole, text, pin.GeometryType.COLLISION, package_dirs=folders)
     except (ValueError, RuntimeError) as error:
-        raise InvalidInputError(f"{robot.urdf}: {_unread(robot, error)}") from error
-    numbers_locked, held = held_still(whole, robot.urdf, robot.locked)
+        raise InvalidInputError(f"{urdf}: {_unread(robot, error)}") from error
+    numbers_locked, held = held_still(whole, urdf, robot.locked)
     places = whole.createData()
     pin.forwardKinematics(whole, places, held)
     # pin.buildReducedModel would do the same, but not where a link and a joint share a name, as in Unitree's Z1.
     for entry in geometry.geometryObjects:
         if isinstance(entry.geometry, coal.BVHModelBase):
-            entry.geometry = _hull(entry.geometry, f"{robot.urdf}: mesh of {entry.name!r}")
+            entry.geometry = _hull(entry.geometry, f"{urdf}: mesh of {entry.name!r}")
         if isinstance(entry.geometry, coal.Sphere):
             entry.geometry = _ball(entry.geometry.radius)
         carrier = entry.parentJoint

@@ -25,6 +25,7 @@ def tool_speed_limit(robot: Robot, most: float) -> Constraint:
     Raises:
         InvalidInputError: not a positive number.
     """
+    robot.check_body("a limit of tool speed")
     most = positive("most", most, "m/s")
     function = partial(_speed_excess, kinematics=ToolKinematics.of(robot), most=most)
     reference = f"tool speed of at most {most:g} m/s"
@@ -37,6 +38,7 @@ def keep_out_height(robot: Robot, least: float) -> Constraint:
     Raises:
         InvalidInputError: not a finite number.
     """
+    robot.check_body("a limit of tool height")
     least = finite("least", least, "m")
     function = partial(_height_excess, kinematics=ToolKinematics.of(robot), least=least)
     reference = f"tool at least {least:g} m above the base"

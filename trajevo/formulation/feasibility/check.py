@@ -200,7 +200,7 @@ def _duration(problem: TrajectoryProblem, time: LeastTime, longest: float, where
         remedy = f"remedy: a longest_time of at least {at_least(time.seconds)} s"
     else:
         sentence = f"{where} takes at least {of(time.seconds, longest, 's')}{by}"
-        greatest = None if bounds is None else at_least(bounds[1] * time.seconds / longest)
+        greatest = None if bounds is None or np.ndim(bounds) != 1 else at_least(bounds[1] * time.seconds / longest)
         more = "more time" if greatest is None else f"a greatest duration of at least {greatest} s (duration_bounds)"
         remedy = f"remedy: {more}, or nearer points"
     return Finding(

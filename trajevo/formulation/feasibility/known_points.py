@@ -42,6 +42,7 @@ class KnownPoints:
         smooth: how many derivatives are continuous in every motion: 0, 1 or 2.
         shortest: least time from each point to the next that the decision variables allow, shape (K - 1,) [s].
         longest: the greatest, inf if unknown, shape (K - 1,) [s].
+        waits: how long every motion stands still from each point to the next, shape (K - 1,) [s].
     """
 
     positions: Array
@@ -52,6 +53,7 @@ class KnownPoints:
     smooth: int
     shortest: Array
     longest: Array
+    waits: Array
 
     @property
     def known(self) -> list[int]:
@@ -85,6 +87,7 @@ def known_points(problem: TrajectoryProblem) -> KnownPoints | None:
         smooth=max(smooth, 0),
         shortest=shortest,
         longest=longest,
+        waits=_waits(trajectory, instants),
     )
 
 
@@ -133,6 +136,15 @@ def _spans(problem: TrajectoryProblem, x: Array, instants: Array) -> tuple[Array
     if not _agree(corner[0] + ((x - problem.xl) / width) @ rise, spans):
         return unknown
     return corner[0] + np.minimum(rise, 0.0).sum(axis=0), corner[0] + np.maximum(rise, 0.0).sum(axis=0)
+
+
+def _waits(trajectory: TrajectoryBatch, instants: Array) -> Array:
+    """Time from each point to the next in segments in which nothing moves, the least of all motions, (K - 1,) [s]."""
+    still = (trajectory.segment_peaks(1) == 0.0).all(axis=2)
+    middle = 0.5 * (trajectory.breaks[:, 1:] + trajectory.breaks[:, :-1])
+    between = (middle[:, None] > instants[:, :-1, None]) & (middle[:, None] < instants[:, 1:, None])
+    waits: Array = (between * (still * trajectory.segment_durations)[:, None]).sum(axis=2).min(axis=0)
+    return waits
 
 
 def _agree(times: Array, others: Array) -> bool:

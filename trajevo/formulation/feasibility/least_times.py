@@ -115,6 +115,7 @@ def least_times(problem: TrajectoryProblem, given: KnownPoints) -> tuple[LeastTi
         by_tool = 0.0 if tool is None else float(np.linalg.norm(tool[n + 1] - tool[n])) / limits.tool
         if by_tool > seconds:
             joint, seconds = -1, by_tool
+        seconds += float(given.waits[first:last].sum())
         by_bounds = float(given.shortest[first:last].sum())
         found.append(LeastTime(first, last, *((by_bounds, None) if by_bounds > seconds else (seconds, joint))))
     return (*found, _whole(problem, given, limits, found))
@@ -132,6 +133,7 @@ def _whole(problem: TrajectoryProblem, given: KnownPoints, limits: SpeedLimits, 
         ways = np.maximum(ways, chords.sum(axis=0))
         along = float((chords / limits.velocity).max(axis=1).sum())
     joint, seconds = _greatest(limits.least(ways, rests=rests))
+    seconds += float(given.waits.sum())
     summed = max(sum(part.seconds for part in parts), along)
     by_bounds = float(given.shortest.sum())
     if by_bounds >= max(summed, seconds):

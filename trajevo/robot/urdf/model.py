@@ -11,17 +11,14 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array
-from trajevo.base.units import to_si
 from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.robot.loading.arguments import check_locked
 
 #: Beginning of the names of links' frames that must differ from those of joints for a while.
 _LINK = "link of trajevo "
 
-#: Positions that may be in degrees or millimetres if they are outside a joint's range [rad or m].
-_LOCKED_FAR = {"rad": 2.0 * np.pi, "m": 1.0}
 
-
-def read_model(text: str, file: Path) -> Any:
+def read_model(text: str, file: Path | str) -> Any:
     """Pinocchio model of a checked URDF, with one coordinate for every joint.
 
     Pinocchio describes a continuous joint by cosine and sine, which no spline can go through. Here it is a revolute
@@ -51,13 +48,13 @@ def read_model(text: str, file: Path) -> Any:
     return model
 
 
-def build_model(text: str, file: Path, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
+def build_model(text: str, file: Path | str, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
     """Pinocchio model of a checked URDF with some joints locked, and the unit of every remaining joint."""
     model = _locked(read_model(text, file), file, lock)
     return model, tuple("m" if _slides(joint) else "rad" for joint in list(model.joints)[1:])
 
 
-def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[int], Array]:
+def held_still(model: Any, file: Path | str, lock: Mapping[str, float]) -> tuple[list[int], Array]:
     """Numbers of the joints to lock in the full model, and a configuration of it with their locked positions."""
     held = pin.neutral(model)
     numbers = []
@@ -68,25 +65,13 @@ def held_still(model: Any, file: Path, lock: Mapping[str, float]) -> tuple[list[
         if not (real and np.isfinite(position)):
             raise InvalidInputError(f"{file}: lock: expected a position of joint {name!r} [rad or m], got {position!r}")
         joint = model.joints[model.getJointId(name)]
-        _check_locked(model, file, name, joint, float(position))
+        check_locked(model, file, name, joint, float(position))
         numbers.append(model.getJointId(name))
         held[joint.idx_q] = position
     return numbers, held
 
 
-def _check_locked(model: Any, file: Path, name: str, joint: Any, position: float) -> None:
-    """Refuse a position that must be in degrees or millimetres: beyond the joint's range, and inside it in those."""
-    low, high = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
-    unit, likely = ("m", "mm") if _slides(joint) else ("rad", "deg")
-    inside = position * to_si(likely)
-    if not low <= position <= high and abs(position) > _LOCKED_FAR[unit] and low <= inside <= high:
-        raise InvalidInputError(
-            f"{file}: lock: {name!r}: {position:g} {unit} is outside its range {low:g} to {high:g} {unit} and looks "
-            f"like {likely}: positions of locked joints are in {unit}, here {inside:.6g}"
-        )
-
-
-def _locked(model: Any, file: Path, lock: Mapping[str, float]) -> Any:
+def _locked(model: Any, file: Path | str, lock: Mapping[str, float]) -> Any:
     """The model without its locked joints, in which a name that a link and a joint share is that of the link's frame.
 
     Pinocchio finds a joint to lock by the name of its frame, which must then be the only one of that name.

@@ -67,7 +67,7 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
 
 
-def urdf_problems(robot: ElementTree.Element, file: Path, locked: Collection[str] = ()) -> Iterator[str]:
+def urdf_problems(robot: ElementTree.Element, file: Path | str, locked: Collection[str] = ()) -> Iterator[str]:
     """All reasons to refuse a URDF before Pinocchio reads it, one sentence each.
 
     These are numbers that cannot be read, a negative mass, an inertia that is not positive definite or breaks the
@@ -207,7 +207,7 @@ def _dynamics_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
                 yield f"{where}: dynamics: {key}: expected a number from 0 on, got {value:g}"
 
 
-def _mimic_problems(robot: ElementTree.Element, file: Path, locked: Collection[str]) -> Iterator[str]:
+def _mimic_problems(robot: ElementTree.Element, file: Path | str, locked: Collection[str]) -> Iterator[str]:
     """Joints that follow none, or themselves; a fixed or locked joint follows no other, whatever it mimics."""
     found, names = mimicking(robot, locked), [joint.get("name", "") for joint in robot.iterfind("joint")]
     for joint in robot.iterfind("joint"):
@@ -230,7 +230,7 @@ def _mimic_problems(robot: ElementTree.Element, file: Path, locked: Collection[s
             yield f"{file}: expected finite numbers for joints that follow followers, got {follower}"
 
 
-def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
+def _name_problems(robot: ElementTree.Element, file: Path | str) -> Iterator[str]:
     for tag in ("link", "joint"):
         counts = Counter(element.get("name") for element in robot.iterfind(tag))
         for name, count in counts.items():
@@ -242,7 +242,7 @@ def _name_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
                 yield f"{file}: {tag} {name!r}: expected a unique name, got {count} {tag}s with that name"
 
 
-def _tree_problems(robot: ElementTree.Element, file: Path) -> Iterator[str]:
+def _tree_problems(robot: ElementTree.Element, file: Path | str) -> Iterator[str]:
     """Links that the joints do not connect into one tree."""
     links = list(dict.fromkeys(link.get("name", "") for link in robot.iterfind("link")))
     parents: dict[str, list[str]] = {link: [] for link in links}

@@ -2,7 +2,8 @@
 
 If all times of an individual are multiplied by s, its path stays the same and its derivatives fall with powers of s. So
 the use of a limit at one speed gives its use at all speeds. Effort is quadratic in 1/s, see
-:mod:`trajevo.dynamics.path_effort`. Limits on the path itself, such as those of position, do not depend on speed.
+:mod:`trajevo.dynamics.path_effort`. Limits on the path itself, such as those of position, do not depend on speed. Where
+a motion waits at a point, the same holds although the wait is not stretched: nothing moves, and effort only holds.
 """
 
 from __future__ import annotations
@@ -208,10 +209,15 @@ def in_seconds(problem: TrajectoryProblem) -> Array:
 
 
 def _same_paths(problem: TrajectoryProblem, X: Array, slower: Array) -> bool:
-    """Whether stretched individuals run along the same paths as before, with the same shares of the longer time."""
+    """Whether stretched individuals run along the same paths as before, every segment in the longer time.
+
+    A segment in which nothing moves may keep its time: its derivatives are 0 at any.
+    """
     one, other = problem.decode(X), problem.decode(slower)
     shares = np.linspace(0.0, 1.0, 5)
-    timed = np.allclose(other.breaks, _STRETCH * one.breaks, rtol=_SETTLED)
+    before, after = one.segment_durations, other.segment_durations
+    still = (one.segment_peaks(1) == 0.0).all(axis=2) & np.isclose(after, before, rtol=_SETTLED, atol=0.0)
+    timed = (still | np.isclose(after, _STRETCH * before, rtol=_SETTLED, atol=0.0)).all()
     return bool(timed and np.allclose(one.at_shares(shares, 0), other.at_shares(shares, 0), rtol=_SETTLED))
 
 

@@ -1,12 +1,16 @@
 """Interpolants: decision vectors in, batches of trajectories out; one file per family."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from trajevo.base.plugins import Registry
+from trajevo.errors import InvalidInputError
+from trajevo.path.passing import Passing
+from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.cubic import CubicSpline
 from trajevo.trajectory.interpolants.hybrid_quartic import HybridQuartic
-from trajevo.trajectory.interpolants.interpolant import Interpolant, Variable
+from trajevo.trajectory.interpolants.interpolant import AtRest, Interpolant, Variable
+from trajevo.trajectory.interpolants.legs import Legs, checked_durations
 from trajevo.trajectory.interpolants.linear_blends import LinearBlends
 from trajevo.trajectory.interpolants.reparameterised import LinearReparameterisation, Reparameterisation, slowness
 from trajevo.trajectory.interpolants.septic import SepticPolynomial, State
@@ -45,12 +49,45 @@ def price_of_rest(name: str) -> str | None:
     return price
 
 
+def interpolant_through(
+    name: str,
+    points: ViaPoints,
+    *,
+    duration_bounds: Any,
+    at_rest: AtRest = (),
+    passing: Sequence[Passing] = (),
+    cyclic: bool = False,
+) -> Interpolant:
+    """The interpolant of a name through points, in legs if it stops or has other wishes on the way.
+
+    Args:
+        name: a name of :data:`NAMED_INTERPOLANTS`.
+        points: the points.
+        duration_bounds: least and greatest duration, shape (2,), or for every segment (n_points - 1, 2) [s].
+        at_rest: joints at rest at inner points, for an interpolant that takes them.
+        passing: how points are passed, in their order.
+        cyclic: whether the end meets the start.
+
+    Raises:
+        UnknownNameError: no such interpolant.
+        InvalidInputError: what the interpolant cannot do, see :class:`Legs`.
+    """
+    found, bounds = NAMED_INTERPOLANTS.find(name), checked_durations(duration_bounds, len(points))
+    if cyclic and not getattr(found, "takes_cycles", False):
+        raise InvalidInputError(f"cyclic: {name!r} makes no cyclic motions; quintic_spline and septic_spline do")
+    given: dict[str, Any] = ({"at_rest": at_rest} if at_rest else {}) | ({"cyclic": True} if cyclic else {})
+    if bounds.ndim == 2 or any(one.stop or one.vectors for one in passing):
+        return Legs(name, found, points, passing=tuple(passing), duration_bounds=bounds, **given)
+    return found(points, duration_bounds=tuple(bounds.tolist()), **given)
+
+
 __all__ = [
     "NAMED_INTERPOLANTS",
     "THROUGH_POINTS",
     "CubicSpline",
     "HybridQuartic",
     "Interpolant",
+    "Legs",
     "LinearBlends",
     "LinearReparameterisation",
     "QuinticSpline",
@@ -60,6 +97,7 @@ __all__ = [
     "SinglePolynomial",
     "State",
     "Variable",
+    "interpolant_through",
     "price_of_rest",
     "slowness",
     "stop_and_go",

@@ -6,17 +6,19 @@ positions are free, the second and the last but one, make up for it: m = m₀ + 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 import numpy as np
 
 from trajevo.base import jit, polynomials
-from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.arrays import Array
 from trajevo.base.jit import fast
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import (
+    END_STATES,
     AtRest,
     Interpolant,
     Variable,
@@ -27,6 +29,8 @@ from trajevo.trajectory.interpolants.interpolant import (
     checked_points,
     checked_rests,
     duration_variables,
+    known_velocities,
+    set_velocities,
 )
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -109,9 +113,11 @@ class CubicSpline(Interpolant):
         end_acceleration: [rad/s² or m/s²].
         at_rest: joints at rest at inner points, pairs (point, joint) from 0. Half-way through the interval after such
             a point these joints have one more virtual knot.
+        velocities: velocities at inner points, shape (n_joints,) each [rad/s or m/s], with the same effect.
     """
 
     price_of_rest: ClassVar[str | None] = "its jerk may jump half-way through the next interval"
+    takes_velocities: ClassVar[bool] = True
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
@@ -120,16 +126,13 @@ class CubicSpline(Interpolant):
     end_velocity: Array | None = field(default=None, kw_only=True)
     end_acceleration: Array | None = field(default=None, kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
+    velocities: Mapping[int, Array] = field(default_factory=dict, kw_only=True)
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the cubic spline")
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))
-        joints = self.points.n_joints
-        for name in ("start_velocity", "start_acceleration", "end_velocity", "end_acceleration"):
-            given: Any = getattr(self, name)
-            values = np.zeros(joints) if given is None else numbers(given, name=name, shape=(joints,))
-            object.__setattr__(self, name, read_only(values))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
+        set_velocities(self)
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -139,8 +142,8 @@ class CubicSpline(Interpolant):
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for interval lengths of shape (B, m - 1) [s]."""
         h = check_durations(x, len(self.points) + 1)
-        if self.at_rest:
-            return self._with_stops(h)
+        if self.at_rest or self.velocities:
+            return self._with_velocities(h)
         if jit.can_compile():
             return self._by_loops(np.ascontiguousarray(h))
         q, a = self._knots(h)
@@ -151,8 +154,7 @@ class CubicSpline(Interpolant):
         return PolynomialBatch(breaks_of(h), np.moveaxis(coefficients, 0, 1))
 
     def _by_loops(self, h: Array) -> TrajectoryBatch:
-        names = ("start_velocity", "start_acceleration", "end_velocity", "end_acceleration")
-        ends = np.stack([getattr(self, name) for name in names])
+        ends = np.stack([getattr(self, name) for name in END_STATES])
         coefficients = np.empty((*h.shape, self.points.n_joints, 4), dtype=h.dtype)
         _coefficients(h, np.array(self.points.positions), ends, coefficients)
         return PolynomialBatch(breaks_of(h), coefficients)
@@ -162,36 +164,41 @@ class CubicSpline(Interpolant):
         times = breaks_of(check_durations(x, len(self.points) + 1))
         return np.delete(times, [1, times.shape[1] - 2], axis=1)
 
-    def _with_stops(self, h: Array) -> TrajectoryBatch:
-        """Splines whose intervals after stops of any joint are cut in two, for all joints alike."""
-        cut = {point + 1 for point, _ in self.at_rest}
+    def _with_velocities(self, h: Array) -> TrajectoryBatch:
+        """Splines whose intervals after known velocities of any joint are cut in two, for all joints alike."""
+        known, values = known_velocities(self.points, self.at_rest, self.velocities)
+        cut = {point + 1 for point, _ in known}
         common = _halved(h, cut)
         coefficients = np.empty((*common.shape, self.points.n_joints, 4), dtype=h.dtype)
-        for joints, stops in alike(self.at_rest, self.points.n_joints):
-            own = {point + 1 for point in stops}
-            q, a, step = self._knots_with_stops(h, joints, own)
+        for joints, at in alike(known, self.points.n_joints):
+            own = {point + 1: values[point, joints] for point in at}
+            q, a, step = self._knots_with_velocities(h, joints, own)
             velocity = (q[:, 1:] - q[:, :-1]) / step - step * (2.0 * a[:, :-1] + a[:, 1:]) / 6.0
-            velocity[:, [k + sum(other < k for other in own) for k in own]] = 0.0  # exactly
+            for k, exact in own.items():
+                velocity[:, k + sum(other < k for other in own)] = exact
             pieces = np.stack([q[:, :-1], velocity, 0.5 * a[:, :-1], (a[:, 1:] - a[:, :-1]) / (6.0 * step)], axis=-1)
-            coefficients[:, :, joints] = _split(pieces, h, own, cut)
+            coefficients[:, :, joints] = _split(pieces, h, set(own), cut)
         return PolynomialBatch(breaks_of(common), coefficients)
 
-    def _knots_with_stops(self, h: Array, joints: list[int], stops: set[int]) -> tuple[Array, Array, Array]:
-        """Positions and accelerations (B, knots, n) of joints at rest at knots ``stops``, and interval lengths.
+    def _knots_with_velocities(
+        self, h: Array, joints: list[int], given: dict[int, Array]
+    ) -> tuple[Array, Array, Array]:
+        """Positions and accelerations (B, knots, n) of joints with velocities given at knots, and interval lengths.
 
-        Positions are ``known + share @ a``: that of a virtual knot, after the start or a stop or before the end,
+        Positions are ``known + share @ a``: that of a virtual knot, after the start or such a knot or before the end,
         depends on its own acceleration and that of the knot next to it.
         """
-        p, h = self.points.positions[:, joints], _halved(h, stops)
+        p, h = self.points.positions[:, joints], _halved(h, set(given))
         count = h.shape[1] + 1
         ends = (self.start_velocity, self.start_acceleration, self.end_velocity, self.end_acceleration)
         v0, a0, v1, a1 = (np.asarray(end)[joints] for end in ends)
-        after = [0, *sorted(k + sum(other < k for other in stops) for k in stops)]
+        at = sorted(given)
+        after = [0, *(k + place for place, k in enumerate(at))]
         virtual = [*(k + 1 for k in after), count - 2]
         known = np.empty((len(h), count, len(joints)), dtype=h.dtype)
         known[:, np.setdiff1d(np.arange(count), virtual)] = p
         share = np.zeros((len(h), count, count), dtype=h.dtype)
-        for k, velocity in zip(after, [v0, *(0.0 * v0 for _ in stops)], strict=True):
+        for k, velocity in zip(after, [v0, *(given[k] for k in at)], strict=True):
             known[:, k + 1] = known[:, k] + h[:, k, None] * velocity
             share[:, k + 1, k], share[:, k + 1, k + 1] = h[:, k] ** 2 / 3.0, h[:, k] ** 2 / 6.0
         known[:, -2] = known[:, -1] - h[:, -1, None] * v1

@@ -5,15 +5,17 @@ A state is stored as Taylor coefficients q⁽ᵏ⁾/k!, which keeps the matrices
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from math import comb
+from typing import Any
 
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
-from trajevo.trajectory.interpolants.interpolant import AtRest, alike, breaks_of
+from trajevo.trajectory.interpolants.interpolant import AtRest, alike, breaks_of, known_velocities
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 
@@ -48,35 +50,104 @@ def hermite_segments(start: Array, end: Array, durations: Array) -> Array:
     return coefficients
 
 
-def odd_spline(points: ViaPoints, durations: Array, r: int, at_rest: AtRest = ()) -> TrajectoryBatch:
-    """The C^(2r-2) spline of degree 2r - 1 through the points, at rest at both ends up to derivative r - 1.
+def odd_spline(
+    points: ViaPoints,
+    durations: Array,
+    r: int,
+    *,
+    at_rest: AtRest = (),
+    velocities: Mapping[int, Array] | None = None,
+    ends: Array | None = None,
+    cyclic: bool = False,
+) -> TrajectoryBatch:
+    """The C^(2r-2) spline of degree 2r - 1 through the points, with given states at both ends up to derivative r - 1.
 
     The free states at the inner points follow from the continuity of derivatives r to 2r - 2 there: a block
-    tridiagonal system with blocks of r - 1, eliminated along the points for the whole population at once. Where a joint
-    is at rest at an inner point, zero velocity replaces the continuity of the highest of these derivatives.
+    tridiagonal system with blocks of r - 1, eliminated along the points for the whole population at once. Where a
+    joint's velocity at an inner point is known, it replaces the continuity of the highest of these derivatives.
 
     Args:
         points: K points.
         durations: shape (B, K - 1) [s].
         r: 3 for the quintic, 4 for the septic spline.
         at_rest: joints at rest at inner points.
+        velocities: velocities at inner points, shape (n_joints,) each [rad/s or m/s].
+        ends: velocity and acceleration at the start, then at the end, shape (4, n_joints); at rest if None.
+        cyclic: whether the end meets the start, with all derivatives up to 2r - 2, instead of given states.
     """
     population, segments = durations.shape
     states = np.zeros((population, segments + 1, points.n_joints, r), dtype=durations.dtype)
     states[..., 0] = points.positions
-    if segments > 1 and not at_rest:
-        states[:, 1:-1, :, 1:] = _inner_derivatives(points.positions, durations, r, [])
-    for joints, stops in alike(at_rest, points.n_joints) if at_rest else []:
-        states[:, 1:-1, joints, 1:] = _inner_derivatives(points.positions[:, joints], durations, r, stops)
-        for joint in joints:
-            states[:, stops, joint, 1] = 0.0  # exactly, as rounding would carry the joint past the point
+    if ends is not None:
+        for place, (velocity, acceleration) in ((0, ends[:2]), (-1, ends[2:])):
+            states[:, place, :, 1], states[:, place, :, 2] = velocity, 0.5 * acceleration
+    known, values = known_velocities(points, at_rest, velocities or {})
+    # A slice for all joints at once, which numpy does not copy.
+    groups: list[tuple[Any, list[int]]] = [*alike(known, points.n_joints)] if known else [(slice(None), [])]
+    for joints, at in groups if segments > 1 else []:
+        outer = None if ends is None else states[:, [0, -1]][:, :, joints, 1:]
+        positions, known_at = points.positions[:, joints], (at, values[at][:, joints])
+        if cyclic:
+            outer = np.repeat(_state_of_cycle(positions, durations, r, known_at)[:, None], 2, axis=1)
+            states[:, 0, joints, 1:] = states[:, -1, joints, 1:] = outer[:, 0]
+        states[:, 1:-1, joints, 1:] = _inner_derivatives(positions, durations, r, known_at, outer)
+        for point in at:
+            states[:, point, joints, 1] = values[point, joints]  # exactly: rounding would carry a joint past the point
     return PolynomialBatch(breaks_of(durations), hermite_segments(states[:, :-1], states[:, 1:], durations))
 
 
-def _inner_derivatives(positions: Array, durations: Array, r: int, stops: list[int]) -> Array:
+def _state_of_cycle(positions: Array, durations: Array, r: int, known_at: tuple[list[int], Array]) -> Array:
+    """Taylor coefficients 1 to r - 1 with which the end meets the start, shape (B, n_joints, r - 1).
+
+    The spline is linear in them: derivatives r to 2r - 2 jump at the seam as those of the spline at rest there do, plus
+    each coefficient times the jumps that it makes alone.
+    """
+    known, population = np.arange(1, r), len(durations)
+    scale = (0.5 * (durations[:, 0] + durations[:, -1]))[:, None] ** known
+    at_rest = _jumps_at_seam(positions, durations, r, known_at, np.zeros((population, positions.shape[1], r - 1)))
+    still = np.zeros((len(positions), 1))
+    alone = [
+        _jumps_at_seam(still, durations, r, (known_at[0], still[known_at[0]]), (one / scale)[:, None])
+        for one in np.eye(r - 1)
+    ]
+    unit = np.linalg.solve(np.concatenate(alone, axis=2), -at_rest)
+    state: Array = np.moveaxis(unit, 1, 2) / scale[:, None]
+    return state
+
+
+def _jumps_at_seam(positions: Array, durations: Array, r: int, known_at: tuple[list[int], Array], end: Array) -> Array:
+    """Taylor coefficients r to 2r - 2 at the start minus those at the end, per unit of time, (B, r - 1, n_joints).
+
+    Args:
+        positions: as for :func:`_inner_derivatives`, and so the next three.
+        durations: shape (B, K - 1) [s].
+        r: as there.
+        known_at: as there.
+        end: Taylor coefficients 1 to r - 1 at both ends, shape (B, n_joints, r - 1).
+    """
+    inner = _inner_derivatives(positions, durations, r, known_at, np.repeat(end[:, None], 2, axis=1))
+    states = np.zeros((len(durations), len(positions), positions.shape[1], r), dtype=inner.dtype)
+    states[..., 0], states[:, 0, :, 1:], states[:, -1, :, 1:], states[:, 1:-1, :, 1:] = positions, end, end, inner
+    first, last = (hermite_segments(states[:, k], states[:, k + 1], durations[:, k]) for k in (0, len(positions) - 2))
+    powers, orders = np.arange(2 * r), np.arange(r, 2 * r - 1)
+    shift = np.array([[comb(power, k) for power in powers] for k in orders], dtype=np.float64)
+    time = durations[:, -1, None, None] ** np.maximum(powers - orders[:, None], 0)
+    jumps = np.moveaxis(first[..., r : 2 * r - 1], 1, 2) - (shift * time) @ np.moveaxis(last, 1, 2)
+    scale: Array = (0.5 * (durations[:, :1] + durations[:, -1:])) ** orders
+    return np.asarray(jumps * scale[..., None])
+
+
+def _inner_derivatives(
+    positions: Array, durations: Array, r: int, known_at: tuple[list[int], Array], outer: Array | None
+) -> Array:
     """Taylor coefficients 1 to r - 1 at the inner points, shape (B, K - 2, n_joints, r - 1).
 
-    At the points ``stops`` the velocity is 0.
+    Args:
+        positions: of the points, shape (K, n_joints).
+        durations: shape (B, K - 1) [s].
+        r: as for :func:`odd_spline`.
+        known_at: P inner points with known velocities, and these, shape (P, n_joints).
+        outer: Taylor coefficients 1 to r - 1 at both ends, shape (B, 2, n_joints, r - 1); 0 if None.
     """
     at_start = hermite_matrix(r)[r : 2 * r - 1]
     shift = np.array([[comb(power, k) for power in range(2 * r)] for k in range(r, 2 * r - 1)], dtype=np.float64)
@@ -88,19 +159,23 @@ def _inner_derivatives(positions: Array, durations: Array, r: int, stops: list[i
     before, after = (durations[:, :-1] / scale)[..., None, None], (durations[:, 1:] / scale)[..., None, None]
     rows_before, rows_after = before ** -orders[:, None], after ** -orders[:, None]
     diagonal = rows_before * at_end[:, r + 1 :] * before**known - rows_after * at_start[:, 1:r] * after**known
-    left = (rows_before * at_end[:, 1:r] * before**known)[:, 1:]
-    right = (-rows_after * at_start[:, r + 1 :] * after**known)[:, :-1]
+    left, right = rows_before * at_end[:, 1:r] * before**known, -rows_after * at_start[:, r + 1 :] * after**known
     chord = np.diff(positions, axis=0)
     # At equal positions all Taylor coefficients above 0 vanish, so only the chords enter: a column times a chord.
     drive = (
         rows_after * at_start[:, r : r + 1] * chord[1:][:, None, :]
         + rows_before * at_end[:, :1] * chord[:-1][:, None, :]
     )
+    if outer is not None:
+        states = np.moveaxis(outer, -1, -2)
+        for place, side in ((0, left), (-1, right)):
+            drive[:, place] -= side[:, place] @ (states[:, place] * scale[:, place, None, None] ** known[:, None])
+    left, right = left[:, 1:], right[:, :-1]
     # A neighbouring point has its own unit of time.
     ratio = (scale[:, :-1] / scale[:, 1:])[..., None, None]
     left, right = left * ratio**-known, right * ratio**known
-    for inner in (point - 1 for point in stops):
-        diagonal[:, inner, -1], drive[:, inner, -1] = np.eye(r - 1)[0], 0.0
+    for inner, velocity in ((point - 1, velocity) for point, velocity in zip(*known_at, strict=True)):
+        diagonal[:, inner, -1], drive[:, inner, -1] = np.eye(r - 1)[0], scale[:, inner, None] * velocity
         left[:, inner - 1 : inner, -1] = right[:, inner : inner + 1, -1] = 0.0
     unit = _solve_block_tridiagonal(left, diagonal, right, drive)
     return np.moveaxis(unit / (scale[..., None, None] ** known[:, None]), -1, -2)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from trajevo.base.arrays import Array, numbers
+from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -35,6 +35,9 @@ class Variable:
 #: decision vectors.
 AtRest = Sequence[tuple[int, int]]
 
+#: Difference of two instants that is rounding, as a share of the duration.
+_ROUNDING = 1e-9
+
 
 class Interpolant(ABC):
     """A map from decision vectors to trajectories, for a whole population at once.
@@ -42,9 +45,14 @@ class Interpolant(ABC):
     Attributes:
         price_of_rest: what else changes where a joint rests at an inner point, in a few words; None for an interpolant
             that does not take ``at_rest``, see :data:`AtRest`.
+        takes_velocities: whether it takes ``velocities`` at inner points and ``start_velocity``,
+            ``start_acceleration``, ``end_velocity`` and ``end_acceleration``, see :func:`set_velocities`.
+        takes_cycles: whether it takes ``cyclic``, with which the end of a motion meets its start.
     """
 
     price_of_rest: ClassVar[str | None] = None
+    takes_velocities: ClassVar[bool] = False
+    takes_cycles: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -115,6 +123,61 @@ def checked_rests(at_rest: Any, points: ViaPoints) -> tuple[tuple[int, int], ...
     return tuple(sorted({(point, joint) for point, joint in pairs.tolist()}))
 
 
+#: Given velocities and accelerations at both ends, as interpolants call them.
+END_STATES = ("start_velocity", "start_acceleration", "end_velocity", "end_acceleration")
+
+
+def set_velocities(interpolant: Any) -> None:
+    """Check the given velocities and accelerations of an interpolant that takes them, and store them as arrays.
+
+    Its :data:`END_STATES` are arrays (n_joints,) or None for 0; its ``velocities`` are a mapping from inner points to
+    arrays (n_joints,) [rad/s or m/s].
+
+    Raises:
+        InvalidInputError: other shapes, or a point that is no inner one.
+    """
+    joints, last = interpolant.points.n_joints, len(interpolant.points) - 1
+    for name in END_STATES:
+        given = getattr(interpolant, name)
+        values = np.zeros(joints) if given is None else numbers(given, name=name, shape=(joints,))
+        object.__setattr__(interpolant, name, read_only(values))
+    found = {}
+    for point, values in interpolant.velocities.items():
+        if not 0 < point < last:
+            raise InvalidInputError(f"velocities: expected inner points, 1 to {last - 1}, got point {point}")
+        found[point] = read_only(numbers(values, name=f"velocities: point {point}", shape=(joints,)))
+    object.__setattr__(interpolant, "velocities", found)
+
+
+def check_cycle(interpolant: Any) -> None:
+    """Refuse a cyclic interpolant whose last point is not its first one, or that has given states at its ends.
+
+    Raises:
+        InvalidInputError: as said.
+    """
+    if not interpolant.cyclic:
+        return
+    positions = interpolant.points.positions
+    if np.abs(positions[-1] - positions[0]).max() > 0.0:
+        raise InvalidInputError(
+            f"cyclic: expected the last point to be the first, {positions[0].tolist()}, got {positions[-1].tolist()}"
+        )
+    for name in END_STATES:
+        if getattr(interpolant, name).any():
+            raise InvalidInputError(f"cyclic: expected no {name}, as a cyclic motion has no end")
+
+
+def known_velocities(
+    points: ViaPoints, at_rest: AtRest, velocities: Mapping[int, Array]
+) -> tuple[tuple[tuple[int, int], ...], Array]:
+    """Pairs (point, joint) whose velocity is known, sorted, and the velocities, 0 elsewhere, (n_points, n_joints)."""
+    values = np.zeros(points.positions.shape)
+    for point, given in velocities.items():
+        values[point] = given
+    given_at = ((point, joint) for point in velocities for joint in range(points.n_joints))
+    return tuple(sorted({*at_rest, *given_at})), values
+
+
 def alike(at_rest: AtRest, n_joints: int) -> list[tuple[list[int], list[int]]]:
     """Joints that rest at the same points, and these points; the joints of all groups together are all joints."""
     groups: dict[tuple[int, ...], list[int]] = {}
@@ -126,6 +189,23 @@ def alike(at_rest: AtRest, n_joints: int) -> list[tuple[list[int], list[int]]]:
 def duration_variables(count: int, bounds: tuple[float, float], symbol: str = "dt") -> tuple[Variable, ...]:
     """One free time per segment, the first named ``dt_1`` [s]."""
     return tuple(Variable(f"{symbol}_{i + 1}", "s", *bounds) for i in range(count))
+
+
+def breaks_at_points(interpolant: Interpolant) -> tuple[int, ...] | None:
+    """Index of the break at which each point is passed; None if some point is passed between breaks."""
+    x = example_of(interpolant)
+    times, breaks = interpolant.via_times(x)[0], interpolant(x).breaks[0]
+    apart = np.abs(times[:, None] - breaks)
+    if apart.min(axis=1).max() > _ROUNDING * breaks[-1]:
+        return None
+    return tuple(int(k) for k in apart.argmin(axis=1))
+
+
+def example_of(interpolant: Interpolant) -> Array:
+    """Unequal values of an interpolant's variables, shape (1, n)."""
+    own = interpolant.variables
+    shares = np.linspace(0.4, 0.6, len(own))
+    return np.array([[v.lower + share * (v.upper - v.lower) for v, share in zip(own, shares, strict=True)]])
 
 
 def decision_vectors(x: Any, count: int, what: str = "decision vectors") -> Array:
