@@ -119,4 +119,5 @@ def test_few_files_call_pinocchio():
         "formulation.constraints.solids",
         "robot.payload",
         "robot.robot",
+        "robot.urdf.model",
     }

@@ -68,26 +68,17 @@ IN_THE_TASK = [
     (
         "duration_bounds",
         "duration_bound",
-        "task.toml: line 3: duration_bound: unknown key; known: algorithm, angle, constraints, "
-        "cyclic, duration_bounds, format, interpolant, limits, moving, name, objectives, passing, payload, "
-        "payload_range, points, reference_point, robot, samples, scene, seed; did you mean "
-        "'duration_bounds'?",
+        "task.toml: line 3: duration_bound: unknown key; did you mean 'duration_bounds'?",
     ),
     (
         "[algorithm]",
         "[optimizer]",
-        "task.toml: line 19: optimizer: unknown key; known: algorithm, angle, constraints, "
-        "cyclic, duration_bounds, format, interpolant, limits, moving, name, objectives, passing, payload, "
-        "payload_range, points, reference_point, robot, samples, scene, seed; did you mean "
-        "'algorithm'?",
+        "task.toml: line 19: optimizer: unknown key; did you mean 'algorithm'?",
     ),
     (
         "[limits]",
         "[joint_limits]",
-        "task.toml: line 8: joint_limits: unknown key; known: algorithm, angle, constraints, "
-        "cyclic, duration_bounds, format, interpolant, limits, moving, name, objectives, passing, payload, "
-        "payload_range, points, reference_point, robot, samples, scene, seed; did you mean "
-        "'limits'?",
+        "task.toml: line 8: joint_limits: unknown key; did you mean 'limits'?",
     ),
     (
         "effort_margin",
@@ -99,16 +90,13 @@ IN_THE_TASK = [
     (
         "objectives",
         "objective",
-        "task.toml: line 4: objective: unknown key; known: algorithm, angle, constraints, "
-        "cyclic, duration_bounds, format, interpolant, limits, moving, name, objectives, passing, payload, "
-        "payload_range, points, reference_point, robot, samples, scene, seed; did you mean "
-        "'objectives'?",
+        "task.toml: line 4: objective: unknown key; did you mean 'objectives'?",
     ),
     (
         "name =",
         "nam =",
-        "task.toml: line 1: robot.nam: unknown key; known: allow_massless, dh, gravity, joints, kind, lock, name, "
-        "packages, tool; did you mean 'name'?",
+        "task.toml: line 1: robot.nam: unknown key; known: allow_massless, dh, friction, gravity, joints, kind, lock, "
+        "name, packages, tool; did you mean 'name'?",
     ),
     (
         '"arm.urdf"',

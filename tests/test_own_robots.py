@@ -21,7 +21,8 @@ ROBOTS = {
     "panda": {"tool": "panda_hand_tcp", "lock": FINGERS},
     "xarm7": {},
     "z1": {},
-    "talos_arm": {"tool": "wrist_left_ft_tool_link"},
+    # The dry friction of its gripper is all that the gripper's motor can give.
+    "talos_arm": {"tool": "wrist_left_ft_tool_link", "lock": {"gripper_left_joint": 0.0}},
     "kinova": {"tool": "j2s6s200_end_effector", "lock": {f"j2s6s200_joint_{k}": 0.3 for k in (1, 4, 6)}},
 }
 XARM7 = Path(__file__).parents[1] / "problems" / "tasks" / "xarm7_obstacle.toml"

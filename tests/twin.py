@@ -1,7 +1,7 @@
 """Robots in MuJoCo, a second engine that shares neither code nor reader of URDFs with trajevo.
 
 Of a robot that trajevo loaded only the path of its URDF is taken, the names of its joints and its tool, where joints
-are locked, and its friction, which trajevo reads from ``robot.toml`` and not from the URDF. Coordinates are those of
+are locked, and its friction, which trajevo takes from ``robot.toml`` before the URDF. Coordinates are those of
 the URDF's joints, which a transmission tells from those of the actuators.
 """
 

@@ -41,10 +41,11 @@ def test_text_has_the_line_ends_of_this_language(tmp_path):
 
 
 def test_the_data_of_a_run_opens_no_files_but_robots(tmp_path):
-    for name in ("points.csv", "two.urdf", "robot.toml"):
+    robots = ("two.urdf", "TWO.URDF", "two.xml", "link.stl", "link.STL", "link.obj", "link.dae", "robot.toml")
+    for name in ("points.csv", *robots):
         (tmp_path / name).write_text("content")
     with opening_robots_only("the record"):
-        assert read_bytes(tmp_path / "two.urdf") == read_bytes(tmp_path / "robot.toml") == b"content"
+        assert {read_bytes(tmp_path / name) for name in robots} == {b"content"}
         refused(
             lambda: read_bytes(tmp_path / "points.csv"), "the record names a file to read, '.*points.csv'; the data"
         )

@@ -21,7 +21,7 @@ DENSE, APART = {True: 8_000, False: 4_000}, {"square_effort_rate": 2e-4}
 ROBOTS = {
     "ur5": {"tool": "tool0", "limits": {"acceleration": 10.0, "jerk": 100.0}},
     "puma560": {},
-    "z1": {"limits": {"acceleration": 10.0, "jerk": 100.0}},
+    "z1": {"limits": {"acceleration": 10.0, "jerk": 100.0}, "friction": "none"},  # smooth efforts of seven joints
 }
 
 

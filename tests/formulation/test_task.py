@@ -161,7 +161,11 @@ def test_points_may_be_poses_in_a_csv_file(write, tmp_path):
             "unknown algorithm 'ga'; known: age-moea2, moea/d, nsga2, nsga3, rvea, sms-emoa, spea2, u-nsga3",
         ),
         ("format = 1", "format = 2", "line 1: format: "),
-        ("format = 1", "sead = 3", "line 1: sead: unknown key; known: algorithm, .*scene, seed; did you mean 'seed'"),
+        (
+            "format = 1",
+            "sead = 3",
+            "line 1: sead: unknown key; did you mean 'seed'",
+        ),
         (
             "[payload]",
             "[constraints]\ntool_sped = 1.0\n[payload]",

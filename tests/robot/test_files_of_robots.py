@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import refused
 from trajevo import load_robot, load_task
 from trajevo.formulation.constraints.solids import robot_geometry
 from trajevo.robot.examine import examine
@@ -175,25 +175,6 @@ def test_a_base_with_an_inertia_and_no_mass_is_told_not_refused(write):
     assert any("link 'base', which stands still, has an inertia without a mass" in said for said in found.warnings)
     moving = write("arm.urdf", ('<link name="tip"/>', f'<link name="tip">{inertial}</link>'))
     refused(lambda: load_robot(moving, limits=LIMITS), "link 'tip': inertia: expected zeros for a link of mass 0")
-
-
-def test_friction_of_a_urdf_is_told_as_long_as_it_is_not_used(write, tmp_path):
-    given = 'effort="60"/><dynamics damping="2.0" friction="3.0"/>'
-    robot = load_robot(write("arm.urdf", ('effort="60"/>', given)), limits=LIMITS)
-    says = "friction 3 N·m and damping 2 N·m·s/rad of 'shoulder'"
-    assert robot.mass_notes == (f"efforts leave out what <dynamics> of the URDF says: {says}",)
-    assert any(says in said for said in examine(robot.urdf).warnings)
-    (tmp_path / "task.toml").write_text(
-        'robot = "arm.urdf"\npoints = [[0.0, 0.0], [0.5, 0.4]]\nduration_bounds = [0.3, 4.0]\n'
-        "[limits]\nacceleration = 10.0\njerk = 100.0\n"
-    )
-    assert (
-        f"note: efforts leave out what <dynamics> of the URDF says: {says}"
-        in trajevo("check", "task.toml", cwd=tmp_path).stdout
-    )
-    locked = load_robot(robot.urdf, limits=LIMITS, lock={"shoulder": 0.0})
-    assert not locked.mass_notes
-    assert not load_robot(write("arm.urdf"), limits=LIMITS).mass_notes
 
 
 @pytest.mark.parametrize(

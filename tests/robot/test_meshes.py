@@ -14,7 +14,8 @@ from trajevo.formulation.constraints.scene import Scene, Sphere
 from trajevo.robot.examine import examine
 from trajevo.robot.locate import list_example_robots, robot_source
 from trajevo.robot.meshes import check_mesh, check_solids
-from trajevo.robot.urdf import MOST_LINKS, read_urdf
+from trajevo.robot.urdf.file import read_urdf
+from trajevo.robot.urdf.problems import MOST_LINKS
 
 MADE = {"stl": _stl(), "text.stl": _stl_text(), "obj": _obj(), "dae": _dae()}
 

@@ -41,6 +41,9 @@ _PATIENCE = 5.0
 #: Flags that not every system has.
 _NO_LINK, _NO_WAIT, _BINARY = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
 
+#: Endings of URDFs and of the meshes that they name.
+_OF_ROBOTS = (".urdf", ".xml", ".stl", ".obj", ".dae")
+
 #: The data whose files are closed, see :func:`opening_robots_only`; empty if any file may be opened.
 _named_by: ContextVar[str] = ContextVar("_named_by", default="")
 
@@ -52,7 +55,7 @@ def data_folder(name: str) -> Path:
 
 @contextmanager
 def opening_robots_only(source: str) -> Iterator[None]:
-    """A context in which the names of files in some data open nothing but URDFs and ``robot.toml``.
+    """A context in which the names of files in some data open nothing but URDFs, meshes and ``robot.toml``.
 
     A run, which may be from a stranger, names its robot; a file of points that it names could be any file.
 
@@ -78,7 +81,7 @@ def read_bytes(file: Path, *, most: int = MOST_TEXT) -> bytes:
         InvalidInputError: it is a device, a pipe or a folder, is larger, or is named by the data of a run.
     """
     source = _named_by.get()
-    if source and file.suffix != ".urdf" and file.name != "robot.toml":
+    if source and file.suffix.lower() not in _OF_ROBOTS and file.name != "robot.toml":
         raise InvalidInputError(f"{source} names a file to read, {str(file)!r}; the data of a run opens no other files")
     try:
         # A pipe that nobody writes to must not be waited for.

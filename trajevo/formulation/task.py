@@ -38,10 +38,13 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
     with where.at("robot"):
         robot = _robot(settings, folder)
     with where.at("points"):
-        points = joint_points(_points(settings, folder, robot, to_rad), robot, angle=settings.angle)
+        points = joint_points(
+            _points(settings, folder, robot, to_rad), robot, angle=settings.angle, turns=settings.turns
+        )
     arguments = {
         "robot": robot,
         "points": points,
+        "turns": settings.turns,
         "duration_bounds": settings.duration_bounds,
         "interpolant": settings.interpolant,
         "moving": [_box(box, robot, to_rad) for box in settings.moving],

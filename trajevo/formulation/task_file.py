@@ -34,6 +34,7 @@ class _Robot(_Strict):
     lock: dict[str, _Number] | None = None
     gravity: tuple[_Number, _Number, _Number] | None = None
     allow_massless: Annotated[bool, pydantic.Strict()] | None = None
+    friction: str | dict[str, _Values] | None = None
     packages: str | list[str] | None = None
 
 
@@ -135,6 +136,7 @@ class TaskSettings(_Strict):
     payload: _Number | str | _Payload = 0.0
     payload_range: tuple[_Number, _Number] | None = None
     points: str | list[list[_Number] | _Point]
+    turns: Literal["as_written", "shortest"] = "as_written"
     moving: list[MovingSettings] = []
     passing: list[PassingSettings] = []
     cyclic: Annotated[bool, pydantic.Strict()] = False

@@ -55,6 +55,8 @@ class ViaPointProblem(TrajectoryProblem):
             poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
             CSV file with a column for each joint, with its unit. Where an inner point lies on a joint's position limit,
             the joint is at rest, if the interpolant can hold it; :attr:`notes` tell it.
+        turns: ``"as_written"``, or ``"shortest"``: joint positions are shifted by whole turns, within the ranges, so
+            that every joint goes the shorter way round from point to point.
         duration_bounds: least and greatest time between two points [s], or such a pair for every segment, shape
             (K - 1, 2); a duration whose bounds are equal is fixed, and no variable.
         interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or an interpolant of another
@@ -82,7 +84,8 @@ class ViaPointProblem(TrajectoryProblem):
         **parameters: of limits, those above and those of other packages; a limit whose parameter is None is off.
 
     Raises:
-        UnknownNameError: no such robot, interpolant, objective or constraint, or another value of ``limits``.
+        UnknownNameError: no such robot, interpolant, objective or constraint, or another value of ``limits`` or
+            ``turns``.
         UnreachableError: a pose that the tool cannot take.
         InvalidInputError: points that the robot cannot reach or the interpolant cannot use, bad bounds or boxes,
             or a parameter of a limit that does not exist or cannot be used.
@@ -96,6 +99,7 @@ class ViaPointProblem(TrajectoryProblem):
         *,
         robot: str | Path | Robot | Mapping[str, Any] = "puma560",
         points: Any = None,
+        turns: str = "as_written",
         duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
         interpolant: str = "quintic_spline",
         moving: Sequence[Any] = (),
@@ -117,15 +121,15 @@ class ViaPointProblem(TrajectoryProblem):
         NAMED_INTERPOLANTS.find(interpolant)
         _check_keys(parameters)
         named = robot_of(robot)
-        via = closed(joint_points(points, named), cyclic)
+        via = closed(joint_points(points, named, turns=turns), cyclic)
         bounds = checked_durations(duration_bounds, len(via))
         dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
         boxes = _boxes(moving)
         _check_widths(boxes, via, named)
         kept = isinstance(constraints, Sequence) and "position" in constraints
         asked, on_limits = passings_of(passing, len(via), named.joint_names), turning(via, named, boxes) if kept else ()
-        turns = left_open(on_limits, asked)
-        decoder = _interpolant(interpolant, via, named, bounds, boxes, turns, asked, cyclic)
+        at_limits = left_open(on_limits, asked)
+        decoder = _interpolant(interpolant, via, named, bounds, boxes, at_limits, asked, cyclic)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
         check_seam(cyclic, named, via, held)
@@ -140,11 +144,12 @@ class ViaPointProblem(TrajectoryProblem):
             reference_point=reference_point,
             length=length_unit(named),
         )
-        told = notes_on_turning(turns, named, interpolant, price_of_rest(interpolant))
+        told = notes_on_turning(at_limits, named, interpolant, price_of_rest(interpolant))
         self._notes = (*told, *notes_on_height(via, named, held), *(named.friction_notes if named.gives_effort else ()))
         given = {
             "robot": named.settings,
             "points": via.positions.tolist(),
+            "turns": turns,
             "duration_bounds": bounds.tolist(),
             "interpolant": interpolant,
             "moving": [_box_settings(box) for box in boxes],
@@ -169,7 +174,7 @@ class ViaPointProblem(TrajectoryProblem):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Points that lie on a joint's limit and what follows from it, and friction that efforts leave out."""
+        """Points that lie on a joint's limit and what follows from it, and the URDF's friction, used or left out."""
         return self._notes
 
 

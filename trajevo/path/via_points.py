@@ -14,6 +14,7 @@ from trajevo.base.units import display, if_degrees
 from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.point_files import read_points
+from trajevo.path.whole_turns import check_way, the_shorter_way
 from trajevo.robot.robot import Robot
 
 #: Points closer than this in every joint are the same point [rad or m].
@@ -114,7 +115,7 @@ def _likely_unit(value: float, low: float, high: float, unit: str) -> str:
     return ""
 
 
-def joint_points(points: Any, robot: Robot, *, angle: str = "rad") -> ViaPoints:
+def joint_points(points: Any, robot: Robot, *, angle: str = "rad", turns: str = "as_written") -> ViaPoints:
     """Via points of a robot, from any form in which a user may give them.
 
     Args:
@@ -123,20 +124,24 @@ def joint_points(points: Any, robot: Robot, *, angle: str = "rad") -> ViaPoints:
             :func:`~trajevo.path.point_files.read_points`.
         robot: the robot; poses become the joint positions nearest to the point before, so that the path stays short.
         angle: unit of angles in error messages, ``"rad"`` or ``"deg"``; for a file, that of its columns.
+        turns: ``"as_written"``, or ``"shortest"`` for joint positions shifted by whole turns to the nearest ones to the
+            point before, see :func:`~trajevo.path.whole_turns.the_shorter_way`.
 
     Raises:
+        UnknownNameError: another way round.
         UnreachableError: a pose that the tool cannot take.
         InvalidInputError: no points, points in another form, or points outside the ranges of the joints.
     """
+    check_way(turns)
     if points is None:
         raise InvalidInputError(f"points: robot {robot.name!r} needs via points, shape (n_points, {robot.dof})")
     if isinstance(points, ViaPoints):
-        return ViaPoints.for_robot(robot, points.positions)
+        points = points.positions
     if isinstance(points, str | Path):
         file = points
         points, angle = read_points(file, robot)
         try:
-            return joint_points(points, robot, angle=angle)
+            return joint_points(points, robot, angle=angle, turns=turns)
         except UnreachableError as error:
             raise UnreachableError(f"{file}: {error}") from error
         except TrajevoError as error:
@@ -144,6 +149,8 @@ def joint_points(points: Any, robot: Robot, *, angle: str = "rad") -> ViaPoints:
     _check_counts(points, robot)
     if isinstance(points, list | tuple) and any(isinstance(point, Pose | Mapping) for point in points):
         points = _solved(points, robot)
+    if turns == "shortest":
+        points = the_shorter_way(robot, numbers(points, name="points", shape=("n_points", robot.dof)))
     return ViaPoints.for_robot(robot, points, angle=angle)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings as python_warnings
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,25 +13,17 @@ import numpy as np
 
 from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
-from trajevo.robot.likely_units import unit_warnings
-from trajevo.robot.limit_files import per_joint
+from trajevo.robot.limit_files import per_joint, tighten, unit_of
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
 from trajevo.robot.masses import MovingBody, placeholders
 from trajevo.robot.moveit_limits import examined_joint_limits
-from trajevo.robot.robot import load_robot
+from trajevo.robot.robot import Robot, load_robot
 from trajevo.robot.robot_toml import RobotFile, entry_problems
-from trajevo.robot.urdf import (
-    Body,
-    LinkRow,
-    bodies,
-    dropped_friction,
-    link_rows,
-    massless_bodies,
-    read_urdf,
-    tips,
-    urdf_number,
-    urdf_problems,
-)
+from trajevo.robot.urdf.bodies import Body, LinkRow, bodies, link_rows, massless_bodies, tips
+from trajevo.robot.urdf.file import read_number, read_urdf, urdf_number
+from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
+from trajevo.robot.urdf.likely_units import unit_warnings
+from trajevo.robot.urdf.problems import urdf_problems
 
 #: If no effort limit is below this one, all are taken for placeholders: the URDF format requires numbers [N·m or N].
 PLACEHOLDER_EFFORT = 1000.0
@@ -80,6 +72,7 @@ class RobotExamination:
         links: links of the URDF.
         errors: reasons why the robot cannot be loaded, one sentence each.
         warnings: what is suspicious, or has to be given in addition, one sentence each.
+        notes: joints that follow others, and friction that is used, one clause each.
     """
 
     name: str
@@ -91,6 +84,7 @@ class RobotExamination:
     links: tuple[LinkRow, ...]
     errors: tuple[str, ...]
     warnings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def examine(
@@ -122,27 +116,22 @@ def examine(
     robot = _written(settings, errors) if urdf is None else read_urdf(urdf)
     file = urdf or source.settings or source.urdf
     moving = [joint for joint in robot.iterfind("joint") if joint.get("type") in _UNITS]
-    planned = [joint for joint in moving if joint.get("name") not in lock]
+    following, held = followers(robot, dict.fromkeys(lock, 0.0))
+    still = {*held, *(follower.name for follower in following)}
+    planned = [joint for joint in moving if joint.get("name") not in still]
     rows = [_row(joint) for joint in planned]
     if urdf is not None:
         errors += urdf_problems(robot, urdf, lock)
     if urdf is not None or moving:
         errors += _lock_problems(robot, file, lock)
-        errors += [
-            f"{file}: joint {row.name!r} is a continuous joint; expected revolute or prismatic, "
-            f"or lock it: lock={{{row.name!r}: position}}"
-            for row in rows
-            if row.type == "continuous"
-        ]
     if source.settings is None:
         errors += _limit_problems(rows, file)
     elif settings is not None:
         rows = _rows_of_file(settings, rows, errors, lock)
     if limits is not None:
-        rows = _rows_with_limits(Path(limits), rows, errors, lock)
+        rows = _rows_with_limits(Path(limits), rows, errors, held, following)
     links = link_rows(robot)
-    if not errors:
-        errors += _loading_problem(name, moving=moving, lock=lock, links=links)
+    loaded = None if errors else _loaded(name, lock=lock, links=links, errors=errors)
     return RobotExamination(
         name=str(name),
         file=file,
@@ -153,14 +142,15 @@ def examine(
         links=links,
         errors=tuple(errors),
         warnings=(
-            *_warnings(source, file, robot, rows, lock),
+            *_warnings(source, file, robot, rows),
             *_mass_warnings(
                 file,
                 robot,
-                lock,
+                held,
                 bool(settings and settings.settings.allow_massless) if allow_massless is None else allow_massless,
             ),
         ),
+        notes=() if loaded is None else (*map(str, loaded.followers), *loaded.friction_notes),
     )
 
 
@@ -205,10 +195,13 @@ def _written(settings: RobotFile | None, errors: list[str]) -> ElementTree.Eleme
 def _row(joint: ElementTree.Element) -> JointRow:
     kind, limit = joint.get("type", ""), joint.find("limit")
     given: dict[str, str] = {} if limit is None else limit.attrib
-    # In the URDF format a lower or upper limit that is missing is 0; a continuous joint has neither.
-    absent = "0" if limit is not None and kind != "continuous" else None
-    lower, upper = (_value(given.get(key, absent)) for key in ("lower", "upper"))
-    velocity, effort = (_value(given.get(key)) for key in ("velocity", "effort"))
+    if kind == "continuous":  # which has no range, and without <limit> no limits at all
+        lower, upper = -np.inf, np.inf
+    else:  # in the URDF format a lower or upper limit that is missing is 0
+        lower, upper = (_value(given.get(key, None if limit is None else "0")) for key in ("lower", "upper"))
+    velocity, effort = (
+        np.inf if limit is None and kind == "continuous" else _value(given.get(key)) for key in ("velocity", "effort")
+    )
     return JointRow(joint.get("name", ""), kind, _UNITS[kind], lower, upper, velocity, np.nan, np.nan, effort)
 
 
@@ -231,7 +224,7 @@ def _limit_problems(rows: list[JointRow], urdf: Path) -> Iterator[str]:
     """Limits of a URDF that can be read but make no sense; NaN marks those that cannot be read, reported elsewhere."""
     for row in rows:
         where = f"{urdf}: joint {row.name!r}: limit"
-        if row.lower >= row.upper and row.type != "continuous":
+        if row.lower >= row.upper:
             yield f"{where}: lower must be below upper, got {row.lower:g} and {row.upper:g} {row.unit}"
         for key, unit in (("velocity", f"{row.unit}/s"), ("effort", "N" if row.unit == "m" else "N·m")):
             value = getattr(row, key)
@@ -263,22 +256,40 @@ def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock
     return found
 
 
-def _rows_with_limits(file: Path, rows: list[JointRow], errors: list[str], lock: Collection[str]) -> list[JointRow]:
+def _rows_with_limits(
+    file: Path,
+    rows: list[JointRow],
+    errors: list[str],
+    lock: Collection[str],
+    following: Sequence[Follower],
+) -> list[JointRow]:
     """The joints with the limits of a MoveIt file in the place of their own; what is wrong with it is an error."""
     names, units = tuple(row.name for row in rows), tuple(row.unit for row in rows)
+    led, of_led = tuple(each.name for each in following), tuple(each.unit for each in following)
     try:
-        found, problems = examined_joint_limits(file, names, units, lock)
+        found, problems = examined_joint_limits(file, names + led, units + of_led, lock)
     except InvalidInputError as error:
         errors.append(str(error))
         return rows
     errors += problems
     for limit, given in found.items():
-        columns = ("lower", "upper") if limit == "position" else (limit,)
-        table = per_joint(limit, given, names, units, size=len(columns))
+        keys = ("lower", "upper") if limit == "position" else (limit,)
+        si = [unit_of(limit, unit) for unit in units + of_led]
+        table = per_joint(limit, given, names + led, si, size=len(keys))
         for k, row in enumerate(rows):
             if row.name in given:
-                rows[k] = replace(row, **dict(zip(columns, table[k].tolist(), strict=True)))
+                rows[k] = replace(row, **dict(zip(keys, table[k].tolist(), strict=True)))
                 errors += _limit_problems_of(file, rows[k], limit)
+        columns = {key: np.array([getattr(row, key) for row in rows]) for key in keys}
+        for follower, values in zip(following, table[len(names) :], strict=True):
+            if follower.name in given and follower.leader in names:
+                try:
+                    tighten(columns, names.index(follower.leader), follower, {limit: values}, file)
+                except InvalidInputError as error:
+                    errors.append(str(error))
+        for k, row in enumerate(rows):
+            kept: dict[str, Any] = {key: float(column[k]) for key, column in columns.items()}
+            rows[k] = replace(row, **kept)
     return rows
 
 
@@ -291,21 +302,19 @@ def _limit_problems_of(file: Path, row: JointRow, limit: str) -> Iterator[str]:
         yield f"{where}: expected a positive number, got {getattr(row, limit):g}"
 
 
-def _loading_problem(
-    name: str | Path, *, moving: list[ElementTree.Element], lock: Collection[str], links: tuple[LinkRow, ...]
-) -> Iterator[str]:
-    """The problem that only loading shows; everything that a caller has to give besides the files is filled in."""
+def _loaded(name: str | Path, *, lock: Collection[str], links: tuple[LinkRow, ...], errors: list[str]) -> Robot | None:
+    """The robot if it can be loaded; everything that a caller has to give besides the files is filled in."""
     settings = robot_source(name).settings
     besides: dict[str, Any] = (
         {} if settings else {"tool": links[-1].name, "limits": {"acceleration": np.inf, "jerk": np.inf}}
     )
-    held = {joint.get("name", ""): 0.0 for joint in moving if joint.get("name") in lock}
     try:
         with python_warnings.catch_warnings():
             python_warnings.simplefilter("ignore", UserWarning)
-            load_robot(name, lock=held, **besides)
+            return load_robot(name, lock=dict.fromkeys(lock, 0.0), **besides)
     except TrajevoError as error:
-        yield str(error)
+        errors.append(str(error))
+    return None
 
 
 def _mass_warnings(file: Path, robot: ElementTree.Element, lock: Collection[str], meant: bool) -> Iterator[str]:
@@ -333,9 +342,7 @@ def _moving(found: tuple[Body, ...]) -> Iterator[MovingBody]:
             yield MovingBody(body.joint, tuple(link.name for link in body.links), mass, heaviest.moments)
 
 
-def _warnings(
-    source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow], lock: Collection[str]
-) -> Iterator[str]:
+def _warnings(source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow]) -> Iterator[str]:
     other = other_robot(source)
     if other is not None:
         yield other
@@ -343,12 +350,13 @@ def _warnings(
         return
     for clause in unit_warnings(robot, link_rows(robot)):
         yield f"{file}: {clause}; a URDF is in m, kg, s and rad"
-    clauses = list(dropped_friction(robot, lock))
-    if clauses:
-        yield (
-            f"{file}: efforts leave out what <dynamics> says: {', '.join(clauses)}; give it in robot.toml, as "
-            "coulomb_friction and viscous_friction"
-        )
+    yield from _continuous_warnings(file, robot, rows)
+    for name, found in dynamics_of(robot, ()).items():
+        for row in (row for row in rows if row.name == name and 0.0 < row.effort <= found.coulomb):
+            yield (
+                f"{file}: joint {name!r} cannot move: its friction by <dynamics>, {found.coulomb:g}, is not below its "
+                f"effort limit, {row.effort:g}; lock it, or leave friction out by friction='none'"
+            )
     efforts, velocities = {row.effort for row in rows}, {row.velocity for row in rows}
     if rows and all(row.effort >= PLACEHOLDER_EFFORT for row in rows):
         yield f"{file}: effort limits look like placeholders: {min(efforts):g} or more on every joint"
@@ -366,3 +374,19 @@ def _warnings(
     ends = tips(robot)
     if len(ends) > 1:
         yield f"{file}: several tips, so the tool must be named: tool= one of {', '.join(ends)}"
+
+
+def _continuous_warnings(file: Path, robot: ElementTree.Element, rows: list[JointRow]) -> Iterator[str]:
+    """Numbers of continuous joints that are not used, or that are missing."""
+    endless = {row.name for row in rows if row.type == "continuous"}
+    for joint in robot.iterfind("joint"):
+        name, limit = joint.get("name"), joint.find("limit")
+        if name not in endless:
+            continue
+        if limit is None:
+            yield f"{file}: joint {name!r} is continuous and has no <limit>: its velocity and effort are not limited"
+        elif read_number(limit, "lower") < read_number(limit, "upper"):
+            yield (
+                f"{file}: joint {name!r} is continuous, so the range of its <limit>, {limit.get('lower')} to "
+                f"{limit.get('upper')} rad, is not used; if it is meant, give it as limits={{'position': ...}}"
+            )

@@ -6,7 +6,7 @@ is still missing is an error: nothing is filled in silently.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from trajevo.base.arrays import Array, real_number
 from trajevo.base.units import believed, per_time, quantity
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 from trajevo.robot.moveit_limits import read_joint_limits
+from trajevo.robot.urdf.joints import Follower
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk", "effort")
 
@@ -27,10 +28,15 @@ def declared_limits(
     declared: Mapping[str, Array] | None,
     given: Mapping[str, Any],
     urdf: Path,
+    followers: Sequence[Follower] = (),
 ) -> dict[str, Array]:
-    """Columns of JointLimits, SI: limits of ``robot.toml``, or else of the URDF, overridden by those of the caller."""
-    columns = dict(declared) if declared is not None else _of_urdf(model)
-    _replace(columns, given, names, units)
+    """Columns of JointLimits, SI: limits of ``robot.toml``, or else of the URDF, overridden by those of the caller.
+
+    What limits a joint that follows another limits that one as well: as its URDF has it, unless there is a
+    ``robot.toml``, which says what the leader may do, and as the caller has it.
+    """
+    columns = dict(declared) if declared is not None else _of_urdf(model, names, followers, urdf)
+    _replace(columns, given, names, units, followers, urdf)
     for key in ("acceleration", "jerk"):
         missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
         if missing:
@@ -49,29 +55,45 @@ def limits_or_none(
     """Columns of JointLimits, SI, of a robot that no file gives limits: those of the caller, and else none."""
     columns = {key: np.full(len(names), np.inf) for key in ("upper", *QUANTITIES[1:])}
     columns["lower"] = -columns["upper"]
-    _replace(columns, given, names, units)
+    _replace(columns, given, names, units, (), where)
     _check(columns, names, where)
     return columns
 
 
 def _replace(
-    columns: dict[str, Array], given: Mapping[str, Any], names: tuple[str, ...], units: tuple[str, ...]
+    columns: dict[str, Array],
+    given: Mapping[str, Any],
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+    followers: Sequence[Follower],
+    where: Path | str,
 ) -> None:
-    """Replace limits by those of the caller."""
+    """Replace limits by those of the caller, and tighten those of leaders to what their followers may do."""
     for key, value in given.items():
         checked_name("limit", key, QUANTITIES)
+        led = {each.name: value[each.name] for each in followers if isinstance(value, Mapping) and each.name in value}
+        own = {joint: entry for joint, entry in value.items() if joint not in led} if led else value
         if key == "position":
-            pairs = per_joint(key, value, names, units, size=2)
+            pairs = per_joint("limits.position", own, names, units, size=2)
             columns["lower"], columns["upper"] = (
                 _merged(columns.get("lower"), pairs[:, 0]),
                 _merged(columns.get("upper"), pairs[:, 1]),
             )
         else:
-            columns[key] = _merged(columns.get(key), per_joint(key, value, names, units)[:, 0])
+            si = [unit_of(key, unit) for unit in units]
+            columns[key] = _merged(columns.get(key), per_joint(f"limits.{key}", own, names, si)[:, 0])
+        for follower in (each for each in followers if each.name in led):
+            size, unit = 2 if key == "position" else 1, unit_of(key, follower.unit)
+            limit = per_joint(f"limits.{key}", {follower.name: led[follower.name]}, [follower.name], [unit], size=size)
+            tighten(columns, names.index(follower.leader), follower, {key: limit[0]}, where)
 
 
 def given_limits(
-    given: Any, names: tuple[str, ...], units: tuple[str, ...], locked: Collection[str]
+    given: Any,
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+    locked: Collection[str],
+    followers: Sequence[Follower] = (),
 ) -> Mapping[str, Any]:
     """The limits that a caller gave, as a mapping: none, the mapping itself, or those of a MoveIt file.
 
@@ -79,7 +101,8 @@ def given_limits(
         InvalidInputError: anything else, or as for :func:`~trajevo.robot.moveit_limits.read_joint_limits`.
     """
     if isinstance(given, str | Path):
-        return read_joint_limits(given, names, units, locked)
+        led, of_led = (tuple(each.name for each in followers), tuple(each.unit for each in followers))
+        return read_joint_limits(given, names + led, units + of_led, locked)
     if not isinstance(given, Mapping | None):
         raise InvalidInputError(f"limits: expected a mapping from limits to values or a MoveIt file, got {given!r}")
     return {} if given is None else given
@@ -102,31 +125,73 @@ def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path | st
             )
 
 
-def _of_urdf(model: Any) -> dict[str, Array]:
-    return {
+def _of_urdf(model: Any, names: tuple[str, ...], followers: Sequence[Follower], urdf: Path) -> dict[str, Array]:
+    """Limits of the joints of a URDF that move by themselves."""
+    of_model = {
         "lower": np.array(model.lowerPositionLimit),
         "upper": np.array(model.upperPositionLimit),
         "velocity": np.array(model.upperVelocityLimit),
         "effort": np.array(model.upperEffortLimit),
     }
+    places = list(model.names)[1:]
+    columns = {key: column[[places.index(name) for name in names]] for key, column in of_model.items()}
+    for follower in followers:
+        at = places.index(follower.name)
+        own = {"position": np.array([of_model["lower"][at], of_model["upper"][at]])}
+        own["velocity"] = of_model["velocity"][at : at + 1]
+        tighten(columns, names.index(follower.leader), follower, own, urdf)
+    return columns
+
+
+def tighten(
+    columns: dict[str, Array], leader: int, follower: Follower, limits: Mapping[str, Array], where: Path | str
+) -> None:
+    """Limit a leader, by its index, to what a joint that follows it may do; its effort is the leader's to bear."""
+    for key, limit in limits.items():
+        if key == "effort":
+            raise InvalidInputError(
+                f"limits.effort.{follower.name}: expected a joint with an actuator, but {follower}, which bears its "
+                f"effort: limit that of {follower.leader!r}"
+            )
+        if key != "position":
+            columns[key][leader] = np.fmin(columns[key][leader], limit[0] / abs(follower.multiplier))
+            continue
+        ends = np.sort((limit - follower.offset) / follower.multiplier)
+        columns["lower"][leader] = np.fmax(columns["lower"][leader], ends[0])
+        columns["upper"][leader] = np.fmin(columns["upper"][leader], ends[1])
+        if not columns["lower"][leader] < columns["upper"][leader]:
+            raise InvalidInputError(
+                f"{where}: joint {follower.leader!r}: position: no range is left, as {follower} and may go "
+                f"from {limit[0]:g} to {limit[1]:g} {follower.unit}"
+            )
 
 
 def _merged(before: Array | None, after: Array) -> Array:
-    return after if before is None else np.where(np.isnan(after), before, after)
+    return np.array(after) if before is None else np.where(np.isnan(after), before, after)
 
 
-def per_joint(key: str, value: Any, names: tuple[str, ...], units: tuple[str, ...], *, size: int = 1) -> Array:
-    """Values of a limit for each joint as given by a caller, shape (n_joints, size) [SI], NaN where none was given.
+def per_joint(key: str, value: Any, names: Sequence[str], units: Sequence[str], *, size: int = 1) -> Array:
+    """Numbers of joints from one for all, one for each in order, or a mapping from joints.
+
+    Args:
+        key: name of the argument, for messages.
+        value: what was given; numbers are SI or text with a unit.
+        names: the joints.
+        units: SI unit of the number of each joint.
+        size: how many numbers each joint has.
+
+    Returns:
+        Shape (n_joints, size) [SI], NaN where nothing was given.
 
     Raises:
-        UnknownNameError: a joint that the robot does not have.
-        InvalidInputError: another number of values, or one that is no number with a unit of the limit.
+        UnknownNameError: a joint that is none of these.
+        InvalidInputError: another count of values, or what is no number in such a unit.
     """
     table = np.full((len(names), size), np.nan)
     if isinstance(value, Mapping):
         for joint in value:
             if joint not in names:
-                raise UnknownNameError(f"joint in limits.{key}", joint, names)
+                raise UnknownNameError(f"joint in {key}", joint, names)
         chosen = value
     else:
         rows = list(value) if isinstance(value, list | tuple | np.ndarray) else [value]
@@ -135,18 +200,19 @@ def per_joint(key: str, value: Any, names: tuple[str, ...], units: tuple[str, ..
         if len(rows) == 1:
             rows = rows * len(names)
         if len(rows) != len(names):
-            raise InvalidInputError(f"limits.{key}: expected 1 or {len(names)} values, got {len(rows)}")
+            raise InvalidInputError(f"{key}: expected 1 or {len(names)} values, got {len(rows)}")
         chosen = dict(zip(names, rows, strict=True))
     for joint, entry in chosen.items():
         k = names.index(joint)
         parts = list(entry) if isinstance(entry, list | tuple | np.ndarray) else [entry]
         if len(parts) != size:
-            raise InvalidInputError(f"limits.{key}.{joint}: expected {size} numbers, got {entry!r}")
-        table[k] = [_with_unit(f"limits.{key}.{joint}", part, _unit(key, units[k])) for part in parts]
+            raise InvalidInputError(f"{key}.{joint}: expected {size} numbers, got {entry!r}")
+        table[k] = [_with_unit(f"{key}.{joint}", part, units[k]) for part in parts]
     return table
 
 
-def _unit(key: str, unit: str) -> str:
+def unit_of(key: str, unit: str) -> str:
+    """SI unit of a limit of a joint whose positions are in ``"rad"`` or ``"m"``."""
     if key == "effort":
         return "N" if unit == "m" else "N*m"
     return per_time(unit, ("position", "velocity", "acceleration", "jerk").index(key))

@@ -10,7 +10,7 @@ from typing import Any
 
 from trajevo.base.files import data_folder
 from trajevo.errors import InvalidInputError, UnknownNameError, no_such_file
-from trajevo.robot.urdf import read_urdf
+from trajevo.robot.urdf.file import read_urdf
 
 ROBOTS_FOLDER = data_folder("robots")
 

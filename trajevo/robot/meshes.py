@@ -19,7 +19,7 @@ from trajevo.base.arrays import Array
 from trajevo.base.files import MOST_DATA, read_bytes, why_not
 from trajevo.base.plain import parsed_xml
 from trajevo.errors import InvalidInputError
-from trajevo.robot.urdf import urdf_number
+from trajevo.robot.urdf.file import urdf_number
 
 #: Greatest coordinate of a vertex in the units of its file, often mm.
 _FARTHEST = 1e7

@@ -20,11 +20,11 @@ import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.robot.friction_sources import friction_notes, friction_of
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits, limits_or_none
 from trajevo.robot.loading.arguments import (
     STANDARD_GRAVITY,
-    check_locked,
     checked_gravity,
     load_settings,
     package_folders,
@@ -35,71 +35,12 @@ from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_rob
 from trajevo.robot.locate import robot_source, warn_of_other_robot
 from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
-from trajevo.robot.transmission import Direct, Transmission
-from trajevo.robot.urdf import checked_urdf, dropped_friction, read_urdf, tips
-
-#: Beginning of the names of links' frames that must differ from those of joints for a while.
-_LINK = "link of trajevo "
-
-
-def build_model(text: str, file: Path | str, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
-    """Pinocchio model of a checked URDF with some joints locked, and the unit of every remaining joint."""
-    try:
-        model = pin.buildModelFromXML(text)
-    except (ValueError, RuntimeError) as error:
-        raise InvalidInputError(f"{file}: Pinocchio cannot read it: {error}") from error
-    model = _locked(model, file, lock)
-    units = tuple(_joint_unit(joint, name, file) for joint, name in zip(model.joints[1:], model.names[1:], strict=True))
-    return model, units
-
-
-def held_still(model: Any, file: Path | str, lock: Mapping[str, float]) -> tuple[list[int], Array]:
-    """Numbers of the joints to lock in the full model, and a configuration of it with their locked positions."""
-    held = pin.neutral(model)
-    numbers = []
-    for name, position in lock.items():
-        if name not in list(model.names)[1:]:
-            raise UnknownNameError(f"joint to lock in {file}", name, list(model.names)[1:])
-        real = isinstance(position, int | float | np.number) and not isinstance(position, bool)
-        if not (real and np.isfinite(position)):
-            raise InvalidInputError(f"{file}: lock: expected a position of joint {name!r} [rad or m], got {position!r}")
-        joint = model.joints[model.getJointId(name)]
-        check_locked(model, file, name, joint, float(position))
-        numbers.append(model.getJointId(name))
-        turned = [np.cos(position), np.sin(position)] if joint.nq == 2 and joint.nv == 1 else [position]
-        held[joint.idx_q : joint.idx_q + joint.nq] = turned
-    return numbers, held
-
-
-def _locked(model: Any, file: Path | str, lock: Mapping[str, float]) -> Any:
-    """The model without its locked joints, in which a name that a link and a joint share is that of the link's frame.
-
-    Pinocchio finds a joint to lock by the name of its frame, which must then be the only one of that name.
-    """
-    if lock and len(lock) == model.njoints - 1:
-        raise InvalidInputError(f"{file}: lock: expected at least one joint left to move, got all locked: {list(lock)}")
-    links = [frame for frame in model.frames if frame.type == pin.BODY]
-    shared = {frame.name for frame in links} & {frame.name for frame in model.frames if frame.type != pin.BODY}
-    for frame in links:
-        frame.name = f"{_LINK}{frame.name}" if frame.name in shared else frame.name
-    reduced = pin.buildReducedModel(model, *held_still(model, file, lock)) if lock else model
-    for frame in reduced.frames:
-        if frame.type == pin.BODY:
-            frame.name = frame.name.removeprefix(_LINK)
-        elif frame.name in shared:
-            frame.name = f"joint {frame.name}"
-    return reduced
-
-
-def _joint_unit(joint: Any, name: str, file: Path | str) -> str:
-    """Unit of a joint's coordinate; only joints with exactly one coordinate can be planned for."""
-    kind = joint.shortname()
-    if joint.nq != 1 or joint.nv != 1:
-        raise InvalidInputError(
-            f"{file}: joint {name!r} is a {kind} with {joint.nq} coordinates; expected revolute or prismatic, "
-            f"or lock it: lock={{{name!r}: position}}"
-        )
-    return "m" if "JointModelP" in kind else "rad"
+from trajevo.robot.transmission import Direct, Mimicking, Transmission
+from trajevo.robot.urdf.bodies import tips
+from trajevo.robot.urdf.file import read_urdf
+from trajevo.robot.urdf.joints import Follower, followers
+from trajevo.robot.urdf.model import build_model
+from trajevo.robot.urdf.problems import checked_urdf
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +52,8 @@ class Robot(WithoutUrdf):
 
     Attributes:
         name: name of the robot.
-        model: Pinocchio model with one configuration coordinate per joint (nq == nv) and the gravity in its base frame.
+        model: Pinocchio model with one configuration coordinate per joint (nq == nv), n_model in all, also those that
+            mimic others, and the gravity in its base frame.
         transmission: actuator coordinates -> model coordinates.
         limits: joint limits, SI.
         friction: viscous and Coulomb friction and armature of the actuators.
@@ -126,7 +68,10 @@ class Robot(WithoutUrdf):
         settings: arguments of :func:`load_robot` as plain data: the name alone, or the given arguments by name.
         allow_massless: whether it is meant that links have no mass, so that efforts leave them out; otherwise efforts
             are refused.
-        dropped_friction: friction and damping of the URDF that ``friction`` does not hold, one clause for each joint.
+        followers: joints of the model that mimic one of the robot's joints.
+        friction_used: friction and damping by ``<dynamics>`` of the URDF that ``friction`` holds, one clause for each
+            value, with its joints.
+        friction_left_out: the same of what ``friction`` does not hold.
         written: the robot as URDF text if it has no URDF file.
         has_body: whether it is more than joints and limits.
     """
@@ -146,7 +91,9 @@ class Robot(WithoutUrdf):
     locked: Mapping[str, float] = field(default_factory=dict)
     settings: Any = None
     allow_massless: bool = False
-    dropped_friction: tuple[str, ...] = ()
+    followers: tuple[Follower, ...] = ()
+    friction_used: tuple[str, ...] = ()
+    friction_left_out: tuple[str, ...] = ()
     written: str = ""
     has_body: bool = True
 
@@ -238,7 +185,7 @@ class Robot(WithoutUrdf):
 
     @cached_property
     def mass_notes(self) -> tuple[str, ...]:
-        """What efforts of this robot do not cover, one clause each: links without mass, placeholders, and friction."""
+        """What efforts of this robot cover or not, one clause each: links without mass, placeholders, and friction."""
         if not self.has_body:
             return ("effort: not covered, the robot is joints and limits alone",)
         bodies, missing = moving_bodies(self.model), ", ".join(self.massless)
@@ -250,9 +197,8 @@ class Robot(WithoutUrdf):
 
     @property
     def friction_notes(self) -> tuple[str, ...]:
-        """What the URDF says of friction and efforts leave out, one clause; nothing without it."""
-        listed = ", ".join(self.dropped_friction)
-        return (f"efforts leave out what <dynamics> of the URDF says: {listed}",) if listed else ()
+        """What the URDF says of friction and efforts hold or leave out, one clause each; nothing without it."""
+        return friction_notes(self.friction_used, self.friction_left_out)
 
     @property
     def dof(self) -> int:
@@ -278,7 +224,7 @@ class Robot(WithoutUrdf):
             q: joint positions, shape (T, n_joints) [rad or m].
 
         Returns:
-            Origins (T, n_joints + 1, 3) [m] and rotation matrices (T, n_joints + 1, 3, 3) in the base frame, from the
+            Origins (T, n_model + 1, 3) [m] and rotation matrices (T, n_model + 1, 3, 3) in the base frame, from the
             base to the tool. A joint's frame moves with it.
         """
         self.check_body("the place of the tool")
@@ -296,7 +242,7 @@ class Robot(WithoutUrdf):
 
     @property
     def joint_axes(self) -> tuple[Array, Array]:
-        """Unit axis of every joint of the model in its own frame, (n_joints, 3), and whether it turns, (n_joints,)."""
+        """Unit axis of every joint of the model in its own frame, (n_model, 3), and whether it turns, (n_model,)."""
         subspaces = np.array([np.ravel(joint.createData().S) for joint in self.model.joints[1:]])
         turns: Array = np.any(subspaces[:, 3:], axis=1, keepdims=True)
         return np.where(turns, subspaces[:, 3:], subspaces[:, :3]), turns[:, 0]
@@ -310,6 +256,7 @@ def load_robot(
     limits: Mapping[str, Any] | str | Path | None = None,
     gravity: Any = None,
     allow_massless: bool | None = None,
+    friction: str | Mapping[str, Any] | None = None,
     packages: str | Path | Sequence[str | Path] | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF.
@@ -318,8 +265,8 @@ def load_robot(
         name: a name of :func:`list_robots` or of example-robot-data, the path of a folder with ``robot.toml`` and the
             URDF that it names or a table ``[dh]``, or the path of a URDF. A name of trajevo takes precedence over a
             folder of that name.
-        lock: joints to lock, name -> position [rad or m]; continuous and mimic joints must be locked, as they cannot be
-            planned for.
+        lock: joints to lock, name -> position [rad or m]. A joint that mimics a locked one is held where that holds it;
+            a locked joint mimics no other.
         tool: frame at the end effector; if None, that of ``robot.toml`` or the only tip of the URDF.
         limits: limits that complete or replace those of the files, a mapping from ``position``, ``velocity``,
             ``acceleration``, ``jerk`` or ``effort`` to one number for all joints, to one per joint in order, or to a
@@ -329,20 +276,27 @@ def load_robot(
         allow_massless: whether it is meant that links that a joint moves have no mass, so that efforts leave them out;
             if False, efforts, energies and capacities of such a robot are refused. If None, as ``robot.toml`` says, or
             False.
+        friction: ``"urdf"`` for what ``<dynamics>`` of the URDF says, ``damping`` [N·m·s/rad or N·s/m] as viscous and
+            ``friction`` [N·m or N] as dry friction, ``"none"``, or numbers that complete or replace those of the files,
+            a mapping from ``viscous`` or ``coulomb`` to numbers as in ``limits``. If None, as ``robot.toml`` says, and
+            where it says nothing, as the URDF does.
         packages: folders that hold the packages of ``package://NAME/...`` paths of meshes, besides the folder of the
             URDF, the three above it, and those in ``ROS_PACKAGE_PATH``.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the URDF. Otherwise
-        position, velocity and effort limits come from the URDF, acceleration and jerk limits from ``limits``.
+        position, velocity and effort limits come from the URDF, acceleration and jerk limits from ``limits``. A
+        continuous joint has no range, whatever its ``<limit>`` says, unless ``limits`` or ``robot.toml`` gives one. A
+        joint that mimics another is none of the robot's joints: what it bears and its friction are borne by the joint
+        that it follows, which is limited to positions and velocities at which the limits of both are kept.
 
     Raises:
         UnknownNameError: the name is neither a known robot nor a folder with ``robot.toml`` nor a URDF, or there is no
             such tool frame or joint to lock; the message lists the known names.
         InvalidInputError: the name is neither text nor a path, ``robot.toml`` is refused by
             :class:`~trajevo.robot.robot_toml.RobotFile`, the URDF is refused by
-            :func:`~trajevo.robot.urdf.checked_urdf` or by Pinocchio, a joint is neither revolute nor prismatic, or a
-            limit is missing. The message names the file and, where there is one, the joint or link and the value.
+            :func:`~trajevo.robot.urdf.problems.checked_urdf` or by Pinocchio, or a limit is missing. The message names
+            the file and, where there is one, the joint or link and the value.
     """
     source = robot_source(name)
     warn_of_other_robot(source)
@@ -353,27 +307,27 @@ def load_robot(
     if not isinstance(allow_massless, bool | None):
         raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
     folders = package_folders(packages)
-    locked = dict(lock or {})
     where = urdf or source.settings or source.urdf
-    text = file.written() if file is not None and urdf is None else checked_urdf(where, locked)
+    text = file.written() if file is not None and urdf is None else checked_urdf(where, lock or {})
+    root = ElementTree.fromstring(text)
+    following, locked = followers(root, lock or {})
     model, units = build_model(text, where, locked)
     if gravity is not None:
         model.gravity.linear = checked_gravity(gravity)
     else:
         model.gravity.linear = np.array(STANDARD_GRAVITY) if file is None else file.gravity()
-    names = tuple(model.names[1:])
-    transmission: Transmission = Direct()
-    if file is not None:
-        transmission, names, units = file.transmission(names, units)
+    transmission, names, units = _drives(model, units, following, file)
     declared = None if file is None else file.limits(names, units, locked)
-    given = given_limits(limits, names, units, locked)
-    still = {name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}
+    given = given_limits(limits, names, units, locked, following)
+    rubbing = friction_of(
+        friction, root, locked, following, names, units, None if file is None else file.friction(names, units)
+    )
     return Robot(
         name=source.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
-        limits=JointLimits(**declared_limits(model, names, units, declared, given, where)),
-        friction=Friction(**(still if file is None else file.friction(names, units))),
+        limits=JointLimits(**declared_limits(model, names, units, declared, given, where, following)),
+        friction=rubbing.friction,
         joint_names=names,
         joint_units=units,
         tool=_tool(model, tool, text, where, file),
@@ -384,6 +338,7 @@ def load_robot(
         urdf=urdf,
         packages=(*folders, *source.packages),
         locked=locked,
+        followers=following,
         settings=load_settings(
             name,
             lock=lock,
@@ -391,14 +346,36 @@ def load_robot(
             limits=given or None,
             gravity=gravity,
             allow_massless=allow_massless,
+            friction=friction,
             packages=[str(folder) for folder in folders] or None,
         ),
         allow_massless=allow_massless
         if allow_massless is not None
         else file is not None and file.settings.allow_massless,
-        dropped_friction=() if file is not None else tuple(dropped_friction(ElementTree.fromstring(text), locked)),
+        friction_used=rubbing.used,
+        friction_left_out=rubbing.left_out,
         written=text if urdf is None else "",
     )
+
+
+def _drives(
+    model: Any, units: tuple[str, ...], following: tuple[Follower, ...], file: RobotFile | None
+) -> tuple[Transmission, tuple[str, ...], tuple[str, ...]]:
+    """The transmission, and the names and units of the actuators in the order of the model's joints."""
+    joints = tuple(model.names[1:])
+    led = {follower.name for follower in following}
+    names = tuple(name for name in joints if name not in led)
+    units = tuple(unit for name, unit in zip(joints, units, strict=True) if name not in led)
+    transmission: Transmission = Direct()
+    if file is not None:
+        transmission, names, units = file.transmission(names, units)
+    if not following:
+        return transmission, names, units
+    if file is not None and not isinstance(transmission, Direct):
+        raise InvalidInputError(
+            f"{file.path}: transmission: expected joints that follow no others, but {following[0]} in the URDF; lock it"
+        )
+    return Mimicking.of(joints, following), names, units
 
 
 def robot_of(given: Any) -> Robot:

@@ -6,24 +6,26 @@ Formulas are analytic, so they take complex arrays too (derivatives by complex s
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.robot.urdf.joints import Follower
 
 
 class Transmission(ABC):
-    """A map ψ(q) from actuator coordinates to as many model coordinates."""
+    """A map ψ(q) from n_joints actuator coordinates to n_model coordinates of the model, at least as many."""
 
     @abstractmethod
     def motion(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
-        """Positions, velocities and accelerations of the model, all shapes (..., n_joints), SI."""
+        """Positions, velocities and accelerations of the model, (..., n_joints) -> (..., n_model), SI."""
 
     @abstractmethod
     def effort(self, q: Array, torque: Array) -> Array:
-        """Actuator efforts Jᵀ τ of model torques τ at actuator positions q, shape (..., n_joints) [N·m or N]."""
+        """Actuator efforts Jᵀ τ of model torques τ at actuator positions q, (..., n_model) -> (..., n_joints), SI."""
 
     @abstractmethod
     def reach(self, imaginary: Array, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array, Array]:
@@ -36,7 +38,7 @@ class Transmission(ABC):
             a: the same for accelerations [rad/s² or m/s²].
 
         Returns:
-            The same four bounds in model coordinates; inf where there is no bound.
+            The same four bounds in model coordinates, shapes (..., n_model); inf where there is no bound.
         """
 
     @abstractmethod
@@ -66,6 +68,89 @@ class Direct(Transmission):
         """The same torques."""
         del imaginary
         return torque
+
+
+class Mimic(NamedTuple):
+    """A coordinate of the model that follows another: multiplier × leader + offset.
+
+    Attributes:
+        column: its index in model coordinates.
+        leader: index of its leader in actuator coordinates.
+        multiplier: units of the coordinate per unit of its leader.
+        offset: its position where its leader is at 0 [rad or m].
+    """
+
+    column: int
+    leader: int
+    multiplier: float
+    offset: float
+
+
+@final
+@dataclass(frozen=True)
+class Mimicking(Transmission):
+    """Some joints of the model follow others, as the fingers of a gripper; every other joint has its own actuator.
+
+    By virtual work, an actuator bears the torque of its own joint and multiplier times that of every follower.
+
+    Attributes:
+        own: index in model coordinates of the joint that each actuator drives itself, in the order of the actuators.
+        mimics: the other coordinates of the model.
+    """
+
+    own: tuple[int, ...]
+    mimics: tuple[Mimic, ...]
+
+    @classmethod
+    def of(cls, model: Sequence[str], followers: Sequence[Follower]) -> Mimicking:
+        """The transmission of a model with joints of these names, of which some follow others."""
+        following = {each.name for each in followers}
+        names = [name for name in model if name not in following]
+        return cls(
+            tuple(model.index(name) for name in names),
+            tuple(
+                Mimic(model.index(each.name), names.index(each.leader), each.multiplier, each.offset)
+                for each in followers
+            ),
+        )
+
+    def motion(self, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
+        """Of followers multiplier q + offset, multiplier v and multiplier a."""
+        position, velocity, acceleration = (self._led(x) for x in (q, v, a))
+        for mimic in self.mimics:
+            position[..., mimic.column] += mimic.offset
+        return position, velocity, acceleration
+
+    def effort(self, q: Array, torque: Array) -> Array:
+        """The torque of the own joint and multiplier times that of every follower."""
+        del q
+        effort = torque[..., list(self.own)]
+        for mimic in self.mimics:
+            effort[..., mimic.leader] += mimic.multiplier * torque[..., mimic.column]
+        return effort
+
+    def reach(self, imaginary: Array, q: Array, v: Array, a: Array) -> tuple[Array, Array, Array, Array]:
+        """The magnitudes of followers are |multiplier| times those of their leaders, and |offset| more in positions."""
+        most_imaginary, position, velocity, acceleration = (np.abs(self._led(x)) for x in (imaginary, q, v, a))
+        for mimic in self.mimics:
+            position[..., mimic.column] += abs(mimic.offset)
+        return most_imaginary, position, velocity, acceleration
+
+    def effort_reach(self, imaginary: Array, torque: Array) -> Array:
+        """As :meth:`effort`, with the magnitudes of multipliers."""
+        del imaginary
+        effort = torque[..., list(self.own)]
+        for mimic in self.mimics:
+            effort[..., mimic.leader] += abs(mimic.multiplier) * torque[..., mimic.column]
+        return effort
+
+    def _led(self, x: Array) -> Array:
+        """Actuator coordinates times the multipliers, (..., n_joints) -> (..., n_model)."""
+        led = np.empty((*x.shape[:-1], len(self.own) + len(self.mimics)), dtype=x.dtype)
+        led[..., list(self.own)] = x
+        for mimic in self.mimics:
+            led[..., mimic.column] = mimic.multiplier * x[..., mimic.leader]
+        return led
 
 
 @final

@@ -226,6 +226,8 @@ def print_examination(out: Console, examination: RobotExamination) -> None:
     for kind, sentences in (("error", examination.errors), ("warning", examination.warnings)):
         for sentence in sentences:
             out.print(f"{kind}: {sentence}")
+    for clause in examination.notes:
+        out.print(f"note: {clause}")
     counts = (len(examination.errors), "error"), (len(examination.warnings), "warning")
     out.print(", ".join(f"{count} {what}{'' if count == 1 else 's'}" for count, what in counts))
 
@@ -239,6 +241,8 @@ def _joints(rows: Sequence[JointRow], unit: str) -> Listing:
     )
     for row in rows:
         limits = (row.lower, row.upper, row.velocity, row.acceleration, row.jerk, row.effort)
-        shown = ("-" if np.isnan(value) else f"{value:.6g}" for value in limits)
+        shown = ["-" if np.isnan(value) else f"{value:.6g}" for value in limits]
+        if np.isneginf(row.lower) and np.isposinf(row.upper):
+            shown[:2] = "no range", "no range"
         table.add(row.name, *([row.type] if several else []), *shown)
     return table

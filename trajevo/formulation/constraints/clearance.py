@@ -55,9 +55,15 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
         pickled. Its terms are the least distances of every pair at fixed shares of every segment.
 
     Raises:
-        InvalidInputError: a robot without collision geometry or with a transmission, or a tolerance that is not
-            positive.
+        InvalidInputError: a robot without collision geometry, with a transmission or with joints that follow others, or
+            a tolerance that is not positive.
     """
+    if robot.followers:
+        leaders = ", ".join(dict.fromkeys(repr(each.leader) for each in robot.followers))
+        raise InvalidInputError(
+            f"robot {robot.name!r}: clearance is proven for joints that follow no others, but {robot.followers[0]}: "
+            f"lock {leaders}, and what follows is held as well"
+        )
     if not isinstance(robot.transmission, Direct):
         raise InvalidInputError(
             f"robot {robot.name!r}: clearance is proven for actuators that drive joints directly, "

@@ -17,8 +17,9 @@ from trajevo.base.arrays import Array, row_products
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.scene import Box, Cylinder, Obstacle, Sphere
 from trajevo.robot.meshes import check_solids
-from trajevo.robot.robot import Robot, held_still
-from trajevo.robot.urdf import checked_urdf
+from trajevo.robot.robot import Robot
+from trajevo.robot.urdf.model import held_still, read_model
+from trajevo.robot.urdf.problems import checked_urdf
 
 
 @final
@@ -85,7 +86,7 @@ def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
 
 def _read(robot: Robot, urdf: Path, text: str) -> Any:
     check_solids(ElementTree.fromstring(text), urdf, robot.packages)
-    whole = pin.buildModelFromXML(text)
+    whole = read_model(text, urdf)
     folders = [str(folder) for folder in robot.packages]
     try:
         geometry = pin.buildGeomFromUrdfString(whole, text, pin.GeometryType.COLLISION, package_dirs=folders)

@@ -56,8 +56,6 @@ def checked_gravity(given: Any) -> Array:
 
 def check_locked(model: Any, file: Path | str, name: str, joint: Any, position: float) -> None:
     """Refuse a position that must be in degrees or millimetres: beyond the joint's range, and inside it in those."""
-    if joint.nq != 1:
-        return
     low, high = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
     unit, likely = ("m", "mm") if "JointModelP" in joint.shortname() else ("rad", "deg")
     inside = position * to_si(likely)

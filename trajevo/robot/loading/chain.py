@@ -16,7 +16,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
-from trajevo.robot.urdf import urdf_problems
+from trajevo.robot.urdf.problems import urdf_problems
 
 #: Links of a chain before its first joint, at the end of its last step, and at the tool.
 BASE, FLANGE, TOOL = "base", "flange", "tool"

@@ -1,27 +1,19 @@
-"""URDF files: checks before Pinocchio reads them, and their links, rigid bodies and tips.
-
-The checks are needed because Pinocchio silently drops an inertia that it cannot read.
-"""
+"""Checks of a URDF before Pinocchio reads it, which silently drops an inertia that it cannot read."""
 
 from __future__ import annotations
 
-import os
-import re
 from collections import Counter
 from collections.abc import Collection, Generator, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.base.files import read_bytes, why_not
-from trajevo.base.plain import parsed_xml
-from trajevo.errors import InvalidInputError, nearest_names, no_such_file
-
-#: The numbers that Pinocchio's URDF parser reads; Python's float() takes more: nan, inf, 1_0, trailing spaces.
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+from trajevo.errors import InvalidInputError, nearest_names
+from trajevo.robot.urdf.bodies import bodies
+from trajevo.robot.urdf.file import read_urdf, urdf_number
+from trajevo.robot.urdf.joints import followers, mimic_loop, mimicking
 
 #: Greatest number of links: Pinocchio's reader ends the process where a chain of 4,000 exhausts its stack.
 MOST_LINKS = 2_000
@@ -57,7 +49,7 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
 
     Args:
         file: the URDF.
-        locked: joints that will be locked; these may mimic others.
+        locked: joints that will be locked; these follow no others.
 
     Returns:
         The file as XML text for Pinocchio: exactly what was checked, without what is not read, such as colours.
@@ -75,33 +67,18 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
 
 
-def read_urdf(file: Path) -> ElementTree.Element:
-    """The top element of a URDF.
-
-    Raises:
-        InvalidInputError: there is no such file, or it is not XML.
-    """
-    if not os.path.isfile(file):
-        raise InvalidInputError(no_such_file(file, "URDF file"))
-    try:
-        content = read_bytes(file)
-    except OSError as error:
-        raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
-    return parsed_xml(content, file)
-
-
 def urdf_problems(robot: ElementTree.Element, file: Path | str, locked: Collection[str] = ()) -> Iterator[str]:
     """All reasons to refuse a URDF before Pinocchio reads it, one sentence each.
 
     These are numbers that cannot be read, a negative mass, an inertia that is not positive definite or breaks the
-    triangle inequality, a zero axis, a ``<mimic>``, limits that are missing, negative or cannot be read, a joint whose
-    type is unknown or cannot be planned for, no movable joint, names that are missing or not unique, and links that do
-    not form one tree.
+    triangle inequality, a zero axis, a ``<mimic>`` that follows no joint or itself, friction that is negative, limits
+    that are missing, negative or cannot be read, a joint whose type is unknown or cannot be planned for, no movable
+    joint, names that are missing or not unique, and links that do not form one tree.
 
     Args:
         robot: top element of the URDF.
         file: the URDF, for the sentences.
-        locked: joints that will be locked; these may mimic others.
+        locked: joints that will be locked; these follow no others.
     """
     if robot.tag != "robot":
         yield f"{file}: expected <robot> as the top element, got <{robot.tag}>"
@@ -121,7 +98,8 @@ def urdf_problems(robot: ElementTree.Element, file: Path | str, locked: Collecti
             yield from _collision_problems(collision, f"{file}: link {link.get('name')!r}: collision")
     joints = robot.findall("joint")
     for joint in joints:
-        yield from _joint_problems(joint, f"{file}: joint {joint.get('name')!r}", joint.get("name") in locked)
+        yield from _joint_problems(joint, f"{file}: joint {joint.get('name')!r}")
+    yield from _mimic_problems(robot, file, locked)
     if all(joint.get("type") == "fixed" for joint in joints):
         yield f"{file}: expected at least one movable joint, got {len(joints)} fixed ones"
     yield from _name_problems(robot, file)
@@ -180,18 +158,15 @@ def _tensor_problems(tensor: Array, where: str) -> Iterator[str]:
         )
 
 
-def _joint_problems(joint: ElementTree.Element, where: str, locked: bool) -> Iterator[str]:
+def _joint_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
     kind = joint.get("type")
     if kind not in _TYPES:
         yield f"{where}: type: expected revolute, prismatic, continuous or fixed, got {kind!r}"
     elif kind in _UNPLANNABLE:
         yield f"{where} is a {_UNPLANNABLE[kind]}, which cannot be planned for; expected revolute or prismatic"
     yield from _origin_problems(joint, where)
-    mimic = joint.find("mimic")
-    # A fixed joint follows no other, whatever it mimics: grippers made rigid for a model often keep their <mimic>.
-    if mimic is not None and not locked and kind != "fixed":
-        yield f"{where}: expected an independent joint, got <mimic> of {mimic.get('joint')!r}; lock it"
     yield from _limit_problems(joint, where)
+    yield from _dynamics_problems(joint, where)
     axis = joint.find("axis")
     # In the URDF format a missing <axis> means the x axis.
     if axis is None or kind in ("fixed", "floating"):
@@ -218,6 +193,41 @@ def _limit_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
             value = yield from _number(limit, key, f"{where}: limit")
             if value is not None and value < 0.0 and key in ("velocity", "effort") and joint.get("type") != "fixed":
                 yield f"{where}: limit: {key}: expected a positive number, got {value:g}"
+
+
+def _dynamics_problems(joint: ElementTree.Element, where: str) -> Iterator[str]:
+    """Friction and damping that cannot be read or would drive the joint."""
+    element = joint.find("dynamics")
+    if element is None or joint.get("type") == "fixed":
+        return
+    for key in ("friction", "damping"):
+        if key in element.attrib:
+            value = yield from _number(element, key, f"{where}: dynamics")
+            if value is not None and value < 0.0:
+                yield f"{where}: dynamics: {key}: expected a number from 0 on, got {value:g}"
+
+
+def _mimic_problems(robot: ElementTree.Element, file: Path | str, locked: Collection[str]) -> Iterator[str]:
+    """Joints that follow none, or themselves; a fixed or locked joint follows no other, whatever it mimics."""
+    found, names = mimicking(robot, locked), [joint.get("name", "") for joint in robot.iterfind("joint")]
+    for joint in robot.iterfind("joint"):
+        follower, mimic = found.get(joint.get("name", "")), joint.find("mimic")
+        if follower is None or mimic is None:
+            continue
+        where = f"{file}: joint {follower.name!r}: mimic"
+        if follower.leader not in names:
+            nearest = nearest_names(follower.leader, names)
+            meant = f"; did you mean {nearest[0]!r}?" if nearest else ""
+            yield f"{where}: expected a joint of the file, got {mimic.get('joint')!r}{meant}"
+        for key in ("multiplier", "offset"):
+            if key in mimic.attrib:
+                yield from _number(mimic, key, where)
+    loop = mimic_loop(found)
+    if loop:
+        yield f"{file}: expected joints that follow one that moves by itself, got a circle: {' -> '.join(loop)}"
+    for follower in followers(robot, dict.fromkeys(locked, 0.0))[0]:
+        if found[follower.name].multiplier < np.inf and not np.isfinite([follower.multiplier, follower.offset]).all():
+            yield f"{file}: expected finite numbers for joints that follow followers, got {follower}"
 
 
 def _name_problems(robot: ElementTree.Element, file: Path | str) -> Iterator[str]:
@@ -285,13 +295,6 @@ def _origin_problems(parent: ElementTree.Element, where: str) -> Iterator[str]:
             yield from _vector(origin, key, f"{where}: origin")
 
 
-def urdf_number(text: str | None) -> float | None:
-    """A number as Pinocchio's parser reads it, or None if it cannot."""
-    if text is None or not (_NUMBER.fullmatch(text) and np.isfinite(float(text))):
-        return None
-    return float(text)
-
-
 def _number(element: ElementTree.Element, key: str, where: str) -> _Reading:
     value = urdf_number(element.get(key))
     if value is None:
@@ -306,109 +309,3 @@ def _vector(element: ElementTree.Element, key: str, where: str) -> Generator[str
         yield f"{where}: expected three finite numbers as {key}, got {element.get(key)!r}"
         return None
     return np.array(parts, dtype=float)
-
-
-@dataclass(frozen=True)
-class LinkRow:
-    """One link, SI; NaN where the file gives no number.
-
-    Attributes:
-        name: name of the link.
-        mass: mass, 0 without ``<inertial>`` [kg].
-        moments: principal moments of inertia about the centre of mass, ascending [kg·m²].
-    """
-
-    name: str
-    mass: float
-    moments: tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Body:
-    """Links that are rigidly connected, and the joint that moves them, None for the base."""
-
-    joint: str | None
-    links: tuple[LinkRow, ...]
-
-
-def link_rows(robot: ElementTree.Element) -> tuple[LinkRow, ...]:
-    """The links of a URDF in its order."""
-    return tuple(_row(link) for link in robot.iterfind("link"))
-
-
-def bodies(robot: ElementTree.Element, lock: Collection[str]) -> tuple[Body, ...]:
-    """Groups of links that fixed and locked joints connect, each with the joint that moves the group."""
-    carriers: dict[str, ElementTree.Element] = {}
-    for joint in robot.iterfind("joint"):
-        carriers.setdefault(_end(joint, "child"), joint)
-    held: dict[str | None, list[LinkRow]] = {}
-    tops: dict[str, str] = {}  # link -> the uppermost one of its body
-    for link in link_rows(robot):
-        at, passed = link.name, {link.name: None}
-        while at not in tops and at in carriers and _holds_still(carriers[at], lock):
-            at = _end(carriers[at], "parent")
-            if at in passed:  # a loop, which is reported as such
-                break
-            passed[at] = None
-        top = tops.get(at, at)
-        tops.update(dict.fromkeys(passed, top))
-        mover = carriers[top].get("name", "") if top in carriers else None
-        held.setdefault(mover, []).append(link)
-    return tuple(Body(joint, tuple(links)) for joint, links in held.items())
-
-
-def _holds_still(joint: ElementTree.Element, lock: Collection[str]) -> bool:
-    return joint.get("type") == "fixed" or joint.get("name") in lock
-
-
-def massless_bodies(found: tuple[Body, ...]) -> Iterator[tuple[str, list[str]]]:
-    """Joints that move a body without mass, and the links of that body."""
-    for body in found:
-        if body.joint is not None and not any(link.mass for link in body.links):  # NaN is true: reported elsewhere
-            yield body.joint, [link.name for link in body.links]
-
-
-def dropped_friction(robot: ElementTree.Element, lock: Collection[str]) -> Iterator[str]:
-    """Friction and damping of ``<dynamics>``, which efforts leave out, one clause for each joint that has any."""
-    for joint in robot.iterfind("joint"):
-        element = joint.find("dynamics")
-        if element is None or joint.get("type") == "fixed" or joint.get("name") in lock:
-            continue
-        unit = "N" if joint.get("type") == "prismatic" else "N·m"
-        rate = "N·s/m" if joint.get("type") == "prismatic" else "N·m·s/rad"
-        parts = []
-        for key, of in (("friction", unit), ("damping", rate)):
-            value = _read(element, key)
-            if value > 0.0:  # NaN: not given, or unreadable, which the reader of the model ignores as well
-                parts.append(f"{key} {value:g} {of}")
-        if parts:
-            yield f"{' and '.join(parts)} of {joint.get('name')!r}"
-
-
-def tips(robot: ElementTree.Element) -> list[str]:
-    """Links that carry no other link."""
-    parents = {_end(joint, "parent") for joint in robot.iterfind("joint")}
-    return [link.get("name", "") for link in robot.iterfind("link") if link.get("name", "") not in parents]
-
-
-def _row(link: ElementTree.Element) -> LinkRow:
-    inertial = link.find("inertial")
-    if inertial is None:
-        return LinkRow(link.get("name", ""), 0.0, (0.0, 0.0, 0.0))
-    mass = _read(inertial.find("mass"), "value")
-    ixx, ixy, ixz, iyy, iyz, izz = (
-        _read(inertial.find("inertia"), key) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    )
-    tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    moments = np.linalg.eigvalsh(tensor) if np.isfinite(tensor).all() else np.full(3, np.nan)
-    return LinkRow(link.get("name", ""), mass, (float(moments[0]), float(moments[1]), float(moments[2])))
-
-
-def _read(element: ElementTree.Element | None, key: str) -> float:
-    value = None if element is None else urdf_number(element.get(key))
-    return float("nan") if value is None else value
-
-
-def _end(joint: ElementTree.Element, role: str) -> str:
-    element = joint.find(role)
-    return "" if element is None else element.get("link", "")

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 from xml.etree import ElementTree
 
 from trajevo.base.units import likely_unit
-from trajevo.robot.urdf import LinkRow, urdf_number
+from trajevo.robot.urdf.bodies import LinkRow
+from trajevo.robot.urdf.file import urdf_number
 
 #: An origin farther from that of the joint before, a radius of gyration, and a mass of all links, above which a URDF is
 #: taken to be in mm, kg·mm² and g [m, m, kg].
