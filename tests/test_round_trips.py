@@ -153,6 +153,7 @@ class Draw:
                 "gravity": self.choice([None, self.vector(-9.9, 9.9, 3)]),
                 "allow_massless": True,
                 "packages": self.choice([None, self.folder, str(self.folder), [self.folder]]),
+                "friction": self.friction("a"),
             }, 2
         names = list(load_robot("ur5", tool="tool0", limits={"acceleration": 1.0, "jerk": 1.0}).joint_names)
         locked = {names[5]: self.number(-1.0, 1.0)} if self.chance(0.3) else None
@@ -164,7 +165,12 @@ class Draw:
             "gravity": self.choice([None, self.vector(-9.9, 9.9, 3)]),
             "allow_massless": self.choice([None, False, True]),
             "packages": self.choice([None, self.folder]),
+            "friction": self.friction(names[0]),
         }, 6 - len(locked or ())
+
+    def friction(self, joint):
+        viscous = self.choice([self.number(0.0, 0.5), {joint: self.number(0.0, 0.5)}])
+        return self.choice([None, "none", "urdf", {"viscous": viscous}, {"coulomb": {joint: np.float64(0.25)}}])
 
     def robot(self):
         given, dof = self.robot_arguments()
@@ -301,6 +307,7 @@ def via_points(draw):
         "interpolant": interpolant,
         "passing": () if cyclic else passing(draw, dof, count, interpolant),
         "cyclic": cyclic,
+        "turns": draw.choice(["as_written", "shortest"]),
         "moving": draw.moving(dof, count) if draw.chance(0.4) else (),
         "objectives": objectives,
         "constraints": constraints,
