@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from contextlib import AbstractContextManager, suppress
+from functools import cache
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from trajevo.errors import InvalidInputError
 
@@ -52,8 +54,14 @@ def one_blas_thread() -> AbstractContextManager[Any]:
 
     An SQP run along a path takes 0.33 s with two threads and 0.09 s with one.
     """
-    limit: AbstractContextManager[Any] = threadpool_limits(limits=1, user_api="blas")
+    limit: AbstractContextManager[Any] = _blas("scipy.linalg" in sys.modules).limit(limits=1, user_api="blas")
     return limit
+
+
+@cache
+def _blas(_with_scipy: bool) -> ThreadpoolController:
+    """The libraries of matrix products that are loaded; looking for them takes milliseconds, and SciPy has its own."""
+    return ThreadpoolController()
 
 
 def scaled(values: Array, factor: Array) -> Array:

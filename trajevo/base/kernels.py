@@ -60,7 +60,12 @@ class Loop:
 
     def __call__(self, *arguments: Any) -> None:
         """Call the compiled loop; arrays that it reads may lie in memory in any order and be read-only."""
-        self.compiled(*(np.ascontiguousarray(x) if isinstance(x, np.ndarray) else x for x in arguments))
+        self.compiled(
+            *[
+                np.ascontiguousarray(x) if isinstance(x, np.ndarray) and not x.flags.c_contiguous else x
+                for x in arguments
+            ]
+        )
 
     @cached_property
     def compiled(self) -> Any:

@@ -59,7 +59,7 @@ def run_facts(front: Front, *, brief: bool = False) -> list[tuple[str, str]]:
     facts = [
         ("problem", f"{record.title} ({record.name or 'not registered'})"),
         ("robot", f"{record.robot}: {record.robot_reference}"),
-        *([("masses", "; ".join(notes))] if notes else []),
+        *([("efforts", "; ".join(notes))] if notes else []),
         ("problem settings (SI)", _listed(settings) or "none"),
         ("payload", f"{_carried(record)}, {LOAD_MODELS[record.payload['model']]}"),
         ("variables", ", ".join(f"{v.name} in [{v.lower:g}, {v.upper:g}] {v.unit}" for v in record.variables)),

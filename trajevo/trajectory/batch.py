@@ -215,6 +215,8 @@ def checked_factor(factor: float) -> float:
 
 def checked_order(derivative: int) -> int:
     """A derivative's order, checked to be a whole number and not negative."""
+    if type(derivative) is int and derivative >= 0:  # nearly always, and thousands of times in a run
+        return derivative
     if not isinstance(derivative, int | np.integer) or isinstance(derivative, bool) or derivative < 0:
         raise InvalidInputError(f"derivative: expected a whole number from 0 on, got {derivative!r}")
     return int(derivative)
