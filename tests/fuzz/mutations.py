@@ -39,6 +39,9 @@ VALUES: tuple[Any, ...] = (
 #: Share of numbers that are changed to others which a reader may take.
 _GENTLY = 0.6
 
+#: Digits from which Python refuses to turn a number into text, and fewer.
+_LONG = 1000
+
 _NUMBER = re.compile(rb"-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?")
 _TEXT = re.compile(rb'"[^"\n]{0,80}"')
 _DTYPES = ("f8", "f4", "f2", "c16", "i8", "i1", "u8", "?", "U3", "S3", "M8[s]", "V4")
@@ -105,7 +108,7 @@ def _stand_for(pattern: re.Pattern[bytes], by: Callable[[bytes, Random], bytes])
 
 
 def _number(old: bytes, random: Random) -> bytes:
-    if random.random() < _GENTLY:
+    if random.random() < _GENTLY and len(old) < _LONG:
         return json.dumps(_near(json.loads(old.lstrip(b"0") or b"0") if old.isdigit() else float(old), random)).encode()
     return random.choice(NUMBERS).encode()
 
