@@ -40,7 +40,7 @@ demo-tasks: $(READY)  ## solve and verify the worked tasks, in runs/
 		$(BIN)/trajevo verify runs/$$task --solution knee; \
 	done
 
-kernels: $(READY)  ## compile all loops for this machine, 15 s once
+kernels: $(READY)  ## compile all loops for this machine, 10 s once
 	$(BIN)/python -m trajevo.base.kernels
 
 test: kernels  ## run the tests
