@@ -542,3 +542,5 @@ def test_a_rollout_of_other_segments_is_refused(problem):
     trajectory = made(PART, passing=()).decode(np.ones((1, 4)))
     refused(lambda: Rollout(problem.dynamics, trajectory), "trajectory: expected 6 segments")
     refused(lambda: problem.dynamics.effort(*np.zeros((3, 2, 6))), "segments: expected")
+    rollout = problem.rollout(np.ones(problem.n_var))
+    refused(lambda: rollout.effort_in(rollout.q, rollout.v, rollout.a), "t: expected the instants of the states")
