@@ -170,7 +170,9 @@ class Rollout:
         """
         v = self.without_rounding(v)
         if self.dynamics.schedule is not None and t is None:
-            raise InvalidInputError(f"t: expected the instants of the states, as loads change: {self.dynamics.schedule}")
+            raise InvalidInputError(
+                f"t: expected the instants of the states, as loads change: {self.dynamics.schedule}"
+            )
         if t is None or self.dynamics.schedule is None:
             return frozen(self._loaded_effort(self.masses, q, v, a))
         owner = np.arange(len(q)).repeat(q.shape[1])
