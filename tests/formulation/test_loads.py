@@ -35,7 +35,9 @@ from trajevo.dynamics.payload_masses import masses_held
 from trajevo.dynamics.rollout import Rollout
 from trajevo.path.loads import together
 from trajevo.plots.report import run_facts
+from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.robot.payload import carrying
+from trajevo.solvers.evolutionary.first_population import first_population
 from trajevo.solvers.optimise import load_task
 from trajevo.solvers.rivals import rivals_of
 from trajevo.trajectory.polynomial import PolynomialBatch
@@ -187,6 +189,57 @@ def test_objectives_are_those_of_the_parts_of_the_motion_with_their_own_payload(
     expected = np.stack([*found[:5].sum(axis=1), found[5].max(axis=0)], axis=1)
     np.testing.assert_allclose(whole, expected, rtol=1e-4)
     np.testing.assert_allclose(whole[:, [0, 5]], expected[:, [0, 5]], rtol=1e-9)
+
+
+@pytest.mark.parametrize("model", ["rigid", "weight_only", "tool_axis"])
+def test_every_model_of_a_payload_and_friction_change_with_the_load(model):
+    load = {"mass": 2.0, "model": model} | ({} if model == "tool_axis" else {"com": [0.0, 0.02, 0.1]})
+    task = ViaPointProblem(
+        robot="puma560",
+        points=TABLE_1_JOINTS,
+        payload=[load | {"from": 1, "to": 2}],
+        objectives=("energy", "square_effort"),
+        constraints=("effort",),
+    )
+    assert task.robot.friction.is_dry
+    x = vectors(task, 2)
+    rollout, batch, F = task.rollout(x), task.decode(x), task.evaluate(x, return_values_of=["F"])
+    carried = [Payload.of(load, model=None) if loads else Payload(0.0) for loads in task.dynamics.schedule.carried]
+    for k, payload in enumerate(carried):
+        states = (x[0, rollout.segments == k] for x in (rollout.q, rollout.without_rounding(rollout.v), rollout.a))
+        expected = NewtonEuler(task.robot, payload).effort(*states)
+        np.testing.assert_allclose(rollout.effort[0, rollout.segments == k], expected, atol=1e-10)
+    parts = [Rollout(Dynamics(task.robot, payload), part_of(batch, [k])) for k, payload in enumerate(carried)]
+    for column, objective in enumerate(task.objectives):
+        np.testing.assert_allclose(F[:, column], sum(map(objective.function, parts)), rtol=1e-4)
+    bounds, greatest = certify(task.rollout(x[0])), np.abs(task.rollout(x[0]).effort[0]).max(axis=0)
+    proven = {row.joint: row.bound for row in bounds.rows if row.quantity == "effort"}
+    assert (greatest <= np.array([proven[name] for name in task.robot.joint_names])).all()
+
+
+def test_efforts_in_states_of_several_motions_are_those_of_their_instants(problem):
+    x = vectors(problem, 3)
+    rollout = problem.rollout(x)
+    motion = rollout.trajectory.sample(50)
+    found = rollout.effort_in(motion.q, motion.v, motion.a, motion.t)
+    for row in range(3):
+        begin, end = rollout.trajectory.breaks[row, [2, 4]]
+        on = (motion.t[row] >= begin) & (motion.t[row] < end)
+        for chosen, payload in ((on, together([GRIPPER, PART])), (~on, GRIPPER)):
+            states = (values[row, chosen] for values in (motion.q, motion.v, motion.a))
+            expected = NewtonEuler(problem.robot, payload).effort(*states)
+            np.testing.assert_allclose(found[row, chosen], expected, atol=1e-9)
+
+
+def test_first_populations_are_stretched_to_the_efforts_with_the_load():
+    task = made([GRIPPER, {"mass": 15.5, "from": 1, "to": 3}], objectives=("time",), constraints=("effort",), samples=4)
+    found = first_population(task, 6, starts="spread", seed=1)
+    G = task.evaluate(found.X, return_values_of=["G"])
+    assert (G <= 0.0).all()
+    rollout = task.rollout(found.X)
+    used = (np.abs(rollout.effort) / task.robot.limits.effort).max(axis=2)
+    assert (used.max(axis=1) > 0.9).all()
+    assert np.isin(rollout.segments[used.argmax(axis=1)], (2, 3)).all()
 
 
 def test_a_motion_has_the_same_digits_alone_and_among_others(problem):
@@ -469,6 +522,14 @@ def test_tasks_say_what_is_carried_from_where_to_where(tmp_path):
     told = trajevo("check", str(file))
     assert told.returncode == 0, told.stderr
     assert "1 kg all the time, 3 kg from point 1 to point 2" in told.stdout
+
+
+def test_the_capacity_of_a_run_says_of_which_load_it_is(front, tmp_path):
+    front.save(tmp_path / "front.json")
+    told = trajevo("capacity", str(tmp_path))
+    assert told.returncode == 0, told.stderr
+    said = " ".join(told.stdout.split())
+    assert "the mass of load 1, where it is carried; loads: 1 kg all the time, 3 kg from point 1 to point 3" in said
 
 
 @pytest.mark.parametrize(
