@@ -186,6 +186,13 @@ def test_shapes_are_in_their_centres_of_mass_unless_they_say_where():
     assert "clearance of part to obstacles" in made(solid, [load_below(2, 0.1)]).constraint_names
 
 
+def test_a_shape_without_a_scene_is_told_to_be_of_no_effect(problem):
+    blind = ViaPointProblem(**(problem.settings | {"scene": None}))
+    said = "payload.0.shape: of no effect, as there is no scene whose clearance it could keep"
+    assert said in blind.notes
+    assert said not in problem.notes
+
+
 TASK = """
 duration_bounds = [0.4, 3.0]
 points = [
