@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.base.plugins import Registry
+from trajevo.base.plugins import Registry, first_line, plain_name
 from trajevo.dynamics.integrals.efforts import (
     greatest_efforts,
     integrated_square_effort,
@@ -226,13 +226,28 @@ OBJECTIVES: dict[str, Objective] = {
     )
 }
 
-#: Objectives by name, with those of other packages.
+
+def objective_of(place: str, function: Any) -> Objective:
+    """The objective of a user's function of a rollout, with its name and, if it has one, its attribute ``unit``.
+
+    Raises:
+        InvalidInputError: something else, or a function without a name.
+    """
+    name = plain_name("objective", place, function, "Objective('my_name', 'unit', 'source', function)")
+    unit = getattr(function, "unit", "1")
+    if not isinstance(unit, str):
+        raise InvalidInputError(f"objectives: {place!r}: its unit: expected a text such as 'W', got {unit!r}")
+    return Objective(name, unit, place, function, help=first_line(function))
+
+
+#: Objectives by name, with those of other packages and functions of the user's.
 NAMED_OBJECTIVES: Registry[Objective] = Registry(
     kind="objective",
     group="trajevo.objectives",
     own=OBJECTIVES,
     expected="a trajevo.Objective",
     fits=lambda found: isinstance(found, Objective),
+    made=objective_of,
 )
 
 

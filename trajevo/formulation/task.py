@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from trajevo.base.own.code import looking_in
 from trajevo.base.toml import Places
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.problem import TrajectoryProblem
@@ -63,7 +64,8 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "title": title,
     }
     try:
-        return load_problem(TASK_PROBLEM, **arguments)
+        with looking_in(folder):
+            return load_problem(TASK_PROBLEM, **arguments)
     except TrajevoError as error:
         raise InvalidInputError(where.guess(error)) from error
 

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.own.code import known_at, named, naming
 from trajevo.base.plain import plain_data
 from trajevo.base.units import if_degrees
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -59,8 +60,8 @@ class ViaPointProblem(TrajectoryProblem):
             that every joint goes the shorter way round from point to point.
         duration_bounds: least and greatest time between two points [s], or such a pair for every segment, shape
             (K - 1, 2); a duration whose bounds are equal is fixed, and no variable.
-        interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or an interpolant of another
-            package.
+        interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, an interpolant of another
+            package, your own class derived from :class:`~trajevo.trajectory.interpolants.Interpolant`, or its place.
         moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
             or mappings with the number of the ``point`` and the half widths ``joints`` (n_joints) [rad or m] or
             ``tool`` (3) [m].
@@ -68,9 +69,11 @@ class ViaPointProblem(TrajectoryProblem):
             ``point`` and ``stop``, ``dwell`` [s], ``velocity``, ``acceleration`` (n_joints) or ``window`` [s].
         cyclic: whether the end meets the start with all derivatives that are continuous on the way, instead of rests at
             both; the last point is then the first.
-        objectives: names, see :data:`~trajevo.formulation.objectives.OBJECTIVES`.
+        objectives: names, see :data:`~trajevo.formulation.objectives.OBJECTIVES`; your own functions of a rollout, or
+            :class:`~trajevo.formulation.objectives.Objective`, or their places ``"module:name"``.
         constraints: names of limits that need no parameter, see
-            :data:`~trajevo.formulation.constraints.kinds.KINDS`.
+            :data:`~trajevo.formulation.constraints.kinds.KINDS`; your own functions of a rollout, or
+            :class:`~trajevo.formulation.constraints.constraint.Constraint`, or their places.
         limits: ``"certified"`` for effort and tool-speed limits proven at every instant, see
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
         payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings. If ``"unused_payload"`` is an
@@ -101,12 +104,12 @@ class ViaPointProblem(TrajectoryProblem):
         points: Any = None,
         turns: str = "as_written",
         duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
-        interpolant: str = "quintic_spline",
+        interpolant: str | type[Interpolant] = "quintic_spline",
         moving: Sequence[Any] = (),
         passing: Sequence[Any] = (),
         cyclic: bool = False,
-        objectives: Sequence[str] = ("time", "jerk"),
-        constraints: Sequence[str] = ("position", "velocity", "acceleration", "jerk"),
+        objectives: Sequence[Any] = ("time", "jerk"),
+        constraints: Sequence[Any] = ("position", "velocity", "acceleration", "jerk"),
         limits: str = "certified",
         payload: float | Payload | dict[str, Any] = 0.0,
         payload_range: tuple[float, float] | None = None,
@@ -118,7 +121,10 @@ class ViaPointProblem(TrajectoryProblem):
     ) -> None:
         if title is not None:
             self.title = checked_title(title)
-        NAMED_INTERPOLANTS.find(interpolant)
+        self._own: dict[str, Any] = {}
+        kind: str = self._named([interpolant], "interpolant")[0]
+        objectives, constraints = self._named(objectives, "objectives"), self._named(constraints, "constraints")
+        NAMED_INTERPOLANTS.find(kind)
         _check_keys(parameters)
         named = robot_of(robot)
         via = closed(joint_points(points, named, turns=turns), cyclic)
@@ -129,7 +135,7 @@ class ViaPointProblem(TrajectoryProblem):
         kept = isinstance(constraints, Sequence) and "position" in constraints
         asked, on_limits = passings_of(passing, len(via), named.joint_names), turning(via, named, boxes) if kept else ()
         at_limits = left_open(on_limits, asked)
-        decoder = _interpolant(interpolant, via, named, bounds, boxes, at_limits, asked, cyclic)
+        decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
         check_seam(cyclic, named, via, held)
@@ -144,14 +150,14 @@ class ViaPointProblem(TrajectoryProblem):
             reference_point=reference_point,
             length=length_unit(named),
         )
-        told = notes_on_turning(at_limits, named, interpolant, price_of_rest(interpolant))
+        told = notes_on_turning(at_limits, named, kind, price_of_rest(kind))
         self._notes = (*told, *notes_on_height(via, named, held), *(named.friction_notes if named.gives_effort else ()))
         given = {
             "robot": named.settings,
             "points": via.positions.tolist(),
             "turns": turns,
             "duration_bounds": bounds.tolist(),
-            "interpolant": interpolant,
+            "interpolant": kind,
             "moving": [_box_settings(box) for box in boxes],
             "passing": [one.settings for one in asked],
             **({"cyclic": True} if cyclic else {}),  # hardly any motion is, and settings are told
@@ -169,8 +175,21 @@ class ViaPointProblem(TrajectoryProblem):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Keyword arguments that make an equal problem."""
+        """Keyword arguments that make an equal problem; what is the user's own by its place in Python."""
         return dict(self._settings)
+
+    def with_payload(self, payload: Payload) -> TrajectoryProblem:
+        """The same problem with another payload, and the same own functions, whatever their places mean by now."""
+        with naming(self._own):
+            return super().with_payload(payload)
+
+    def _named(self, given: Any, argument: str) -> Any:
+        """Names, and places of what is the user's own, which are remembered."""
+        if isinstance(given, str) or not isinstance(given, Sequence):
+            return given  # is refused elsewhere
+        names = [named(one, argument) for one in given]
+        self._own |= {name: known_at(name) for name in names if known_at(name) is not None}
+        return names
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -3,8 +3,9 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from trajevo.base.own.code import told
 from trajevo.base.plugins import Registry
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.cubic import CubicSpline
@@ -76,9 +77,16 @@ def interpolant_through(
     if cyclic and not getattr(found, "takes_cycles", False):
         raise InvalidInputError(f"cyclic: {name!r} makes no cyclic motions; quintic_spline and septic_spline do")
     given: dict[str, Any] = ({"at_rest": at_rest} if at_rest else {}) | ({"cyclic": True} if cyclic else {})
-    if bounds.ndim == 2 or any(one.stop or one.vectors for one in passing):
-        return Legs(name, found, points, passing=tuple(passing), duration_bounds=bounds, **given)
-    return found(points, duration_bounds=tuple(bounds.tolist()), **given)
+    try:
+        if bounds.ndim == 2 or any(one.stop or one.vectors for one in passing):
+            return Legs(name, found, points, passing=tuple(passing), duration_bounds=bounds, **given)
+        return found(points, duration_bounds=tuple(bounds.tolist()), **given)
+    except TrajevoError:
+        raise
+    except Exception as error:
+        if name in THROUGH_POINTS:
+            raise
+        raise InvalidInputError(f"interpolant: {name} cannot be made of points: {told(error)}") from error
 
 
 __all__ = [
