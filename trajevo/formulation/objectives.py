@@ -14,6 +14,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.base.plugins import Registry, first_line, plain_name
 from trajevo.dynamics.integrals.efforts import (
+    greatest_effort_rates,
     greatest_efforts,
     integrated_square_effort,
     integrated_square_effort_rate,
@@ -131,6 +132,24 @@ def effort_ratio(rollout: Rollout) -> Array:
     return greatest
 
 
+def peak_acceleration(rollout: Rollout) -> Array:
+    """Greatest |acceleration| of any joint at any instant, exact, shape (B,) [rad/s² or m/s²]."""
+    greatest: Array = rollout.trajectory.peak(2).max(axis=1)
+    return greatest
+
+
+def peak_jerk(rollout: Rollout) -> Array:
+    """Greatest |jerk| of any joint at any instant, exact, shape (B,) [rad/s³ or m/s³]."""
+    greatest: Array = rollout.trajectory.peak(3).max(axis=1)
+    return greatest
+
+
+def peak_effort_rate(rollout: Rollout) -> Array:
+    """Greatest |d effort / dt| of any joint, shape (B,) [N·m/s or N/s]; steps do not count."""
+    greatest: Array = greatest_effort_rates(rollout).max(axis=1)
+    return greatest
+
+
 @dataclass(frozen=True)
 class _UnusedPayload:
     greatest: float
@@ -204,6 +223,22 @@ OBJECTIVES: dict[str, Objective] = {
             effort_ratio,
             needs=("masses", "effort limits"),
             help="greatest share of an effort limit that any joint uses",
+        ),
+        Objective(
+            "peak_acceleration",
+            "{joint}/s^2",
+            _BY_NAME,
+            peak_acceleration,
+            help="greatest acceleration of any joint at any instant",
+        ),
+        Objective("peak_jerk", "{joint}/s^3", _BY_NAME, peak_jerk, help="greatest jerk of any joint at any instant"),
+        Objective(
+            "peak_effort_rate",
+            "{effort}/s",
+            _BY_NAME,
+            peak_effort_rate,
+            needs=("masses",),
+            help="greatest d effort / dt of any joint",
         ),
         Objective("joint_travel", "{joint}", _BY_NAME, joint_travel, help="Σ over joints of ∫ |velocity| dt"),
         Objective(

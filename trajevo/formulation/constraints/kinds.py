@@ -15,6 +15,8 @@ from trajevo.errors import InvalidInputError, checked_name, known_names
 from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
 from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, LimitParameter
+from trajevo.formulation.constraints.further.dexterity import MANIPULABILITY, SINGULARITY
+from trajevo.formulation.constraints.further.effort_rate import EFFORT_RATE
 from trajevo.formulation.constraints.further.own import own_kind
 from trajevo.formulation.constraints.joint_limits import ACCELERATION, EFFORT, JERK, POSITION, VELOCITY
 from trajevo.formulation.constraints.motion_limits import LONGEST_TIME, MEAN_VELOCITY, OVERSHOOT, VIA_ERROR
@@ -34,6 +36,9 @@ KINDS: dict[str, LimitKind] = {
         EFFORT,
         TOOL_SPEED,
         TOOL_HEIGHT,
+        EFFORT_RATE,
+        MANIPULABILITY,
+        SINGULARITY,
         LONGEST_TIME,
         CLEARANCE,
     )
