@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from trajevo.path.boxes import CartesianBox, JointBox
     from trajevo.path.curve import GeometricPath
     from trajevo.path.inverse_kinematics import Pose
+    from trajevo.path.loads import Load
     from trajevo.path.passing import Passing
     from trajevo.path.via_points import ViaPoints
     from trajevo.plots.analyses import analyse
@@ -92,6 +93,7 @@ _NAMES = {
     "path.inverse_kinematics": ("Pose",),
     "path.boxes": ("CartesianBox", "JointBox"),
     "path.passing": ("Passing",),
+    "path.loads": ("Load",),
     "path.curve": ("GeometricPath",),
     "formulation.constraints.scene": ("Scene",),
     "formulation.constraints.clearance": ("clearance_along",),
@@ -178,6 +180,7 @@ __all__ = [
     "LimitKind",
     "LimitParameter",
     "LinearBlends",
+    "Load",
     "Motion",
     "Objective",
     "Passing",

@@ -11,7 +11,7 @@ from trajevo import load_robot, optimise
 from trajevo.base import jit
 from trajevo.dynamics import rnea, rnea_loops
 from trajevo.dynamics.inverse_dynamics import Dynamics
-from trajevo.dynamics.rnea import Load, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
+from trajevo.dynamics.rnea import HeldLoad, inverse_dynamics, kernel_of, slopes_kernel_of, stepped_dynamics
 from trajevo.dynamics.straight_line import StraightLine
 from trajevo.problems import HybridManipulator, PickAndPlace, ViaPointProblem
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
@@ -140,7 +140,7 @@ def test_a_robot_never_used_before_compiles_nothing():
 def held(robot, mass):
     """A load with a centre of mass off the tool's axis, and its model."""
     dynamics = Dynamics(robot, Payload(1.0, com=(0.02, -0.03, 0.1)))
-    return Load(dynamics._model("kilogram"), mass)
+    return HeldLoad(dynamics._model("kilogram"), mass)
 
 
 def test_loads_add_what_holds_them_at_rest(robot, request):
@@ -162,7 +162,7 @@ def test_loads_add_what_holds_them_at_rest(robot, request):
 
 def test_a_load_on_several_joints_is_left_to_two_passes(plain):
     robot = load_robot("puma560")
-    load, states = Load(robot.model, 0.5), random_states(robot, 100)
+    load, states = HeldLoad(robot.model, 0.5), random_states(robot, 100)
     assert kernel_of(robot.model, load) is None
     torque, still = np.empty_like(states[0]), np.zeros_like(states[0])
     inverse_dynamics(robot.model, load, threads=1)(*states, torque)

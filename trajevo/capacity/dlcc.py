@@ -148,6 +148,8 @@ def capacities(motions: Front | Rollout, *, tolerance: float = TOLERANCE, sample
         InvalidInputError: motions of another type, or a tolerance out of its range.
     """
     given = motions.rollouts if isinstance(motions, Front) else rollout_of(motions)
+    if given.dynamics.schedule is not None:
+        given.dynamics.schedule.check_varied("a capacity")
     fine = replace(given, dynamics=given.dynamics.sampled(samples))
     found = enclose_masses(fine, given.limits.effort, tolerance=_share(tolerance))
     joint = np.where(found.proven & np.isfinite(found.most), found.joint, -1)
@@ -186,11 +188,13 @@ class _Efforts:
         more = more[~np.isin(more, times)]
         if len(more):
             q, v, a = (fine.trajectory.evaluate(more[None], order) for order in range(3))
-            v = fine.without_rounding(v)
+            v, segments = fine.without_rounding(v), fine.segments_at(more)[0]
             place = np.searchsorted(times, more)
             times = frozen(np.insert(times, place, more))
-            unloaded = frozen(np.insert(unloaded, place, fine.dynamics.unloaded_effort(q, v, a)[0], axis=0))
-            each = fine.dynamics.effort_per_kilogram(q, v, a)[0]
+            unloaded = frozen(
+                np.insert(unloaded, place, fine.dynamics.unloaded_effort(q, v, a, segments, axis=1)[0], axis=0)
+            )
+            each = fine.dynamics.effort_per_kilogram(q, v, a, segments, axis=1)[0]
             per_kilogram = frozen(np.insert(per_kilogram, place, each, axis=0))
         return cls(unloaded, per_kilogram, times, fine.limits.effort, fine.dynamics)
 
@@ -217,6 +221,8 @@ def sampled_motion(motion: Solution | Rollout | WeightedOptimum, samples: int) -
         InvalidInputError: a motion of another type, or fewer than 2 samples.
     """
     rollout = rollout_of(motion)
+    if rollout.dynamics.schedule is not None:
+        rollout.dynamics.schedule.check_varied("a capacity")
     trajectory = rollout.trajectory if len(rollout.trajectory) == 1 else rollout.trajectory[0]
     return Rollout(rollout.dynamics.sampled(samples), trajectory, kept_limits=rollout.kept_limits)
 

@@ -283,7 +283,7 @@ def payload_effort(motion: Solution | Rollout | WeightedOptimum, *, samples: int
         robot=fine.robot,
         times=frozen(fine.t[0]),
         base=frozen(fine.unloaded_effort[0]),
-        slopes=frozen(fine.dynamics.effort_per_parameter(fine.q[0], fine.v[0], fine.a[0])),
+        slopes=frozen(fine.dynamics.effort_per_parameter(fine.q[0], fine.v[0], fine.a[0], fine.segments)),
         inertia=frozen(_per_kilogram(payload)),
         payload_model=payload.model,
         limit=fine.limits.effort,

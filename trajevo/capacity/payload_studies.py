@@ -203,10 +203,18 @@ def _workspace(of: Studied) -> AroundMotion | None:
     if not of.carries:
         return None
     rollout = of.knee.rollout
-    robot, q = rollout.robot, rollout.trajectory.sample(_PATH).q[0]
+    motion = rollout.trajectory.sample(_PATH)
+    q, segments, schedule = motion.q[0], rollout.segments_at(motion.t)[0], rollout.dynamics.schedule
+    loaded = (
+        np.arange(_PATH)
+        if schedule is None
+        else np.flatnonzero([schedule.varied in schedule.carried[k] for k in segments])
+    )
+    robot, middle = rollout.robot, int(loaded[len(loaded) // 2])
+    if schedule is not None:  # with the other loads that are carried there
+        robot = rollout.dynamics.of_phase(schedule.carried[segments[middle]]).robot
     positions, rotations = robot.tool_poses(q)
     plane = "xz" if np.ptp(positions[:, 0]) >= np.ptp(positions[:, 1]) else "yz"
-    middle = _PATH // 2
     pose = Pose(positions[middle], rotations[middle])
     square = ToolPlane.around(pose, plane, reach=_MAP_REACH, cells=_MAP_CELLS)
     margin = rollout.effort_margin

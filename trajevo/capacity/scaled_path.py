@@ -90,7 +90,7 @@ class ScaledPath:
         self.limits = self.rollout.limits
         self.t: Array = self.rollout.t[0]
         v = self.rollout.without_rounding(self.rollout.v)
-        self.effort = EffortOfPath.of(self.rollout, self.rollout.q[0], v[0], self.rollout.a[0])
+        self.effort = EffortOfPath.of(self.rollout, self.rollout.q[0], v[0], self.rollout.a[0], self.rollout.segments)
         limit = np.stack([self.limits.velocity, self.limits.acceleration, self.limits.jerk])
         peaks = np.concatenate([self.rollout.trajectory.peak(order) for order in (1, 2, 3)])
         #: Share of the limit at the original speed, rows velocity, acceleration, jerk.
@@ -204,7 +204,8 @@ class ScaledPath:
             return
         trajectory = self.rollout.trajectory
         q, v, a = (trajectory.evaluate(new[None], order) for order in range(3))
-        extra = EffortOfPath.of(self.rollout, q[0], self.rollout.without_rounding(v)[0], a[0])
+        segments = self.rollout.segments_at(new)[0]
+        extra = EffortOfPath.of(self.rollout, q[0], self.rollout.without_rounding(v)[0], a[0], segments)
         sorted_places = np.argsort(np.concatenate([self.t, new]), kind="stable")
         self.t = np.concatenate([self.t, new])[sorted_places]
         self.effort = self.effort.joined(extra, sorted_places)

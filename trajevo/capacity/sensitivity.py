@@ -71,8 +71,9 @@ def sensitivity(motion: Solution | Rollout | WeightedOptimum, *, samples: int = 
     masses = mass_bounds(rollout.unloaded_effort[0], rollout.effort_per_kilogram[0], rollout.limits.effort)[1]
     instant = int(masses[:, joint].argmin())
     per_kilogram = float(rollout.effort_per_kilogram[0, instant, joint])
-    state = (values[0, instant : instant + 1] for values in (rollout.q, rollout.v, rollout.a))
-    effort = EffortOfPath.of(rollout, *state)
+    here = slice(instant, instant + 1)
+    q, v, a = (values[0, here] for values in (rollout.q, rollout.v, rollout.a))
+    effort = EffortOfPath.of(rollout, q, v, a, rollout.segments[here])
     by_factor = -(_at(effort.viscous, joint) + 2.0 * _at(effort.carrying(capacity.mass).quadratic, joint))
     per_factor = -by_factor / per_kilogram
     return Sensitivity(

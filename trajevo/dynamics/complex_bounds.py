@@ -10,6 +10,7 @@ the norms, and products of complex rotations keep the sum of squares.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, final
 
@@ -17,6 +18,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.errors import InvalidInputError
 from trajevo.robot.payload import carrying, kilogram, probe
 
 
@@ -60,8 +62,17 @@ class EffortReach:
     dynamics: Dynamics
     any_mass: bool = field(default=False, kw_only=True)
     _models: dict[str, Any] = field(init=False, repr=False)
+    _phases: tuple[tuple[EffortReach, bool], ...] = field(default=(), init=False, repr=False)
 
     def __post_init__(self) -> None:
+        schedule = self.dynamics.schedule
+        if schedule is not None:
+            phases = (
+                (EffortReach(self.dynamics.of_phase(phase), any_mass=self.any_mass and varies), varies)
+                for phase in schedule.phases
+                for varies in [schedule.varies(phase)]
+            )
+            object.__setattr__(self, "_phases", tuple(phases))
         robot, payload = self.dynamics.robot, self.dynamics.payload
         loaded = self.any_mass or payload.mass > 0.0
         merged = loaded and payload.model == "rigid" and not self.any_mass
@@ -71,35 +82,63 @@ class EffortReach:
             models["axis" if axis else "kilogram"] = probe(robot) if axis else kilogram(robot, payload)
         object.__setattr__(self, "_models", models)
 
-    def effort(self, motion: Bounds, masses: Array | None = None) -> Array:
+    def effort(self, motion: Bounds, masses: Array | None = None, segments: Array | None = None) -> Array:
         """Bounds of the magnitudes of actuator efforts, without dry friction.
 
         Args:
             motion: bounds in actuator coordinates, shapes (..., n_joints).
             masses: masses of the payload if :attr:`any_mass`, shape (..., 1) [kg].
+            segments: numbers of the segments of the motion's K pieces, shape (K,), where loads change on the way.
 
         Returns:
             Shape (..., n_joints) [N·m or N]; NaN or inf where there is no bound.
         """
+        if self._phases:
+            found = np.empty(motion.v.shape)
+            for reach, varies, rows in self._by_phase(segments):
+                given = None if masses is None or not varies else masses[rows]
+                found[rows] = reach.effort(Bounds(*(x[rows] for x in motion)), given)
+            return found
         model = Bounds(*self.dynamics.robot.transmission.reach(*motion))
         torque = _torque(self._models["robot"], model, self._gravity)
         if len(self._models) > 1:
             torque = torque + (self.dynamics.payload.mass if masses is None else masses) * self._per_kilogram(model)
         return self._actuated(motion, torque)
 
-    def unloaded_and_per_kilogram(self, motion: Bounds) -> tuple[Array, Array]:
+    def unloaded_and_per_kilogram(self, motion: Bounds, segments: Array | None = None) -> tuple[Array, Array]:
         """Bounds as :meth:`effort`, without payload and of what each kilogram adds, if :attr:`any_mass`.
 
         Args:
             motion: bounds in actuator coordinates, shapes (..., n_joints).
+            segments: as for :meth:`effort`.
 
         Returns:
             Two arrays of shape (..., n_joints) [N·m or N] and [N·m/kg or N/kg].
         """
+        if self._phases:
+            both = np.zeros((2, *motion.v.shape))
+            for reach, varies, rows in self._by_phase(segments):
+                part = Bounds(*(x[rows] for x in motion))
+                if varies:
+                    both[:, rows] = reach.unloaded_and_per_kilogram(part)
+                else:
+                    both[0, rows] = reach.effort(part)
+            return both[0], both[1]
         transmission = self.dynamics.robot.transmission
         model = Bounds(*transmission.reach(*motion))
         unloaded = self._actuated(motion, _torque(self._models["robot"], model, self._gravity))
         return unloaded, transmission.effort_reach(motion.imaginary, self._per_kilogram(model))
+
+    def _by_phase(self, segments: Array | None) -> Iterator[tuple[EffortReach, bool, Array]]:
+        """The bounds of every phase, whether the load that capacities mean is carried in it, and its pieces."""
+        schedule = self.dynamics.schedule
+        if schedule is None or segments is None:
+            raise InvalidInputError(f"segments: expected those of the pieces, as loads change: {schedule}")
+        of_pieces = np.array(schedule.phase_of_segment)[segments]
+        for k, (reach, varies) in enumerate(self._phases):
+            rows = np.flatnonzero(of_pieces == k)
+            if len(rows):
+                yield reach, varies, rows
 
     def _actuated(self, motion: Bounds, torque: Array) -> Array:
         """Bounds of actuator efforts from those of model torques, friction and armature added."""

@@ -11,13 +11,18 @@ import numpy as np
 
 from trajevo.base import jit
 from trajevo.base.arrays import Array
-from trajevo.dynamics.rnea import Load, inverse_dynamics, stepped_dynamics
+from trajevo.dynamics.rnea import HeldLoad, inverse_dynamics, stepped_dynamics
 from trajevo.errors import InvalidInputError
+from trajevo.path.loads import Schedule
 from trajevo.robot.joints import Friction
 from trajevo.robot.payload import Payload, carrying, kilogram, probe, tool_regressor
 from trajevo.robot.robot import Robot
 
 NO_PAYLOAD = Payload(0.0)
+
+#: Positions, velocities and accelerations, and what is computed of them.
+_States = tuple[Array, Array, Array]
+_Quantity = Callable[..., Array]
 
 #: Greatest number of threads.
 _MOST_THREADS = 1_000
@@ -36,6 +41,9 @@ class Dynamics:
         payload: what it carries; with a mass of 0, nothing.
         samples: instants per segment at which effort is computed, both ends included (Gauss-Lobatto nodes).
         threads: number of threads for large populations; results do not depend on it. A forked process uses one.
+        schedule: what is carried on every segment of the motions, where that changes or is more than one load; then
+            ``payload`` is the load that capacities mean, and efforts need the segments of the states. None if the
+            payload is always carried.
 
     Raises:
         InvalidInputError: fewer than 2 samples or fewer than 1 thread, or a payload of a robot without a body.
@@ -45,6 +53,7 @@ class Dynamics:
     payload: Payload = NO_PAYLOAD
     samples: int = field(default=6, kw_only=True)
     threads: int = field(default=1, kw_only=True)
+    schedule: Schedule | None = field(default=None, kw_only=True)
     _pools: dict[tuple[str, bool, bool], Any] = field(default_factory=dict, init=False, repr=False)
     _models: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
@@ -56,7 +65,7 @@ class Dynamics:
             if value > most:
                 raise InvalidInputError(f"{name}: expected a whole number of at most {most}, got {value!r}")
             object.__setattr__(self, name, int(value))
-        if self.payload.mass != 0.0:
+        if self.loaded:
             self.robot.check_body("a payload")
 
     def __getstate__(self) -> dict[str, Any]:
@@ -69,8 +78,44 @@ class Dynamics:
         object.__setattr__(other, "_pools", self._pools)
         return other
 
-    def effort(self, q: Array, v: Array, a: Array) -> Array:
-        """Actuator effort with the payload, shapes (..., n_joints) [N·m or N]."""
+    @property
+    def loaded(self) -> bool:
+        """Whether something with mass is carried somewhere."""
+        others = () if self.schedule is None else self.schedule.loads
+        return self.payload.mass > 0.0 or any(one.payload.mass > 0.0 for one in others)
+
+    @property
+    def carried(self) -> Any:
+        """What is carried as plain data: settings of the payload, or of all loads."""
+        return self.payload.settings if self.schedule is None else self.schedule.settings_with(self.payload)
+
+    def of_phase(self, phase: tuple[int, ...]) -> Dynamics:
+        """The dynamics while the loads of a phase of :attr:`schedule` are carried, with a payload that is always there.
+
+        What is carried besides the load that capacities mean is a part of the robot.
+        """
+        name = f"phase {phase}"
+        if self.schedule is not None and name not in self._models:
+            fixed, robot = self.schedule.fixed(phase), self.robot
+            heavier = robot if fixed is None else replace(robot, model=carrying(robot, fixed))
+            payload = self.payload if self.schedule.varies(phase) else NO_PAYLOAD
+            self._models[name] = replace(self, robot=heavier, payload=payload, schedule=None)
+        found: Dynamics = self if self.schedule is None else self._models[name]
+        return found
+
+    def effort(self, q: Array, v: Array, a: Array, segments: Array | None = None, *, axis: int = 0) -> Array:
+        """Actuator effort with the payload, shapes (..., n_joints) [N·m or N].
+
+        Args:
+            q: positions, shape (..., n_joints) [rad or m].
+            v: velocities, the same shape.
+            a: accelerations, the same shape.
+            segments: numbers of the segments in which the states lie, one for each place along an axis; needed with a
+                :attr:`schedule` alone.
+            axis: the axis.
+        """
+        if self.schedule is not None:
+            return self._by_phase(lambda part, *states: part.effort(*states), (q, v, a), segments, axis)
         if self.payload.mass == 0.0:
             return self.unloaded_effort(q, v, a)
         if self.payload.model == "rigid":
@@ -79,12 +124,24 @@ class Dynamics:
             return self._actuated("loaded", q, v, a, self.robot.friction)
         return self.unloaded_effort(q, v, a) + self.payload.mass * self.effort_per_kilogram(q, v, a)
 
-    def unloaded_effort(self, q: Array, v: Array, a: Array) -> Array:
-        """Actuator effort without payload, friction and armature included, shapes (..., n_joints) [N·m or N]."""
+    def unloaded_effort(self, q: Array, v: Array, a: Array, segments: Array | None = None, *, axis: int = 0) -> Array:
+        """Actuator effort without payload, friction and armature included, shapes (..., n_joints) [N·m or N].
+
+        With a :attr:`schedule`, all other loads are included; arguments are those of :meth:`effort`.
+        """
+        if self.schedule is not None:
+            return self._by_phase(lambda part, *states: part.unloaded_effort(*states), (q, v, a), segments, axis)
         return self._actuated("unloaded", q, v, a, self.robot.friction)
 
-    def effort_per_kilogram(self, q: Array, v: Array, a: Array) -> Array:
-        """Effort that each kilogram of the payload adds, shapes (..., n_joints) [N·m/kg or N/kg]."""
+    def effort_per_kilogram(
+        self, q: Array, v: Array, a: Array, segments: Array | None = None, *, axis: int = 0
+    ) -> Array:
+        """Effort that each kilogram of the payload adds, shapes (..., n_joints) [N·m/kg or N/kg].
+
+        With a :attr:`schedule`, 0 where the payload is not carried; arguments are those of :meth:`effort`.
+        """
+        if self.schedule is not None:
+            return self._of_varied(lambda part, *states: part.effort_per_kilogram(*states), (q, v, a), segments, axis)
         if self.payload.model == "rigid":
             return self._actuated("kilogram", q, v, a, None)
         if self.payload.model == "weight_only":
@@ -96,15 +153,17 @@ class Dynamics:
         gravity = float(np.linalg.norm(self.robot.model.gravity.linear))
         return self.robot.transmission.effort(q, -gravity * along_axis)
 
-    def effort_per_parameter(self, q: Array, v: Array, a: Array) -> Array:
+    def effort_per_parameter(self, q: Array, v: Array, a: Array, segments: Array | None = None) -> Array:
         """Effort that each of a payload's ten parameters adds, per unit, shapes (T, n_joints) -> (T, n_joints, 10).
 
         The order is that of :data:`trajevo.robot.payload.PARAMETERS`; the payload's mass, centre of mass and inertia do
-        not matter.
+        not matter. With a :attr:`schedule`, 0 where the payload is not carried, and ``segments`` are needed.
 
         Raises:
             InvalidInputError: the payload's model is ``"tool_axis"``, which has no centre of mass.
         """
+        if self.schedule is not None:
+            return self._of_varied(lambda part, *states: part.effort_per_parameter(*states), (q, v, a), segments, 0, 10)
         if self.payload.model == "tool_axis":
             raise InvalidInputError("payload.model: 'tool_axis' acts at the tool's origin and has no centre of mass")
         if self.payload.model == "weight_only":
@@ -112,6 +171,33 @@ class Dynamics:
         transmission = self.robot.transmission
         torque = tool_regressor(self.robot, *transmission.motion(q, v, a))
         return np.moveaxis(transmission.effort(q, np.moveaxis(torque, -1, 0)), 0, -1)
+
+    def _of_varied(
+        self, quantity: _Quantity, states: _States, segments: Array | None, axis: int, *columns: int
+    ) -> Array:
+        """What the load that capacities mean adds, 0 where it is not carried."""
+        return self._by_phase(quantity, states, segments, axis, *columns, only_varied=True)
+
+    def _by_phase(
+        self,
+        quantity: _Quantity,
+        states: _States,
+        segments: Array | None,
+        axis: int,
+        *columns: int,
+        only_varied: bool = False,
+    ) -> Array:
+        """A quantity of states, of their shape and further columns, phase by phase with what is carried then."""
+        if self.schedule is None or segments is None:
+            raise InvalidInputError(f"segments: expected those of the states, as loads change: {self.schedule}")
+        found = np.zeros((*states[0].shape, *columns), dtype=np.result_type(*states))
+        of_states = np.array(self.schedule.phase_of_segment)[segments]
+        for k, phase in enumerate(self.schedule.phases):
+            places = np.flatnonzero(of_states == k)
+            if len(places) and (self.schedule.varies(phase) or not only_varied):
+                chosen = (np.take(x, places, axis=axis) for x in states)
+                found[(slice(None),) * axis + (places,)] = quantity(self.of_phase(phase), *chosen)
+        return found
 
     def _actuated(self, model: str, q: Array, v: Array, a: Array, friction: Friction | None) -> Array:
         transmission = self.robot.transmission
@@ -134,11 +220,11 @@ class Dynamics:
         self._computed(name, lambda: inverse_dynamics(*self._masses(name), threads=self.threads))(*flat, torque)
         return torque.reshape(q.shape)
 
-    def _masses(self, name: str) -> tuple[Any, Load | None]:
+    def _masses(self, name: str) -> tuple[Any, HeldLoad | None]:
         """A model, and the load that acts on it by its weight alone, if there is one."""
         if name != "loaded":
             return self._model(name), None
-        return self._model("unloaded"), Load(self._model("kilogram"), self.payload.mass)
+        return self._model("unloaded"), HeldLoad(self._model("kilogram"), self.payload.mass)
 
     def _computed(self, name: str, make: Callable[[], Any]) -> Any:
         # A run may use another kind of kernel than the one before it.

@@ -174,14 +174,15 @@ class _InnerMasses:
         size = pieces.states.shape[1]
         q, v, a = np.split(pieces.states, 3, axis=-1)
         standing = self.standing[pieces.owner]
-        per_kilogram = self.dynamics.effort_per_kilogram(q, v, a)
-        smooth = self.dynamics.unloaded_effort(q, v, a) - self.friction.dry(v)
+        per_kilogram = self.dynamics.effort_per_kilogram(q, v, a, pieces.segment)
+        smooth = self.dynamics.unloaded_effort(q, v, a, pieces.segment) - self.friction.dry(v)
         exact = smooth + self.friction.dry(np.where(np.abs(v) <= standing[:, None], 0.0, v))
         instants = pieces.start[:, None] + pieces.width[:, None] * gauss(size)[0]
         outer.update(pieces.owner, instants, exact, per_kilogram)
         lowest, highest = dry_range(self.friction, *hull(np.moveaxis(v, 1, -1)), standing)
         with np.errstate(over="ignore", invalid="ignore"):
-            magnitudes = self.reach.unloaded_and_per_kilogram(motion_bounds(pieces.states, self.degree))
+            bounds = motion_bounds(pieces.states, self.degree)
+            magnitudes = self.reach.unloaded_and_per_kilogram(bounds, pieces.segment)
         constant, slope = (
             _Bernstein.of(values[..., self.limited], magnitude[..., self.limited])
             for values, magnitude in zip((smooth, per_kilogram), magnitudes, strict=True)

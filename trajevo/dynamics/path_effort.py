@@ -12,6 +12,7 @@ quadratic inequalities, whose solutions are intervals.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import final
 
 import numpy as np
@@ -76,16 +77,19 @@ class EffortOfPath:
     inertial_per_kilogram: Array
 
     @classmethod
-    def of(cls, rollout: Rollout, q: Array, v: Array, a: Array) -> EffortOfPath:
+    def of(cls, rollout: Rollout, q: Array, v: Array, a: Array, segments: Array | None = None) -> EffortOfPath:
         """The terms in given states of a rollout's motions, shapes (..., T, n_joints), with its payload per kilogram.
 
         Velocities that are mere rounding should be 0, see
-        :meth:`~trajevo.dynamics.rollout.Rollout.without_rounding`.
+        :meth:`~trajevo.dynamics.rollout.Rollout.without_rounding`. The segments of the states, shape (T,), are needed
+        where loads change on the way.
         """
-        dynamics, still = rollout.dynamics, np.zeros_like(v)
-        held, held_per_kilogram = (
-            effort(q, still, still) for effort in (dynamics.unloaded_effort, dynamics.effort_per_kilogram)
+        unloaded, per_kilogram = (
+            partial(effort, segments=segments, axis=q.ndim - 2)
+            for effort in (rollout.dynamics.unloaded_effort, rollout.dynamics.effort_per_kilogram)
         )
+        still = np.zeros_like(v)
+        held, held_per_kilogram = unloaded(q, still, still), per_kilogram(q, still, still)
         friction = rollout.robot.friction
         rubbing, viscous = friction.effort(v, still), friction.viscous * v
         return cls(
@@ -93,8 +97,8 @@ class EffortOfPath:
             held_per_kilogram=held_per_kilogram,
             dry=rubbing - viscous,
             viscous=viscous,
-            inertial=dynamics.unloaded_effort(q, v, a) - held - rubbing,
-            inertial_per_kilogram=dynamics.effort_per_kilogram(q, v, a) - held_per_kilogram,
+            inertial=unloaded(q, v, a) - held - rubbing,
+            inertial_per_kilogram=per_kilogram(q, v, a) - held_per_kilogram,
         )
 
     def joined(self, other: EffortOfPath, places: Array) -> EffortOfPath:

@@ -116,10 +116,13 @@ def _over(rollout: Rollout, pieces: Pieces, reach: EffortReach, inertia: Array) 
     friction, standing = rollout.robot.friction, rollout.standing[pieces.owner]
     q, v, a = np.split(pieces.states, 3, axis=-1)
     n = q.shape[-1]
-    smooth = rollout.dynamics.unloaded_effort(q, v, a) - friction.dry(v)
-    terms = rollout.dynamics.effort_per_parameter(*(x.reshape(-1, n) for x in (q, v, a))).reshape(count, size, n, 10)
+    smooth = rollout.dynamics.unloaded_effort(q, v, a, pieces.segment) - friction.dry(v)
+    flat = [x.reshape(-1, n) for x in (q, v, a)]
+    terms = rollout.dynamics.effort_per_parameter(flat[0], flat[1], flat[2], pieces.segment.repeat(size))
+    terms = terms.reshape(count, size, n, 10)
     with np.errstate(over="ignore", invalid="ignore"):
-        magnitudes = reach.unloaded_and_per_kilogram(motion_bounds(pieces.states, rollout.trajectory.degree))
+        bounds = motion_bounds(pieces.states, rollout.trajectory.degree)
+        magnitudes = reach.unloaded_and_per_kilogram(bounds, pieces.segment)
     (error, _), (each, rounding) = (interpolation_errors([magnitude], size) for magnitude in magnitudes)
     (base, slack), (slopes, slacks) = (bernstein_halves(np.moveaxis(x, 1, -1)) for x in (smooth, terms))
     each = each + slacks @ greatest_features(inertia, REACH)

@@ -39,12 +39,18 @@ def mass_bounds(unloaded: Array, per_kilogram: Array, limit: Array) -> tuple[Arr
     return lower, np.where(broken & ~relieved, -np.inf, upper)
 
 
-def masses_held(dynamics: Dynamics, q: Array) -> tuple[float, float]:
-    """Least and greatest payload [kg] that a robot can hold at rest in all given positions, shape (N, n_joints).
+def masses_held(dynamics: Dynamics, q: Array, segments: Array | None = None) -> tuple[float, float]:
+    """Least and greatest payload [kg] that a robot can hold at rest in all given positions.
 
     The greatest is inf where no limit is reached; the least exceeds it where no payload can be held.
+
+    Args:
+        dynamics: dynamics of the robot, whose payload gives shape and model.
+        q: positions, shape (N, n_joints) [rad or m].
+        segments: segments of the motion in which they lie, shape (N,), where loads change on the way.
     """
     still = np.zeros_like(q)
-    unloaded, per_kilogram = dynamics.unloaded_effort(q, still, still), dynamics.effort_per_kilogram(q, still, still)
+    unloaded = dynamics.unloaded_effort(q, still, still, segments)
+    per_kilogram = dynamics.effort_per_kilogram(q, still, still, segments)
     lower, upper = mass_bounds(unloaded, per_kilogram, dynamics.robot.limits.effort)
     return float(lower.max()), float(upper.min())

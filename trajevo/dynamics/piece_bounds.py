@@ -42,12 +42,17 @@ _ELLIPSES = np.geomspace(1.25, 256.0, 16)
 
 
 class Pieces(NamedTuple):
-    """K pieces of motions: index of the motion, start [s], width [s], and q, v, a at the nodes, (K, N, 3 n_joints)."""
+    """K pieces of motions.
+
+    These are the index of the motion, start [s], width [s], q, v, a at the nodes, (K, N, 3 n_joints), and the number of
+    the motion's segment in which the piece lies.
+    """
 
     owner: np.ndarray[Any, np.dtype[np.intp]]
     start: Array
     width: Array
     states: Array
+    segment: np.ndarray[Any, np.dtype[np.intp]]
 
     @classmethod
     def of(cls, rollout: Rollout, nodes: int) -> Pieces:
@@ -68,7 +73,7 @@ class Pieces(NamedTuple):
         widths = trajectory.segment_durations.real
         owner, segment = np.nonzero(widths > LEAST_WIDTH * trajectory.duration.real[:, None])
         starts = trajectory.breaks[:, :-1].real
-        return cls(owner, starts[owner, segment], widths[owner, segment], states[owner, segment])
+        return cls(owner, starts[owner, segment], widths[owner, segment], states[owner, segment], segment)
 
     def rows(self, chosen: Array) -> Pieces:
         """The pieces that a mask (K,) chooses."""
@@ -80,7 +85,7 @@ class Pieces(NamedTuple):
         states = (halving(size) @ self.states).reshape(2 * count, size, columns)
         width = np.repeat(0.5 * self.width, 2)
         start = np.repeat(self.start, 2) + width * np.tile([0.0, 1.0], count)
-        return Pieces(np.repeat(self.owner, 2), start, width, states)
+        return Pieces(np.repeat(self.owner, 2), start, width, states, np.repeat(self.segment, 2))
 
 
 class Over(NamedTuple):
@@ -148,7 +153,7 @@ class PieceBounds:
         # At real instants: on an ellipse about a whole segment the bounds may be beyond all sizes.
         reach = Bounds(*(bound[:, 0] for bound in motion_bounds(pieces.states, self.degree, np.ones(1))))
         dry = np.maximum(self.friction.dry(np.ones(reach.v.shape[1])), -self.friction.dry(-np.ones(reach.v.shape[1])))
-        effort = self._effort_reach(pieces.owner, reach, axes=2) + dry
+        effort = self._effort_reach(pieces, reach, axes=2) + dry
         with np.errstate(over="ignore", invalid="ignore"):
             speed = np.sqrt(self.reach.squared_tool_speed(reach))[:, None]
             return np.concatenate([effort, effort * reach.v, speed], axis=1)
@@ -174,7 +179,7 @@ class PieceBounds:
         """Efforts, and with ``powers`` mechanical powers after them."""
         q, v, a = np.split(pieces.states, 3, axis=-1)
         standing = self.standing[pieces.owner]
-        effort = self._smooth_effort(pieces.owner, q, v, a)
+        effort = self._smooth_effort(pieces, q, v, a)
         least, greatest = hull(np.moveaxis(v, 1, -1))
         values = [effort]
         if powers:
@@ -182,7 +187,7 @@ class PieceBounds:
             forward, backward = greatest > standing, least < -standing
             against = self.friction.dry(np.where(forward & backward, 0.0, forward * 1.0 - backward))
             values.append((effort + against[:, None]) * v)
-        magnitude = self._effort_reach(pieces.owner, reach)
+        magnitude = self._effort_reach(pieces, reach)
         with np.errstate(over="ignore", invalid="ignore"):
             magnitudes = [magnitude, magnitude * reach.v] if powers else [magnitude]
         error, slack = interpolation_errors(magnitudes, pieces.states.shape[1])
@@ -204,17 +209,18 @@ class PieceBounds:
         slack /= np.maximum(above, np.sqrt(slack)) + np.finfo(np.float64).tiny  # of the speed, from that of its square
         return Over(above, slack, np.sqrt(squared))
 
-    def _smooth_effort(self, owner: Array, q: Array, v: Array, a: Array) -> Array:
+    def _smooth_effort(self, pieces: Pieces, q: Array, v: Array, a: Array) -> Array:
         if self.masses is None:
-            return self.smooth.effort(q, v, a)
-        mass = self.masses[owner][:, None, None]
-        effort: Array = self.smooth.unloaded_effort(q, v, a) + mass * self.smooth.effort_per_kilogram(q, v, a)
+            return self.smooth.effort(q, v, a, pieces.segment)
+        mass = self.masses[pieces.owner][:, None, None]
+        each = self.smooth.effort_per_kilogram(q, v, a, pieces.segment)
+        effort: Array = self.smooth.unloaded_effort(q, v, a, pieces.segment) + mass * each
         return effort
 
-    def _effort_reach(self, owner: Array, reach: Bounds, *, axes: int = 3) -> Array:
-        masses = None if self.masses is None else self.masses[owner].reshape(-1, *[1] * (axes - 1))
+    def _effort_reach(self, pieces: Pieces, reach: Bounds, *, axes: int = 3) -> Array:
+        masses = None if self.masses is None else self.masses[pieces.owner].reshape(-1, *[1] * (axes - 1))
         with np.errstate(over="ignore", invalid="ignore"):
-            magnitude: Array = self.reach.effort(reach, masses)
+            magnitude: Array = self.reach.effort(reach, masses, pieces.segment)
         return magnitude
 
     def _add_dry(self, lower: Array, upper: Array, least: Array, greatest: Array, standing: Array) -> None:

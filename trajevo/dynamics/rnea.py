@@ -35,7 +35,7 @@ Compute = Callable[..., None]
 
 
 @dataclass(frozen=True)
-class Load:
+class HeldLoad:
     """A load that acts by its weight alone: a mass, and a massless model of the robot that carries 1 kg of it."""
 
     model: Any
@@ -60,7 +60,7 @@ class Load:
         return torque
 
 
-def kernel_of(model: Any, load: Load | None = None) -> Compute | None:
+def kernel_of(model: Any, load: HeldLoad | None = None) -> Compute | None:
     """A function that takes states q, v, a (N, n) and an array for their torques.
 
     It is compiled where compiled loops are used, otherwise it is generated for the model's tree and runs in numpy. None
@@ -101,7 +101,7 @@ def _compiled(model: Any, loop: Compute, what: str, difference: Callable[[Comput
     return compute if _agrees(what, joints, model, lambda: difference(compute, model)) else None
 
 
-def _of_arrays(model: Any, load: Load | None) -> Compute | None:
+def _of_arrays(model: Any, load: HeldLoad | None) -> Compute | None:
     """A function generated for numpy, with the masses of a model and a load; None as for :func:`kernel_of`."""
     joints, carrier = tree_of(model), None if load is None else load.carrier
     if joints is None or (carrier is None and load is not None):
@@ -135,7 +135,7 @@ def _agrees(what: str, joints: tuple[Joint, ...], model: Any, difference: Callab
 
 
 def inverse_dynamics(
-    model: Any, load: Load | None = None, *, threads: int
+    model: Any, load: HeldLoad | None = None, *, threads: int
 ) -> Callable[[Array, Array, Array, Array], None]:
     """A function that writes the torques of states q, v, a (N, n) into a fourth array, all of float64 in C order.
 
@@ -163,7 +163,7 @@ def _pinocchio(model: Any, threads: int) -> Compute:
     return lambda *states: pin.rneaInParallel(usable_threads(threads), pool, *(x.T for x in states))
 
 
-def _two_passes(model: Any, threads: int, load: Load) -> Compute:
+def _two_passes(model: Any, threads: int, load: HeldLoad) -> Compute:
     moving, held = inverse_dynamics(model, threads=threads), inverse_dynamics(load.model, threads=threads)
 
     def compute(q: Array, v: Array, a: Array, torque: Array) -> None:
@@ -173,7 +173,7 @@ def _two_passes(model: Any, threads: int, load: Load) -> Compute:
     return compute
 
 
-def stepped_dynamics(model: Any, load: Load | None = None) -> Callable[[Array, Array, Array], Array]:
+def stepped_dynamics(model: Any, load: HeldLoad | None = None) -> Callable[[Array, Array, Array], Array]:
     """A function that returns torques of complex states q, v, a (R, T, n), exact to first order in imaginary parts.
 
     Consecutive rows with equal real parts share what depends on the real parts.
@@ -205,7 +205,7 @@ _generated: dict[tuple[tuple[Joint, ...], int | None], Compute] = {}
 _known: dict[tuple[str, tuple[Joint, ...]], bool] = {}
 
 
-def _difference(compute: Compute, model: Any, load: Load | None = None) -> float:
+def _difference(compute: Compute, model: Any, load: HeldLoad | None = None) -> float:
     """Greatest difference from Pinocchio on random states, as a share of the greatest torque."""
     random = np.random.default_rng(0)
     states = random.uniform(-3.0, 3.0, (3, _STATES, model.nv))

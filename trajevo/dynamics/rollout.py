@@ -40,7 +40,8 @@ class Rollout:
         kept_limits: limits of the joints that the motions are meant to keep; the robot's own if None.
 
     Raises:
-        InvalidInputError: the trajectory has another number of joints than the robot.
+        InvalidInputError: the trajectory has another number of joints than the robot, or of segments than the schedule
+            of the loads.
     """
 
     dynamics: Dynamics
@@ -53,6 +54,11 @@ class Rollout:
             raise InvalidInputError(
                 f"trajectory: robot {self.robot.name!r} has {self.robot.dof} joints, "
                 f"got a trajectory of {self.trajectory.n_joints}"
+            )
+        schedule, count = self.dynamics.schedule, self.trajectory.breaks.shape[1] - 1
+        if schedule is not None and len(schedule.carried) != count:
+            raise InvalidInputError(
+                f"trajectory: expected {len(schedule.carried)} segments, as loads are scheduled for, got {count}"
             )
 
     @property
@@ -117,38 +123,75 @@ class Rollout:
     @cached_property
     def unloaded_effort(self) -> Array:
         """Effort without payload at the samples, shape (B, T, n_joints) [N·m or N]."""
-        return frozen(self.dynamics.unloaded_effort(self.q, self._moving, self.a))
+        return frozen(self.dynamics.unloaded_effort(self.q, self._moving, self.a, self.segments, axis=1))
 
     @cached_property
     def effort_per_kilogram(self) -> Array:
         """Effort that one kilogram of payload adds at the samples, shape (B, T, n_joints) [N·m/kg or N/kg]."""
-        return frozen(self.dynamics.effort_per_kilogram(self.q, self.v, self.a))
+        return frozen(self.dynamics.effort_per_kilogram(self.q, self.v, self.a, self.segments, axis=1))
 
     @cached_property
     def effort(self) -> Array:
         """Effort with the payload at the samples, shape (B, T, n_joints) [N·m or N]."""
         if self.masses is not None:
             return frozen(self.unloaded_effort + self.masses[:, None, None] * self.effort_per_kilogram)
-        return frozen(self.dynamics.effort(self.q, self._moving, self.a))
+        return frozen(self.dynamics.effort(self.q, self._moving, self.a, self.segments, axis=1))
+
+    @cached_property
+    def segments(self) -> Array:
+        """Number of the segment of every sample, shape (T,)."""
+        return frozen(np.arange(self.trajectory.breaks.shape[1] - 1).repeat(self.dynamics.samples))
+
+    def segments_at(self, t: Array) -> Array:
+        """Numbers of the segments at instants (T,) or (B, T) [s], shape (B, T); at a break that of the one after it."""
+        inner = self.trajectory.breaks.real[:, None, 1:-1]
+        found: Array = (np.broadcast_to(t, (len(inner), np.shape(t)[-1]))[:, :, None] >= inner).sum(axis=2)
+        return found
 
     @cached_property
     def _moving(self) -> Array:
         """Velocities at the samples, with mere rounding set to 0, which dry friction would take for a motion."""
         return self.v if self.robot.friction.none else self.without_rounding(self.v)
 
-    def effort_in(self, q: Array, v: Array, a: Array) -> Array:
+    def effort_in(self, q: Array, v: Array, a: Array, t: Array | None = None) -> Array:
         """Effort with the payload in given states, shapes (B, T, n_joints) [N·m or N].
 
         A joint whose velocity is mere rounding counts as at rest, see :meth:`without_rounding`.
-        """
-        return frozen(self._loaded_effort(self.masses, q, self.without_rounding(v), a))
 
-    def _loaded_effort(self, masses: Array | None, q: Array, v: Array, a: Array) -> Array:
-        """Effort with the payload, or with payloads of the given masses (P,) [kg], in states (P, T, n_joints)."""
+        Args:
+            q: positions.
+            v: velocities.
+            a: accelerations.
+            t: their instants, shape (T,) or (B, T) [s]; needed only where loads change on the way. Where they do, what
+                is carried afterwards counts.
+        """
+        v = self.without_rounding(v)
+        if self.dynamics.schedule is None or t is None:
+            return frozen(self._loaded_effort(self.masses, q, v, a))
+        owner = np.arange(len(q)).repeat(q.shape[1])
+        masses = None if self.masses is None else self.masses[owner]
+        flat = [x.reshape(-1, x.shape[-1]) for x in (q, v, a)]
+        effort = self._loaded_effort(masses, flat[0], flat[1], flat[2], self.segments_at(t).reshape(-1))
+        return frozen(effort.reshape(q.shape))
+
+    def effort_at_shares(self, q: Array, v: Array, a: Array) -> Array:
+        """The same in states at the same shares of every segment, shapes (B, S x U, n_joints) [N·m or N]."""
+        count = self.trajectory.breaks.shape[1] - 1
+        segments = np.arange(count).repeat(q.shape[1] // count)
+        return frozen(self._loaded_effort(self.masses, q, self.without_rounding(v), a, segments, axis=1))
+
+    def _loaded_effort(
+        self, masses: Array | None, q: Array, v: Array, a: Array, segments: Array | None = None, *, axis: int = 0
+    ) -> Array:
+        """Effort with the payload, or with payloads of the given masses (P,) [kg], in states (P, ..., n_joints).
+
+        The segments are those along an axis of the states.
+        """
         if masses is None:
-            return self.dynamics.effort(q, v, a)
-        of_payload = masses[:, None, None] * self.dynamics.effort_per_kilogram(q, v, a)
-        loaded: Array = self.dynamics.unloaded_effort(q, v, a) + of_payload
+            return self.dynamics.effort(q, v, a, segments, axis=axis)
+        each = self.dynamics.effort_per_kilogram(q, v, a, segments, axis=axis)
+        of_payload = masses.reshape(-1, *[1] * (q.ndim - 1)) * each
+        loaded: Array = self.dynamics.unloaded_effort(q, v, a, segments, axis=axis) + of_payload
         return loaded
 
     def without_rounding(self, v: Array) -> Array:
@@ -229,11 +272,12 @@ class Rollout:
         smooth = self.effort - self.robot.friction.dry(self._moving) if self.robot.friction.is_dry else self.effort
         return at_samples(self.trajectory, self.dynamics.samples, (self.q, self.v, self.a), smooth)
 
-    def _smooth_effort(self, rows: Array, q: Array, v: Array, a: Array) -> Array:
-        """Effort without dry friction in states (P, T, n_joints) of the trajectories ``rows`` (P,) [N·m or N]."""
+    def _smooth_effort(self, segments: Array, q: Array, v: Array, a: Array) -> Array:
+        """Effort without dry friction in states (P, T, n_joints) in segments (P,) of all trajectories [N·m or N]."""
+        rows, within = np.divmod(segments, self.trajectory.segment_durations.shape[1])
         if not self.robot.friction.none:
             v = np.where(np.abs(v.real) <= self.standing[rows, None], 0.0, v)
-        effort = self._loaded_effort(None if self.masses is None else self.masses[rows], q, v, a)
+        effort = self._loaded_effort(None if self.masses is None else self.masses[rows], q, v, a, within)
         smooth: Array = effort - self.robot.friction.dry(v) if self.robot.friction.is_dry else effort
         return smooth
 

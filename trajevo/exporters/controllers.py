@@ -66,7 +66,9 @@ def states(rollout: Rollout, t: Array) -> States:
     moving = (t <= duration * (1.0 + 1e-9))[:, None]  # k step may round to just past it
     q, v, a = (rollout.trajectory.evaluate(np.minimum(t, duration), order)[0] for order in range(3))
     v, a = np.where(moving, v, 0.0), np.where(moving, a, 0.0)
-    effort = rollout.effort_in(q[None], v[None], a[None])[0] if rollout.robot.gives_effort else None
+    effort = (
+        rollout.effort_in(q[None], v[None], a[None], np.minimum(t, duration))[0] if rollout.robot.gives_effort else None
+    )
     return States(frozen(t), q, frozen(v), frozen(a), effort)
 
 

@@ -224,7 +224,7 @@ def _motions(front: Front, rows: list[int], samples: int) -> dict[str, _Variable
         for name, state in zip(DERIVATIVES, (motion.q, motion.v, motion.a, motion.j), strict=True):
             values[name][part] = state
         if "effort" in values:
-            values["effort"][part] = rollout.effort_in(motion.q, motion.v, motion.a)
+            values["effort"][part] = rollout.effort_in(motion.q, motion.v, motion.a, motion.t)
     along, units = ("solution", "time", "joint"), _units(robot)
     return {
         "instant": _reals(along[:2], instant, "s", "time from the start", whole=True),

@@ -78,7 +78,7 @@ def _columns(solution: Solution, step: float, angle: str) -> tuple[list[str], Ar
             headers.append(f"{name} {quantity} [{shown}]")
             columns.append(derivatives[order][0, :, joint] * factor)
     if robot.gives_effort:
-        effort = rollout.effort_in(*derivatives[:3])
+        effort = rollout.effort_in(derivatives[0], derivatives[1], derivatives[2], t)
         for joint, (name, unit) in enumerate(zip(robot.joint_names, robot.joint_units, strict=True)):
             headers.append(f"{name} effort [{'N*m' if unit == 'rad' else 'N'}]")
             columns.append(effort[0, :, joint])

@@ -244,7 +244,7 @@ class TrajectoryProblem(Problem):
     def with_payload(self, payload: Payload) -> TrajectoryProblem:
         """The same problem with another payload; a registered problem is made again and may refuse the payload."""
         if self.registered_name:
-            return type(self)(**(self.settings | {"payload": payload.settings}))
+            return type(self)(**(self.settings | {"payload": replace(self.dynamics, payload=payload).carried}))
         other = copy.copy(self)
         other.dynamics = replace(self.dynamics, payload=payload)
         return other

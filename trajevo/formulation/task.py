@@ -55,9 +55,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "constraints": _limits_kept(settings, robot),
         **settings.parameters,
         "limits": settings.constraints.held,
-        "payload": settings.payload
-        if isinstance(settings.payload, float | int | str)
-        else settings.payload.model_dump(),
+        "payload": settings.carried,
         "payload_range": settings.payload_range,
         "reference_point": settings.reference_point,
         "samples": settings.samples,

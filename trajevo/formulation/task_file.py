@@ -58,6 +58,14 @@ class _Payload(_Strict):
     model: str = "rigid"
 
 
+class _Load(_Payload):
+    """A payload that is carried from one point to another, or all the time without ``from`` and ``to``."""
+
+    from_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="from")
+    to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="to")
+    vary: Annotated[bool, pydantic.Strict()] | None = None
+
+
 class _Point(_Strict):
     """A via point: joint positions, or a tool position [m] and, if it matters, the tool's orientation.
 
@@ -133,7 +141,7 @@ class TaskSettings(_Strict):
     robot: str | _Robot
     angle: Literal["rad", "deg"] = "rad"
     limits: _Limits = _Limits()
-    payload: _Number | str | _Payload = 0.0
+    payload: _Number | str | _Payload | list[_Load] = 0.0
     payload_range: tuple[_Number, _Number] | None = None
     points: str | list[list[_Number] | _Point]
     turns: Literal["as_written", "shortest"] = "as_written"
@@ -160,6 +168,13 @@ class TaskSettings(_Strict):
     def search(self) -> Search:
         """Settings of the task's search, including the seed."""
         return self.algorithm.updated(seed=self.seed)
+
+    @property
+    def carried(self) -> Any:
+        """The payload, or the loads, as an argument of the problem."""
+        if isinstance(self.payload, list):
+            return [load.model_dump(by_alias=True, exclude_none=True) for load in self.payload]
+        return self.payload if isinstance(self.payload, float | int | str) else self.payload.model_dump()
 
     @property
     def parameters(self) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from trajevo.formulation.passing_points import (
     left_open,
     window_limits,
 )
-from trajevo.formulation.payload_variable import PayloadVariable
+from trajevo.formulation.payload_variable import PayloadVariable, carrying
 from trajevo.formulation.points_on_limits import notes_on_height, notes_on_turning, turning
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.path.boxes import CartesianBox, JointBox
@@ -76,8 +76,10 @@ class ViaPointProblem(TrajectoryProblem):
             :class:`~trajevo.formulation.constraints.constraint.Constraint`, or their places.
         limits: ``"certified"`` for effort and tool-speed limits proven at every instant, see
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
-        payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings. If ``"unused_payload"`` is an
-            objective, the mass is a variable, and this gives the payload's shape and model.
+        payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings; or a list of loads that are
+            picked up and put down on the way: :class:`~trajevo.path.loads.Load`, or mappings with the settings of a
+            payload and ``from``, ``to`` and ``vary``. If ``"unused_payload"`` is an objective, the mass is a variable,
+            and this gives the payload's shape and model.
         payload_range: least and greatest mass [kg] if the mass is a variable; if None, from 0 to the greatest mass that
             the robot can hold at rest at the first and the last point.
         reference_point: reference point of the hypervolume [SI]; taken from the first feasible points if None.
@@ -111,7 +113,7 @@ class ViaPointProblem(TrajectoryProblem):
         objectives: Sequence[Any] = ("time", "jerk"),
         constraints: Sequence[Any] = ("position", "velocity", "acceleration", "jerk"),
         limits: str = "certified",
-        payload: float | Payload | dict[str, Any] = 0.0,
+        payload: float | Payload | dict[str, Any] | Sequence[Any] = 0.0,
         payload_range: tuple[float, float] | None = None,
         reference_point: Sequence[float] | None = None,
         samples: int = 6,
@@ -129,13 +131,13 @@ class ViaPointProblem(TrajectoryProblem):
         named = robot_of(robot)
         via = closed(joint_points(points, named, turns=turns), cyclic)
         bounds = checked_durations(duration_bounds, len(via))
-        dynamics = Dynamics(named, Payload.of(payload, model=None), samples=samples, threads=threads)
         boxes = _boxes(moving)
         _check_widths(boxes, via, named)
         kept = isinstance(constraints, Sequence) and "position" in constraints
         asked, on_limits = passings_of(passing, len(via), named.joint_names), turning(via, named, boxes) if kept else ()
         at_limits = left_open(on_limits, asked)
         decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic)
+        dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
         check_seam(cyclic, named, via, held)
@@ -164,7 +166,7 @@ class ViaPointProblem(TrajectoryProblem):
             "objectives": list(objectives),
             "constraints": list(constraints),
             **_settings_of_limits(parameters, limits),
-            "payload": self.dynamics.payload.settings,
+            "payload": self.dynamics.carried,
             "payload_range": None if payload_range is None else list(payload_range),
             "reference_point": None if reference_point is None else list(reference_point),
             "samples": dynamics.samples,

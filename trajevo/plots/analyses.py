@@ -45,6 +45,8 @@ def analysed(front: Front, kind: str = "full") -> tuple[str, ...]:
         return ()
     problem = front.problem
     limited = problem.robot.gives_effort and bool(np.isfinite(problem.robot.limits.effort).any())
+    schedule = problem.dynamics.schedule
+    limited = limited and (schedule is None or schedule.varied is not None)  # else no payload is asked about
     suits = {"certificate": True, "rivals": problem.compares_rivals}
     return tuple(name for name in wanted if suits.get(name, limited))
 

@@ -17,6 +17,7 @@ from trajevo.errors import TrajevoError
 from trajevo.front.front import Front, Solution
 from trajevo.front.records import ProblemRecord, Run
 from trajevo.front.thinning import told_share
+from trajevo.path.loads import told_loads
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
 from trajevo.robot.payload import LOAD_MODELS, Payload
@@ -103,6 +104,9 @@ def _mass_notes(front: Front) -> tuple[str, ...]:
 def _carried(record: ProblemRecord) -> str:
     """The mass of the payload, or its range if it is a variable."""
     variable = next((v for v in record.variables if (v.name, v.unit) == ("payload", "kg")), None)
+    loads, mass = record.settings.get("payload"), None if variable is None else (variable.lower, variable.upper)
+    if isinstance(loads, list):
+        return told_loads(loads, mass)
     if variable is None:
         return f"{Payload.of(record.payload, model=None).mass:g} kg"
     return f"{variable.lower:g} to {variable.upper:g} kg"

@@ -158,6 +158,10 @@ def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
             "rivals: expected points that are passed freely, as interpolants are compared through the points alone, "
             "got a problem with stops, given velocities (passing) or a cycle (cyclic)"
         )
+    if problem.dynamics.schedule is not None:
+        raise InvalidInputError(
+            f"rivals: expected one payload that is always carried, got loads: {problem.dynamics.schedule}"
+        )
     kept = replace(problem.robot, limits=problem.kept_limits)
     return compare_rivals(replace(problem.dynamics, robot=kept), points)
 

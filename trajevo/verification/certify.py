@@ -142,8 +142,8 @@ def _dynamic_proofs(rollout: Rollout, enclosure: Enclosure, motion: int, limits:
         *(("power", name, "W") for name, _ in joints),
         ("tool speed", None, "m/s"),
     ]
-    carried = rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[motion])
-    massless = not robot.gives_effort or (robot.mass == 0.0 and carried == 0.0 and robot.friction.none)
+    carried = rollout.dynamics.loaded if rollout.masses is None else float(rollout.masses[motion]) > 0.0
+    massless = not robot.gives_effort or (robot.mass == 0.0 and not carried and robot.friction.none)
     own = np.concatenate([robot.limits.effort, limits[robot.dof :]])
     for k, (quantity, joint, unit) in enumerate(columns):
         if (massless and joint is not None) or not robot.has_body:

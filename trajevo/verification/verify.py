@@ -20,6 +20,8 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError
 from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.front.front import Front, Solution
+from trajevo.path.loads import Schedule
+from trajevo.robot.payload import Payload
 from trajevo.robot.robot import position_unit
 from trajevo.trajectory.batch import DERIVATIVES, Motion, TrajectoryBatch
 from trajevo.verification.newton_euler import NewtonEuler
@@ -239,8 +241,22 @@ def _efforts(rollout: Rollout, motion: Motion) -> tuple[Array, Array]:
     payload = rollout.dynamics.payload
     if rollout.masses is not None:
         payload = payload.with_mass(float(rollout.masses[0]))
-    ours = NewtonEuler(rollout.robot, payload).effort(motion.q, motion.v, motion.a)
-    return ours, replace(rollout.dynamics, payload=payload).effort(motion.q, motion.v, motion.a)
+    states, count = (motion.q, motion.v, motion.a), rollout.trajectory.breaks.shape[1] - 1
+    segments = np.arange(count).repeat(len(motion.q) // count)
+    ours = np.empty_like(motion.q)
+    for carried, places in _carried(rollout.dynamics.schedule, payload, segments):
+        ours[places] = NewtonEuler(rollout.robot, carried).effort(*(x[places] for x in states))
+    return ours, replace(rollout.dynamics, payload=payload).effort(*states, segments)
+
+
+def _carried(schedule: Schedule | None, payload: Payload, segments: Array) -> Iterator[tuple[Payload, Array]]:
+    """What is carried together, with the places at which it is, of states in given segments (T,)."""
+    if schedule is None:
+        yield payload, np.arange(len(segments))
+        return
+    of_states = np.array(schedule.phase_of_segment)[segments]
+    for k, phase in enumerate(schedule.phases):
+        yield schedule.everything(phase, payload), np.flatnonzero(of_states == k)
 
 
 def _robot_rows(rollout: Rollout, motion: Motion, effort: Array) -> Iterator[Utilisation]:

@@ -20,7 +20,7 @@ from trajevo.dynamics.integrals import loops
 from trajevo.dynamics.integrals.nodes import Nodes, nested
 from trajevo.trajectory.batch import TrajectoryBatch
 
-#: Values (P, T, F) of trajectories (P,) in states q, v, a (P, T, n_joints).
+#: Values (P, T, F) in segments (P,), numbered as in :class:`Resolved`, in states q, v, a (P, T, n_joints).
 Field = Callable[[Array, Array, Array, Array], Array]
 
 
@@ -65,7 +65,7 @@ class Resolved:
         count = trajectory.segment_durations.shape[1]
         size = (len(trajectory) * count, len(nodes.shares) // 2, -1)
         fresh = np.stack([trajectory.at_shares(nodes.shares[1::2], k).reshape(size)[self.segments] for k in range(3)])
-        between = field(self.segments // count, *fresh)
+        between = field(self.segments, *fresh)
         values = _merged(self.values, between)
         return Resolved(nodes, self.segments, self.durations, values, lambda: _merged(self.states, fresh))
 

@@ -128,7 +128,7 @@ def _effort_peaks(rollout: Rollout, joints: Array) -> Array:
     The effort of a joint with dry friction jumps where the joint reverses; there the greatest at the nodes is taken.
     """
     q, v, a = (rollout.trajectory.at_shares(gauss(_NODES)[0], order) for order in range(3))
-    effort = _per_segment(rollout.effort_in(q, v, a)[..., joints])
+    effort = _per_segment(rollout.effort_at_shares(q, v, a)[..., joints])
     peaks = _peaks(np.stack([effort, -effort], axis=2))
     friction = rollout.robot.friction
     dry = np.asarray(friction.coulomb + friction.coulomb_backward)[joints] > 0.0

@@ -72,6 +72,8 @@ class PayloadBox:
     def of(cls, dynamics: Dynamics, mass: Any, com: Any) -> PayloadBox:
         """The box of given intervals, see :func:`robust_effort_limits`."""
         payload = dynamics.payload
+        if dynamics.schedule is not None:
+            dynamics.schedule.check_varied("a payload that is not known well")
         if payload.model == "tool_axis":
             raise InvalidInputError("payload.model: 'tool_axis' acts at the tool's origin and has no centre of mass")
         masses, (low, high) = mass_interval(mass), interval(com, "com", (2, 3))
@@ -116,9 +118,14 @@ class PayloadBox:
 
     def _forms(self, rollout: Rollout, joints: Array) -> tuple[Array, Array, Array]:
         """Coefficients a (R,), b (R, D) and Q (R, D, D) of f, with R = B x T x K and D axes of the box."""
+        states = rollout.q, rollout.v, rollout.a
+
+        schedule = rollout.dynamics.schedule
 
         def each(dynamics: Dynamics) -> Array:
-            added: Array = dynamics.effort_per_kilogram(rollout.q, rollout.v, rollout.a)[..., joints].ravel()
+            if dynamics.schedule != schedule:  # a motion that stands, of which other loads are asked
+                dynamics = replace(dynamics, schedule=schedule)
+            added: Array = dynamics.effort_per_kilogram(*states, rollout.segments, axis=1)[..., joints].ravel()
             return added
 
         a, axes = each(self.middle), len(self.faces)

@@ -149,7 +149,9 @@ def check(problem: TrajectoryProblem) -> Feasibility:
     if not isinstance(problem, TrajectoryProblem):
         raise InvalidInputError(f"problem: expected a TrajectoryProblem, got {type(problem).__name__}")
     given, robot = known_points(problem), problem.robot
-    payload = "" if problem.payload_range is not None else f", {problem.dynamics.payload.mass:g} kg"
+    schedule = problem.dynamics.schedule
+    own = f"{problem.dynamics.payload.mass:g} kg" if schedule is None else str(schedule)
+    payload = "" if problem.payload_range is not None else f", {own}"
     title = f"{robot.name}{payload}: {problem.title}"
     if given is None:
         none = np.empty((0, robot.dof))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.constraint import Constraint
@@ -136,8 +138,11 @@ class Holding:
 
     def _masses(self) -> tuple[Array, Array]:
         """Least and greatest payload that every joint can hold, shape (K, n_joints) [kg]."""
-        unloaded, each = _efforts(self.problem, self.given)
-        return mass_bounds(unloaded, each, self.available)
+        lower, upper = np.zeros(self.needed.shape), np.full(self.needed.shape, np.inf)
+        for points, unloaded, each in _efforts(self.problem, self.given):
+            least, greatest = mass_bounds(unloaded, each, self.available)
+            lower[points], upper[points] = np.maximum(lower[points], least), np.minimum(upper[points], greatest)
+        return lower, upper
 
     def _no_common_mass(self) -> list[Finding]:
         """A finding if no mass of a variable payload can be held at all points at which motions rest."""
@@ -149,6 +154,8 @@ class Holding:
         needed, room = max(float(lower.max()), least), min(float(upper.min()), greatest)
         if needed <= room * (1.0 + ROUNDING):
             return []
+        schedule = self.problem.dynamics.schedule
+        where = "at both ends" if schedule is None else "wherever the motion rests with it"
         held = f"at least {at_least(float(lower.max()))} kg and at most {at_most(float(upper.min()))} kg"
         return [
             Finding(
@@ -159,8 +166,8 @@ class Holding:
                 available=room,
                 unit="kg",
                 severity="impossible",
-                sentence=f"no payload of {number(least)} to {number(greatest)} kg can be held at rest at both ends",
-                remedy=f"remedy: other ends; what can be held there is {held}",
+                sentence=f"no payload of {number(least)} to {number(greatest)} kg can be held at rest {where}",
+                remedy=f"remedy: other {'ends' if schedule is None else 'points'}; what can be held there is {held}",
             )
         ]
 
@@ -171,23 +178,67 @@ def _range(problem: TrajectoryProblem) -> tuple[float, float]:
     return (mass, mass) if problem.payload_range is None else problem.payload_range
 
 
-def _efforts(problem: TrajectoryProblem, given: KnownPoints) -> tuple[Array, Array]:
-    """Efforts at rest without payload, and for each kilogram, shapes (K, n_joints) [N·m or N, N·m/kg or N/kg]."""
-    still = np.zeros_like(given.positions)
-    states = np.array(given.positions), still, still
-    return problem.dynamics.unloaded_effort(*states), problem.dynamics.effort_per_kilogram(*states)
+@final
+@dataclass(frozen=True, eq=False)
+class _Carried:
+    """Points at which the same loads are carried, shape (K',), and the dynamics with them on a single segment."""
+
+    points: Array
+    dynamics: Dynamics
+
+
+def _carried(problem: TrajectoryProblem, given: KnownPoints) -> list[_Carried]:
+    """What is carried at the points; where a load is picked up or put down, what is there before and after."""
+    dynamics, count = problem.dynamics, len(given.positions)
+    schedule = dynamics.schedule
+    if schedule is None:
+        return [_Carried(np.arange(count), dynamics)]
+    found: dict[tuple[int, ...], list[int]] = {}
+    for point, segments in enumerate(_segments_at_points(problem)):
+        for phase in dict.fromkeys(schedule.carried[segment] for segment in segments):
+            found.setdefault(phase, []).append(point)
+    return [_Carried(np.array(k), replace(dynamics, schedule=schedule.only(phase))) for phase, k in found.items()]
+
+
+def _segments_at_points(problem: TrajectoryProblem) -> list[list[int]]:
+    """The segments that end or begin at each point, or in which it lies; across a wait, the one after it too."""
+    x = 0.5 * (problem.xl + problem.xu)[None]
+    trajectory, instants = problem.decode(x), problem.via_times(x)[0]
+    breaks, still = trajectory.breaks[0], (trajectory.segment_peaks(1)[0] == 0.0).all(axis=1)
+    rounding = ROUNDING * breaks[-1]
+    found = []
+    for instant in instants:
+        near = (breaks[:-1] <= instant + rounding) & (breaks[1:] >= instant - rounding)
+        segments = np.flatnonzero(near).tolist()
+        after = segments[-1] + 1
+        found.append([*segments, *([after] if still[segments[-1]] and after < len(still) else [])])
+    return found
+
+
+def _efforts(problem: TrajectoryProblem, given: KnownPoints) -> Iterator[tuple[Array, Array, Array]]:
+    """Points, and efforts at rest there without payload and for each kilogram, (K', n_joints) [N·m or N, per kg]."""
+    for carried in _carried(problem, given):
+        q, segments = np.array(given.positions[carried.points]), np.zeros(len(carried.points), dtype=np.intp)
+        states = q, np.zeros_like(q), np.zeros_like(q), segments
+        dynamics = carried.dynamics
+        yield carried.points, dynamics.unloaded_effort(*states), dynamics.effort_per_kilogram(*states)
 
 
 def _needed(problem: TrajectoryProblem, given: KnownPoints, constraint: Constraint) -> Array:
     """Efforts at rest by which a constraint judges, shape (K, n_joints) [N·m or N]."""
-    count, joints = given.positions.shape
-    needed = np.zeros((count, joints))
+    needed = np.zeros(given.positions.shape)
     if problem.payload_range is not None:
-        unloaded, each = _efforts(problem, given)
-        best = np.divide(-unloaded, each, out=np.zeros_like(each), where=each != 0.0)
-        lightest: Array = np.abs(unloaded + np.clip(best, *problem.payload_range) * each)
-        return lightest
-    standing = PolynomialBatch(np.tile([0.0, 1.0], (count, 1)), given.positions[:, None, :, None])
-    excess = constraint.at_samples.function(Rollout(problem.dynamics.sampled(2), standing))
-    needed[:, np.isfinite(problem.robot.limits.effort)] = (1.0 + excess) * np.asarray(constraint.limit)
+        for points, unloaded, each in _efforts(problem, given):
+            best = np.divide(-unloaded, each, out=np.zeros_like(each), where=each != 0.0)
+            lightest = np.abs(unloaded + np.clip(best, *problem.payload_range) * each)
+            needed[points] = np.maximum(needed[points], lightest)
+        return needed
+    limited = np.isfinite(problem.robot.limits.effort)
+    for carried in _carried(problem, given):
+        positions = given.positions[carried.points]
+        standing = PolynomialBatch(np.tile([0.0, 1.0], (len(positions), 1)), positions[:, None, :, None])
+        excess = constraint.at_samples.function(Rollout(carried.dynamics.sampled(2), standing))
+        held = np.zeros(positions.shape)
+        held[:, limited] = (1.0 + excess) * np.asarray(constraint.limit)
+        needed[carried.points] = np.maximum(needed[carried.points], held)
     return needed

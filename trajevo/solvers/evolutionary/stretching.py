@@ -192,7 +192,7 @@ class Stretching:
         if not self.efforts:
             return none, none
         rollout = self.limits.problem.rollout(X)
-        path = EffortOfPath.of(rollout, rollout.q, rollout.without_rounding(rollout.v), rollout.a)
+        path = EffortOfPath.of(rollout, rollout.q, rollout.without_rounding(rollout.v), rollout.a, rollout.segments)
         masses = rollout.dynamics.payload.mass if rollout.masses is None else rollout.masses[:, None, None]
         effort = path.carrying(masses)
         lower, upper = [none], [none]

@@ -193,12 +193,18 @@ def duration_variables(count: int, bounds: tuple[float, float], symbol: str = "d
 
 def breaks_at_points(interpolant: Interpolant) -> tuple[int, ...] | None:
     """Index of the break at which each point is passed; None if some point is passed between breaks."""
+    found = breaks_where(interpolant)
+    known = tuple(k for k in found if k is not None)
+    return known if len(known) == len(found) else None
+
+
+def breaks_where(interpolant: Interpolant) -> tuple[int | None, ...]:
+    """Index of the break at which each point is passed, None for a point that is passed between breaks."""
     x = example_of(interpolant)
     times, breaks = interpolant.via_times(x)[0], interpolant(x).breaks[0]
     apart = np.abs(times[:, None] - breaks)
-    if apart.min(axis=1).max() > _ROUNDING * breaks[-1]:
-        return None
-    return tuple(int(k) for k in apart.argmin(axis=1))
+    at_breaks = apart.min(axis=1) <= _ROUNDING * breaks[-1]
+    return tuple(int(k) if at else None for k, at in zip(apart.argmin(axis=1), at_breaks, strict=True))
 
 
 def example_of(interpolant: Interpolant) -> Array:
