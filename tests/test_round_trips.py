@@ -11,7 +11,7 @@ import json
 import numpy as np
 import pytest
 
-from trajevo import Front, Passing, Payload, Pose, ViaPoints, load_problem, load_robot
+from trajevo import Front, Passing, Payload, Pose, Segment, ViaPoints, load_problem, load_robot
 from trajevo.errors import TrajevoError
 from trajevo.formulation.constraints.kinds import KINDS, parameters_of
 from trajevo.formulation.constraints.scene import SHAPES, Scene
@@ -289,6 +289,22 @@ def durations(draw, count, interpolant):
     return draw.choice([(0.3, 4.0), [np.float64(0.1) * 3, 4], np.array([1, 3])])
 
 
+def segments(draw, robot, dof, interpolant, moving):
+    """A line of the tool between inner points, and a wide cone for its axis, where the interpolant can do them."""
+    found = []
+    if interpolant not in ("quintic_spline", "septic_spline") or len(moving):
+        return ()
+    if draw.chance(0.3):
+        line = {"from": draw.whole(1, 1), "tool": "line", "tolerance": draw.choice(["1 mm", np.float64(2e-3)])}
+        found.append(draw.choice([line, Segment(1, 2, tool="line", turning=0.02)]))
+    if draw.chance(0.3):
+        loaded = load_robot(**robot) if isinstance(robot, dict) else robot
+        centre = MIDDLE[:dof] if dof > 2 else np.array([0.2, 0.4])
+        axis = loaded.tool_poses(centre[None])[1][0][:, 2]
+        found.append({"from": 0, "to": draw.whole(2, 3), "upright": draw.choice([1.5, "85.9 deg"]), "direction": axis})
+    return draw.choice([list, tuple])(found)
+
+
 def via_points(draw):
     robot, dof = draw.robot()
     points, count = draw.points(robot, dof)
@@ -303,6 +319,7 @@ def via_points(draw):
     if cyclic:
         rows = draw.rows(dof)
         points, count = draw.listed(np.vstack([rows, rows[:1]])), len(rows) + 1
+    moving = draw.moving(dof, count) if draw.chance(0.4) else ()
     data = {
         "robot": robot,
         "points": points,
@@ -311,7 +328,8 @@ def via_points(draw):
         "passing": () if cyclic else passing(draw, dof, count, interpolant),
         "cyclic": cyclic,
         "turns": draw.choice(["as_written", "shortest"]),
-        "moving": draw.moving(dof, count) if draw.chance(0.4) else (),
+        "moving": moving,
+        "segments": () if cyclic else segments(draw, robot, dof, interpolant, moving),
         "objectives": objectives,
         "constraints": constraints,
         "limits": draw.choice(["sampled", "certified"]),

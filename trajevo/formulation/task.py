@@ -12,7 +12,7 @@ from trajevo.base.toml import Places
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
-from trajevo.formulation.task_file import MovingSettings, PassingSettings, TaskSettings
+from trajevo.formulation.task_file import MovingSettings, PassingSettings, SegmentSettings, TaskSettings
 from trajevo.formulation.via_points import LONGEST_TITLE, checked_title
 from trajevo.path.via_points import joint_points
 from trajevo.robot.locate import robot_path
@@ -50,6 +50,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "interpolant": settings.interpolant,
         "moving": [_box(box, robot, to_rad) for box in settings.moving],
         "passing": [_passing(one, robot, to_rad) for one in settings.passing],
+        "segments": [_segment(one, to_rad) for one in settings.segment],
         "cyclic": settings.cyclic,
         "objectives": settings.objectives,
         "constraints": _limits_kept(settings, robot),
@@ -120,6 +121,12 @@ def _box(box: MovingSettings, robot: Robot, to_rad: float) -> Mapping[str, Any]:
 def _passing(one: PassingSettings, robot: Robot, to_rad: float) -> Mapping[str, Any]:
     given = one.model_dump(exclude_none=True)
     return given | {key: _in_radians(given[key], robot, to_rad) for key in ("velocity", "acceleration") if key in given}
+
+
+def _segment(one: SegmentSettings, to_rad: float) -> Mapping[str, Any]:
+    given = one.model_dump(exclude_none=True, by_alias=True)
+    angles = {key: to_rad * given[key] for key in ("turning", "upright") if isinstance(given.get(key), float | int)}
+    return given | angles
 
 
 def _in_radians(values: list[float], robot: Robot, to_rad: float) -> list[float]:

@@ -119,6 +119,20 @@ class PassingSettings(_Strict):
     window: tuple[_Number, _Number] | None = None
 
 
+class SegmentSettings(_Strict):
+    """What is asked of the segments between two points: a line or an arc of the tool, or an upright axis of it."""
+
+    from_point: Annotated[int, pydantic.Field(strict=True, ge=0, alias="from")]
+    to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="to")
+    tool: Literal["line", "arc"] | None = None
+    through: tuple[_Number, _Number, _Number] | None = None
+    tolerance: _Number | str | None = None
+    turning: _Number | str | None = None
+    upright: _Number | str | None = None
+    axis: str | tuple[_Number, _Number, _Number] | None = None
+    direction: tuple[_Number, _Number, _Number] | None = None
+
+
 class _Constraints(pydantic.BaseModel):
     """What is limited; :func:`task_model` adds the parameters of limits."""
 
@@ -132,8 +146,8 @@ class TaskSettings(_Strict):
     """The keys of ``task.toml``, in SI units; :func:`task_model` adds the parameters of limits.
 
     ``name`` is what the task is called in tables, reports and pictures; its file's name if not given.
-    Only angles of points (joint positions, ``rpy`` and ``rotation_vector``), of boxes in joint space, and of given
-    velocities and accelerations are in the unit ``angle``.
+    Only angles of points (joint positions, ``rpy`` and ``rotation_vector``), of boxes in joint space, of given
+    velocities and accelerations, and ``turning`` and ``upright`` of segments are in the unit ``angle``.
     """
 
     format: Literal[1] = 1
@@ -147,6 +161,7 @@ class TaskSettings(_Strict):
     turns: Literal["as_written", "shortest"] = "as_written"
     moving: list[MovingSettings] = []
     passing: list[PassingSettings] = []
+    segment: list[SegmentSettings] = []
     cyclic: Annotated[bool, pydantic.Strict()] = False
     interpolant: str = "quintic_spline"
     duration_bounds: list[_Number] | list[tuple[_Number, _Number]]

@@ -30,12 +30,21 @@ from trajevo.formulation.passing_points import (
 from trajevo.formulation.payload_variable import PayloadVariable, carrying
 from trajevo.formulation.points_on_limits import notes_on_height, notes_on_turning, turning
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.segments.limits import segment_limits
+from trajevo.formulation.segments.ways import curves_of, with_stops
 from trajevo.path.boxes import CartesianBox, JointBox
 from trajevo.path.passing import Passing, passings_of
+from trajevo.path.segments import segments_of
 from trajevo.path.via_points import OnLimit, ViaPoints, joint_points
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
-from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, interpolant_through, price_of_rest
+from trajevo.trajectory.interpolants import (
+    NAMED_INTERPOLANTS,
+    FixedCurve,
+    Interpolant,
+    interpolant_through,
+    price_of_rest,
+)
 from trajevo.trajectory.interpolants.legs import checked_durations
 
 #: Greatest number of characters of a problem's title, which stands above tables and pictures.
@@ -67,6 +76,9 @@ class ViaPointProblem(TrajectoryProblem):
             ``tool`` (3) [m].
         passing: how points are passed: :class:`~trajevo.path.passing.Passing`, or mappings with the number of the
             ``point`` and ``stop``, ``dwell`` [s], ``velocity``, ``acceleration`` (n_joints) or ``window`` [s].
+        segments: what is asked of segments: :class:`~trajevo.path.segments.ToolSegment`, or mappings with the numbers
+            of the points ``from`` and ``to``, and ``tool`` (``"line"`` or ``"arc"`` with ``through`` (3) [m],
+            ``tolerance`` [m] and ``turning`` [rad]) or ``upright`` [rad] with ``axis`` and ``direction``.
         cyclic: whether the end meets the start with all derivatives that are continuous on the way, instead of rests at
             both; the last point is then the first.
         objectives: names, see :data:`~trajevo.formulation.objectives.OBJECTIVES`; your own functions of a rollout, or
@@ -109,6 +121,7 @@ class ViaPointProblem(TrajectoryProblem):
         interpolant: str | type[Interpolant] = "quintic_spline",
         moving: Sequence[Any] = (),
         passing: Sequence[Any] = (),
+        segments: Sequence[Any] = (),
         cyclic: bool = False,
         objectives: Sequence[Any] = ("time", "jerk"),
         constraints: Sequence[Any] = ("position", "velocity", "acceleration", "jerk"),
@@ -134,9 +147,14 @@ class ViaPointProblem(TrajectoryProblem):
         boxes = _boxes(moving)
         _check_widths(boxes, via, named)
         kept = isinstance(constraints, Sequence) and "position" in constraints
-        asked, on_limits = passings_of(passing, len(via), named.joint_names), turning(via, named, boxes) if kept else ()
+        given_passing, on_limits = (
+            passings_of(passing, len(via), named.joint_names),
+            turning(via, named, boxes) if kept else (),
+        )
+        parts = segments_of(segments, len(via))
+        asked, curves = with_stops(given_passing, parts, len(via)), curves_of(parts, named, via, kind)
         at_limits = left_open(on_limits, asked)
-        decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic)
+        decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves)
         dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
@@ -147,7 +165,12 @@ class ViaPointProblem(TrajectoryProblem):
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,
             objectives=objectives_of(objectives, named, payload=None if mass is None else mass.objective),
-            constraints=(*held, *reach, *window_limits(asked, decoder)),
+            constraints=(
+                *held,
+                *reach,
+                *window_limits(asked, decoder),
+                *segment_limits(parts, named, via, decoder, curves, limits=limits),
+            ),
             payload_range=None if mass is None else mass.range,
             reference_point=reference_point,
             length=length_unit(named),
@@ -161,7 +184,8 @@ class ViaPointProblem(TrajectoryProblem):
             "duration_bounds": bounds.tolist(),
             "interpolant": kind,
             "moving": [_box_settings(box) for box in boxes],
-            "passing": [one.settings for one in asked],
+            "passing": [one.settings for one in given_passing],
+            **({"segments": [one.settings for one in parts]} if parts else {}),
             **({"cyclic": True} if cyclic else {}),  # hardly any motion is, and settings are told
             "objectives": list(objectives),
             "constraints": list(constraints),
@@ -303,10 +327,12 @@ def _interpolant(
     turns: Sequence[OnLimit],
     passing: tuple[Passing, ...],
     cyclic: bool,
+    curves: dict[int, FixedCurve],
 ) -> Interpolant:
     """The interpolant, with joints at rest where they turn, if it can."""
     rests = () if price_of_rest(kind) is None else tuple((at.point, at.joint) for at in turns)
     given: dict[str, Any] = {"duration_bounds": bounds, "at_rest": rests, "passing": passing, "cyclic": cyclic}
+    given |= {"curves": curves} if curves else {}
     found = (
         MovingPoints(kind, via, tuple(boxes), robot=robot, **given)
         if boxes

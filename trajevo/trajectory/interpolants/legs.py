@@ -1,11 +1,14 @@
-"""Motions that stop at inner points: legs between the stops, each by an interpolant of its own, with waits between."""
+"""Motions that stop at inner points: legs between the stops, each by an interpolant of its own, with waits between.
+
+A leg along a line or an arc of the tool is a fixed curve, in a time that is free.
+"""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, final
 
@@ -16,6 +19,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants.along_way import FixedCurve
 from trajevo.trajectory.interpolants.interpolant import (
     AtRest,
     Interpolant,
@@ -51,6 +55,7 @@ class Legs(Interpolant):
         duration_bounds: least and greatest duration, shape (2,), or for every segment (n_points - 1, 2) [s].
         at_rest: further joints at rest at inner points, pairs (point, joint) from 0.
         cyclic: whether the end meets the start, for an interpolant that takes it, without stops.
+        curves: fixed curves of the tool by the point at which they begin; the motion stops at their ends.
 
     Raises:
         InvalidInputError: the interpolant takes too few points, no velocities, or no bounds for each duration; its
@@ -64,6 +69,7 @@ class Legs(Interpolant):
     duration_bounds: Array = field(kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
     cyclic: bool = field(default=False, kw_only=True)
+    curves: Mapping[int, FixedCurve] = field(default_factory=dict, kw_only=True)
     _stops: tuple[Passing, ...] = field(init=False, repr=False)
     _legs: tuple[Interpolant, ...] = field(init=False, repr=False)
     _counts: tuple[int, ...] = field(init=False, repr=False)
@@ -140,6 +146,8 @@ class Legs(Interpolant):
         bounds = self.duration_bounds.reshape(-1, 2)
         low, high = float(bounds[:, 0].min()), float(bounds[:, 1].max())
         given: dict[str, Any] = {"duration_bounds": (low, high if high > low else _APART * low)}
+        if first in self.curves:
+            return replace(self.curves[first], **given)
         rests = [(point - first, joint) for point, joint in self.at_rest if first < point < last]
         given |= ({"at_rest": rests} if rests else {}) | ({"cyclic": True} if self.cyclic else {})
         given |= self._velocities(first, last)
