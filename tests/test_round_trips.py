@@ -11,7 +11,7 @@ import json
 import numpy as np
 import pytest
 
-from trajevo import Front, Passing, Payload, Pose, Segment, ViaPoints, load_problem, load_robot
+from trajevo import Front, Load, Passing, Payload, Pose, ToolSegment, ViaPoints, load_problem, load_robot
 from trajevo.errors import TrajevoError
 from trajevo.formulation.constraints.kinds import KINDS, parameters_of
 from trajevo.formulation.constraints.scene import SHAPES, Scene
@@ -282,6 +282,20 @@ def passing(draw, dof, count, interpolant):
     return draw.choice([list, tuple])(found)
 
 
+def loads(draw, count, cyclic):
+    """What is carried, in any form: a payload, or loads of which one may be picked up and put down on the way."""
+    if draw.chance(0.6):
+        return draw.payload()
+    first = draw.whole(1, count - 2)
+    switched = {"from": first} if not cyclic else {"from": first, "to": draw.whole(0, 0)}
+    forms = [
+        lambda: Load(draw.payload(model="rigid"), int(first), 0 if cyclic else None),
+        lambda: {"mass": draw.number(0.1, 2.0), "com": draw.vector(-0.1, 0.1, 3)} | switched,
+        lambda: {"mass": "1500 g", "vary": True} | switched,
+    ]
+    return draw.choice([list, tuple])([draw.choice([draw.number(0.1, 1.0), {"mass": 0.5}]), draw.choice(forms)()])
+
+
 def durations(draw, count, interpolant):
     """One pair of bounds, or one for each segment where the interpolant takes them."""
     if draw.chance(0.3) and interpolant in ("quintic_spline", "septic_spline", "polynomial", "hybrid"):
@@ -296,7 +310,7 @@ def segments(draw, robot, dof, interpolant, moving):
         return ()
     if draw.chance(0.3):
         line = {"from": draw.whole(1, 1), "tool": "line", "tolerance": draw.choice(["1 mm", np.float64(2e-3)])}
-        found.append(draw.choice([line, Segment(1, 2, tool="line", turning=0.02)]))
+        found.append(draw.choice([line, ToolSegment(1, 2, tool="line", turning=0.02)]))
     if draw.chance(0.3):
         loaded = load_robot(**robot) if isinstance(robot, dict) else robot
         centre = MIDDLE[:dof] if dof > 2 else np.array([0.2, 0.4])
@@ -333,7 +347,7 @@ def via_points(draw):
         "objectives": objectives,
         "constraints": constraints,
         "limits": draw.choice(["sampled", "certified"]),
-        "payload": draw.payload(),
+        "payload": loads(draw, count, cyclic),
         "payload_range": draw.choice([(0.0, 3.0), [0, np.float32(1.5)]]) if unused else None,
         "reference_point": draw.choice([None, draw.vector(1.0, 50.0, len(objectives))]),
         "samples": draw.whole(4, 8),

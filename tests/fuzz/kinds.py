@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import shutil
 import struct
 from collections.abc import Callable
@@ -270,6 +271,20 @@ name = "nsga2"
 population = 12
 generations = 4
 """
+LOADS = """[[payload]]
+mass = 1.0
+com = [0.0, 0.0, 0.05]
+touches = ["post"]
+shape = { shape = "sphere", radius = 0.02 }
+
+[[payload]]
+mass = "500 g"
+from = 1
+to = 2
+vary = true
+
+[constraints]"""
+TASK_WITH_LOADS = re.sub(r"\[payload\].*?\[constraints\]", LOADS, TASK, count=1, flags=re.DOTALL)
 TASK_FILE_POINTS = TASK.replace("[[0.0, 0.0], [30.0, 0.2], { joints = [60.0, 0.1] }]", '"points.csv"')
 
 STUDY = """problem = "pointing"
@@ -392,7 +407,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
         Kind(
             "task",
             "task.toml",
-            (TASK.encode(), TASK_FILE_POINTS.encode()),
+            (TASK.encode(), TASK_FILE_POINTS.encode(), TASK_WITH_LOADS.encode()),
             two | {"points.csv": POINTS[0]},
             _read_task,
         ),

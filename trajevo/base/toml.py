@@ -267,7 +267,7 @@ class Places:
         """Message of an error about a key in a table, such as ``payload.mass``, or ``""`` if it is about another."""
         head, _, rest = str(error).partition(": ")
         key = error.kind.rpartition(" ")[2] if isinstance(error, UnknownNameError) else head
-        parts = tuple(key.split("."))
+        parts: Place = tuple(int(part) if part.isdigit() else part for part in key.split("."))
         places = [parts[:end] for end in range(len(parts), 1, -1) if parts[:end] in self.lines]
         if not places:
             return ""

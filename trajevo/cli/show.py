@@ -148,6 +148,9 @@ def capacity(
     found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
     _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
     _out.print(f"capacity: {found}")
+    schedule = chosen.rollout.dynamics.schedule
+    if schedule is not None:
+        _out.print(f"this is the mass of load {schedule.varied}, where it is carried; loads: {schedule}")
     print_mass_notes(_out, chosen.front.problem.robot)
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")

@@ -97,6 +97,8 @@ class Dynamics:
         name = f"phase {phase}"
         if self.schedule is not None and name not in self._models:
             fixed, robot = self.schedule.fixed(phase), self.robot
+            if fixed is not None:
+                robot.check_masses("effort")  # a load would hide a link that has none
             heavier = robot if fixed is None else replace(robot, model=carrying(robot, fixed))
             payload = self.payload if self.schedule.varies(phase) else NO_PAYLOAD
             self._models[name] = replace(self, robot=heavier, payload=payload, schedule=None)

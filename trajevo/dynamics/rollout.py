@@ -164,9 +164,16 @@ class Rollout:
             a: accelerations.
             t: their instants, shape (T,) or (B, T) [s]; needed only where loads change on the way. Where they do, what
                 is carried afterwards counts.
+
+        Raises:
+            InvalidInputError: no instants, although loads change on the way.
         """
         v = self.without_rounding(v)
-        if self.dynamics.schedule is None or t is None:
+        if self.dynamics.schedule is not None and t is None:
+            raise InvalidInputError(
+                f"t: expected the instants of the states, as loads change: {self.dynamics.schedule}"
+            )
+        if t is None or self.dynamics.schedule is None:
             return frozen(self._loaded_effort(self.masses, q, v, a))
         owner = np.arange(len(q)).repeat(q.shape[1])
         masses = None if self.masses is None else self.masses[owner]

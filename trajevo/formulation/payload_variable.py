@@ -5,7 +5,7 @@ The mass comes with an objective: the greatest mass minus it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -15,6 +15,7 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import masses_held
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.scene import Scene
 from trajevo.formulation.objectives import OBJECTIVES, UNUSED_PAYLOAD, Objective, unused_payload
 from trajevo.path.loads import Load, Schedule, loads_of, varied_of
 from trajevo.path.passing import Passing
@@ -25,6 +26,9 @@ from trajevo.trajectory.interpolants.interpolant import breaks_where, example_of
 
 #: Speed and acceleration of a joint, as a share of its greatest, and difference of positions, that count as none.
 _REST, _SAME = 1e-7, 1e-7
+
+#: Distance from the tool's origin within which carried solids are believed to be [m].
+_FARTHEST = 5.0
 
 
 def carrying(
@@ -47,13 +51,39 @@ def carrying(
     if not isinstance(payload, list | tuple):
         return Dynamics(robot, Payload.of(payload, model=None), **more)
     count = interpolant.via_times(example_of(interpolant)).shape[1]
-    loads = loads_of(payload, count, cyclic=cyclic)
+    loads = tuple(_with_solid(k, load) for k, load in enumerate(loads_of(payload, count, cyclic=cyclic)))
     varied = varied_of(loads)
-    if len(loads) == 1 and not loads[0].switched:
+    if len(loads) == 1 and not loads[0].switched and loads[0].shape is None:
         return Dynamics(robot, loads[0].payload, **more)
     schedule = Schedule(loads, _on_segments(loads, interpolant, passing), varied)
     own = Payload(0.0) if varied is None else loads[varied].payload
     return Dynamics(robot, own, schedule=schedule, **more)
+
+
+def _with_solid(place: int, load: Load) -> Load:
+    """A load whose shape is a solid, in its centre of mass unless it says where.
+
+    Raises:
+        InvalidInputError: no shape of a solid, or one that is too large to be carried.
+    """
+    if load.shape is None:
+        return load
+    where, name = f"payload.{place}.shape", f"payload {place}"
+    given = load.shape
+    if isinstance(given, Mapping):
+        given = {"name": name, "position": load.payload.com} | dict(given)
+    try:
+        solid = Scene.of({"obstacles": [given]}).obstacles[0]
+    except InvalidInputError as error:
+        said = str(error).removeprefix("scene: ").removeprefix(f"obstacle {name!r}: ").removeprefix("obstacle 1: ")
+        raise InvalidInputError(f"{where}: {said}") from error
+    away = float(np.linalg.norm(solid.position)) + solid.radius_around
+    if away > _FARTHEST:
+        raise InvalidInputError(
+            f"{where}: expected a solid within {_FARTHEST:g} m of the tool's origin, got one that reaches {away:.4g} m "
+            "and looks like mm: lengths are in m"
+        )
+    return replace(load, shape=solid)
 
 
 def _on_segments(

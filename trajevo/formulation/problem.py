@@ -243,6 +243,8 @@ class TrajectoryProblem(Problem):
 
     def with_payload(self, payload: Payload) -> TrajectoryProblem:
         """The same problem with another payload; a registered problem is made again and may refuse the payload."""
+        if self.dynamics.schedule is not None:
+            self.dynamics.schedule.check_varied("another payload")
         if self.registered_name:
             return type(self)(**(self.settings | {"payload": replace(self.dynamics, payload=payload).carried}))
         other = copy.copy(self)

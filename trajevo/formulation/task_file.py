@@ -64,6 +64,8 @@ class _Load(_Payload):
     from_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="from")
     to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="to")
     vary: Annotated[bool, pydantic.Strict()] | None = None
+    shape: dict[str, Any] | None = None
+    touches: list[str] | None = None
 
 
 class _Point(_Strict):

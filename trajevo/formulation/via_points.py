@@ -15,6 +15,7 @@ from trajevo.base.plain import plain_data
 from trajevo.base.units import if_degrees
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, known_names
+from trajevo.formulation.constraints.clearance import load_clearances
 from trajevo.formulation.constraints.constraint import Limited, LimitParameter
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
@@ -90,8 +91,8 @@ class ViaPointProblem(TrajectoryProblem):
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
         payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings; or a list of loads that are
             picked up and put down on the way: :class:`~trajevo.path.loads.Load`, or mappings with the settings of a
-            payload and ``from``, ``to`` and ``vary``. If ``"unused_payload"`` is an objective, the mass is a variable,
-            and this gives the payload's shape and model.
+            payload and ``from``, ``to``, ``vary``, ``shape`` and ``touches``. If ``"unused_payload"`` is an objective,
+            the mass is a variable, and this gives the payload's shape and model.
         payload_range: least and greatest mass [kg] if the mass is a variable; if None, from 0 to the greatest mass that
             the robot can hold at rest at the first and the last point.
         reference_point: reference point of the hypervolume [SI]; taken from the first feasible points if None.
@@ -169,6 +170,7 @@ class ViaPointProblem(TrajectoryProblem):
                 *held,
                 *reach,
                 *window_limits(asked, decoder),
+                *load_clearances(held, dynamics.schedule),
                 *segment_limits(parts, named, via, decoder, curves, limits=limits),
             ),
             payload_range=None if mass is None else mass.range,

@@ -15,6 +15,9 @@ from trajevo.robot.payload import Payload
 #: Keys of a load that say where it is carried, and its attributes; ``from`` is no name in Python.
 _PLACES = {"from": "from_point", "to": "to_point"}
 
+#: Other keys of a load.
+_OTHERS = ("vary", "shape", "touches")
+
 #: Keys of a load that are those of a payload.
 _OF_PAYLOAD = ("mass", "com", "inertia", "model")
 
@@ -33,6 +36,9 @@ class Load:
         to_point: number of the point at which it is put down; None for the last.
         vary: whether capacities, and the mass as a variable, mean this load; None to leave that open. Without any
             ``vary`` they mean the only load with ``from_point`` or ``to_point``, or else the only load.
+        shape: its solid in the tool frame, which keeps the clearance of a scene while it is carried: a solid of
+            :mod:`trajevo.formulation.constraints.scene`, or its settings; None for none.
+        touches: names of obstacles from which this solid need not stay away, such as a table on which it stands.
 
     Raises:
         InvalidInputError: something else.
@@ -42,6 +48,8 @@ class Load:
     from_point: int | None = None
     to_point: int | None = None
     vary: bool | None = None
+    shape: Any = None
+    touches: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "payload", Payload.of(self.payload, model=None))
@@ -53,6 +61,10 @@ class Load:
             object.__setattr__(self, name, None if point is None else int(point))
         if not isinstance(self.vary, bool | None):
             raise InvalidInputError(f"payload.vary: expected true or false, got {self.vary!r}")
+        listed = isinstance(self.touches, list | tuple) and all(isinstance(name, str) for name in self.touches)
+        if not listed:
+            raise InvalidInputError(f"payload.touches: expected a list of names of obstacles, got {self.touches!r}")
+        object.__setattr__(self, "touches", tuple(self.touches))
 
     @property
     def switched(self) -> bool:
@@ -62,8 +74,9 @@ class Load:
     @property
     def settings(self) -> dict[str, Any]:
         """Plain data from which an equal load can be made."""
-        places = {"from": self.from_point, "to": self.to_point, "vary": self.vary}
-        return self.payload.settings | {key: value for key, value in places.items() if value is not None}
+        told = {"from": self.from_point, "to": self.to_point, "vary": self.vary, "touches": list(self.touches) or None}
+        told["shape"] = getattr(self.shape, "settings", self.shape)
+        return self.payload.settings | {key: value for key, value in told.items() if value is not None}
 
     def __str__(self) -> str:
         if not self.switched:
@@ -98,6 +111,17 @@ class Schedule:
         """For every segment, the number of its phase."""
         number = {phase: k for k, phase in enumerate(self.phases)}
         return tuple(number[carried] for carried in self.carried)
+
+    def segments_of(self, load: int) -> tuple[int, ...] | None:
+        """The segments on which a load is carried, one after another in the order of time; None for all.
+
+        In a cyclic motion they may go on at its beginning.
+        """
+        on = [load in carried for carried in self.carried]
+        if all(on):
+            return None
+        first = on.index(False) + 1 if on[0] and on[-1] else 0
+        return tuple(k % len(on) for k in range(first, first + len(on)) if on[k % len(on)])
 
     def varies(self, phase: tuple[int, ...]) -> bool:
         """Whether the load that capacities mean is carried in a phase."""
@@ -226,12 +250,13 @@ def _load(place: int, given: Any) -> Load:
             return given
         if not isinstance(given, Mapping):
             return Load(given)
-        known = [*_OF_PAYLOAD, *_PLACES, "vary"]
+        known = [*_OF_PAYLOAD, *_PLACES, *_OTHERS]
         for key in given:
             if key not in known:
                 raise InvalidInputError(f"payload: unknown key {key!r}; {known_names(str(key), known)}")
         payload = Payload.of({key: given[key] for key in _OF_PAYLOAD if key in given}, model=None)
-        return Load(payload, given.get("from"), given.get("to"), given.get("vary"))
+        others = {key: given[key] for key in _OTHERS if key in given}
+        return Load(payload, given.get("from"), given.get("to"), **others)
     except InvalidInputError as error:
         raise InvalidInputError(str(error).replace("payload", where, 1)) from error
 

@@ -126,17 +126,20 @@ def _beside(folder: Path, value: Any) -> Any:
 
 
 def _put(content: dict[str, Any], name: str, value: Any) -> None:
-    """Set a key of a task; a dotted key such as ``payload.mass`` is set in its table."""
+    """Set a key of a task; a dotted key such as ``payload.mass`` or ``payload.0.mass`` is set in its table."""
     keys = name.split(".")
     if keys[0] in _NOT_IN_TASKS:
         raise InvalidInputError(
             f"{name}: this key of a task cannot vary in a study; settings of the search are {', '.join(SEARCH)}"
         )
     checked_name("key of a task", keys[0], [key for key in task_model().model_fields if key not in _NOT_IN_TASKS])
-    table = content
+    table: Any = content
     for depth, key in enumerate(keys[:-1], start=1):
-        table = table.setdefault(key, {})
-        if not isinstance(table, dict):
+        if isinstance(table, list):
+            table = table[int(key)] if key.isdigit() and int(key) < len(table) else None
+        else:
+            table = table.setdefault(key, {})
+        if not isinstance(table, dict | list) or (isinstance(table, list) and depth == len(keys) - 1):
             raise InvalidInputError(f"{name}: {'.'.join(keys[:depth])} is no table in this task, but {table!r}")
     table[keys[-1]] = value
 

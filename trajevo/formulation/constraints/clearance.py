@@ -8,6 +8,7 @@ is high enough or within a tolerance of the distance.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -15,20 +16,22 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.rollout import Rollout, rollout_of
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, known_names
 from trajevo.formulation.constraints.clearance_gradients import (
     ClearanceTerms,
     Deciding,
     missing,
+    part_of,
     real_parts,
     stepped_bounds,
     takes_steps,
     wanted_clearances,
 )
 from trajevo.formulation.constraints.clearance_search import ClearanceSearch
-from trajevo.formulation.constraints.collision import Collision, Pair
+from trajevo.formulation.constraints.collision import CarriedSolid, Collision, Pair
 from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter
 from trajevo.formulation.constraints.scene import Scene
+from trajevo.path.loads import Schedule
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -43,7 +46,7 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
     For a motion that keeps the clearance at all instants checked, the distance is a proven lower bound: the least of
     those of sixteenths of segments, or of parts of these where they leave it open. For any other motion it is the least
     distance found, negative in a collision, so that a search can reduce the violation. Both are those of all pairs,
-    whichever distances need not be computed. The payload's geometry is not considered.
+    whichever distances need not be computed. Loads are left to :func:`load_clearances`.
 
     Args:
         robot: the robot; its actuators drive its joints directly.
@@ -72,11 +75,45 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
     real = isinstance(tolerance, int | float) and not isinstance(tolerance, bool)
     if not (real and 0.0 < tolerance < np.inf):
         raise InvalidInputError(f"tolerance: expected a positive number [m], got {tolerance!r}")
-    clearance = ProvenClearance(Collision(robot, scene), float(tolerance))
-    terms = ClearanceTerms(clearance.collision, clearance.tolerance)
-    return Constraint(
-        tuple(NAMES[kind] for kind in clearance.kinds), "scene", clearance, terms, quantity="clearance", proof="pieces"
-    )
+    return _limit(ProvenClearance(Collision(robot, scene), float(tolerance)))
+
+
+def _limit(clearance: ProvenClearance) -> Constraint:
+    """The constraint of a clearance."""
+    terms = ClearanceTerms(clearance.collision, clearance.tolerance, clearance.part)
+    names = tuple(clearance.name(kind) for kind in clearance.kinds)
+    return Constraint(names, "scene", clearance, terms, quantity="clearance", proof="pieces")
+
+
+def load_clearances(constraints: Sequence[Constraint], schedule: Schedule | None) -> tuple[Constraint, ...]:
+    """Clearances of loads that have a shape, where they are carried, from obstacles and from the robot's links.
+
+    Args:
+        constraints: constraints of a problem; those on clearance say scene and tolerance.
+        schedule: the loads, if there are any.
+
+    Raises:
+        InvalidInputError: a load that touches an obstacle that does not exist.
+    """
+    return tuple(_load_clearances(constraints, schedule)) if schedule is not None else ()
+
+
+def _load_clearances(constraints: Sequence[Constraint], schedule: Schedule) -> Iterator[Constraint]:
+    for clearance in [each.function for each in constraints if isinstance(each.function, ProvenClearance)]:
+        robot, scene = clearance.collision.robot, clearance.collision.scene
+        named = [obstacle.name for obstacle in scene.obstacles]
+        for k, load in enumerate(schedule.loads):
+            for touched in load.touches:
+                if touched not in named:
+                    raise InvalidInputError(
+                        f"payload.{k}.touches: unknown obstacle {touched!r}; {known_names(touched, named)}"
+                    )
+            if load.shape is None:
+                continue
+            on = schedule.segments_of(k)
+            solid = Collision(robot, scene, CarriedSolid(load.shape, load.touches))
+            if solid.pairs:
+                yield _limit(ProvenClearance(solid, clearance.tolerance, on))
 
 
 @final
@@ -87,10 +124,19 @@ class ProvenClearance:
     Attributes:
         collision: robot and scene.
         tolerance: as for :func:`clearance_limit` [m].
+        part: numbers of the segments on which it is kept, one after another; None for all.
     """
 
     collision: Collision
     tolerance: float
+    part: tuple[int, ...] | None = None
+
+    def name(self, kind: int) -> str:
+        """Name of the column of a kind of pairs."""
+        carried = self.collision.carried
+        if carried is None:
+            return NAMES[kind]
+        return f"clearance of {carried.solid.name} to {'the robot' if kind else 'obstacles'}"
 
     @property
     def kinds(self) -> tuple[int, ...]:
@@ -107,6 +153,7 @@ class ProvenClearance:
 
         For complex steps it is the distance of the real parts, with the derivative of the sample or bound that decides.
         """
+        trajectory = part_of(trajectory, self.part)
         if not takes_steps(trajectory):
             return self._searched(trajectory)[0]
         first, which = real_parts(trajectory)
@@ -119,18 +166,28 @@ class ProvenClearance:
 
     def closest(self, trajectory: TrajectoryBatch) -> tuple[Closest, ...]:
         """The least distance of every kind of pair, sampled and proven to the tolerance, however much room there is."""
-        search = self._search(trajectory, to_the_end=True)
+        search = self._search(part_of(trajectory, self.part), to_the_end=True)
         return tuple(
             Closest(
-                name=NAMES[kind],
+                name=self.name(kind),
                 wanted=float(search.wanted[kind]),
                 proven=frozen(np.minimum(search.proven.d[:, kind], search.sampled.d[:, kind])),
                 sampled=frozen(search.sampled.d[:, kind]),
-                instant=frozen(search.sampled.t[0, :, kind]),
+                instant=frozen(self._instants(trajectory, search.sampled.t[0, :, kind])),
                 pairs=tuple(self.collision.pairs[k] for k in search.sampled.pair[:, kind]),
             )
             for kind in self.kinds
         )
+
+    def _instants(self, trajectory: TrajectoryBatch, t: Array) -> Array:
+        """Instants of the whole motions, from those of the part, (B,) [s]."""
+        if self.part is None:
+            return t
+        breaks = part_of(trajectory, self.part).breaks
+        within = (t[:, None] >= breaks[:, 1:-1]).sum(axis=1)
+        rows = np.arange(len(t))
+        moved: Array = t - breaks[rows, within] + trajectory.breaks[rows, np.array(self.part)[within]]
+        return moved
 
     def _searched(self, trajectory: TrajectoryBatch) -> tuple[Array, Array, Array]:
         """Distances (B, 2) [m], the pairs that decide them (B, 2) and both ends of the interval, (2, B, 2) [s]."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.broad_phase.bodies import Placed, PlacedByLoops
 from trajevo.formulation.constraints.broad_phase.near import INTERVALS, Grid
 from trajevo.formulation.constraints.broad_phase.sweeps import Sweeps
@@ -21,6 +22,7 @@ from trajevo.formulation.constraints.clearance_search import kinds_of
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Collision
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Least divisor of a column [m], since a clearance of 0 cannot be one.
 _LEAST_SCALE = 0.01
@@ -49,6 +51,23 @@ def missing(wanted: Array, distance: Array) -> Array:
 def takes_steps(trajectory: TrajectoryBatch) -> bool:
     """Whether the trajectories are complex steps of a gradient."""
     return np.iscomplexobj(trajectory.breaks) or np.iscomplexobj(trajectory.at_shares(np.zeros(1), 0))
+
+
+def part_of(trajectory: TrajectoryBatch, segments: tuple[int, ...] | None) -> TrajectoryBatch:
+    """Motions on some of their segments alone, one after another; all of them for None.
+
+    Raises:
+        InvalidInputError: motions that are no polynomials.
+    """
+    if segments is None:
+        return trajectory
+    if not isinstance(trajectory, PolynomialBatch):
+        raise InvalidInputError(
+            f"payload: the clearance of a load needs motions of piecewise polynomials, got {type(trajectory).__name__}"
+        )
+    chosen = list(segments)
+    ends = np.cumsum(trajectory.segment_durations[:, chosen], axis=1)
+    return PolynomialBatch(np.pad(ends, ((0, 0), (1, 0))), trajectory.coefficients[:, chosen])
 
 
 def real_parts(trajectory: TrajectoryBatch) -> tuple[Array, Array]:
@@ -119,14 +138,16 @@ class ClearanceTerms:
     Attributes:
         collision: robot and scene.
         tolerance: see :func:`trajevo.formulation.constraints.clearance.clearance_limit` [m].
+        part: numbers of the segments on which it is kept; None for all.
     """
 
     collision: Collision
     tolerance: float
+    part: tuple[int, ...] | None = None
 
     def __call__(self, rollout: Rollout) -> Array:
         """Missing clearance divided by the clearance."""
-        trajectory, kinds = rollout.trajectory, kinds_of(self.collision)
+        trajectory, kinds = part_of(rollout.trajectory, self.part), kinds_of(self.collision)
         wanted = wanted_clearances(self.collision.scene)[kinds]
         least = self._least(trajectory) - DISTANCE_ERROR - _KEPT * self.tolerance
         return missing(wanted, least).reshape(len(trajectory), -1)

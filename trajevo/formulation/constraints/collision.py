@@ -1,7 +1,7 @@
 """Distances between the links of a robot and obstacles, and between its links, by Pinocchio and coal.
 
 Meshes are replaced by their convex hulls. A hull contains its mesh, so its distances are at most those of the mesh, and
-if the hulls keep a clearance, so does the robot. The payload has no geometry.
+if the hulls keep a clearance, so does the robot. A load with a shape is a solid fixed to the tool.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.broad_phase.bodies import Bodies
 from trajevo.formulation.constraints.broad_phase.lower_bounds import LowerBounds
-from trajevo.formulation.constraints.scene import Scene
+from trajevo.formulation.constraints.scene import Obstacle, Scene
 from trajevo.formulation.constraints.solids import (
     Witnesses,
     bounding_ball,
@@ -62,6 +62,20 @@ class Pair:
     itself: bool
 
 
+@final
+@dataclass(frozen=True, eq=False)
+class CarriedSolid:
+    """A solid that is fixed to the tool.
+
+    Attributes:
+        solid: its shape, with name and place in the tool frame.
+        touches: names of obstacles from which it need not stay away, such as the table on which it stands.
+    """
+
+    solid: Obstacle
+    touches: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class _Made:
     """What is made of a robot and a scene once.
@@ -92,9 +106,12 @@ class Collision:
     against each other if their joints are neither the same nor parent and child, except pairs that touch in at least
     95 % of 200 random configurations within the joint limits (seed 0): their distance says nothing about the motion.
 
+    With a carried solid, only this solid is checked, against obstacles and against the robot's geometries.
+
     Attributes:
         robot: the robot.
         scene: obstacles and clearances.
+        carried: a solid that is fixed to the tool; None for the robot alone.
 
     Raises:
         InvalidInputError: the robot has no collision geometry, or a mesh cannot be read.
@@ -102,6 +119,7 @@ class Collision:
 
     robot: Robot
     scene: Scene
+    carried: CarriedSolid | None = None
     _cache: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -288,6 +306,9 @@ class Collision:
 
     def _make(self) -> _Made:
         robot, (geometry, derived) = self.robot, robot_geometry(self.robot)
+        if self.carried is not None:
+            geometry.addGeometryObject(_at_tool(robot, self.carried.solid))
+            derived = {}  # what is kept with the robot's geometry is that of the robot alone
         count = len(geometry.geometryObjects)
         for obstacle in self.scene.obstacles:
             placement = pin.SE3(obstacle.rotation, np.array(obstacle.position))
@@ -299,18 +320,25 @@ class Collision:
         own = list(geometry.geometryObjects)[:count]  # not earlier: adding objects moves the others in memory
         if not any(entry.parentJoint > 0 for entry in own):
             raise InvalidInputError(f"robot {robot.name!r}: {robot.where}: expected <collision> geometry, got none")
-        moving = [k for k, entry in enumerate(own) if entry.parentJoint > 0]
-        outside = [(k, len(own) + j) for k in moving for j in range(len(self.scene.obstacles))]
-        inside = [] if self.scene.self_clearance is None else _apart(robot.model, own)
+        moving, apart = [k for k, entry in enumerate(own) if entry.parentJoint > 0], _apart(robot.model, own)
+        free: tuple[str, ...] = ()
+        if self.carried is not None:
+            moving, free = [count - 1], self.carried.touches
+            apart = [(count - 1, min(pair)) for pair in apart if count - 1 in pair]
+        around = [j for j, obstacle in enumerate(self.scene.obstacles) if obstacle.name not in free]
+        outside = [(k, len(own) + j) for k in moving for j in around]
+        inside = [] if self.scene.self_clearance is None else apart
         touching = self._touching(geometry, inside)
         kept = [*outside, *(pair for pair in inside if pair not in touching)]
-        if not kept:
+        if not kept and self.carried is None:
             raise InvalidInputError(f"robot {robot.name!r}: expected links that can touch something, got none")
         _watch(geometry, kept)
         names = [entry.name for entry in own] + [obstacle.name for obstacle in self.scene.obstacles]
+        if self.carried is not None:
+            names[count - 1] = self.carried.solid.name
         pairs = [Pair(names[i], names[j], j < len(own)) for i, j in kept]
         skipped = [Pair(names[i], names[j], True) for i, j in touching]
-        return _Made(geometry, derived, np.array(kept), tuple(pairs), tuple(skipped))
+        return _Made(geometry, derived, np.array(kept).reshape(-1, 2), tuple(pairs), tuple(skipped))
 
     def _touching(self, geometry: Any, inside: list[tuple[int, int]]) -> list[tuple[int, int]]:
         if not inside:
@@ -326,6 +354,13 @@ class Collision:
             pin.computeDistances(self.robot.model, places, geometry, data, configuration)
             contacts += [result.min_distance <= 0.0 for result in data.distanceResults]
         return [pair for pair, count in zip(inside, contacts, strict=True) if count >= _ALWAYS * _DRAWN]
+
+
+def _at_tool(robot: Robot, solid: Obstacle) -> Any:
+    """A solid on the joint that carries the tool, for Pinocchio."""
+    frame = robot.model.frames[robot.model.getFrameId(robot.tool)]
+    placement = frame.placement * pin.SE3(solid.rotation, np.array(solid.position))
+    return pin.GeometryObject(f"carried {solid.name}", frame.parentJoint, placement, solid_of(solid))
 
 
 def _apart(model: Any, own: list[Any]) -> list[tuple[int, int]]:

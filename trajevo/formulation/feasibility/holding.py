@@ -25,7 +25,7 @@ from trajevo.formulation.feasibility.findings import (
     number,
     of,
 )
-from trajevo.formulation.feasibility.known_points import KnownPoints
+from trajevo.formulation.feasibility.known_points import KnownPoints, segments_at_points
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -194,25 +194,10 @@ def _carried(problem: TrajectoryProblem, given: KnownPoints) -> list[_Carried]:
     if schedule is None:
         return [_Carried(np.arange(count), dynamics)]
     found: dict[tuple[int, ...], list[int]] = {}
-    for point, segments in enumerate(_segments_at_points(problem)):
+    for point, segments in enumerate(segments_at_points(problem)):
         for phase in dict.fromkeys(schedule.carried[segment] for segment in segments):
             found.setdefault(phase, []).append(point)
     return [_Carried(np.array(k), replace(dynamics, schedule=schedule.only(phase))) for phase, k in found.items()]
-
-
-def _segments_at_points(problem: TrajectoryProblem) -> list[list[int]]:
-    """The segments that end or begin at each point, or in which it lies; across a wait, the one after it too."""
-    x = 0.5 * (problem.xl + problem.xu)[None]
-    trajectory, instants = problem.decode(x), problem.via_times(x)[0]
-    breaks, still = trajectory.breaks[0], (trajectory.segment_peaks(1)[0] == 0.0).all(axis=1)
-    rounding = ROUNDING * breaks[-1]
-    found = []
-    for instant in instants:
-        near = (breaks[:-1] <= instant + rounding) & (breaks[1:] >= instant - rounding)
-        segments = np.flatnonzero(near).tolist()
-        after = segments[-1] + 1
-        found.append([*segments, *([after] if still[segments[-1]] and after < len(still) else [])])
-    return found
 
 
 def _efforts(problem: TrajectoryProblem, given: KnownPoints) -> Iterator[tuple[Array, Array, Array]]:

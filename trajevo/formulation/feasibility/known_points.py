@@ -91,6 +91,21 @@ def known_points(problem: TrajectoryProblem) -> KnownPoints | None:
     )
 
 
+def segments_at_points(problem: TrajectoryProblem) -> list[list[int]]:
+    """The segments that end or begin at each point, or in which it lies; across a wait, the one after it too."""
+    x = 0.5 * (problem.xl + problem.xu)[None]
+    trajectory, instants = problem.decode(x), problem.via_times(x)[0]
+    breaks, still = trajectory.breaks[0], (trajectory.segment_peaks(1)[0] == 0.0).all(axis=1)
+    rounding = _ROUNDING * breaks[-1]
+    found = []
+    for instant in instants:
+        near = (breaks[:-1] <= instant + rounding) & (breaks[1:] >= instant - rounding)
+        segments = np.flatnonzero(near).tolist()
+        after = segments[-1] + 1
+        found.append([*segments, *([after] if still[segments[-1]] and after < len(still) else [])])
+    return found
+
+
 def _vectors(problem: TrajectoryProblem) -> Array:
     """Decision vectors to compare, shape (_COMPARED, n_var)."""
     shares = np.random.default_rng(0).uniform(0.1, 0.9, (_COMPARED, problem.n_var))

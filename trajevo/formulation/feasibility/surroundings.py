@@ -12,7 +12,7 @@ from trajevo.formulation.constraints.clearance import ProvenClearance
 from trajevo.formulation.constraints.clearance_gradients import wanted_clearances
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Pair
 from trajevo.formulation.feasibility.findings import ROUNDING, Finding, Severity, at_most, of
-from trajevo.formulation.feasibility.known_points import KnownPoints
+from trajevo.formulation.feasibility.known_points import KnownPoints, segments_at_points
 from trajevo.formulation.problem import TrajectoryProblem
 
 #: Distance by which a clearance must be missed to rule a motion out [m].
@@ -40,17 +40,18 @@ class Nearest:
     def of(cls, problem: TrajectoryProblem, given: KnownPoints) -> Nearest | None:
         """The pairs of a problem's points; None if it keeps no clearance."""
         functions = [constraint.function for constraint in problem.constraints]
-        collisions = [function.collision for function in functions if isinstance(function, ProvenClearance)]
-        if not collisions:
+        clearances = [function for function in functions if isinstance(function, ProvenClearance)]
+        if not clearances:
             return None
-        collision = collisions[0]
-        distances = collision.distances(given.positions)
-        wanted = wanted_clearances(collision.scene)[[int(pair.itself) for pair in collision.pairs]]
+        touching = None if all(one.part is None for one in clearances) else segments_at_points(problem)
+        pairs = [pair for one in clearances for pair in one.collision.pairs]
+        distances = np.concatenate([_distances(one, given, touching) for one in clearances], axis=1)
+        wanted = wanted_clearances(clearances[0].collision.scene)[[int(pair.itself) for pair in pairs]]
         worst = (distances - wanted).argmin(axis=1)
         return cls(
             np.take_along_axis(distances, worst[:, None], axis=1)[:, 0],
             wanted[worst],
-            tuple(collision.pairs[k] for k in worst.tolist()),
+            tuple(pairs[k] for k in worst.tolist()),
             (distances < wanted - _SURE).sum(axis=1),
         )
 
@@ -85,6 +86,15 @@ class Nearest:
             sentence=what if passed else f"{what}, where it is given",
             remedy=remedy if passed else "",
         )
+
+
+def _distances(clearance: ProvenClearance, given: KnownPoints, touching: list[list[int]] | None) -> Array:
+    """Distances of all pairs at the points, inf where a load is not carried, shape (K, n_pairs) [m]."""
+    distances = np.array(clearance.collision.distances(given.positions))
+    if clearance.part is not None and touching is not None:
+        away = [not set(clearance.part) & set(segments) for segments in touching]
+        distances[away] = np.inf
+    return distances
 
 
 def height_findings(problem: TrajectoryProblem, given: KnownPoints) -> list[Finding]:

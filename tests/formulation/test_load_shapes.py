@@ -1,0 +1,252 @@
+"""Shapes of loads: they keep the clearance of a scene where they are carried, and nowhere else."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.helpers import assert_exact_gradients, refused
+from trajevo import Load, Passing, Payload, ViaPointProblem, certify, check, load_robot, optimise
+from trajevo.formulation.constraints.clearance import ProvenClearance
+from trajevo.formulation.constraints.scene import Box, Sphere
+from trajevo.solvers.optimise import load_task
+
+ARM = {"name": "xarm7", "limits": {"acceleration": 14.0, "jerk": 140.0}}
+POINTS = np.radians(
+    [
+        [-40.0, 20.0, 0.0, 60.0, 0.0, 40.0, 0.0],
+        [-30.0, 35.0, 0.0, 70.0, 0.0, 35.0, 0.0],
+        [0.0, 20.0, 0.0, 60.0, 0.0, 40.0, 0.0],
+        [30.0, 35.0, 0.0, 70.0, 0.0, 35.0, 0.0],
+        [40.0, 20.0, 0.0, 60.0, 0.0, 40.0, 0.0],
+    ]
+)
+BALL = {"shape": "sphere", "radius": 0.04, "position": [0.01, -0.02, 0.12]}
+
+
+def made(load, obstacles, **given):
+    usual = {"robot": ARM, "points": POINTS, "passing": [Passing(1, dwell=0.2), Passing(3, dwell=0.2)]}
+    scene = {"obstacles": obstacles, "clearance": 0.02} | given.pop("more", {})
+    limits = {"objectives": ("time", "jerk"), "constraints": ("velocity", "acceleration", "jerk")}
+    return ViaPointProblem(payload=[load], scene=scene, **(usual | limits | {"duration_bounds": (0.4, 3.0)} | given))
+
+
+def vectors(problem, count, seed=0):
+    return np.random.default_rng(seed).uniform(problem.xl, problem.xu, (count, problem.n_var))
+
+
+def tool_at(point):
+    position, rotation = load_robot(**ARM).tool_poses(POINTS[point : point + 1])
+    return position[0], rotation[0]
+
+
+def load_below(point, distance):
+    """A ball at a distance below the load's ball at a point, both surfaces apart."""
+    position, rotation = tool_at(point)
+    centre = position + rotation @ np.array(BALL["position"]) - [0.0, 0.0, 0.04 + 0.03 + distance]
+    return {"name": "stand", "shape": "sphere", "radius": 0.03, "position": centre.tolist()}
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return made({"mass": 1.0, "from": 1, "to": 3, "shape": BALL}, [load_below(2, 0.05)])
+
+
+def of_loads(problem):
+    """The clearances of loads, and their columns of G."""
+    first, found = 0, []
+    for constraint in problem.constraints:
+        columns = slice(first, first + len(constraint.names))
+        first = columns.stop
+        if isinstance(constraint.function, ProvenClearance) and constraint.function.part is not None:
+            found.append((constraint.function, columns))
+    return found
+
+
+def distances(problem, x, segments, count=800):
+    """Distances of the ball from the obstacle in closed form, densely on some segments, shape (B,) [m]."""
+    trajectory, obstacle = problem.decode(x), problem.settings["scene"]["obstacles"][0]
+    q = trajectory.at_shares(np.linspace(0.0, 1.0, count), 0).reshape(len(x), -1, count, 7)[:, segments]
+    found = []
+    for row in q:
+        position, rotation = problem.robot.tool_poses(row.reshape(-1, 7))
+        centre = position + rotation @ np.array(BALL["position"])
+        found.append(np.linalg.norm(centre - obstacle["position"], axis=1).min() - 0.04 - obstacle["radius"])
+    return np.array(found)
+
+
+def test_a_load_keeps_its_clearance_where_it_is_carried_proven_against_the_closed_form(problem):
+    assert [name for name in problem.constraint_names if "payload" in name] == ["clearance of payload 0 to obstacles"]
+    ((clearance, columns),) = of_loads(problem)
+    assert clearance.part == (2, 3)
+    x = vectors(problem, 8)
+    closed, G = distances(problem, x, [2, 3]), problem.evaluate(x, return_values_of=["G"])[:, columns][:, 0]
+    found = 0.02 - 0.02 * G
+    kept = G <= 0.0
+    assert kept.any()
+    assert (found[kept] <= closed[kept] + 1e-5).all()
+    assert (found[kept] >= 0.02).all()
+    assert (closed[~kept] < 0.02 + 1.1e-3).all()
+    closest = clearance.closest(problem.decode(x))[0]
+    np.testing.assert_allclose(closest.sampled, closed, atol=1e-3)
+    assert (closest.proven <= closed + 1e-9).all()
+
+
+def test_what_is_not_carried_yet_may_be_where_it_likes():
+    obstacle = load_below(0, -0.02)
+    early = made({"mass": 1.0, "to": 1, "shape": BALL}, [obstacle])
+    late = made({"mass": 1.0, "from": 1, "to": 3, "shape": BALL}, [obstacle])
+    for task, broken in ((early, True), (late, False)):
+        ((_, columns),) = of_loads(task)
+        G = task.evaluate(vectors(task, 4), return_values_of=["G"])[:, columns]
+        assert (G > 0.0).all() == broken
+        told = [finding for finding in check(task).findings if "payload 0 and stand" in finding.sentence]
+        assert [finding.point for finding in told] == ([0] if broken else [])
+
+
+def test_the_instant_of_the_closest_approach_is_that_of_the_whole_motion(problem):
+    ((clearance, _),) = of_loads(problem)
+    x = vectors(problem, 5)
+    trajectory = problem.decode(x)
+    closest = clearance.closest(trajectory)[0]
+    for row, t in enumerate(closest.instant):
+        q = trajectory[row].evaluate(np.array([t]))[0]
+        position, rotation = problem.robot.tool_poses(q)
+        centre = position[0] + rotation[0] @ np.array(BALL["position"])
+        obstacle = problem.settings["scene"]["obstacles"][0]
+        away = np.linalg.norm(centre - obstacle["position"]) - 0.04 - obstacle["radius"]
+        assert away == pytest.approx(closest.sampled[row], abs=1e-5)
+
+
+def test_robots_and_loads_of_the_same_motion_are_judged_apart(problem):
+    alone = ViaPointProblem(**(problem.settings | {"payload": 1.0}))
+    x = vectors(problem, 6)
+    G, without = problem.evaluate(x, return_values_of=["G"]), alone.evaluate(x, return_values_of=["G"])
+    assert problem.constraint_names[: alone.n_ieq_constr] == alone.constraint_names
+    assert (G[:, : alone.n_ieq_constr] == without).all()
+
+
+def test_a_motion_has_the_same_digits_alone_and_among_others(problem):
+    x = vectors(problem, 5)
+    G = problem.evaluate(x, return_values_of=["G"])
+    assert (problem.evaluate(x[3:4], return_values_of=["G"])[0] == G[3]).all()
+
+
+def test_gradients_are_exact():
+    task = made({"mass": 1.0, "from": 1, "to": 3, "shape": BALL}, [load_below(2, -0.01)])
+    assert_exact_gradients(task, vectors(task, 3))
+    assert_exact_gradients(task.in_terms(), vectors(task, 2))
+
+
+def test_a_search_takes_the_load_around_what_the_robot_alone_would_miss():
+    obstacle = load_below(2, -0.03)
+    moving = [{"point": 2, "joints": np.radians([0.0, 25.0, 0.0, 25.0, 0.0, 25.0, 0.0]).tolist()}]
+    settings = {"population": 16, "generations": 6, "polish": False, "progress": False}
+    task = made({"mass": 1.0, "from": 1, "to": 3, "shape": BALL}, [obstacle], moving=moving)
+    front = optimise(task, seed=1, **settings)
+    best = front.pick("0")
+    assert distances(task, best.x[None], [2, 3])[0] >= 0.02
+    certificate = certify(best)
+    assert certificate.proven
+    row = next(row for row in certificate.rows if row.quantity == "clearance of payload 0 to obstacles")
+    assert row.between == ("payload 0", "stand")
+    assert row.bound >= 0.02
+
+
+def test_a_load_stays_away_from_the_robot_and_may_touch_what_it_stands_on():
+    table = {"name": "table", "shape": "box", "size": [0.1, 0.1, 0.02]}
+    place = np.array(load_below(1, 0.0)["position"]) + np.array([0.0, 0.0, 0.03 - 0.01])
+    table |= {"position": place.tolist()}
+    load = {"mass": 1.0, "from": 1, "to": 3, "shape": BALL}
+    standing = made(load, [table])
+    assert any("payload 0 and table" in finding.sentence for finding in check(standing).impossible)
+    free = made(load | {"touches": ["table"]}, [table, load_below(2, 0.05)], more={"self_clearance": 0.005})
+    assert not [finding for finding in check(free).impossible if "payload 0" in finding.sentence]
+    ((clearance, _),) = of_loads(free)
+    pairs = {(pair.first, pair.second) for pair in clearance.collision.pairs if not pair.itself}
+    assert pairs == {("payload 0", "stand")}
+    itself = [pair for pair in clearance.collision.pairs if pair.itself]
+    assert itself
+    assert {pair.first for pair in itself} == {"payload 0"}
+    assert "clearance of payload 0 to the robot" in free.constraint_names
+
+
+def test_settings_survive_json(problem):
+    again = ViaPointProblem(**json.loads(json.dumps(problem.settings)))
+    assert again.settings == problem.settings
+    x = vectors(problem, 2)
+    assert (again.evaluate(x, return_values_of=["G"]) == problem.evaluate(x, return_values_of=["G"])).all()
+
+
+def test_shapes_are_in_their_centres_of_mass_unless_they_say_where():
+    ball = {"shape": "sphere", "radius": 0.03}
+    task = made({"mass": 1.0, "com": [0.0, 0.01, 0.1], "shape": ball}, [load_below(2, 0.1)])
+    assert task.settings["payload"][0]["shape"]["position"] == [0.0, 0.01, 0.1]
+    solid = Load(Payload(1.0), 1, 3, shape=Sphere(radius=0.03, position=(0.0, 0.0, 0.1), name="part"))
+    assert "clearance of part to obstacles" in made(solid, [load_below(2, 0.1)]).constraint_names
+
+
+TASK = """
+duration_bounds = [0.4, 3.0]
+points = [
+  [-0.7, 0.35, 0.0, 1.0, 0.0, 0.7, 0.0],
+  [-0.5, 0.6, 0.0, 1.2, 0.0, 0.6, 0.0],
+  [0.5, 0.6, 0.0, 1.2, 0.0, 0.6, 0.0],
+]
+robot = "xarm7"
+
+[limits]
+acceleration = 14.0
+jerk = 140.0
+
+[constraints]
+limits = ["velocity"]
+
+[scene]
+clearance = 0.02
+obstacles = [{ name = "table", shape = "box", size = [0.1, 0.1, 0.1], position = [0.5, 0.0, 0.05] }]
+
+[[payload]]
+mass = 1.0
+from = 1
+touches = ["table"]
+
+[payload.shape]
+shape = "box"
+size = [0.1, 0.08, 0.06]
+position = [0.0, 0.0, 0.1]
+
+[[payload]]
+mass = 0.5
+shape = { shape = "cylinder", radius = 0.02, length = 0.1, position = [0.0, 0.0, 0.05] }
+"""
+
+
+def test_tasks_give_loads_a_shape(tmp_path):
+    file = tmp_path / "task.toml"
+    file.write_text(TASK, encoding="utf-8")
+    problem = load_task(file).problem
+    box = problem.dynamics.schedule.loads[0]
+    assert box.shape == Box(size=(0.1, 0.08, 0.06), position=(0.0, 0.0, 0.1), name="payload 0")
+    assert box.touches == ("table",)
+    assert [name for name in problem.constraint_names if "payload" in name] == ["clearance of payload 1 to obstacles"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("radius = 0.02, ", "", "payload.1.shape: radius: expected a value"),
+        ("radius = 0.02", "radius = -0.02", "payload.1.shape: radius: expected a number above 0"),
+        ('shape = "cylinder"', 'shape = "cone"', "cone.*known: box, cylinder, sphere"),
+        ("radius = 0.02", "radius = 20.0", "payload.1.shape: expected a solid within 5 m of the tool's origin"),
+        ("radius = 0.02", "radios = 0.02", "payload.1.shape: radios: unknown key"),
+        ('touches = ["table"]', 'touches = ["tabel"]', "payload.0.touches: unknown obstacle 'tabel'; known: table"),
+        ('touches = ["table"]', 'touches = "table"', "payload.0.touches: expected a list"),
+        ("[payload.shape]", "[payload.shapes]", "payload.0.shapes: unknown key"),
+    ],
+)
+def test_mistakes_in_shapes_are_told_with_their_key(tmp_path, old, new, sentence):
+    file = tmp_path / "task.toml"
+    assert old in TASK
+    file.write_text(TASK.replace(old, new), encoding="utf-8")
+    refused(lambda: load_task(file), sentence)
