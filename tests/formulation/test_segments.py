@@ -11,7 +11,7 @@ import pinocchio as pin
 import pytest
 
 from tests.helpers import refused, trajevo
-from trajevo import Front, Robot, ToolSegment, ViaPointProblem, certify, load_robot, load_task, optimise, verify
+from trajevo import Front, Robot, ToolSegment, ViaPointProblem, certify, check, load_robot, load_task, optimise, verify
 from trajevo.base import polynomials
 from trajevo.path.postures import find_postures
 from trajevo.path.tool_ways import ToolWay
@@ -245,6 +245,20 @@ def test_one_motion_has_the_same_digits_alone_and_among_others(problem):
         alone = own.evaluate(x[k : k + 1], return_values_of=["F", "G"])
         np.testing.assert_array_equal(alone[0][0], F[k])
         np.testing.assert_array_equal(alone[1][0], G[k])
+
+
+def test_checks_know_the_least_time_of_a_line(problem):
+    own = problem()
+    times = {(part.first, part.last): part.seconds for part in check(own).least_times}
+    curve = own.interpolant.curves[0]
+    unit = [np.abs(curve(np.ones((1, 1))).at_shares(np.linspace(0, 1, 999), order)).max() for order in (1, 2, 3)]
+    limits = own.robot.limits
+    assert times[0, 1] >= max((unit[2] / limits.jerk.max()) ** (1 / 3), (unit[1] / limits.acceleration.max()) ** 0.5)
+    fast = own.rollout(np.array([times[0, 1], 4.0, 4.0, 4.0])).trajectory
+    for order, name in ((1, "velocity"), (2, "acceleration"), (3, "jerk")):
+        assert (fast.peak(order)[0] <= getattr(limits, name) * (1.0 + 1e-6)).all()
+    faster = own.rollout(np.array([0.99 * times[0, 1], 4.0, 4.0, 4.0])).trajectory
+    assert any((faster.peak(k)[0] > getattr(limits, n)).any() for k, n in ((1, "velocity"), (3, "jerk")))
 
 
 def test_settings_survive_json_and_runs_are_read_back(front, tmp_path):

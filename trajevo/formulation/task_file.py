@@ -72,7 +72,7 @@ class _Point(_Strict):
     """A via point: joint positions, or a tool position [m] and, if it matters, the tool's orientation.
 
     The orientation is ``rpy`` (roll, pitch, yaw), ``quaternion`` (x, y, z, w) or ``rotation_vector`` (axis times
-    angle).
+    angle). With it ``free`` names an axis of the tool, x, y or z, about which any orientation is right.
     """
 
     joints: list[_Number] | None = None
@@ -80,6 +80,7 @@ class _Point(_Strict):
     rpy: tuple[_Number, _Number, _Number] | None = None
     quaternion: tuple[_Number, _Number, _Number, _Number] | None = None
     rotation_vector: tuple[_Number, _Number, _Number] | None = None
+    free: Literal["x", "y", "z"] | None = None
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> _Point:
@@ -91,6 +92,8 @@ class _Point(_Strict):
         given = [key for key in ("rpy", "quaternion", "rotation_vector") if getattr(self, key) is not None]
         if self.joints is not None and given:
             raise ValueError(f"joints have no {given[0]}")
+        if self.free is not None and not given:
+            raise ValueError("free: expected rpy, quaternion or rotation_vector with it, of which one axis is free")
         if len(given) > 1:
             raise ValueError(f"expected {given[0]} or {given[1]}, got both")
         return self

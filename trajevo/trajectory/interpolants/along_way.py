@@ -89,6 +89,22 @@ class FixedCurve(Interpolant):
         """Share of the way by the share of time, any shape."""
         return np.asarray(polynomials.values(np.array(self.law), u))
 
+    def least_times(self, velocity: Array, acceleration: Array, jerk: Array) -> Array:
+        """Least time that each joint needs within limits, which may be inf, shapes (n_joints,) [s].
+
+        Args:
+            velocity: of each joint [rad/s or m/s].
+            acceleration: the same [rad/s² or m/s²].
+            jerk: the same [rad/s³ or m/s³].
+        """
+        unit = self(np.ones((1, 1)))
+        needed = [
+            (unit.peak(order)[0] / limit) ** (1.0 / order)
+            for order, limit in enumerate((velocity, acceleration, jerk), start=1)
+        ]
+        least: Array = np.max(needed, axis=0)
+        return least
+
     def with_more_columns(self, count: int) -> FixedCurve:
         """The same for points with further columns, which are 0."""
         wider = np.pad(self.coefficients, [(0, 0), (0, count), (0, 0)])
