@@ -310,7 +310,8 @@ def segments(draw, robot, dof, interpolant, moving):
         return ()
     if draw.chance(0.3):
         line = {"from": draw.whole(1, 1), "tool": "line", "tolerance": draw.choice(["1 mm", np.float64(2e-3)])}
-        found.append(draw.choice([line, ToolSegment(1, 2, tool="line", turning=0.02)]))
+        ways = [line, line | {"rest": "both"}, ToolSegment(1, 2, tool="line", turning=0.02)]
+        found.append(draw.choice(ways))
     if draw.chance(0.3):
         loaded = load_robot(**robot) if isinstance(robot, dict) else robot
         centre = MIDDLE[:dof] if dof > 2 else np.array([0.2, 0.4])

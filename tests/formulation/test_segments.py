@@ -136,6 +136,120 @@ def front(problem):
     return optimise(problem(), **SMALL)
 
 
+#: Passed on the way, down in a line, up in a line, passed again.
+FLOWING = [(0.5, 0.0, 0.5), (0.45, -0.3, 0.3), (0.45, -0.3, 0.15), (0.45, -0.3, 0.3), (0.5, 0.1, 0.45)]
+APPROACH = {"from": 1, "tool": "line", "rest": "end"}
+RETREAT = {"from": 2, "tool": "line", "rest": "start"}
+
+
+@pytest.fixture(scope="module")
+def through(robot):
+    positions = ViaPointProblem(robot=robot, points=poses(FLOWING)).interpolant.points.positions
+
+    def made(**given):
+        usual = {"points": positions, "constraints": LIMITS, "segments": [APPROACH, RETREAT], "objectives": ("time",)}
+        return ViaPointProblem(**({"robot": robot} | usual | given))
+
+    return made
+
+
+@pytest.mark.parametrize("kind", ["quintic_spline", "septic_spline", "cubic"])
+def test_lines_are_entered_and_left_without_a_stop(through, robot, kind):
+    own = through(interpolant=kind)
+    for x in np.random.default_rng(1).uniform(own.xl, own.xu, (3, own.n_var)):
+        trajectory, times = own.decode(x[None]), own.via_times(x[None])
+        np.testing.assert_allclose(trajectory.evaluate(times)[0], own.interpolant.points.positions, atol=1e-11)
+        for order in (1, 2):
+            size = np.abs(trajectory.peak(order)).max()
+            assert np.abs(trajectory.jump(order)).max() < 1e-9 * size
+        for first in (1, 2):
+            p, _ = tool_at(robot, moved(own, x, first, first + 1))
+            off, share = from_line(p)
+            assert off.max() < 2.6e-4
+            assert np.diff(share).min() > -1e-9
+        # At the greatest speed of the line along it, and at rest at the part.
+        speeds = [np.linalg.norm(p) for p in _tool_velocities(own, trajectory, times[0])]
+        lasts = np.diff(times[0])
+        law = 35.0 / 16.0 if kind == "septic_spline" else 15.0 / 8.0
+        np.testing.assert_allclose(
+            speeds[1:4], [law * 0.15 / lasts[1], 0.0, law * 0.15 / lasts[2]], rtol=1e-3, atol=1e-7
+        )
+
+
+def _tool_velocities(own, trajectory, instants):
+    step = 1e-6
+    for t in instants:
+        inside = np.clip(np.array([[t - step, t + step]]), 0.0, trajectory.duration[0])
+        p, _ = tool_at(own.robot, trajectory.evaluate(inside)[0])
+        yield (p[1] - p[0]) / np.ptp(inside)
+
+
+def test_no_rest_saves_time_and_is_proven(through):
+    found = {}
+    for rest in (True, False):
+        more = {} if not rest else {"segments": [APPROACH | {"rest": "both"}, RETREAT | {"rest": "both"}]}
+        own = through(objectives=("time", "energy"), **more)
+        front = optimise(own, seed=1, population=32, generations=20, progress=False)
+        assert certify(front.pick("0")).proven
+        found[rest] = front.F[:, 0].min()
+    assert found[False] < 0.97 * found[True]
+
+
+def test_motions_without_rests_stretch_as_a_whole_and_have_exact_derivatives(through):
+    own = through()
+    x = np.array([[0.9, 0.7, 0.8, 1.1]])
+    one, slower = own.decode(x), own.decode(1.7 * x)
+    t = np.linspace(0.0, one.duration[0], 101)[None]
+    np.testing.assert_allclose(slower.evaluate(1.7 * t), one.evaluate(t), atol=1e-11)
+    own = through(objectives=("time", "jerk", "energy"), limits="sampled")
+    F, dF, G, dG = own.evaluate_with_gradients(x)
+    assert (F.shape, G.shape[0]) == ((1, 3), 1)
+    for k, step in enumerate(1e-6 * np.eye(4)):
+        ahead, behind = (own.evaluate(x + sign * step, return_values_of=["F", "G"]) for sign in (1, -1))
+        np.testing.assert_allclose(dF[:, :, k], (ahead[0] - behind[0]) / 2e-6, rtol=1e-5, atol=1e-5)
+        np.testing.assert_allclose(dG[:, :, k], (ahead[1] - behind[1]) / 2e-6, rtol=1e-4, atol=1e-5)
+
+
+def test_joints_at_rest_on_their_limits_and_moving_points_go_with_lines_that_flow(robot):
+    rows = ViaPointProblem(robot=robot, points=poses(FLOWING)).interpolant.points.positions
+    between = 0.5 * (rows[0] + rows[1]) + np.array([0.05, 0.0, 0.1, 0.0, 0.0, 0.0])
+    elbow = float(between[2])
+    limits = UR5["limits"] | {"position": {"elbow_joint": [-3.0, max(elbow, float(rows[:, 2].max()) + 0.2)]}}
+    narrow = load_robot(**UR5 | {"limits": limits})
+    more = np.vstack([rows[0], between, rows[1:]])
+    more[1, 2] = limits["position"]["elbow_joint"][1]
+    segments = [{"from": 2, "tool": "line", "rest": "end"}, {"from": 3, "tool": "line", "rest": "start"}]
+    usual = {"robot": narrow, "points": more, "constraints": LIMITS, "segments": segments}
+    x = np.full((1, 5), 1.0)
+    own = ViaPointProblem(**usual)
+    at_rest = own.decode(x).evaluate(np.array([[1.0]]), 1)[0, 0]
+    assert abs(at_rest[2]) < 1e-9
+    assert np.abs(at_rest[[0, 1]]).min() > 1e-3
+    boxed = ViaPointProblem(**usual, moving=[{"point": 1, "joints": [0.1, 0.1, 0.0, 0.1, 0.1, 0.1]}])
+    same = np.append(x, np.zeros((1, 5)), axis=1)
+    t = np.linspace(0.0, 5.0, 60)[None]
+    np.testing.assert_allclose(boxed.decode(same).evaluate(t), own.decode(x).evaluate(t), atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"segments": [APPROACH | {"rest": "none"}, RETREAT]}, "rest: expected a rest at point 2, where another line"),
+        (
+            {"segments": [{"from": 0, "tool": "line", "rest": "end"}]},
+            "rest: expected a rest at point 0, where the whole",
+        ),
+        ({"segments": [APPROACH | {"rest": "never"}]}, "unknown rest of a segment .* 'never'; known: both, end, none"),
+        ({"segments": [{"from": 1, "upright": 0.3, "rest": "end"}]}, "rest: expected it with tool"),
+        ({"passing": [{"point": 1, "dwell": 0.2}]}, "passing: point 1: dwell: expected none.*without a rest"),
+        ({"passing": [{"point": 3, "velocity": [0.1] * 6}]}, "point 3: velocity: expected none.*a velocity of its own"),
+        ({"interpolant": "polynomial"}, "rest: 'polynomial' begins and ends at rest, so that lines must too"),
+    ],
+)
+def test_lines_without_rests_that_cannot_be_are_refused(through, given, says):
+    refused(lambda: through(**given), says)
+
+
 def test_certificates_prove_lines_close_to_what_they_are(front, robot):
     assert len(front), front.blocking
     for pick in ("0", "knee"):

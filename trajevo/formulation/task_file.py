@@ -131,6 +131,7 @@ class SegmentSettings(_Strict):
     to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="to")
     tool: Literal["line", "arc"] | None = None
     through: tuple[_Number, _Number, _Number] | None = None
+    rest: Literal["both", "start", "end", "none"] | None = None
     tolerance: _Number | str | None = None
     turning: _Number | str | None = None
     upright: _Number | str | None = None

@@ -21,6 +21,9 @@ _MOST_TOLERANCE, _LEAST = 0.1, 1e-6
 #: Ways of the tool.
 WAYS = ("line", "arc")
 
+#: Where the motion rests on a line or an arc, and whether it does at its start and at its end.
+RESTS = {"both": (True, True), "start": (True, False), "end": (False, True), "none": (False, False)}
+
 #: Names of the tool's axes.
 AXES = {
     f"{sign}{name}": tuple((-1.0 if sign else 1.0) * row)
@@ -31,7 +34,7 @@ AXES = {
 #: Keys that are no names in Python, and the attributes for them.
 _PLACES = {"from": "from_point", "to": "to_point"}
 
-_KEYS = ("from", "to", "tool", "through", "tolerance", "turning", "upright", "axis", "direction")
+_KEYS = ("from", "to", "tool", "through", "rest", "tolerance", "turning", "upright", "axis", "direction")
 
 
 @final
@@ -39,14 +42,16 @@ _KEYS = ("from", "to", "tool", "through", "tolerance", "turning", "upright", "ax
 class ToolSegment:
     """What is asked of the motion from one point to another.
 
-    With ``tool`` the motion rests at both points, and the tool goes from one to the other along a line or an arc, its
-    orientation by the shortest turn.
+    With ``tool`` the tool goes from one point to the other along a line or an arc, its orientation by the shortest
+    turn.
 
     Attributes:
         from_point: number of the point at which it begins, counted from 0.
         to_point: number of the point at which it ends; the next one if None. With ``tool`` it must be the next.
         tool: ``"line"``, ``"arc"``, or None for any way.
         through: position of the tool on the way, for an arc, shape (3,) [m].
+        rest: where the motion rests on a line or an arc, one of :data:`RESTS`; elsewhere it passes the point without a
+            stop, in the direction of the way.
         tolerance: how far the tool may be from the line or arc at any instant [m].
         turning: how far its orientation may be from the nominal one [rad].
         upright: greatest angle of the tool's axis to the direction at any instant [rad]; None for any.
@@ -62,6 +67,7 @@ class ToolSegment:
     to_point: int | None = None
     tool: str | None = None
     through: Array | None = None
+    rest: str = "both"
     tolerance: float = TOLERANCE
     turning: float = TURNING
     upright: float | None = None
@@ -91,6 +97,12 @@ class ToolSegment:
         return self.from_point + 1 if self.to_point is None else self.to_point
 
     @property
+    def rests(self) -> dict[int, bool]:
+        """Whether the motion rests at the ends of its line or arc, by their points; empty without one."""
+        ends = (self.from_point, self.last)
+        return dict(zip(ends, RESTS[self.rest], strict=True)) if self.tool is not None else {}
+
+    @property
     def name(self) -> str:
         """What messages call it."""
         return f"segments: from {self.from_point} to {self.last}"
@@ -106,6 +118,7 @@ class ToolSegment:
         told: dict[str, Any] = {"from": self.from_point, "to": self.last}
         if self.tool is not None:
             told |= {"tool": self.tool, "tolerance": self.tolerance, "turning": self.turning}
+            told |= {} if self.rest == "both" else {"rest": self.rest}
             told |= {} if self.through is None else {"through": self.through.tolist()}
         if self.upright is not None:
             told |= {"upright": self.upright, "axis": list(self.axis)}
@@ -119,6 +132,9 @@ class ToolSegment:
                 raise InvalidInputError(
                     f"{self.name}: expected neighbouring points, as the tool moves along one {self.tool} at a time"
                 )
+        checked_name(f"rest of a segment ({self.name})", self.rest, RESTS)
+        if self.rest != "both" and self.tool is None:
+            raise InvalidInputError(f"{self.name}: rest: expected it with tool, whose line or arc it is about")
         if (self.through is not None) != (self.tool == "arc"):
             raise InvalidInputError(
                 f"{self.name}: through: expected the position of the tool on the way with tool = 'arc', and with it "

@@ -32,19 +32,51 @@ def with_stops(passing: Sequence[Passing], segments: Sequence[ToolSegment], coun
         count: number of points.
 
     Raises:
-        InvalidInputError: a velocity or acceleration where a line or an arc begins or ends.
+        InvalidInputError: a velocity or acceleration where a line or an arc begins or ends, a stop where it does so
+            without a rest, or no rest where the whole motion begins or ends or two lines meet.
     """
     found = {one.point: one for one in passing}
+    flowing: dict[int, ToolSegment] = {}
     for segment in segments:
-        for point in (segment.from_point, segment.last) if segment.tool is not None else ():
+        for point, rests in segment.rests.items():
             known = found.get(point)
-            if known is not None and known.vectors:
-                key = next(iter(known.vectors))
-                begins = "begins" if point == segment.from_point else "ends"
-                raise InvalidInputError(
-                    f"passing: point {point}: {key}: expected none, as a {segment.tool} of the tool {begins} there at "
-                    f"rest ({segment.name})"
-                )
-            if 0 < point < count - 1:
+            _check_passing(known, segment, point, rests)
+            if rests and 0 < point < count - 1:
                 found[point] = Passing(point, stop=True) if known is None else replace(known, stop=True)
+            if not rests:
+                _check_flowing(segment, point, count)
+                flowing[point] = segment
+    for point, segment in flowing.items():
+        others = [one for one in segments if point in one.rests and one is not segment]
+        if others:
+            raise InvalidInputError(
+                f"{segment.name}: rest: expected a rest at point {point}, where another {others[0].tool} of the tool "
+                "is joined: only free segments can follow its direction and speed"
+            )
     return tuple(found[point] for point in sorted(found))
+
+
+def _check_passing(known: Passing | None, segment: ToolSegment, point: int, rests: bool) -> None:
+    """Refuse what contradicts a line or an arc at one of its ends."""
+    begins = "begins" if point == segment.from_point else "ends"
+    if known is not None and known.vectors:
+        key = next(iter(known.vectors))
+        how = "at rest" if rests else "with a velocity of its own"
+        raise InvalidInputError(
+            f"passing: point {point}: {key}: expected none, as a {segment.tool} of the tool {begins} there {how} "
+            f"({segment.name})"
+        )
+    if known is not None and known.stop and not rests:
+        raise InvalidInputError(
+            f"passing: point {point}: {'dwell' if known.dwell else 'stop'}: expected none, as a {segment.tool} of the "
+            f"tool {begins} there without a rest ({segment.name}, rest = {segment.rest!r})"
+        )
+
+
+def _check_flowing(segment: ToolSegment, point: int, count: int) -> None:
+    """Refuse a way without a rest where the whole motion begins or ends."""
+    if point in (0, count - 1):
+        raise InvalidInputError(
+            f"{segment.name}: rest: expected a rest at point {point}, where the whole motion "
+            f"{'begins' if point == 0 else 'ends'}, got {segment.rest!r}"
+        )

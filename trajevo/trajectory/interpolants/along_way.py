@@ -1,9 +1,10 @@
-"""Motions of the tool along a line or an arc: one fixed curve of the joints from rest to rest, in a time that is free.
+"""Motions of the tool along a line or an arc: one fixed curve of the joints, in a time that is free.
 
 Since the curve does not depend on its time, neither does its distance from the line: what is shown for one motion holds
 for all. It is a spline through postures on the way, so many of them that it stays within half the tolerance. The tool
 goes along the way as a single polynomial goes from rest to rest: 10 u³ - 15 u⁴ + 6 u⁵ or, where jerk is 0 at the ends
-too, 35 u⁴ - 84 u⁵ + 70 u⁶ - 20 u⁷, u from 0 to 1.
+too, 35 u⁴ - 84 u⁵ + 70 u⁶ - 20 u⁷, u from 0 to 1. Where it does not rest at one end, it goes along one half of such a
+law, with the greatest speed at that end and no acceleration along the way; where it rests at neither, evenly.
 """
 
 from __future__ import annotations
@@ -30,6 +31,9 @@ _LAWS: dict[type[QuinticSpline | SepticSpline], tuple[float, ...]] = {
     SepticSpline: (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0),
 }
 
+#: Share of the way near an end from which slopes there are taken, and places there.
+_NEAR, _FITTED = 0.1, 11
+
 #: Numbers of pieces that are tried, share of the tolerances that the curve may use, and samples of a piece.
 _PIECES, _USED, _SAMPLES = (3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96), 0.5, 9
 
@@ -37,7 +41,7 @@ _PIECES, _USED, _SAMPLES = (3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96), 0.5, 9
 @final
 @dataclass(frozen=True, eq=False)
 class FixedCurve(Interpolant):
-    """A fixed curve of the joints from rest to rest, in a time that is free.
+    """A fixed curve of the joints, in a time that is free.
 
     Attributes:
         segment: what it is for.
@@ -84,6 +88,13 @@ class FixedCurve(Interpolant):
     def pieces(self) -> int:
         """Number of its pieces."""
         return len(self.breaks) - 1
+
+    @property
+    def states(self) -> dict[str, tuple[Array, Array]]:
+        """Velocity and acceleration at the start and the end of a motion that takes 1 s, (n_joints,) each."""
+        unit = self(np.ones((1, 1)))
+        found = [unit.at_shares(np.array([0.0, 1.0]), order)[0, [0, -1]] for order in (1, 2)]
+        return {"start": (found[0][0], found[1][0]), "end": (found[0][1], found[1][1])}
 
     def share(self, u: Array) -> Array:
         """Share of the way by the share of time, any shape."""
@@ -140,11 +151,37 @@ def curve_along(segment: ToolSegment, robot: Robot, points: ViaPoints, *, kind: 
     )
 
 
+def _law(made: type[QuinticSpline | SepticSpline], rest: str) -> tuple[float, ...]:
+    """Share of the way as ascending powers of the share of time."""
+    if rest == "none":
+        return (0.0, 1.0)
+    whole = np.polynomial.Polynomial(_LAWS[made])
+    if rest == "start":
+        whole = 2.0 * whole(np.polynomial.Polynomial([0.0, 0.5]))
+    elif rest == "end":
+        whole = 2.0 * whole(np.polynomial.Polynomial([0.5, 0.5])) - 1.0
+    return tuple(whole.coef.tolist())
+
+
+def _end_states(postures: WayPostures, law: Array) -> dict[str, Array]:
+    """Velocities and accelerations at both ends of a motion that takes 1 s."""
+    found: dict[str, Array] = {}
+    for name, end, side in (("start", 0.0, 1.0), ("end", 1.0, -1.0)):
+        shares = end + side * _NEAR * 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, _FITTED)))
+        fit = np.polynomial.chebyshev.Chebyshev.fit
+        each = [fit(shares, column, _FITTED - 2) for column in postures.at(shares).T]
+        slope, bend = (np.array([one.deriv(order)(end) for one in each]) for order in (1, 2))
+        speed, rate = (float(polynomials.values(polynomials.derivative(law, k), np.array(end))) for k in (1, 2))
+        found |= {f"{name}_velocity": slope * speed, f"{name}_acceleration": bend * speed**2 + slope * rate}
+    return found
+
+
 def _with_pieces(postures: WayPostures, made: Any, pieces: int) -> FixedCurve:
-    law = _LAWS[made]
+    law = _law(made, postures.segment.rest)
+    states = _end_states(postures, np.array(law))
     shares = np.linspace(0.0, 1.0, pieces + 1)
     through = ViaPoints(postures.at(polynomials.values(np.array(law), shares)))
-    spline: PolynomialBatch = made(through, duration_bounds=(1e-3, 1.0))(np.full((1, pieces), 1.0 / pieces))
+    spline: PolynomialBatch = made(through, duration_bounds=(1e-3, 1.0), **states)(np.full((1, pieces), 1.0 / pieces))
     u = (shares[:-1, None] + np.linspace(0.0, 1.0 / pieces, _SAMPLES)).reshape(-1)
     q = spline.at_shares(np.linspace(0.0, 1.0, _SAMPLES), 0)[0]
     apart = postures.way.apart(postures.kinematics, polynomials.values(np.array(law), u), q)
