@@ -18,8 +18,8 @@ from trajevo.robot.robot import Robot
 WHOLE_POSE = 6
 #: Length of the shortest way [m], and angle of the greatest turn of the tool, beyond which there is no shortest one.
 _SHORTEST, _GREATEST_TURN = 1e-6, np.pi - 1e-3
-#: Steps in which postures are followed, and error with which a pose on the way is reached [m, rad].
-_STEPS, _REACHED = 96, 1e-8
+#: Steps in which postures are followed, and share of the tolerances with which a pose on the way is reached.
+_STEPS, _REACHED = 96, 0.1
 #: Share by which joints may move more in a step than on average over the way and twice as fast, before it is a jump.
 _JUMP, _LEAST_JUMP = 12.0, 0.05
 #: Greatest step of a joint to the next posture that is no jump to another branch [rad or m].
@@ -174,7 +174,7 @@ class WayPostures:
             return at_once
         found = [first]
         for before, share in zip(shares[:-1].tolist(), shares[1:].tolist(), strict=True):
-            found.append(_next(way, kinematics, found[-1], last, before, share))
+            found.append(_next(segment, way, kinematics, (found[-1], last), (before, share)))
         found[-1] = last
         one_by_one = cls(segment, way, kinematics, shares, read_only(np.array(found)))
         faulty = one_by_one._faulty(robot, last)
@@ -199,7 +199,7 @@ class WayPostures:
         usual = np.maximum(_JUMP * np.median(moved, axis=0), _LEAST_JUMP)
         for k in range(1, len(self.shares)):
             where = self._place(k)
-            if max(distance[k], angle[k]) > _REACHED:
+            if _missed(self.segment, distance[k], angle[k]) > _REACHED:
                 turned = f" and {np.degrees(angle[k]):.4g} deg" if self.way.oriented else ""
                 return UnreachableError(
                     f"{where} {robot.name!r} does not reach the {self.segment.tool}: it is {1e3 * distance[k]:.4g} mm"
@@ -230,16 +230,28 @@ def _reached(way: ToolWay, kinematics: ToolKinematics, guess: Array, s: Array) -
     return followed(kinematics, guess, way.position(s), way.orientation(s) if way.oriented else None)
 
 
-def _next(way: ToolWay, kinematics: ToolKinematics, q: Array, last: Array, before: float, share: float) -> Array:
-    """The posture at a share of the way from that at the share before, on the way to the last one if possible.
+def _missed(segment: ToolSegment, distance: float, angle: float) -> float:
+    """How far a pose is from the way, as a share of the tolerance of which it is more."""
+    return max(distance / segment.tolerance, angle / segment.turning)
+
+
+def _next(
+    segment: ToolSegment,
+    way: ToolWay,
+    kinematics: ToolKinematics,
+    postures: tuple[Array, Array],
+    shares: tuple[float, float],
+) -> Array:
+    """The posture at the second share of the way from that at the first, on the way to the last one if possible.
 
     A redundant robot must be led to the last posture; another one is led away from its branch if the last posture is
     on another branch, and then goes on by itself.
     """
+    (q, last), (before, share) = postures, shares
     s = np.array([share])
     for guess in (q + (last - q) * (share - before) / (1.0 - before), q):
         found = _reached(way, kinematics, guess[None], s)
-        error = max(float(each[0]) for each in way.apart(kinematics, s, found))
+        error = _missed(segment, *(float(each[0]) for each in way.apart(kinematics, s, found)))
         if error <= _REACHED and np.abs(found[0] - q).max() <= _LONGEST_STEP:
             break
     here: Array = found[0]
