@@ -1,11 +1,13 @@
 """Peaks of acceleration, jerk and effort rate, and limits of effort rate and of the distance to singularities."""
 
+import re
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from tests.helpers import refused
-from trajevo import Robot, ViaPointProblem, certify, load_robot, optimise
+from trajevo import Robot, ViaPointProblem, certify, check, load_robot, optimise
 from trajevo.formulation.constraints.further.dexterity import Dexterity
 from trajevo.formulation.problem import Weights
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
@@ -115,6 +117,15 @@ def test_a_limit_of_the_effort_rate_costs_time():
         return minimise_weighted(own, Weights((1.0,)), seed=0, starts=2).F["time"]
 
     assert least_time(8.0) == pytest.approx(2.0 * least_time(64.0), rel=1e-5)
+
+
+def test_points_too_near_to_singular_postures_are_told_before_a_search():
+    stretched = [*POINTS[:2], [1.0, -1.4, 0.02, -1.4, -1.5, 0.0]]
+    for given, kind in (({"manipulability": 0.02}, "manipulability"), ({"least_singular_value": 0.05}, "singular")):
+        found = check(problem(points=stretched, **given))
+        (finding,) = found.impossible
+        assert re.search(rf"point 2 has a .*{kind}.* of 0.0[25] wanted; remedy: another posture there", str(finding))
+        assert not check(problem(**given)).impossible
 
 
 @pytest.mark.parametrize(

@@ -84,13 +84,19 @@ class Dexterity:
 
 @final
 @dataclass(frozen=True, eq=False)
-class _TooLittle:
-    """What lacks of a least value at every sample, as a share of it, shape (B, T)."""
+class TooLittle:
+    """What lacks of a least value at every sample, as a share of it, shape (B, T).
+
+    Attributes:
+        measure: joint positions (..., n_joints) -> measure, shape (...).
+        least: the least value.
+    """
 
     measure: Callable[[Array], Array]
     least: float
 
     def __call__(self, rollout: Rollout) -> Array:
+        """The shares."""
         lacking: Array = 1.0 - self.measure(rollout.q) / self.least
         return lacking
 
@@ -108,7 +114,7 @@ class _Worst:
 
 
 def _limit(name: str, measure: Callable[[Array], Array], least: float) -> Constraint:
-    terms = _TooLittle(measure, least)
+    terms = TooLittle(measure, least)
     return Constraint((name,), f"{name} of at least {least:g}", _Worst(terms), terms, quantity=name, unit="1")
 
 
