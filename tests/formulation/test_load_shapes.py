@@ -165,6 +165,8 @@ def test_a_load_stays_away_from_the_robot_and_may_touch_what_it_stands_on():
     ((clearance, _),) = of_loads(free)
     pairs = {(pair.first, pair.second) for pair in clearance.collision.pairs if not pair.itself}
     assert pairs == {("payload 0", "stand")}
+    G = free.evaluate(vectors(free, 3), return_values_of=["G"])
+    assert np.isfinite(G).all()
     itself = [pair for pair in clearance.collision.pairs if pair.itself]
     assert itself
     assert {pair.first for pair in itself} == {"payload 0"}

@@ -49,6 +49,8 @@ class LowerBounds:
         bounds, radii = np.empty((len(self._first), centres.shape[2])), self._radii[0, :, None]
         for number, numbers in enumerate(self._numbers.T):
             pairs = np.flatnonzero(self._obstacle == number)
+            if not len(pairs):  # a load need not stay away from it
+                continue
             first = self._first[pairs]
             bounds[pairs] = _distance(self._kind[pairs[0]], numbers, np.moveaxis(centres[first], 1, 0)) - radii[first]
         pairs = np.flatnonzero(self._obstacle < 0)
