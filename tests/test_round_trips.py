@@ -26,6 +26,7 @@ from trajevo.robot.payload import LOAD_MODELS
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 MIDDLE = np.array([0.4, -1.4, 1.5, -1.6, -1.5, 0.1])
+WEDGE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 URDF = """<robot name="two">
 <link name="base"/>
 <link name="l1"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
@@ -228,9 +229,15 @@ class Draw:
         obstacles = []
         for shape in self.subset(SHAPES, least=1):
             entry = {"shape": shape, "position": self.vector(1.5, 2.0, 3)}
-            sizes = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length")}[shape]
+            sizes = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "mesh": ("scale",)}[
+                shape
+            ]
             for size in sizes:
                 entry[size] = self.vector(0.05, 0.3, 3) if size == "size" else self.number(0.05, 0.3)
+            if shape == "mesh":
+                file = self.folder / "wedge.obj"
+                file.write_text(WEDGE, encoding="utf-8")
+                entry["file"] = self.choice([file, str(file)])
             if self.chance():
                 entry["name"] = f"a {shape}"
             if self.chance():

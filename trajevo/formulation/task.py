@@ -54,9 +54,9 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "cyclic": settings.cyclic,
         "objectives": settings.objectives,
         "constraints": _limits_kept(settings, robot),
-        **settings.parameters,
+        **_beside(settings.parameters, folder),
         "limits": settings.constraints.held,
-        "payload": settings.carried,
+        "payload": _beside(settings.carried, folder),
         "payload_range": settings.payload_range,
         "reference_point": settings.reference_point,
         "samples": settings.samples,
@@ -74,6 +74,19 @@ def _limits_kept(settings: TaskSettings, robot: Robot) -> list[str]:
     listed = settings.constraints.limits
     given = "limits" in settings.constraints.model_fields_set
     return listed if given or robot.has_body else [name for name in listed if name != "effort"]
+
+
+def _beside(given: Any, folder: Path) -> Any:
+    """The same data with the files of meshes relative to the task's folder."""
+    if isinstance(given, list):
+        return [_beside(entry, folder) for entry in given]
+    if not isinstance(given, dict):
+        return given
+    mesh = given.get("shape") == "mesh"
+    return {
+        key: str(folder / value) if mesh and key == "file" and isinstance(value, str) else _beside(value, folder)
+        for key, value in given.items()
+    }
 
 
 def _robot(settings: TaskSettings, folder: Path) -> Robot:

@@ -15,7 +15,7 @@ from trajevo.base.plain import plain_data
 from trajevo.base.units import if_degrees
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, known_names
-from trajevo.formulation.constraints.clearance import load_clearances
+from trajevo.formulation.constraints.clearance import load_clearances, notes_on_shapes
 from trajevo.formulation.constraints.constraint import Limited, LimitParameter
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
@@ -178,6 +178,7 @@ class ViaPointProblem(TrajectoryProblem):
             length=length_unit(named),
         )
         told = notes_on_turning(at_limits, named, kind, price_of_rest(kind))
+        told = (*told, *notes_on_shapes(held, dynamics.schedule))
         self._notes = (*told, *notes_on_height(via, named, held), *(named.friction_notes if named.gives_effort else ()))
         given = {
             "robot": named.settings,

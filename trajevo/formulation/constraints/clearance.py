@@ -98,6 +98,14 @@ def load_clearances(constraints: Sequence[Constraint], schedule: Schedule | None
     return tuple(_load_clearances(constraints, schedule)) if schedule is not None else ()
 
 
+def notes_on_shapes(constraints: Sequence[Constraint], schedule: Schedule | None) -> tuple[str, ...]:
+    """One sentence where loads have shapes that no constraint uses."""
+    shaped = [] if schedule is None else [k for k, load in enumerate(schedule.loads) if load.shape is not None]
+    if not shaped or any(isinstance(each.function, ProvenClearance) for each in constraints):
+        return ()
+    return (f"payload.{shaped[0]}.shape: of no effect, as there is no scene whose clearance it could keep",)
+
+
 def _load_clearances(constraints: Sequence[Constraint], schedule: Schedule) -> Iterator[Constraint]:
     for clearance in [each.function for each in constraints if isinstance(each.function, ProvenClearance)]:
         robot, scene = clearance.collision.robot, clearance.collision.scene
