@@ -34,6 +34,9 @@ GIVEN = {
     "via_error": 0.01,
     "tool_speed": 2.0,
     "tool_height": 0.05,
+    "effort_rate": 500.0,
+    "manipulability": 0.02,
+    "least_singular_value": 0.05,
     "longest_time": 9.0,
     "scene": {"clearance": 0.01, "obstacles": [{"shape": "sphere", "radius": 0.1, "position": [0.0, 0.0, 1.5]}]},
 }

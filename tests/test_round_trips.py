@@ -11,7 +11,7 @@ import json
 import numpy as np
 import pytest
 
-from trajevo import Front, Load, Passing, Payload, Pose, ViaPoints, load_problem, load_robot
+from trajevo import Front, Load, Passing, Payload, Pose, ToolSegment, ViaPoints, load_problem, load_robot
 from trajevo.errors import TrajevoError
 from trajevo.formulation.constraints.kinds import KINDS, parameters_of
 from trajevo.formulation.constraints.scene import SHAPES, Scene
@@ -26,6 +26,7 @@ from trajevo.robot.payload import LOAD_MODELS
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 MIDDLE = np.array([0.4, -1.4, 1.5, -1.6, -1.5, 0.1])
+WEDGE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 URDF = """<robot name="two">
 <link name="base"/>
 <link name="l1"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
@@ -228,9 +229,15 @@ class Draw:
         obstacles = []
         for shape in self.subset(SHAPES, least=1):
             entry = {"shape": shape, "position": self.vector(1.5, 2.0, 3)}
-            sizes = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length")}[shape]
+            sizes = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "mesh": ("scale",)}[
+                shape
+            ]
             for size in sizes:
                 entry[size] = self.vector(0.05, 0.3, 3) if size == "size" else self.number(0.05, 0.3)
+            if shape == "mesh":
+                file = self.folder / "wedge.obj"
+                file.write_text(WEDGE, encoding="utf-8")
+                entry["file"] = self.choice([file, str(file)])
             if self.chance():
                 entry["name"] = f"a {shape}"
             if self.chance():
@@ -248,6 +255,9 @@ class Draw:
             "overshoot": lambda: self.number(0.1, 0.5),
             "tool_speed": lambda: self.number(0.5, 3.0),
             "tool_height": lambda: self.number(-0.5, 0.1),
+            "effort_rate": lambda: self.number(500.0, 5000.0),
+            "manipulability": lambda: self.number(0.001, 0.01),
+            "least_singular_value": lambda: self.number(0.001, 0.01),
             "via_error": lambda: self.number(0.05, 0.5),
             "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
             "scene": self.scene,
@@ -300,6 +310,23 @@ def durations(draw, count, interpolant):
     return draw.choice([(0.3, 4.0), [np.float64(0.1) * 3, 4], np.array([1, 3])])
 
 
+def segments(draw, robot, dof, interpolant, moving):
+    """A line of the tool between inner points, and a wide cone for its axis, where the interpolant can do them."""
+    found = []
+    if interpolant not in ("quintic_spline", "septic_spline") or len(moving):
+        return ()
+    if draw.chance(0.3):
+        line = {"from": draw.whole(1, 1), "tool": "line", "tolerance": draw.choice(["1 mm", np.float64(2e-3)])}
+        ways = [line, line | {"rest": "both"}, ToolSegment(1, 2, tool="line", turning=0.02)]
+        found.append(draw.choice(ways))
+    if draw.chance(0.3):
+        loaded = load_robot(**robot) if isinstance(robot, dict) else robot
+        centre = MIDDLE[:dof] if dof > 2 else np.array([0.2, 0.4])
+        axis = loaded.tool_poses(centre[None])[1][0][:, 2]
+        found.append({"from": 0, "to": draw.whole(2, 3), "upright": draw.choice([1.5, "85.9 deg"]), "direction": axis})
+    return draw.choice([list, tuple])(found)
+
+
 def via_points(draw):
     robot, dof = draw.robot()
     points, count = draw.points(robot, dof)
@@ -314,6 +341,7 @@ def via_points(draw):
     if cyclic:
         rows = draw.rows(dof)
         points, count = draw.listed(np.vstack([rows, rows[:1]])), len(rows) + 1
+    moving = draw.moving(dof, count) if draw.chance(0.4) else ()
     data = {
         "robot": robot,
         "points": points,
@@ -322,7 +350,8 @@ def via_points(draw):
         "passing": () if cyclic else passing(draw, dof, count, interpolant),
         "cyclic": cyclic,
         "turns": draw.choice(["as_written", "shortest"]),
-        "moving": draw.moving(dof, count) if draw.chance(0.4) else (),
+        "moving": moving,
+        "segments": () if cyclic else segments(draw, robot, dof, interpolant, moving),
         "objectives": objectives,
         "constraints": constraints,
         "limits": draw.choice(["sampled", "certified"]),

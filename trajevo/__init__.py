@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from trajevo.path.inverse_kinematics import Pose
     from trajevo.path.loads import Load
     from trajevo.path.passing import Passing
+    from trajevo.path.segments import ToolSegment
     from trajevo.path.via_points import ViaPoints
     from trajevo.plots.analyses import analyse
     from trajevo.plots.animation import animate
@@ -93,6 +94,7 @@ _NAMES = {
     "path.inverse_kinematics": ("Pose",),
     "path.boxes": ("CartesianBox", "JointBox"),
     "path.passing": ("Passing",),
+    "path.segments": ("ToolSegment",),
     "path.loads": ("Load",),
     "path.curve": ("GeometricPath",),
     "formulation.constraints.scene": ("Scene",),
@@ -200,6 +202,7 @@ __all__ = [
     "Study",
     "Task",
     "ToolPlane",
+    "ToolSegment",
     "TrajectoryBatch",
     "TrajectoryProblem",
     "TrajevoError",

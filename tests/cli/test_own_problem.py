@@ -99,7 +99,8 @@ def test_check_takes_a_place_in_python(folder):
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ("my_own_cell", "problem: expected MODULE:NAME, such as my_cell:problem, got 'my_own_cell'"),
+        ("my_own_cell", "its problem 'Feeding press 3' is not a registered one; give it: --problem MODULE:NAME"),
+        ("my own cell", "problem: expected MODULE:NAME, such as my_cell:problem, got 'my own cell'"),
         ("my_own_cell.py:problem", "no Python module 'my_own_cell.py'"),
         ("my_own_cel:problem", "known: broken_cell, my_own_cell, needs_more; did you mean 'my_own_cell'?"),
         ("my_own_cell:problm", "unknown name in module my_own_cell 'problm'"),

@@ -33,10 +33,12 @@ EVERYTHING = {
     "objectives": [
         *("time", "acceleration", "jerk", "square_acceleration", "square_jerk", "energy", "square_power"),
         *("square_effort", "square_effort_rate", "joint_travel", "tool_path"),
+        *("peak_acceleration", "peak_jerk", "peak_effort_rate"),
     ],
     "constraints": ["position", "velocity", "acceleration", "jerk", "effort", "mean_velocity"],
     "payload": {"mass": 1.0, "com": [0.0, 0.0, 0.1]},
     **{"tool_speed": 1.0, "tool_height": 0.1, "longest_time": 6.0, "overshoot": 0.3},
+    **{"effort_rate": 400.0, "manipulability": 0.02, "least_singular_value": 0.05},
 }
 PANDA = {
     "robot": {

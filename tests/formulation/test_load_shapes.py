@@ -165,6 +165,8 @@ def test_a_load_stays_away_from_the_robot_and_may_touch_what_it_stands_on():
     ((clearance, _),) = of_loads(free)
     pairs = {(pair.first, pair.second) for pair in clearance.collision.pairs if not pair.itself}
     assert pairs == {("payload 0", "stand")}
+    G = free.evaluate(vectors(free, 3), return_values_of=["G"])
+    assert np.isfinite(G).all()
     itself = [pair for pair in clearance.collision.pairs if pair.itself]
     assert itself
     assert {pair.first for pair in itself} == {"payload 0"}
@@ -184,6 +186,78 @@ def test_shapes_are_in_their_centres_of_mass_unless_they_say_where():
     assert task.settings["payload"][0]["shape"]["position"] == [0.0, 0.01, 0.1]
     solid = Load(Payload(1.0), 1, 3, shape=Sphere(radius=0.03, position=(0.0, 0.0, 0.1), name="part"))
     assert "clearance of part to obstacles" in made(solid, [load_below(2, 0.1)]).constraint_names
+
+
+def stl_of_box(file, size, scale=1.0):
+    """A box as an STL in text, with its middle in the origin."""
+    corners = 0.5 / scale * np.array(size) * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    lines = ["solid box"]
+    for a, b, c, d in sides:
+        for triangle in ((a, b, c), (a, c, d)):
+            vertices = [f"vertex {' '.join(map(repr, corners[k].tolist()))}" for k in triangle]
+            lines += ["facet normal 0 0 0", "outer loop", *vertices, "endloop", "endfacet"]
+    file.write_text("\n".join([*lines, "endsolid box"]), encoding="utf-8")
+    return file
+
+
+def test_a_mesh_of_a_box_is_that_box_as_a_load_and_as_an_obstacle(tmp_path):
+    size = [0.1, 0.06, 0.08]
+    mesh = {"shape": "mesh", "file": str(stl_of_box(tmp_path / "box.stl", size, 0.001)), "scale": 0.001}
+    box = {"shape": "box", "size": size}
+    place = {"position": [0.0, 0.02, 0.1], "rpy": [0.3, 0.0, 0.1]}
+    away = load_below(2, 0.02)["position"]
+    G, apart = [], []
+    for shape in (box, mesh):
+        task = made(
+            {"mass": 1.0, "from": 1, "to": 3, "shape": shape | place},
+            [{"name": "block", "position": away, "rpy": [0.1, 0.4, 0.0]} | shape],
+        )
+        x = vectors(task, 5)
+        columns = [k for k, name in enumerate(task.constraint_names) if name.startswith("clearance")]
+        assert len(columns) == 2
+        G.append(task.evaluate(x, return_values_of=["G"])[:, columns])
+        apart.append(of_loads(task)[0][0].collision.distances(task.decode(x).at_shares(np.linspace(0.0, 1.0, 9), 0)[0]))
+    np.testing.assert_allclose(apart[1], apart[0], atol=2e-6)
+    assert (G[0] <= 0.0).any()
+    np.testing.assert_allclose(G[1], G[0], atol=0.06)  # a millimetre of the clearance of 20, as bounds are that near
+    found = [of_loads(task)[0][0].closest(task.decode(x))[0].sampled]
+    assert_exact_gradients(task, x)
+    again = ViaPointProblem(**json.loads(json.dumps(task.settings)))
+    np.testing.assert_array_equal(of_loads(again)[0][0].closest(again.decode(x))[0].sampled, found[0])
+
+
+def test_meshes_that_cannot_be_used_are_refused_with_their_file(tmp_path):
+    flat = tmp_path / "flat.obj"
+    flat.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n", encoding="utf-8")
+    large = stl_of_box(tmp_path / "large.stl", [200.0, 100.0, 100.0])
+    load = {"mass": 1.0, "from": 1, "to": 3}
+    for shape, sentence in (
+        ({"shape": "mesh"}, "payload.0.shape: file: expected the path of a mesh, got none"),
+        ({"shape": "mesh", "file": 3}, "payload.0.shape: file: expected the path of a mesh, got 3"),
+        ({"shape": "mesh", "file": str(tmp_path / "none.stl")}, "payload.0.shape: file: .*none.stl: cannot be read"),
+        (
+            {"shape": "mesh", "file": "part.step"},
+            "payload.0.shape: file: part.step: expected a mesh as .stl, .obj, .dae",
+        ),
+        ({"shape": "mesh", "file": str(large)}, "payload.0.shape: scale: .*looks as if its file were in mm"),
+        ({"shape": "mesh", "file": str(large), "scale": 0.0}, "payload.0.shape: scale: expected a number above 0"),
+        ({"shape": "mesh", "file": str(flat)}, "flat.obj: expected a solid, got 4 vertices in one plane"),
+    ):
+        refused(lambda shape=shape: made(load | {"shape": shape}, [load_below(2, 0.1)]), sentence)
+
+
+def test_files_of_meshes_are_beside_the_task(tmp_path):
+    (tmp_path / "parts").mkdir()
+    stl_of_box(tmp_path / "parts" / "box.stl", [0.1, 0.08, 0.06])
+    mesh = 'shape = "mesh"\nfile = "parts/box.stl"'
+    text = TASK.replace('shape = "box"\nsize = [0.1, 0.08, 0.06]', mesh)
+    text = text.replace('shape = "box", size = [0.1, 0.1, 0.1]', 'shape = "mesh", file = "parts/box.stl"')
+    assert text.count("parts/box.stl") == 2
+    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
+    settings = load_task(tmp_path / "task.toml").problem.settings
+    expected = str(tmp_path / "parts" / "box.stl")
+    assert settings["scene"]["obstacles"][0]["file"] == settings["payload"][0]["shape"]["file"] == expected
 
 
 def test_a_shape_without_a_scene_is_told_to_be_of_no_effect(problem):
@@ -244,7 +318,7 @@ def test_tasks_give_loads_a_shape(tmp_path):
     [
         ("radius = 0.02, ", "", "payload.1.shape: radius: expected a value"),
         ("radius = 0.02", "radius = -0.02", "payload.1.shape: radius: expected a number above 0"),
-        ('shape = "cylinder"', 'shape = "cone"', "cone.*known: box, cylinder, sphere"),
+        ('shape = "cylinder"', 'shape = "cone"', "cone.*known: box, cylinder, mesh, sphere"),
         ("radius = 0.02", "radius = 20.0", "payload.1.shape: expected a solid within 5 m of the tool's origin"),
         ("radius = 0.02", "radios = 0.02", "payload.1.shape: radios: unknown key"),
         ('touches = ["table"]', 'touches = ["tabel"]', "payload.0.touches: unknown obstacle 'tabel'; known: table"),

@@ -13,6 +13,7 @@ from trajevo import (
     Load,
     Passing,
     Payload,
+    Study,
     ViaPointProblem,
     capacities,
     certify,
@@ -524,12 +525,25 @@ def test_tasks_say_what_is_carried_from_where_to_where(tmp_path):
     assert "1 kg all the time, 3 kg from point 1 to point 2" in told.stdout
 
 
+def test_studies_vary_a_load_by_its_number(tmp_path):
+    file = tmp_path / "task.toml"
+    file.write_text(TASK, encoding="utf-8")
+    study = Study(task=file, seed=1, repeats=1, factors={"payload.1.mass": [1.0, 2.5]})
+    assert [[one["mass"] for one in job["arguments"]["payload"]] for job in study.jobs] == [[1.0, 1.0], [1.0, 2.5]]
+    refused(
+        lambda: Study(task=file, seed=1, factors={"payload.2.mass": [1.0]}),
+        "factors.payload.2.mass: payload.2 is no table in this task, but None",
+    )
+
+
 def test_the_capacity_of_a_run_says_of_which_load_it_is(front, tmp_path):
     front.save(tmp_path / "front.json")
     told = trajevo("capacity", str(tmp_path))
     assert told.returncode == 0, told.stderr
     said = " ".join(told.stdout.split())
-    assert "the mass of load 1, where it is carried; loads: 1 kg all the time, 3 kg from point 1 to point 3" in said
+    assert (
+        "the mass of payload 1, where it is carried; carried: 1 kg all the time, 3 kg from point 1 to point 3" in said
+    )
 
 
 @pytest.mark.parametrize(

@@ -284,6 +284,23 @@ to = 2
 vary = true
 
 [constraints]"""
+SEGMENTS = """[[segment]]
+from = 0
+to = 1
+tool = "line"
+tolerance = "2 mm"
+rest = "start"
+
+[[segment]]
+from = 0
+to = 2
+upright = 80.0
+axis = "z"
+
+[algorithm]"""
+TASK_WITH_SEGMENTS = re.sub(
+    r"\[\[moving\]\].*?\[algorithm\]", SEGMENTS, TASK.replace("[30.0, 0.2]", "[3.0, 0.02]"), count=1, flags=re.DOTALL
+)
 TASK_WITH_LOADS = re.sub(r"\[payload\].*?\[constraints\]", LOADS, TASK, count=1, flags=re.DOTALL)
 TASK_FILE_POINTS = TASK.replace("[[0.0, 0.0], [30.0, 0.2], { joints = [60.0, 0.1] }]", '"points.csv"')
 
@@ -407,7 +424,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
         Kind(
             "task",
             "task.toml",
-            (TASK.encode(), TASK_FILE_POINTS.encode(), TASK_WITH_LOADS.encode()),
+            (TASK.encode(), TASK_FILE_POINTS.encode(), TASK_WITH_LOADS.encode(), TASK_WITH_SEGMENTS.encode()),
             two | {"points.csv": POINTS[0]},
             _read_task,
         ),

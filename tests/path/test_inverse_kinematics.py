@@ -142,7 +142,7 @@ def test_orientations_are_read_as_a_urdf_writes_them():
         ({"position": [0, 0, 0], "rpy": [0, 0]}, "rpy: expected shape"),
         ({"position": [0, 0, 0], "quaternion": [0, 0, 0, 0]}, "quaternion: expected .* norm 1"),
         ({"position": [0, 0, 0], "rpy": [0, 0, 0], "quaternion": [0, 0, 0, 1]}, "got both"),
-        ({"position": [0, 0, 0], "euler": [0, 0, 0]}, "unknown key of a pose 'euler'; known: name, position"),
+        ({"position": [0, 0, 0], "euler": [0, 0, 0]}, "unknown key of a pose 'euler'; known: free, name, position"),
         ([0, 0, 0], "expected a Pose or a mapping"),
     ],
 )
@@ -169,3 +169,38 @@ def test_what_is_no_rotation_is_refused():
 def test_bad_arguments_are_refused(poses, options, says):
     robot = load_robot("pointing_mechanism")
     refused(lambda: inverse_kinematics(robot, poses, **options), says)
+
+
+def test_a_free_axis_leaves_the_turn_about_it_open(robot):
+    """Position and axis are met, and the next posture is no further away than with the turn prescribed."""
+    q, poses = poses_of(robot)
+    free = [Pose(pose.position, pose.rotation, free="z") for pose in poses]
+    found = inverse_kinematics(robot, free, start=q[0], starts=12)
+    positions, rotations = robot.tool_poses(found)
+    np.testing.assert_allclose(positions, [pose.position for pose in poses], rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(rotations[:, :, 2], [pose.rotation[:, 2] for pose in poses], rtol=0.0, atol=2e-6)
+    fixed = inverse_kinematics(robot, poses, start=q[0], starts=12)
+    first, others = np.abs(found[0] - q[0]).max(), np.abs(fixed[0] - q[0]).max()
+    assert first <= 1.02 * others + 1e-6
+
+
+def test_a_robot_of_five_joints_takes_poses_with_a_free_axis():
+    locked = load_robot(**{"name": "ur5"} | ROBOTS["ur5"], lock={"wrist_3_joint": 0.3})
+    wanted = {"position": [0.4, -0.2, 0.3], "rpy": [np.pi, 0.0, 1.1]}
+    refused(lambda: inverse_kinematics(locked, [wanted]), "point 0: expected a pose that 'ur5' reaches")
+    q = inverse_kinematics(locked, [wanted | {"free": "z"}])
+    position, rotation = locked.tool_poses(q)
+    np.testing.assert_allclose(position[0], wanted["position"], atol=1e-6)
+    np.testing.assert_allclose(rotation[0, :, 2], [0.0, 0.0, -1.0], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"rpy": [0, 0, 0], "free": "w"}, "unknown free axis of a pose 'w'; known: x, y, z"),
+        ({"free": "z"}, "free: expected an orientation with it"),
+    ],
+)
+def test_a_free_axis_that_cannot_be_is_refused(given, says):
+    robot = load_robot("ur5", **ROBOTS["ur5"])
+    refused(lambda: inverse_kinematics(robot, [{"position": [0.4, 0.0, 0.3], **given}]), says)

@@ -294,6 +294,7 @@ WITH_BODY = {
     "square_power",
     "square_effort",
     "square_effort_rate",
+    "peak_effort_rate",
     "effort_ratio",
     "unused_payload",
     "tool_path",

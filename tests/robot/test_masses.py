@@ -117,7 +117,8 @@ def test_objectives_that_need_masses_are_refused_at_once(tmp_path, objective):
 
 def test_every_objective_of_effort_is_known_to_need_masses():
     assert set(NEED_MASSES) == {
-        "energy", "square_power", "square_effort", "square_effort_rate", "effort_ratio", "unused_payload"
+        "energy", "square_power", "square_effort", "square_effort_rate", "effort_ratio", "peak_effort_rate",
+        "unused_payload",
     }  # fmt: skip
 
 

@@ -69,6 +69,11 @@ def opening_robots_only(source: str) -> Iterator[None]:
         _named_by.reset(before)
 
 
+def source_of_names() -> str:
+    """The data of a run whose names are read now, see :func:`opening_robots_only`; empty if there is none."""
+    return _named_by.get()
+
+
 def read_bytes(file: Path, *, most: int = MOST_TEXT) -> bytes:
     """The content of a regular file.
 

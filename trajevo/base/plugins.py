@@ -1,4 +1,4 @@
-"""Registries of objects chosen by name: trajevo's own, and those that installed packages add as entry points."""
+"""Registries of objects chosen by name: trajevo's own, those of installed packages by entry points, the user's own."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from importlib import metadata
 from importlib.metadata import EntryPoint, EntryPoints
 from typing import Any, Generic, TypeVar, final
 
+from trajevo.base.own.code import known_at
 from trajevo.errors import InvalidInputError, checked_name
 
 T = TypeVar("T")
@@ -32,6 +33,7 @@ class Registry(Generic[T]):
         own: trajevo's own objects by name.
         expected: what must be registered, for messages, such as ``"a trajevo.Objective"``.
         fits: whether an object is of that kind.
+        made: place and what the user has there, such as a function -> the object; None if it must be one.
     """
 
     kind: str
@@ -39,20 +41,24 @@ class Registry(Generic[T]):
     own: Mapping[str, T]
     expected: str
     fits: Callable[[Any], bool]
+    made: Callable[[str, Any], T] | None = None
 
     def names(self) -> list[str]:
         """All available names, those of other packages last."""
         return [*self.own, *(name for name in registered(self.group) if name not in self.own)]
 
     def find(self, name: object) -> T:
-        """The object with a name.
+        """The object with a name, or at a place ``module:name`` that :func:`trajevo.base.own.code.named` has looked up.
 
         Raises:
             UnknownNameError: no object has that name.
-            InvalidInputError: another package registers something that cannot be used.
+            InvalidInputError: another package registers something that cannot be used, or the user's is no such thing.
         """
         if isinstance(name, str) and name in self.own:
             return self.own[name]
+        thing = known_at(name)
+        if thing is not None:
+            return self._of_user(str(name), thing)
         points = registered(self.group)
         asked = checked_name(self.kind, name, [*self.own, *points])
         return self._loaded(points[asked])
@@ -67,6 +73,22 @@ class Registry(Generic[T]):
                 found[name] = self._loaded(point)
             except InvalidInputError as error:
                 warnings.warn(str(error), stacklevel=2)
+        return found
+
+    def _of_user(self, place: str, thing: Any) -> T:
+        if self.fits(thing):
+            found: T = thing
+        elif self.made is not None:
+            found = self.made(place, thing)
+        else:
+            raise InvalidInputError(
+                f"{argument_of(self.kind)}: {place!r}: expected {self.expected}, got {told_kind(thing)}"
+            )
+        name = getattr(found, "name", "")
+        if isinstance(name, str) and name in self.own:
+            raise InvalidInputError(
+                f"{argument_of(self.kind)}: {place!r}: expected another name than {name!r}, which is trajevo's own"
+            )
         return found
 
     def _loaded(self, point: EntryPoint) -> T:
@@ -131,6 +153,43 @@ def loaded(point: EntryPoint, kind: str, expected: str, fits: Callable[[Any], bo
     if not fits(found):
         raise InvalidInputError(f"{kind} {point.name!r}: {point.value} is not {expected}")
     return found
+
+
+def plain_name(kind: str, place: str, function: Any, remedy: str) -> str:
+    """The name of a user's function, which is also that of its column in tables.
+
+    Args:
+        kind: what it is given as, for messages.
+        place: where it is.
+        function: the function.
+        remedy: what to write for one without a name.
+
+    Raises:
+        InvalidInputError: no function, or one without a name.
+    """
+    if not callable(function) or isinstance(function, type):
+        raise InvalidInputError(
+            f"{argument_of(kind)}: {place!r}: expected a function of a rollout, or {remedy}, got {told_kind(function)}"
+        )
+    name = getattr(function, "__name__", "")
+    if not name.isidentifier():
+        raise InvalidInputError(f"{argument_of(kind)}: {place!r}: expected a function with a name; give {remedy}")
+    return name
+
+
+def argument_of(kind: str) -> str:
+    """The argument, and key of a task, in which things of a kind are named."""
+    return kind if kind == "interpolant" else f"{kind}s"
+
+
+def first_line(function: Any) -> str:
+    """The first line of a function's docstring, without its full stop."""
+    return (getattr(function, "__doc__", None) or "").strip().partition("\n")[0].rstrip(".")
+
+
+def told_kind(thing: Any) -> str:
+    """What something is, for messages."""
+    return f"the class {thing.__name__}" if isinstance(thing, type) else type(thing).__name__
 
 
 def _is_own(point: EntryPoint) -> bool:

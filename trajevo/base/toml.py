@@ -254,7 +254,7 @@ class Places:
     def guess(self, error: TrajevoError) -> str:
         """Message of an error that begins with an argument's name, with the line of that name's key if there is one."""
         said = str(error).split(":")[0].split(".")[0]
-        name = {"boxes": "moving"}.get(said, said)
+        name = {"boxes": "moving", "segments": "segment"}.get(said, said)
         if isinstance(error, UnknownNameError):  # begins with the word unknown, not with an argument
             names = (f"{error.kind}s", error.kind)
             place = next((place for name in names for place in self.lines if place[-1] == name), ())

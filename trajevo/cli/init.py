@@ -9,23 +9,37 @@ import typer
 
 from trajevo.base.files import why_not, write_whole
 from trajevo.cli.console import Terminal
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, checked_name
 
-_EXAMPLE = Path(__file__).with_name("task.toml")
+#: The usual example, and the folder of those with a name.
+_USUAL = Path(__file__).with_name("task.toml")
+_TEMPLATES = Path(__file__).with_name("templates")
 
 
-def write_example(file: str | Path) -> Path:
+def templates() -> dict[str, Path]:
+    """The examples with a name."""
+    return {file.stem: file for file in sorted(_TEMPLATES.glob("*.toml"))}
+
+
+def write_example(file: str | Path, example: str | None = None) -> Path:
     """Write a commented example of a task that can be solved unchanged.
 
+    Args:
+        file: the file to write.
+        example: name of one of :func:`templates`; the usual one if None.
+
     Raises:
+        UnknownNameError: no example of that name.
         InvalidInputError: the file exists, or cannot be written.
     """
+    known = templates()
+    source = _USUAL if example is None else known[checked_name("example", example, known)]
     target = Path(file)
     if target.exists() or target.is_symlink():
         raise InvalidInputError(f"{target}: exists already; choose another name")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(target, _EXAMPLE.read_bytes())
+        write_whole(target, source.read_bytes())
     except OSError as error:
         raise InvalidInputError(f"{target}: cannot be written: {why_not(error)}") from error
     return target
@@ -36,6 +50,13 @@ _out = Terminal()
 
 def init(
     file: Annotated[Path, typer.Argument(help="File to write.")] = Path("task.toml"),
+    example: Annotated[
+        str | None,
+        typer.Option(
+            help=f"What it shows: {', '.join(templates())}; the usual first task if not given.",
+            autocompletion=lambda: list(templates()),
+        ),
+    ] = None,
 ) -> None:
     """Write a commented example of a task to change and solve."""
-    _out.print(f"written: {write_example(file)}; next: trajevo solve {file}")
+    _out.print(f"written: {write_example(file, example)}; next: trajevo solve {file}")

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import functools
-import importlib
 import inspect
-import os
-import re
-import sys
 import tomllib
-import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from trajevo.base.own.code import allow_module, imported, in_module, is_module, looking_in, told
 from trajevo.cli import completion
-from trajevo.errors import InvalidInputError, UnknownNameError, known_names
+from trajevo.errors import InvalidInputError
 from trajevo.formulation.examples import is_task
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
@@ -37,14 +33,11 @@ ProblemOption = Annotated[
     str | None,
     typer.Option(
         "--problem",
-        metavar="MODULE:NAME",
+        metavar="MODULE[:NAME]",
         help="The run's problem if it is not a registered one: NAME in the Python module MODULE, which is the problem "
-        "or makes it.",
+        "or makes it. For a run with functions of your own: their MODULE, which may then be imported, or TASK.toml.",
     ),
 ]
-
-#: A place in Python, ``module:name``; both may have dots.
-_IN_MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 
 
 def _mass(text: str) -> float | str:
@@ -137,16 +130,12 @@ def chosen_problem(
         return problem_at(name), Search(seed=1)
     if not is_task(name):
         arguments = {key: value for key, value in options.items() if key != "set"}
-        return load_problem(name, **_with_settings(arguments, options.get("set", []))), Search(seed=1)
+        with looking_in("."):
+            return load_problem(name, **_with_settings(arguments, options.get("set", []))), Search(seed=1)
     for option in options | (others or {}):
         raise InvalidInputError(f"{flag(option)}: a task says this in its file, options are those of the search")
     task = load_task(name)
     return task.problem, task.search
-
-
-def in_module(name: str) -> bool:
-    """Whether a problem's name is a place in Python, ``module:name``."""
-    return _IN_MODULE.fullmatch(name) is not None
 
 
 def problem_at(place: str) -> TrajectoryProblem:
@@ -160,18 +149,13 @@ def problem_at(place: str) -> TrajectoryProblem:
     """
     if not in_module(place):
         raise InvalidInputError(f"problem: expected MODULE:NAME, such as my_cell:problem, got {place!r}")
-    module, _, name = place.partition(":")
-    found = _imported(module)
-    for part in name.split("."):
-        known = [one for one in vars(found) if not one.startswith("_")]
-        if part not in vars(found):
-            raise UnknownNameError(f"name in module {module}", part, known)
-        found = vars(found)[part]
+    with looking_in("."):
+        found = imported(place, "problem")
     if callable(found) and not isinstance(found, TrajectoryProblem):
         try:
             found = found()
         except Exception as error:
-            raise InvalidInputError(f"problem: {place} cannot be made: {_told(error)}") from error
+            raise InvalidInputError(f"problem: {place} cannot be made: {told(error)}") from error
     if not isinstance(found, TrajectoryProblem):
         raise InvalidInputError(
             f"problem: {place}: expected a TrajectoryProblem, or a class or function that makes one without arguments, "
@@ -180,31 +164,25 @@ def problem_at(place: str) -> TrajectoryProblem:
     return found
 
 
-def _imported(module: str) -> Any:
-    here = os.getcwd()
-    if here not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name != module and not module.startswith(f"{error.name}."):
-            raise InvalidInputError(f"problem: module {module}: {_told(error)}") from error
-        there = sorted(file.stem for file in Path(here).glob("*.py"))
-        raise InvalidInputError(
-            f"problem: no Python module {module!r}, neither installed nor in {here}; there are "
-            f"{known_names(module, there)}"
-        ) from None
-    except Exception as error:
-        raise InvalidInputError(f"problem: module {module} cannot be imported: {_told(error)}") from error
+def problem_of_run(given: str | None) -> TrajectoryProblem | None:
+    """The problem of a run as ``--problem`` names it, or None if the run's data says what it is.
 
+    Args:
+        given: ``module:name`` of a problem, the file of a task, or a module whose functions the run's data may name.
 
-def _told(error: Exception) -> str:
-    """An error of a user's code in one line, with the last file and line of that code."""
-    frames = traceback.extract_tb(error.__traceback__)
-    ours = str(Path(__file__).parents[1])
-    own = [frame for frame in frames if not frame.filename.startswith((ours, "<frozen"))]
-    at = f", {own[-1].filename}, line {own[-1].lineno}" if own else ""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}{at}"
+    Raises:
+        InvalidInputError: something else, or as for the problem.
+    """
+    if given is None:
+        return None
+    if Path(given).suffix == ".toml":
+        return load_task(given).problem
+    if is_module(given):
+        allow_module(given)
+        with looking_in("."):
+            imported(given, "problem")
+        return None
+    return problem_at(given)
 
 
 def flag(name: str) -> str:

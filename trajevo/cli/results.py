@@ -13,7 +13,7 @@ import typer
 from trajevo.base.files import no_link, removed
 from trajevo.cli import completion
 from trajevo.cli.console import Terminal
-from trajevo.cli.problem_options import problem_at
+from trajevo.cli.problem_options import problem_of_run
 from trajevo.cli.screen.printed import print_rivals, print_run
 from trajevo.cli.screen.waiting import Waiting
 from trajevo.errors import InvalidInputError, NotRegisteredError, checked_name, no_such_file
@@ -63,12 +63,12 @@ def front_of(run: Path, problem: str | None = None) -> Front:
 
     Args:
         run: the folder or the file.
-        problem: ``module:name`` of the run's problem if it is not a registered one.
+        problem: the run's problem, see :func:`~trajevo.cli.problem_options.problem_of_run`.
 
     Raises:
         InvalidInputError: nothing to read, or its problem is not registered and was not given.
     """
-    given = None if problem is None else problem_at(problem)
+    given = problem_of_run(problem)
     with reading(run):
         front = read_run(run, problem=given) if run.is_dir() else Front.load(run, problem=given)
         if given is None:

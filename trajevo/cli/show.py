@@ -150,7 +150,7 @@ def capacity(
     _out.print(f"capacity: {found}")
     schedule = chosen.rollout.dynamics.schedule
     if schedule is not None:
-        _out.print(f"this is the mass of load {schedule.varied}, where it is carried; loads: {schedule}")
+        _out.print(f"this is the mass of payload {schedule.varied}, where it is carried; carried: {schedule}")
     print_mass_notes(_out, chosen.front.problem.robot)
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")

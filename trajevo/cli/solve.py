@@ -10,6 +10,7 @@ from typing import Annotated, Any, final
 import typer
 
 from trajevo.base.files import own_folder, why_not
+from trajevo.base.own.code import in_module, looking_in
 from trajevo.base.units import pretty
 from trajevo.cli import completion
 from trajevo.cli.console import Terminal
@@ -18,8 +19,7 @@ from trajevo.cli.problem_options import (
     ProblemOption,
     chosen_problem,
     flag,
-    in_module,
-    problem_at,
+    problem_of_run,
     problem_options,
 )
 from trajevo.cli.results import (
@@ -151,8 +151,8 @@ def resume(
     problem: ProblemOption = None,
 ) -> None:
     """Continue a run as if it had never stopped, and write its front, pictures and report."""
-    given = None if problem is None else problem_at(problem)
-    with reading(run):
+    with reading(run), looking_in("."):
+        given = problem_of_run(problem)
         front = resume_run(run, problem=given, generations=generations, progress=not quiet)
     write_results(front, run, kind=report, pictures=pictures, quiet=quiet, verbose=verbose)
 

@@ -170,6 +170,17 @@ class EffortReach:
         speed: Array = found.speed[carrier] + found.spin[carrier] * float(np.linalg.norm(frame.placement.translation))
         return speed**2
 
+    def tool_turned(self, motion: Bounds) -> Array:
+        """Bounds of the norm of the tool's orientation, shapes (..., n_joints) -> (...); 1 at real instants."""
+        model = self.dynamics.robot.model
+        found = _outward(model, Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
+        joint = int(model.frames[model.getFrameId(self.dynamics.robot.tool)].parentJoint)
+        turned: Array = np.ones(motion.v.shape[:-1])
+        while joint:
+            turned = turned * found.turned[joint]
+            joint = int(model.parents[joint])
+        return turned
+
     def tool_distance(self, motion: Bounds) -> Array:
         """Bounds of the magnitude of the tool's position in the base frame, shapes (..., n_joints) -> (...) [m]."""
         model = self.dynamics.robot.model

@@ -105,6 +105,31 @@ def enclose_height(rollout: Rollout, least: float, *, tolerance: float) -> tuple
     return height - found.bound[:, 0], height - found.exhibited[:, 0], found.instants[:, 0]
 
 
+def enclose_part(
+    rollout: Rollout, over: Callable[[PieceBounds, Pieces], Over], segments: Array, limits: Array, *, tolerance: float
+) -> tuple[Array, Array, Array]:
+    """Bound quantities at every instant of some segments.
+
+    Args:
+        rollout: one robot on B motions.
+        over: bounds of Q quantities over pieces.
+        segments: numbers of the segments.
+        limits: limits of the quantities, shape (Q,).
+        tolerance: how far bounds may lie above the samples, as a share of the limits.
+
+    Returns:
+        Upper bounds, greatest samples, and their instants [s], shape (B, Q) each.
+    """
+    bounds, pieces = PieceBounds.of(rollout), Pieces.of(rollout, _NODES)
+    chosen = pieces.rows(np.isin(pieces.segment, segments))
+
+    def scale(best: Array, limits: Array) -> Array:
+        return np.broadcast_to(limits, best.shape)
+
+    found = _enclosed(lambda some: over(bounds, some), chosen, rollout, limits, scale, tolerance)
+    return found.bound, found.exhibited, found.instants
+
+
 def _enclosed(
     over: Callable[[Pieces], Over],
     pieces: Pieces,

@@ -23,10 +23,12 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from trajevo.base import polynomials
 from trajevo.base.arrays import Array
 from trajevo.dynamics.complex_bounds import Bounds, EffortReach
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
+from trajevo.path.tool_ways import ToolWay
 from trajevo.robot.joints import Friction
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.trajectory.bernstein import gauss, halving, hull, interpolation_error, to_chebyshev
@@ -174,6 +176,47 @@ class PieceBounds:
             magnitude = height + self.reach.tool_distance(motion_bounds(pieces.states, self.degree))[..., None]
         error, slack = interpolation_errors([magnitude], pieces.states.shape[1])
         return Over(hull(np.moveaxis(below, 1, -1))[1] + error, slack, below)
+
+    def tool_tilt(self, pieces: Pieces, axis: Array, direction: Array) -> Over:
+        """1 - cos of the angle between an axis of the tool and a direction, Q = 1.
+
+        Args:
+            pieces: the pieces.
+            axis: unit axis in the tool's frame, shape (3,).
+            direction: unit direction in the base frame, shape (3,).
+        """
+        q = np.split(pieces.states, 3, axis=-1)[0]
+        tilt = self.kinematics.tilt(q, axis, direction)[..., None]
+        with np.errstate(over="ignore", invalid="ignore"):
+            magnitude = 1.0 + self.reach.tool_turned(motion_bounds(pieces.states, self.degree))[..., None]
+        error, slack = interpolation_errors([magnitude], pieces.states.shape[1])
+        return Over(hull(np.moveaxis(tilt, 1, -1))[1] + error, slack, tilt)
+
+    def tool_off_way(self, pieces: Pieces, way: ToolWay, law: Array, start: Array, duration: Array) -> Over:
+        """Squared distance of the tool from a way [m²], and 8 sin² of half the angle from its orientation, Q = 2.
+
+        Args:
+            pieces: the pieces.
+            way: the way.
+            law: share of the way as ascending powers of the share of time, shape (degree + 1,).
+            start: instant at which each motion is at the way's start, shape (B,) [s].
+            duration: time in which it goes to its end, shape (B,) [s].
+        """
+        size = pieces.states.shape[1]
+        instants = pieces.start[:, None] + pieces.width[:, None] * gauss(size)[0]
+        s = polynomials.values(law, (instants - start[pieces.owner, None]) / duration[pieces.owner, None])
+        position, rotation = self.kinematics.pose(np.split(pieces.states, 3, axis=-1)[0])
+        off, turned = position - way.position(s), rotation - way.orientation(s)
+        found = np.stack([(off * off).sum(axis=-1), (turned * turned).sum(axis=(-1, -2))], axis=-1)
+        series = np.abs(s @ to_chebyshev(size)[: len(law)].T)
+        powers = _ELLIPSES[:, None] ** np.arange(len(law))
+        reach = motion_bounds(pieces.states, self.degree)
+        with np.errstate(over="ignore", invalid="ignore"):
+            imaginary, magnitude = (0.5 * (powers + sign / powers) @ series[..., None] for sign in (-1.0, 1.0))
+            place, tilted = way.reach(imaginary[..., 0], magnitude[..., 0])
+            both = [(self.reach.tool_distance(reach) + place) ** 2, 3.0 * (self.reach.tool_turned(reach) + tilted) ** 2]
+        error, slack = interpolation_errors([np.stack(both, axis=-1)], size)
+        return Over(hull(np.moveaxis(found, 1, -1))[1] + error, slack, found)
 
     def _joints(self, pieces: Pieces, reach: Bounds, *, powers: bool) -> Over:
         """Efforts, and with ``powers`` mechanical powers after them."""

@@ -8,6 +8,7 @@ more column of the points.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, final
@@ -24,7 +25,14 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
-from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, LinearBlends, Variable, interpolant_through
+from trajevo.trajectory.interpolants import (
+    NAMED_INTERPOLANTS,
+    FixedCurve,
+    Interpolant,
+    LinearBlends,
+    Variable,
+    interpolant_through,
+)
 from trajevo.trajectory.interpolants.interpolant import (
     AtRest,
     PassesNearby,
@@ -58,6 +66,7 @@ class MovingPoints(Interpolant):
         at_rest: joints at rest at inner points, pairs (point, joint) from 0; only for interpolants that take them.
         passing: how points are passed, in their order.
         cyclic: whether the end meets the start.
+        curves: fixed curves of the tool by the point at which they begin; no box is at their ends.
 
     Raises:
         UnknownNameError: no such interpolant.
@@ -75,6 +84,7 @@ class MovingPoints(Interpolant):
     at_rest: AtRest = field(default=(), kw_only=True)
     passing: tuple[Passing, ...] = field(default=(), kw_only=True)
     cyclic: bool = field(default=False, kw_only=True)
+    curves: Mapping[int, FixedCurve] = field(default_factory=dict, kw_only=True)
     _inner: Interpolant = field(init=False, repr=False)
     _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
     _starts: tuple[int, ...] = field(init=False, repr=False)
@@ -225,6 +235,7 @@ class MovingPoints(Interpolant):
             "at_rest": rests,
             "passing": passing,
             "cyclic": self.cyclic,
+            "curves": {point: curve.with_more_columns(more) for point, curve in self.curves.items()},
         }
         return interpolant_through(self.kind, ViaPoints(positions), **given)
 
@@ -241,6 +252,13 @@ class MovingPoints(Interpolant):
             if not least <= box.point <= most:
                 advice = "" if self.ends else "; the ends move only with ends=True"
                 raise InvalidInputError(f"boxes: expected a point from {least} to {most}, got {box.point}{advice}")
+            held = [first for first, curve in self.curves.items() if box.point in (first, curve.segment.last)]
+            if held:
+                tool = self.curves[held[0]].segment.tool
+                raise InvalidInputError(
+                    f"moving: point {box.point}: expected a point that no {tool} of the tool begins or ends at, as its "
+                    f"way is fixed; {self.curves[held[0]].segment.name} is one"
+                )
             if box.point in taken:
                 raise InvalidInputError(f"boxes: expected one box per point, got two for point {box.point}")
             taken.add(box.point)

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.base.plugins import Registry
+from trajevo.base.plugins import Registry, first_line, plain_name
 from trajevo.dynamics.integrals.efforts import (
+    greatest_effort_rates,
     greatest_efforts,
     integrated_square_effort,
     integrated_square_effort_rate,
@@ -131,6 +132,24 @@ def effort_ratio(rollout: Rollout) -> Array:
     return greatest
 
 
+def peak_acceleration(rollout: Rollout) -> Array:
+    """Greatest |acceleration| of any joint at any instant, exact, shape (B,) [rad/s² or m/s²]."""
+    greatest: Array = rollout.trajectory.peak(2).max(axis=1)
+    return greatest
+
+
+def peak_jerk(rollout: Rollout) -> Array:
+    """Greatest |jerk| of any joint at any instant, exact, shape (B,) [rad/s³ or m/s³]."""
+    greatest: Array = rollout.trajectory.peak(3).max(axis=1)
+    return greatest
+
+
+def peak_effort_rate(rollout: Rollout) -> Array:
+    """Greatest |d effort / dt| of any joint, shape (B,) [N·m/s or N/s]; steps do not count."""
+    greatest: Array = greatest_effort_rates(rollout).max(axis=1)
+    return greatest
+
+
 @dataclass(frozen=True)
 class _UnusedPayload:
     greatest: float
@@ -205,6 +224,22 @@ OBJECTIVES: dict[str, Objective] = {
             needs=("masses", "effort limits"),
             help="greatest share of an effort limit that any joint uses",
         ),
+        Objective(
+            "peak_acceleration",
+            "{joint}/s^2",
+            _BY_NAME,
+            peak_acceleration,
+            help="greatest acceleration of any joint at any instant",
+        ),
+        Objective("peak_jerk", "{joint}/s^3", _BY_NAME, peak_jerk, help="greatest jerk of any joint at any instant"),
+        Objective(
+            "peak_effort_rate",
+            "{effort}/s",
+            _BY_NAME,
+            peak_effort_rate,
+            needs=("masses",),
+            help="greatest d effort / dt of any joint",
+        ),
         Objective("joint_travel", "{joint}", _BY_NAME, joint_travel, help="Σ over joints of ∫ |velocity| dt"),
         Objective(
             "tool_path",
@@ -226,13 +261,28 @@ OBJECTIVES: dict[str, Objective] = {
     )
 }
 
-#: Objectives by name, with those of other packages.
+
+def objective_of(place: str, function: Any) -> Objective:
+    """The objective of a user's function of a rollout, with its name and, if it has one, its attribute ``unit``.
+
+    Raises:
+        InvalidInputError: something else, or a function without a name.
+    """
+    name = plain_name("objective", place, function, "Objective('my_name', 'unit', 'source', function)")
+    unit = getattr(function, "unit", "1")
+    if not isinstance(unit, str):
+        raise InvalidInputError(f"objectives: {place!r}: its unit: expected a text such as 'W', got {unit!r}")
+    return Objective(name, unit, place, function, help=first_line(function))
+
+
+#: Objectives by name, with those of other packages and functions of the user's.
 NAMED_OBJECTIVES: Registry[Objective] = Registry(
     kind="objective",
     group="trajevo.objectives",
     own=OBJECTIVES,
     expected="a trajevo.Objective",
     fits=lambda found: isinstance(found, Objective),
+    made=objective_of,
 )
 
 

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from trajevo.base.own.code import looking_in
 from trajevo.base.toml import Places
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
-from trajevo.formulation.task_file import MovingSettings, PassingSettings, TaskSettings
+from trajevo.formulation.task_file import MovingSettings, PassingSettings, SegmentSettings, TaskSettings
 from trajevo.formulation.via_points import LONGEST_TITLE, checked_title
 from trajevo.path.via_points import joint_points
 from trajevo.robot.locate import robot_path
@@ -49,19 +50,21 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "interpolant": settings.interpolant,
         "moving": [_box(box, robot, to_rad) for box in settings.moving],
         "passing": [_passing(one, robot, to_rad) for one in settings.passing],
+        "segments": [_segment(one, to_rad) for one in settings.segment],
         "cyclic": settings.cyclic,
         "objectives": settings.objectives,
         "constraints": _limits_kept(settings, robot),
-        **settings.parameters,
+        **_beside(settings.parameters, folder),
         "limits": settings.constraints.held,
-        "payload": settings.carried,
+        "payload": _beside(settings.carried, folder),
         "payload_range": settings.payload_range,
         "reference_point": settings.reference_point,
         "samples": settings.samples,
         "title": title,
     }
     try:
-        return load_problem(TASK_PROBLEM, **arguments)
+        with looking_in(folder):
+            return load_problem(TASK_PROBLEM, **arguments)
     except TrajevoError as error:
         raise InvalidInputError(where.guess(error)) from error
 
@@ -71,6 +74,19 @@ def _limits_kept(settings: TaskSettings, robot: Robot) -> list[str]:
     listed = settings.constraints.limits
     given = "limits" in settings.constraints.model_fields_set
     return listed if given or robot.has_body else [name for name in listed if name != "effort"]
+
+
+def _beside(given: Any, folder: Path) -> Any:
+    """The same data with the files of meshes relative to the task's folder."""
+    if isinstance(given, list):
+        return [_beside(entry, folder) for entry in given]
+    if not isinstance(given, dict):
+        return given
+    mesh = given.get("shape") == "mesh"
+    return {
+        key: str(folder / value) if mesh and key == "file" and isinstance(value, str) else _beside(value, folder)
+        for key, value in given.items()
+    }
 
 
 def _robot(settings: TaskSettings, folder: Path) -> Robot:
@@ -118,6 +134,12 @@ def _box(box: MovingSettings, robot: Robot, to_rad: float) -> Mapping[str, Any]:
 def _passing(one: PassingSettings, robot: Robot, to_rad: float) -> Mapping[str, Any]:
     given = one.model_dump(exclude_none=True)
     return given | {key: _in_radians(given[key], robot, to_rad) for key in ("velocity", "acceleration") if key in given}
+
+
+def _segment(one: SegmentSettings, to_rad: float) -> Mapping[str, Any]:
+    given = one.model_dump(exclude_none=True, by_alias=True)
+    angles = {key: to_rad * given[key] for key in ("turning", "upright") if isinstance(given.get(key), float | int)}
+    return given | angles
 
 
 def _in_radians(values: list[float], robot: Robot, to_rad: float) -> list[float]:

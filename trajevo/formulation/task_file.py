@@ -72,7 +72,7 @@ class _Point(_Strict):
     """A via point: joint positions, or a tool position [m] and, if it matters, the tool's orientation.
 
     The orientation is ``rpy`` (roll, pitch, yaw), ``quaternion`` (x, y, z, w) or ``rotation_vector`` (axis times
-    angle).
+    angle). With it ``free`` names an axis of the tool, x, y or z, about which any orientation is right.
     """
 
     joints: list[_Number] | None = None
@@ -80,6 +80,7 @@ class _Point(_Strict):
     rpy: tuple[_Number, _Number, _Number] | None = None
     quaternion: tuple[_Number, _Number, _Number, _Number] | None = None
     rotation_vector: tuple[_Number, _Number, _Number] | None = None
+    free: Literal["x", "y", "z"] | None = None
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> _Point:
@@ -91,6 +92,8 @@ class _Point(_Strict):
         given = [key for key in ("rpy", "quaternion", "rotation_vector") if getattr(self, key) is not None]
         if self.joints is not None and given:
             raise ValueError(f"joints have no {given[0]}")
+        if self.free is not None and not given:
+            raise ValueError("free: expected rpy, quaternion or rotation_vector with it, of which one axis is free")
         if len(given) > 1:
             raise ValueError(f"expected {given[0]} or {given[1]}, got both")
         return self
@@ -121,6 +124,21 @@ class PassingSettings(_Strict):
     window: tuple[_Number, _Number] | None = None
 
 
+class SegmentSettings(_Strict):
+    """What is asked of the segments between two points: a line or an arc of the tool, or an upright axis of it."""
+
+    from_point: Annotated[int, pydantic.Field(strict=True, ge=0, alias="from")]
+    to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="to")
+    tool: Literal["line", "arc"] | None = None
+    through: tuple[_Number, _Number, _Number] | None = None
+    rest: Literal["both", "start", "end", "none"] | None = None
+    tolerance: _Number | str | None = None
+    turning: _Number | str | None = None
+    upright: _Number | str | None = None
+    axis: str | tuple[_Number, _Number, _Number] | None = None
+    direction: tuple[_Number, _Number, _Number] | None = None
+
+
 class _Constraints(pydantic.BaseModel):
     """What is limited; :func:`task_model` adds the parameters of limits."""
 
@@ -134,8 +152,8 @@ class TaskSettings(_Strict):
     """The keys of ``task.toml``, in SI units; :func:`task_model` adds the parameters of limits.
 
     ``name`` is what the task is called in tables, reports and pictures; its file's name if not given.
-    Only angles of points (joint positions, ``rpy`` and ``rotation_vector``), of boxes in joint space, and of given
-    velocities and accelerations are in the unit ``angle``.
+    Only angles of points (joint positions, ``rpy`` and ``rotation_vector``), of boxes in joint space, of given
+    velocities and accelerations, and ``turning`` and ``upright`` of segments are in the unit ``angle``.
     """
 
     format: Literal[1] = 1
@@ -149,6 +167,7 @@ class TaskSettings(_Strict):
     turns: Literal["as_written", "shortest"] = "as_written"
     moving: list[MovingSettings] = []
     passing: list[PassingSettings] = []
+    segment: list[SegmentSettings] = []
     cyclic: Annotated[bool, pydantic.Strict()] = False
     interpolant: str = "quintic_spline"
     duration_bounds: list[_Number] | list[tuple[_Number, _Number]]

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.own.code import known_at, named, naming
 from trajevo.base.plain import plain_data
 from trajevo.base.units import if_degrees
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -30,12 +31,21 @@ from trajevo.formulation.passing_points import (
 from trajevo.formulation.payload_variable import PayloadVariable, carrying
 from trajevo.formulation.points_on_limits import notes_on_height, notes_on_turning, turning
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.segments.limits import segment_limits
+from trajevo.formulation.segments.ways import curves_of, with_stops
 from trajevo.path.boxes import CartesianBox, JointBox
 from trajevo.path.passing import Passing, passings_of
+from trajevo.path.segments import segments_of
 from trajevo.path.via_points import OnLimit, ViaPoints, joint_points
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
-from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant, interpolant_through, price_of_rest
+from trajevo.trajectory.interpolants import (
+    NAMED_INTERPOLANTS,
+    FixedCurve,
+    Interpolant,
+    interpolant_through,
+    price_of_rest,
+)
 from trajevo.trajectory.interpolants.legs import checked_durations
 
 #: Greatest number of characters of a problem's title, which stands above tables and pictures.
@@ -60,18 +70,23 @@ class ViaPointProblem(TrajectoryProblem):
             that every joint goes the shorter way round from point to point.
         duration_bounds: least and greatest time between two points [s], or such a pair for every segment, shape
             (K - 1, 2); a duration whose bounds are equal is fixed, and no variable.
-        interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, or an interpolant of another
-            package.
+        interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, an interpolant of another
+            package, your own class derived from :class:`~trajevo.trajectory.interpolants.Interpolant`, or its place.
         moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
             or mappings with the number of the ``point`` and the half widths ``joints`` (n_joints) [rad or m] or
             ``tool`` (3) [m].
         passing: how points are passed: :class:`~trajevo.path.passing.Passing`, or mappings with the number of the
             ``point`` and ``stop``, ``dwell`` [s], ``velocity``, ``acceleration`` (n_joints) or ``window`` [s].
+        segments: what is asked of segments: :class:`~trajevo.path.segments.ToolSegment`, or mappings with the numbers
+            of the points ``from`` and ``to``, and ``tool`` (``"line"`` or ``"arc"`` with ``through`` (3) [m],
+            ``tolerance`` [m] and ``turning`` [rad]) or ``upright`` [rad] with ``axis`` and ``direction``.
         cyclic: whether the end meets the start with all derivatives that are continuous on the way, instead of rests at
             both; the last point is then the first.
-        objectives: names, see :data:`~trajevo.formulation.objectives.OBJECTIVES`.
+        objectives: names, see :data:`~trajevo.formulation.objectives.OBJECTIVES`; your own functions of a rollout, or
+            :class:`~trajevo.formulation.objectives.Objective`, or their places ``"module:name"``.
         constraints: names of limits that need no parameter, see
-            :data:`~trajevo.formulation.constraints.kinds.KINDS`.
+            :data:`~trajevo.formulation.constraints.kinds.KINDS`; your own functions of a rollout, or
+            :class:`~trajevo.formulation.constraints.constraint.Constraint`, or their places.
         limits: ``"certified"`` for effort and tool-speed limits proven at every instant, see
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
         payload: mass [kg], a :class:`~trajevo.robot.payload.Payload`, or its settings; or a list of loads that are
@@ -104,12 +119,13 @@ class ViaPointProblem(TrajectoryProblem):
         points: Any = None,
         turns: str = "as_written",
         duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
-        interpolant: str = "quintic_spline",
+        interpolant: str | type[Interpolant] = "quintic_spline",
         moving: Sequence[Any] = (),
         passing: Sequence[Any] = (),
+        segments: Sequence[Any] = (),
         cyclic: bool = False,
-        objectives: Sequence[str] = ("time", "jerk"),
-        constraints: Sequence[str] = ("position", "velocity", "acceleration", "jerk"),
+        objectives: Sequence[Any] = ("time", "jerk"),
+        constraints: Sequence[Any] = ("position", "velocity", "acceleration", "jerk"),
         limits: str = "certified",
         payload: float | Payload | dict[str, Any] | Sequence[Any] = 0.0,
         payload_range: tuple[float, float] | None = None,
@@ -121,7 +137,10 @@ class ViaPointProblem(TrajectoryProblem):
     ) -> None:
         if title is not None:
             self.title = checked_title(title)
-        NAMED_INTERPOLANTS.find(interpolant)
+        self._own: dict[str, Any] = {}
+        kind: str = self._named([interpolant], "interpolant")[0]
+        objectives, constraints = self._named(objectives, "objectives"), self._named(constraints, "constraints")
+        NAMED_INTERPOLANTS.find(kind)
         _check_keys(parameters)
         named = robot_of(robot)
         via = closed(joint_points(points, named, turns=turns), cyclic)
@@ -129,9 +148,14 @@ class ViaPointProblem(TrajectoryProblem):
         boxes = _boxes(moving)
         _check_widths(boxes, via, named)
         kept = isinstance(constraints, Sequence) and "position" in constraints
-        asked, on_limits = passings_of(passing, len(via), named.joint_names), turning(via, named, boxes) if kept else ()
+        given_passing, on_limits = (
+            passings_of(passing, len(via), named.joint_names),
+            turning(via, named, boxes) if kept else (),
+        )
+        parts = segments_of(segments, len(via))
+        asked, curves = with_stops(given_passing, parts, len(via)), curves_of(parts, named, via, kind)
         at_limits = left_open(on_limits, asked)
-        decoder = _interpolant(interpolant, via, named, bounds, boxes, at_limits, asked, cyclic)
+        decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves)
         dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
@@ -142,12 +166,18 @@ class ViaPointProblem(TrajectoryProblem):
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,
             objectives=objectives_of(objectives, named, payload=None if mass is None else mass.objective),
-            constraints=(*held, *reach, *window_limits(asked, decoder), *load_clearances(held, dynamics.schedule)),
+            constraints=(
+                *held,
+                *reach,
+                *window_limits(asked, decoder),
+                *load_clearances(held, dynamics.schedule),
+                *segment_limits(parts, named, via, decoder, curves, limits=limits),
+            ),
             payload_range=None if mass is None else mass.range,
             reference_point=reference_point,
             length=length_unit(named),
         )
-        told = notes_on_turning(at_limits, named, interpolant, price_of_rest(interpolant))
+        told = notes_on_turning(at_limits, named, kind, price_of_rest(kind))
         told = (*told, *notes_on_shapes(held, dynamics.schedule))
         self._notes = (*told, *notes_on_height(via, named, held), *(named.friction_notes if named.gives_effort else ()))
         given = {
@@ -155,9 +185,10 @@ class ViaPointProblem(TrajectoryProblem):
             "points": via.positions.tolist(),
             "turns": turns,
             "duration_bounds": bounds.tolist(),
-            "interpolant": interpolant,
+            "interpolant": kind,
             "moving": [_box_settings(box) for box in boxes],
-            "passing": [one.settings for one in asked],
+            "passing": [one.settings for one in given_passing],
+            **({"segments": [one.settings for one in parts]} if parts else {}),
             **({"cyclic": True} if cyclic else {}),  # hardly any motion is, and settings are told
             "objectives": list(objectives),
             "constraints": list(constraints),
@@ -173,8 +204,21 @@ class ViaPointProblem(TrajectoryProblem):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Keyword arguments that make an equal problem."""
+        """Keyword arguments that make an equal problem; what is the user's own by its place in Python."""
         return dict(self._settings)
+
+    def with_payload(self, payload: Payload) -> TrajectoryProblem:
+        """The same problem with another payload, and the same own functions, whatever their places mean by now."""
+        with naming(self._own):
+            return super().with_payload(payload)
+
+    def _named(self, given: Any, argument: str) -> Any:
+        """Names, and places of what is the user's own, which are remembered."""
+        if isinstance(given, str) or not isinstance(given, Sequence):
+            return given  # is refused elsewhere
+        names = [named(one, argument) for one in given]
+        self._own |= {name: known_at(name) for name in names if known_at(name) is not None}
+        return names
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -286,10 +330,12 @@ def _interpolant(
     turns: Sequence[OnLimit],
     passing: tuple[Passing, ...],
     cyclic: bool,
+    curves: dict[int, FixedCurve],
 ) -> Interpolant:
     """The interpolant, with joints at rest where they turn, if it can."""
     rests = () if price_of_rest(kind) is None else tuple((at.point, at.joint) for at in turns)
     given: dict[str, Any] = {"duration_bounds": bounds, "at_rest": rests, "passing": passing, "cyclic": cyclic}
+    given |= {"curves": curves} if curves else {}
     found = (
         MovingPoints(kind, via, tuple(boxes), robot=robot, **given)
         if boxes

@@ -46,19 +46,32 @@ class Pose:
         position: position of the tool's origin, shape (3,) [m].
         rotation: rotation matrix, shape (3, 3), made orthogonal; None for any orientation.
         name: name for messages; may be empty.
+        free: axis of the tool about which it may be turned, ``"x"``, ``"y"`` or ``"z"``; None for none.
 
     Raises:
-        InvalidInputError: other shapes, or not a rotation matrix.
+        InvalidInputError: other shapes, not a rotation matrix, or a free axis without a rotation.
     """
 
     position: Array
     rotation: Array | None = None
     name: str = ""
+    free: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", read_only(numbers(self.position, name="position", shape=(3,))))
         if self.rotation is not None:
             object.__setattr__(self, "rotation", rotation_matrix(self.rotation))
+        if self.free is not None:
+            checked_name("free axis of a pose", self.free, "xyz")
+            if self.rotation is None:
+                raise InvalidInputError(
+                    "free: expected an orientation with it, rpy, quaternion or rotation_vector; else all are free"
+                )
+
+    @property
+    def free_axis(self) -> Array | None:
+        """The free axis in the tool's frame, shape (3,), or None."""
+        return None if self.free is None else read_only(np.eye(3)["xyz".index(self.free)])
 
     @classmethod
     def of(cls, given: Pose | Mapping[str, Any]) -> Pose:
@@ -67,7 +80,8 @@ class Pose:
         Args:
             given: a pose, or a mapping with ``position`` (3,) [m], with an orientation or none for any, and with
                 ``name`` if wanted. The orientation is ``rpy`` (3,) [rad], roll, pitch and yaw about fixed axes as in a
-                URDF; ``quaternion`` (x, y, z, w); or ``rotation_vector`` (3,) [rad], the axis times the angle.
+                URDF; ``quaternion`` (x, y, z, w); or ``rotation_vector`` (3,) [rad], the axis times the angle. With an
+                orientation ``free`` may name an axis of the tool, ``"x"``, ``"y"`` or ``"z"``, about which it may turn.
 
         Raises:
             UnknownNameError: another key.
@@ -79,14 +93,14 @@ class Pose:
         if not isinstance(given, Mapping):
             raise InvalidInputError(f"pose: expected a Pose or a mapping with 'position', got {type(given).__name__}")
         for key in given:
-            checked_name("key of a pose", key, ("position", *_ORIENTATIONS, "name"))
+            checked_name("key of a pose", key, ("position", *_ORIENTATIONS, "name", "free"))
         if "position" not in given:
             raise InvalidInputError(f"pose: expected a 'position' (3) [m], got only {sorted(given)}")
         chosen = [key for key in _ORIENTATIONS if key in given]
         if len(chosen) > 1:
             raise InvalidInputError(f"pose: expected {chosen[0]!r} or {chosen[1]!r}, got both")
         rotation = _ORIENTATIONS[chosen[0]](given[chosen[0]]) if chosen else None
-        return cls(given["position"], rotation, str(given.get("name", "")))
+        return cls(given["position"], rotation, str(given.get("name", "")), given.get("free"))
 
 
 def _of_rpy(given: Any) -> Array:
@@ -213,7 +227,9 @@ class _Search:
     def _tried(self, pose: Pose, first: Array, ranges: JointRanges) -> tuple[Array, Array]:
         """Results from joint positions, the middle of the ranges and random starts, and their distances to the pose."""
         starts = np.stack([first, ranges.middle, *ranges.random(self.generator, self.starts)])
-        return PostureSolver(self.kinematics, ranges, pose.rotation)(np.tile(pose.position, (len(starts), 1)), starts)
+        return PostureSolver(self.kinematics, ranges, pose.rotation, pose.free_axis)(
+            np.tile(pose.position, (len(starts), 1)), starts
+        )
 
     def _nearest_of(self, solutions: Array, before: Array) -> tuple[Array, float]:
         """The solution nearest to the previous point, with whole turns tried, and its distance."""
@@ -223,7 +239,7 @@ class _Search:
 
     def _told(self, pose: Pose, tries: Array, where: str) -> str:
         """Message for a pose that no try reaches."""
-        distance, angle = missed(*self.kinematics.pose(tries), pose.position, pose.rotation)
+        distance, angle = missed(*self.kinematics.pose(tries), pose.position, pose.rotation, pose.free_axis)
         best = int(np.argmin(distance + angle))
         label = f"{where} {pose.name!r}" if pose.name else where
         turned = "" if pose.rotation is None else f" and {np.degrees(angle[best]):.4g} deg"

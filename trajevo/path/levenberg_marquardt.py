@@ -92,7 +92,9 @@ class JointRanges:
         return unwound
 
 
-def missed(position: Array, rotation: Array, wanted: Array, wanted_rotation: Array | None) -> tuple[Array, Array]:
+def missed(
+    position: Array, rotation: Array, wanted: Array, wanted_rotation: Array | None, free: Array | None = None
+) -> tuple[Array, Array]:
     """Errors of tool poses.
 
     Args:
@@ -100,6 +102,7 @@ def missed(position: Array, rotation: Array, wanted: Array, wanted_rotation: Arr
         rotation: rotation matrices of the tools, shape (N, 3, 3).
         wanted: wanted positions, shape (3,) or (N, 3) [m].
         wanted_rotation: wanted rotation matrices, shape (3, 3) or (N, 3, 3); None for any orientation.
+        free: unit axis in the tool's frame about which the tool may be turned, shape (3,); None for none.
 
     Returns:
         Errors of position [m] and of orientation [rad], shape (N,) each.
@@ -107,6 +110,9 @@ def missed(position: Array, rotation: Array, wanted: Array, wanted_rotation: Arr
     distance: Array = np.linalg.norm(position - wanted, axis=-1)
     if wanted_rotation is None:
         return distance, np.zeros_like(distance)
+    if free is not None:
+        half = 0.5 * np.linalg.norm((rotation * free).sum(axis=-1) - (wanted_rotation * free).sum(axis=-1), axis=-1)
+        return distance, 2.0 * np.arcsin(np.minimum(half, 1.0))
     half = np.linalg.norm((rotation - wanted_rotation).reshape(-1, 9), axis=1) / np.sqrt(8.0)
     return distance, 2.0 * np.arcsin(np.minimum(half, 1.0))
 
@@ -200,11 +206,13 @@ class PostureSolver:
         kinematics: kinematics of the tool.
         ranges: ranges of the joints.
         rotation: wanted rotation matrix, shape (3, 3); None for any orientation.
+        free: unit axis in the tool's frame about which the tool may be turned, shape (3,); None for none.
     """
 
     kinematics: ToolKinematics
     ranges: JointRanges
     rotation: Array | None
+    free: Array | None = None
 
     def __call__(self, wanted: Array, starts: Array) -> tuple[Array, Array]:
         """The joint positions found from starts.
@@ -260,12 +268,20 @@ class PostureSolver:
 
         The orientation residual is -Σ r × r*/2 over the columns r of R and r* of R*, with the rows of the geometric
         Jacobian. The normal equations are those of the nine numbers (R - R*)/√2, since Σ [r]ᵀ[r]/2 over an orthonormal
-        frame is I.
+        frame is I. With a free axis it is the difference of the two directions of this axis.
         """
         position, rotation, jacobian = self.kinematics.pose_and_jacobian(q)
-        distance, angle = missed(position, rotation, wanted, self.rotation)
+        distance, angle = missed(position, rotation, wanted, self.rotation, self.free)
         squared, greatest = distance**2 + 4.0 * np.sin(0.5 * angle) ** 2, np.maximum(distance, angle)
         if self.rotation is None:
             return q, position - wanted, jacobian[:, :3], squared, greatest
+        if self.free is not None:
+            axis = (rotation * self.free).sum(axis=-1)
+            residual = np.concatenate([position - wanted, axis - (self.rotation * self.free).sum(axis=-1)], axis=-1)
+            slopes = crossed(
+                np.swapaxes(jacobian[:, 3:], 1, 2), np.broadcast_to(axis[:, None], (len(q), q.shape[1], 3))
+            )
+            rows = np.concatenate([jacobian[:, :3], np.swapaxes(slopes, 1, 2)], axis=1)
+            return q, residual, rows, squared, greatest
         turned = -0.5 * crossed(np.swapaxes(rotation, -1, -2), self.rotation.T).sum(axis=-2)
         return q, np.concatenate([position - wanted, turned], axis=-1), jacobian, squared, greatest

@@ -96,6 +96,21 @@ class ToolKinematics:
         """
         return self._walk(self._checked(q, "q"))[:2]
 
+    def tilt(self, q: Array, axis: Array, direction: Array) -> Array:
+        """1 - cos of the angle between an axis of the tool and a direction; complex joint positions stay complex.
+
+        Args:
+            q: joint positions, shape (..., n_joints) [rad or m].
+            axis: unit axis in the tool's frame, shape (3,).
+            direction: unit direction in the base frame, shape (3,).
+
+        Returns:
+            Shape (...).
+        """
+        rotation = self.pose(q)[1]
+        tilt: Array = 1.0 - ((rotation * axis).sum(axis=-1) * direction).sum(axis=-1)
+        return tilt
+
     def jacobian(self, q: Array) -> Array:
         """Jacobian: twist of the tool per joint velocity, in the base frame at the tool's origin, linear rows first.
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import coal
 import numpy as np
 
 from trajevo.base.arrays import Array
@@ -74,6 +75,24 @@ def check_mesh(file: Path) -> None:
         check(file, read_bytes(file, most=MOST_DATA))
     except OSError as error:
         raise InvalidInputError(f"{file}: cannot be read: {why_not(error)}") from error
+
+
+def mesh_points(file: Path, scale: float) -> Array:
+    """Vertices of a mesh, shape (N, 3) [m].
+
+    Args:
+        file: a mesh as STL, OBJ or DAE, by its ending.
+        scale: factor from its lengths to metres.
+
+    Raises:
+        InvalidInputError: as for :func:`check_mesh`.
+    """
+    check_mesh(file)
+    try:
+        mesh = coal.MeshLoader().load(str(file), np.full(3, scale))
+    except (ValueError, RuntimeError) as error:
+        raise InvalidInputError(f"{file}: cannot be read as a mesh: {' '.join(str(error).split())}") from error
+    return np.array(mesh.vertices(), dtype=np.float64)
 
 
 def _check_lengths(element: ElementTree.Element, key: str, count: int, where: str, *, signed: bool = False) -> None:

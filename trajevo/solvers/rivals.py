@@ -153,10 +153,11 @@ def rivals_of(problem: TrajectoryProblem) -> tuple[Rival, ...]:
     points = getattr(problem.interpolant, "points", None)
     if not isinstance(points, ViaPoints):
         raise InvalidInputError(f"rivals: the interpolant of {problem.title!r} has no via points")
-    if getattr(problem.interpolant, "passing", ()) or getattr(problem.interpolant, "cyclic", False):
+    asked = ("passing", "cyclic", "curves")
+    if any(getattr(problem.interpolant, name, ()) for name in asked):
         raise InvalidInputError(
             "rivals: expected points that are passed freely, as interpolants are compared through the points alone, "
-            "got a problem with stops, given velocities (passing) or a cycle (cyclic)"
+            "got a problem with stops, given velocities (passing), lines of the tool (segments) or a cycle (cyclic)"
         )
     if problem.dynamics.schedule is not None:
         raise InvalidInputError(

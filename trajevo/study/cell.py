@@ -11,7 +11,9 @@ from typing import Literal, TypedDict
 from threadpoolctl import threadpool_limits
 
 from trajevo.base import jit
+from trajevo.base.own.code import looking_in
 from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import load_problem
 from trajevo.formulation.search import Search
 from trajevo.front.front import Front
@@ -111,8 +113,13 @@ def _run(job: Job, folder: Path) -> Front:
         manifest = run.manifest()
         if manifest.seed != job["seed"] or canonical(manifest.problem.settings) != canonical(job["arguments"]):
             raise InvalidInputError(f"{folder} holds another run than this cell's; remove it")
-        return resume(folder, progress=False)
+        return resume(folder, problem=_problem(job), progress=False)
     run.clear()
-    problem = load_problem(job["problem"], **job["arguments"])
+    problem = _problem(job)
     with jit.one_kind(job.get("kernels")):
         return optimise(problem, Search.of(**job["search"], seed=job["seed"]), out=folder, progress=False)
+
+
+def _problem(job: Job) -> TrajectoryProblem:
+    with looking_in(job.get("folder", ".")):
+        return load_problem(job["problem"], **job["arguments"])

@@ -9,7 +9,6 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.registry import load_problem
 from trajevo.front.archive import Archive
 from trajevo.front.front import Front
 from trajevo.solvers.run.folder import RunFolder
@@ -121,8 +120,7 @@ def _history(front: Front, run: RunFolder, box: StudyBox) -> Array:
     """Hypervolume by generation in a box other than that of the run, computed from all individuals of the run."""
     volumes = np.full(len(front.history.evaluations), np.nan)
     if run.begun:
-        record = run.manifest().problem
-        problem = load_problem(record.name, **record.settings)
+        problem = run.manifest().problem.make()
         archive = Archive(problem.n_var, problem.n_obj, problem.n_ieq_constr)
         for block in run.blocks(front.run.generations):
             for generation in np.unique(block.generation):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NotRequired, TypedDict
 
 from trajevo.base.jit import Kind
+from trajevo.base.own.code import looking_in
 from trajevo.base.toml import Places, validated
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.problem import TrajectoryProblem
@@ -37,6 +38,7 @@ class Job(TypedDict):
         search: settings of the search by name.
         seed: seed of the run.
         kernels: what computes it, the same for all cells; whatever is ready if it is not given.
+        folder: where the modules of the user's own functions are, beside the study's task or the study itself.
     """
 
     cell: str
@@ -45,6 +47,7 @@ class Job(TypedDict):
     search: dict[str, Any]
     seed: int
     kernels: NotRequired[Kind]
+    folder: NotRequired[str]
 
 
 def jobs_of(record: StudyRecord, cells: Sequence[Cell]) -> tuple[Job, ...]:
@@ -77,6 +80,7 @@ def jobs_of(record: StudyRecord, cells: Sequence[Cell]) -> tuple[Job, ...]:
                 arguments=problem.settings,
                 search=searches[key],
                 seed=cell.seed,
+                folder=_folder(record),
             )
         )
     return tuple(jobs)
@@ -86,7 +90,8 @@ def _problem(record: StudyRecord, arguments: dict[str, Any]) -> TrajectoryProble
     if record.task is None:
         folder = Path(record.folder)
         resolved = {name: _beside(folder, value) for name, value in arguments.items()}
-        return load_problem(record.problem or "", **resolved)
+        with looking_in(folder):
+            return load_problem(record.problem or "", **resolved)
     content = copy.deepcopy(record.task.content)
     for name, value in arguments.items():
         _put(content, name, value)
@@ -96,6 +101,10 @@ def _problem(record: StudyRecord, arguments: dict[str, Any]) -> TrajectoryProble
         return task_problem(validated(task_model(), content, places), places)
     except TrajevoError as error:
         raise InvalidInputError(str(error).removeprefix(places.prefix(()))) from error
+
+
+def _folder(record: StudyRecord) -> str:
+    return str(Path(record.folder if record.task is None else record.task.folder).resolve())
 
 
 def _search(record: StudyRecord, given: dict[str, Any], problem: TrajectoryProblem) -> dict[str, Any]:

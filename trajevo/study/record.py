@@ -30,7 +30,7 @@ _LONGEST_LABEL = 60
 #: Names of columns and dimensions that tables and datasets already have.
 _RESERVED = ("cell", "repeat", "seed", "generation", "point", "objective")
 
-_FACTOR_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*")
+_FACTOR_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.([A-Za-z_][A-Za-z0-9_]*|[0-9]{1,4}))*")
 
 
 class Level(Record):

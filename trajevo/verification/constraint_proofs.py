@@ -16,8 +16,10 @@ from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.constraints.tool import HEIGHT_SCALE
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.formulation.segments.limits import OffWays, Tilt
 from trajevo.robot.robot import position_unit
 from trajevo.verification.certificate import Proof, Uncovered
+from trajevo.verification.segment_proofs import add_tilt, add_ways
 
 #: Factor of the problem's number of samples at which constraints are looked at that cannot be proven.
 _DENSER = 20
@@ -44,15 +46,20 @@ def constraint_proofs(
     # Limits of joints and of the tool's speed have rows already.
     left = [c for c in problem.constraints if c.names and not c.of_joints and c.quantity != "tool speed"]
     for constraint in left:
+        at_samples = constraint.at_samples.function
         if isinstance(constraint.function, ProvenClearance):
             _add_clearances(rows, constraint.function, rollout)
+        elif isinstance(at_samples, OffWays):
+            add_ways(rows, constraint.names, at_samples, rollout)
+        elif isinstance(at_samples, Tilt):
+            add_tilt(rows, constraint.names[0], at_samples.cone, rollout)
         elif constraint.quantity == "tool height" and isinstance(constraint.limit, float):
             _add_height(rows, constraint, rollout)
         elif constraint.proof != "samples":
             _add_own_proof(rows, constraint, rollout)
     if not any(constraint.quantity == "via error" for constraint in left):
         _add_via_errors(rows, problem, rollout)
-    sampled = [c for c in left if c.proof == "samples" and c.quantity != "tool height"]
+    sampled = [c for c in left if c.proof == "samples" and c.quantity not in ("tool height", "tilt")]
     return [tuple(each) for each in rows], _uncovered(sampled, rollout)
 
 

@@ -131,6 +131,25 @@ def greatest_efforts(rollout: Rollout) -> Array:
     return found
 
 
+def greatest_effort_rates(rollout: Rollout) -> Array:
+    """Greatest |d effort / dt| of every joint over the whole motion, shape (B, n_joints) [N·m/s or N/s].
+
+    It is that of cubics between neighbouring nodes of the efforts' polynomials, not of samples alone. Steps do not
+    count: those between segments, and those of dry friction where a joint turns.
+    """
+    per_segment = np.empty((rollout.trajectory.segment_durations.size, rollout.robot.dof), dtype=rollout.effort.dtype)
+    for group in rollout.resolved_for_peaks:
+        rates = np.matmul(group.nodes.slopes, group.values)
+        bends = np.matmul(group.nodes.slopes, rates)
+        width = group.nodes.widths[:, None]
+        cells = polynomials.cubic(rates[:, :-1], bends[:, :-1] * width, rates[:, 1:], bends[:, 1:] * width)
+        extremes = np.concatenate(polynomials.extremes(cells.reshape(4, -1), 1))
+        peaks = (extremes * np.sign(extremes.real)).max(axis=0).reshape(cells.shape[1:]).max(axis=1)
+        per_segment[group.segments] = peaks / group.durations[:, None]
+    found: Array = per_segment.reshape(len(rollout.trajectory), -1, rollout.robot.dof).max(axis=1)
+    return found
+
+
 def _summed(rollout: Rollout, groups: tuple[Resolved, ...], of: Callable[[Resolved], Array]) -> Array:
     """Sum over the segments of every trajectory, shape (B,)."""
     per_segment = np.empty(rollout.trajectory.segment_durations.shape, dtype=rollout.effort.dtype)

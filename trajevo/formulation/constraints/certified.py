@@ -7,7 +7,7 @@ bounds from :func:`trajevo.dynamics.enclosure.decide`, which subdivides the moti
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -26,11 +26,11 @@ from trajevo.trajectory.bernstein import gauss, local_greatest
 HOLDS = ("sampled", "certified")
 
 #: Number of nodes of each piece in the proof, and of each segment for the peaks that gradient solvers see.
-_DECIDING, _NODES = 10, 8
+DECIDING, _NODES = 10, 8
 #: Share of the limit that is added to these peaks: twice the violation that gradient solvers tolerate.
-_RETREAT = 2e-6
+RETREAT = 2e-6
 #: Upper limit of the excess of undecided motions, whose bounds may be far beyond the limit.
-_MOST_EXCESS = 1.0
+MOST_EXCESS = 1.0
 
 
 def held(constraints: Sequence[Constraint], limits: str) -> tuple[Constraint, ...]:
@@ -70,19 +70,7 @@ class _Proof:
     sampled: Constraint
 
     def __call__(self, rollout: Rollout) -> Array:
-        values = self.sampled.function(rollout)
-        kept = np.asarray((values.real <= 0.0).all(axis=1))
-        if not kept.any():
-            return values
-        # A batch of complex steps holds a motion per variable with the same real part, which is decided once.
-        first = _first_of_equals(rollout) if np.iscomplexobj(values) else np.full(len(kept), True)
-        excess = self._decided(rollout, kept & first)[np.flatnonzero(first)[np.cumsum(first) - 1]]
-        excess = np.maximum(excess, values.real)  # no column is below the samples, also where a violation was found
-        if np.iscomplexobj(values):
-            terms = self.terms(rollout).reshape(len(values), -1, values.shape[1])
-            steepest = np.take_along_axis(terms, terms.real.argmax(axis=1)[:, None], axis=1)[:, 0]
-            excess = excess + 1j * steepest.imag
-        return np.where(kept[:, None], excess, values)
+        return proven_excess(self.sampled.function(rollout), rollout, self._decided, self.terms)
 
     def terms(self, rollout: Rollout) -> Array:
         """Peaks over the limit, minus 1, plus a small retreat, (B, segments x signs x columns)."""
@@ -91,16 +79,16 @@ class _Proof:
         else:
             peaks = _effort_peaks(rollout, np.flatnonzero(np.isfinite(rollout.robot.limits.effort)))
         limits = self._limits(rollout)
-        excess: Array = peaks / limits[np.isfinite(limits)] - 1.0 + _RETREAT
+        excess: Array = peaks / limits[np.isfinite(limits)] - 1.0 + RETREAT
         return excess.reshape(len(excess), -1)
 
     def _decided(self, rollout: Rollout, asked: Array) -> Array:
         """Excess of the motions that are to be decided, shape (B, columns)."""
-        pieces, bounds, limits = Pieces.of(rollout, _DECIDING), PieceBounds.of(rollout), self._limits(rollout)
+        pieces, bounds, limits = Pieces.of(rollout, DECIDING), PieceBounds.of(rollout), self._limits(rollout)
         over = bounds.tool_speed if self._of_tool else bounds.efforts
         found = decide(over, pieces.rows(asked[pieces.owner]), limits, motions=len(asked))
         limited = np.isfinite(limits)
-        return np.minimum(found[:, limited] / limits[limited] - 1.0, _MOST_EXCESS)
+        return np.minimum(found[:, limited] / limits[limited] - 1.0, MOST_EXCESS)
 
     def _limits(self, rollout: Rollout) -> Array:
         """Limit of the tool speed, or of the effort of every joint; inf for none."""
@@ -111,6 +99,40 @@ class _Proof:
     @property
     def _of_tool(self) -> bool:
         return self.sampled.quantity == "tool speed"
+
+
+def proven_excess(
+    values: Array,
+    rollout: Rollout,
+    decided: Callable[[Rollout, Array], Array],
+    terms: Callable[[Rollout], Array],
+) -> Array:
+    """Excess of a limit from its proof where the samples keep it, and from the samples elsewhere, shape (B, columns).
+
+    Args:
+        values: excess at the samples, shape (B, columns).
+        rollout: B motions.
+        decided: rollout and a mask (B,) of the motions that are to be decided -> excess (B, columns).
+        terms: rollout -> the smooth terms whose greatest the columns are, for their derivatives.
+    """
+    kept = np.asarray((values.real <= 0.0).all(axis=1))
+    if not kept.any():
+        return values
+    # A batch of complex steps holds a motion per variable with the same real part, which is decided once.
+    first = _first_of_equals(rollout) if np.iscomplexobj(values) else np.full(len(kept), True)
+    excess = decided(rollout, kept & first)[np.flatnonzero(first)[np.cumsum(first) - 1]]
+    excess = np.maximum(excess, values.real)  # no column is below the samples, also where a violation was found
+    if np.iscomplexobj(values):
+        each = terms(rollout).reshape(len(values), -1, values.shape[1])
+        steepest = np.take_along_axis(each, each.real.argmax(axis=1)[:, None], axis=1)[:, 0]
+        excess = excess + 1j * steepest.imag
+    return np.where(kept[:, None], excess, values)
+
+
+def peaks_between(rollout: Rollout, of: Callable[[Array], Array]) -> Array:
+    """Greatest value in every segment, sought between nodes, of a function of positions (B, T, n_joints) -> (B, T)."""
+    q = rollout.trajectory.at_shares(gauss(_NODES)[0], 0)
+    return _peaks(_per_segment(of(q)[..., None]))[..., 0]
 
 
 def _first_of_equals(rollout: Rollout) -> np.ndarray[Any, np.dtype[np.bool_]]:

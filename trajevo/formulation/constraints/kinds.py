@@ -1,4 +1,4 @@
-"""Kinds of limits by name: trajevo's own and those of other packages.
+"""Kinds of limits by name: trajevo's own, those of other packages, and the user's by their places in Python.
 
 To add one, write a file with its function and its :class:`~trajevo.formulation.constraints.constraint.LimitKind`, and
 add the kind to :data:`KINDS`.
@@ -9,11 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from trajevo.base.own.code import known_at
 from trajevo.base.plugins import Registry
 from trajevo.errors import InvalidInputError, checked_name, known_names
 from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
 from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, LimitParameter
+from trajevo.formulation.constraints.further.dexterity import MANIPULABILITY, SINGULARITY
+from trajevo.formulation.constraints.further.effort_rate import EFFORT_RATE
+from trajevo.formulation.constraints.further.own import own_kind
 from trajevo.formulation.constraints.joint_limits import ACCELERATION, EFFORT, JERK, POSITION, VELOCITY
 from trajevo.formulation.constraints.motion_limits import LONGEST_TIME, MEAN_VELOCITY, OVERSHOOT, VIA_ERROR
 from trajevo.formulation.constraints.tool import TOOL_HEIGHT, TOOL_SPEED
@@ -32,6 +36,9 @@ KINDS: dict[str, LimitKind] = {
         EFFORT,
         TOOL_SPEED,
         TOOL_HEIGHT,
+        EFFORT_RATE,
+        MANIPULABILITY,
+        SINGULARITY,
         LONGEST_TIME,
         CLEARANCE,
     )
@@ -44,6 +51,7 @@ NAMED_KINDS: Registry[LimitKind] = Registry(
     own=KINDS,
     expected="a trajevo.LimitKind",
     fits=lambda found: isinstance(found, LimitKind),
+    made=own_kind,
 )
 
 
@@ -53,7 +61,8 @@ def constraints_of(
     """The limits of a problem: those that are named, then those that a parameter switches on.
 
     Args:
-        names: kinds of limits that have no parameters, or only parameters with a default.
+        names: kinds of limits that have no parameters, or only parameters with a default; places of the user's own,
+            see :func:`trajevo.base.own.code.named`.
         limited: robot, points and interpolant.
         limits: ``"certified"`` to prove effort and tool speed between the samples, see
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
@@ -66,7 +75,7 @@ def constraints_of(
     if isinstance(names, str) or not isinstance(names, Sequence):
         raise InvalidInputError(f"constraints: expected a list of names, got {names!r}")
     kinds = kinds_for(names, given)
-    by_name = [kind.name for kind in kinds.values() if kind.by_name]
+    by_name = [name for name, kind in kinds.items() if kind.by_name]
     for name in names:
         _check_named(name, kinds, by_name)
     for kind in kinds.values():
@@ -82,10 +91,12 @@ def kinds_for(names: Sequence[str], given: Mapping[str, Any]) -> dict[str, Limit
     Raises:
         InvalidInputError: no kind has a parameter of that name.
     """
-    if all(name in KINDS for name in names) and set(given) <= set(parameters_of(KINDS)):
-        return KINDS
-    kinds = NAMED_KINDS.all()
-    for name in names:
+    own = {name: _of_user(name) for name in names if known_at(name) is not None}
+    others = [name for name in names if name not in own]
+    if all(name in KINDS for name in others) and set(given) <= set(parameters_of(KINDS)):
+        return KINDS | own
+    kinds = NAMED_KINDS.all() | own
+    for name in others:
         NAMED_KINDS.find(name)  # raises an error that says why another package's kind cannot be used
     known = parameters_of(kinds)
     for key in given:
@@ -111,6 +122,17 @@ def parameters_of(kinds: Mapping[str, LimitKind]) -> dict[str, LimitParameter]:
     return found
 
 
+def _of_user(place: str) -> LimitKind:
+    """A kind of the user's, which cannot have parameters: only entry points can add arguments and keys."""
+    kind = NAMED_KINDS.find(place)
+    if kind.parameters:
+        raise InvalidInputError(
+            f"constraints: {place!r}: expected a LimitKind without parameters, got {kind.parameters[0].name!r}; one "
+            "with parameters needs an entry point, and a function or a Constraint has its numbers in it"
+        )
+    return kind
+
+
 def _check_named(name: str, kinds: Mapping[str, LimitKind], by_name: list[str]) -> None:
     if name in kinds and name not in by_name:
         needed = next(p.name for p in kinds[name].parameters if p.default is None)
@@ -120,7 +142,7 @@ def _check_named(name: str, kinds: Mapping[str, LimitKind], by_name: list[str]) 
 
 def _check_unused(kind: LimitKind, names: Sequence[str], given: Mapping[str, Any]) -> None:
     """Refuse a parameter of a limit that is not named."""
-    if not kind.by_name or kind.name in names:
+    if not kind.by_name or not kind.parameters or kind.name in names:
         return
     for parameter in kind.parameters:
         if given.get(parameter.name, parameter.default) not in (None, parameter.default):

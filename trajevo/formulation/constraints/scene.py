@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 
-from trajevo.base.arrays import Array, numbers
+from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.robot.meshes import mesh_points
 
 Triple = tuple[float, float, float]
 
@@ -152,8 +156,54 @@ class Cylinder(Obstacle):
         return math.hypot(self.radius, 0.5 * self.length)
 
 
+@final
+@dataclass(frozen=True, kw_only=True)
+class Mesh(Obstacle):
+    """The convex hull of a mesh, whose origin is at the position.
+
+    Attributes:
+        file: a file as STL, OBJ or DAE.
+        scale: factor from its lengths to metres, 0.001 for mm.
+    """
+
+    file: str
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.file, str | PathLike):
+            raise InvalidInputError(f"{self._where('file')}: expected the path of a mesh, got {self.file!r}")
+        object.__setattr__(self, "file", str(self.file))
+        self._check_lengths("scale")
+        try:
+            extent = float(np.ptp(self.points, axis=0).max())
+        except InvalidInputError as error:
+            raise InvalidInputError(f"{self._where('file')}: {error}") from error
+        if extent > _FARTHEST:
+            raise InvalidInputError(
+                f"{self._where('scale')}: a mesh of {extent:.4g} m looks as if its file were in mm: expected a scale "
+                "such as 0.001"
+            )
+
+    @cached_property
+    def points(self) -> Array:
+        """Vertices of the mesh in its own frame, shape (N, 3) [m]."""
+        return frozen(mesh_points(Path(self.file), self.scale))
+
+    @property
+    def middle(self) -> Array:
+        """Centre of the box around its vertices, in its own frame, shape (3,) [m]."""
+        middle: Array = 0.5 * (self.points.min(axis=0) + self.points.max(axis=0))
+        return middle
+
+    @property
+    def radius_around(self) -> float:
+        """Radius of the ball around its position that holds it [m]."""
+        return float(np.linalg.norm(self.points, axis=1).max())
+
+
 #: Name of a shape in plain data -> class.
-SHAPES: dict[str, type[Obstacle]] = {"box": Box, "sphere": Sphere, "cylinder": Cylinder}
+SHAPES: dict[str, type[Obstacle]] = {"box": Box, "sphere": Sphere, "cylinder": Cylinder, "mesh": Mesh}
 
 
 @final
@@ -178,7 +228,9 @@ class Scene:
     def __post_init__(self) -> None:
         given = self.obstacles if isinstance(self.obstacles, list | tuple) else None
         if given is None or not all(isinstance(entry, Obstacle) for entry in given):
-            raise InvalidInputError(f"scene: obstacles: expected boxes, spheres and cylinders, got {self.obstacles!r}")
+            raise InvalidInputError(
+                f"scene: obstacles: expected boxes, spheres, cylinders and meshes, got {self.obstacles!r}"
+            )
         named = tuple(entry if entry.name else replace(entry, name=f"obstacle {k}") for k, entry in enumerate(given, 1))
         for entry in named:
             away = math.hypot(*entry.position) - entry.radius_around
@@ -249,7 +301,7 @@ def _obstacle(given: Any, place: int) -> Obstacle:
         raise InvalidInputError(f"{where}: shape: expected one of {', '.join(sorted(SHAPES))}, got none")
     kind = SHAPES[checked_name(f"shape of {where}", given["shape"], SHAPES)]
     known = {key.name for key in fields(kind)}
-    sizes = known - {key.name for key in fields(Obstacle)}
+    sizes = {key.name for key in fields(kind) if key.default is MISSING} - {key.name for key in fields(Obstacle)}
     _check_keys(given, known | {"shape", "rotation"}, sizes | {"position"}, where)
     if "rotation" in given and "rpy" in given:
         raise InvalidInputError(f"{where}: rotation: expected either rpy or rotation, got both")
@@ -265,7 +317,8 @@ def _check_keys(given: Mapping[str, Any], known: set[str], needed: set[str], whe
         raise InvalidInputError(f"{where}: {unknown[0]}: unknown key; known: {', '.join(sorted(known))}")
     missing = sorted(needed - set(given))
     if missing:
-        raise InvalidInputError(f"{where}: {missing[0]}: expected a value [m], got none")
+        expected = "the path of a mesh" if missing[0] == "file" else "a value [m]"
+        raise InvalidInputError(f"{where}: {missing[0]}: expected {expected}, got none")
 
 
 def _rpy(rotation: Any, where: str) -> Triple:

@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from trajevo.base.arrays import Array, row_products
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.scene import Box, Cylinder, Obstacle, Sphere
+from trajevo.formulation.constraints.scene import SHAPES, Box, Cylinder, Mesh, Obstacle, Sphere
 from trajevo.robot.meshes import check_solids
 from trajevo.robot.robot import Robot
 from trajevo.robot.urdf.model import held_still, read_model
@@ -167,7 +167,13 @@ def solid_of(obstacle: Obstacle) -> Any:
             return _ball(obstacle.radius)
         case Cylinder():
             return coal.Cylinder(obstacle.radius, obstacle.length)
-    raise InvalidInputError(f"obstacle {obstacle.name!r}: expected a box, a sphere or a cylinder, got {obstacle!r}")
+        case Mesh():
+            mesh = coal.BVHModelOBBRSS()
+            mesh.beginModel(1, len(obstacle.points))
+            mesh.addVertices(obstacle.points)
+            mesh.endModel()
+            return _hull(mesh, f"obstacle {obstacle.name!r}: {obstacle.file}")
+    raise InvalidInputError(f"obstacle {obstacle.name!r}: expected one of {', '.join(SHAPES)}, got {obstacle!r}")
 
 
 @final

@@ -13,7 +13,7 @@ from trajevo.formulation.feasibility.findings import ROUNDING, Finding, at_least
 from trajevo.formulation.feasibility.holding import Holding
 from trajevo.formulation.feasibility.known_points import KnownPoints, known_points
 from trajevo.formulation.feasibility.least_times import LeastTime, least_times
-from trajevo.formulation.feasibility.surroundings import Nearest, height_findings
+from trajevo.formulation.feasibility.surroundings import Nearest, dexterity_findings, height_findings
 from trajevo.formulation.problem import TrajectoryProblem
 
 #: Greatest number of points and of findings that are printed.
@@ -161,6 +161,7 @@ def check(problem: TrajectoryProblem) -> Feasibility:
         *([] if holding is None else holding.findings()),
         *([] if nearest is None else nearest.findings(given)),
         *height_findings(problem, given),
+        *dexterity_findings(problem, given),
         *_too_slow(problem, given, times),
     ]
     order = ("impossible", "warning", "note")

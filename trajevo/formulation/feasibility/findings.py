@@ -25,7 +25,8 @@ class Finding:
     """Something about a point or a time that a user should know before a search.
 
     Attributes:
-        kind: ``"effort"``, ``"payload"``, ``"clearance"``, ``"tool height"`` or ``"duration"``.
+        kind: ``"effort"``, ``"payload"``, ``"clearance"``, ``"tool height"``, ``"manipulability"``,
+            ``"least singular value"`` or ``"duration"``.
         point: number of the point, from 0; None if no single point is meant.
         joint: name of the joint; empty if no single joint is meant.
         needed: what is needed [unit].

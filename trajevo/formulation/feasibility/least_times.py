@@ -111,7 +111,12 @@ def least_times(problem: TrajectoryProblem, given: KnownPoints) -> tuple[LeastTi
         distance = _apart(given.positions[first], given.positions[last])
         passed = given.passed[first] and given.passed[last]
         rests = int(given.resting[first]) + int(given.resting[last]) if passed else 0
-        joint, seconds = _greatest(limits.least(distance, rests=rests))
+        least = limits.least(distance, rests=rests)
+        curve = getattr(problem.interpolant, "curves", {}).get(first)
+        if curve is not None and last == first + 1:
+            along = curve.least_times(limits.velocity, limits.acceleration, limits.jerk)
+            least = np.maximum(least, along[: len(least)])
+        joint, seconds = _greatest(least)
         by_tool = 0.0 if tool is None else float(np.linalg.norm(tool[n + 1] - tool[n])) / limits.tool
         if by_tool > seconds:
             joint, seconds = -1, by_tool

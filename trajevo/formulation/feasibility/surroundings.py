@@ -11,6 +11,7 @@ from trajevo.base.arrays import Array
 from trajevo.formulation.constraints.clearance import ProvenClearance
 from trajevo.formulation.constraints.clearance_gradients import wanted_clearances
 from trajevo.formulation.constraints.collision import DISTANCE_ERROR, Pair
+from trajevo.formulation.constraints.further.dexterity import TooLittle
 from trajevo.formulation.feasibility.findings import ROUNDING, Finding, Severity, at_most, of
 from trajevo.formulation.feasibility.known_points import KnownPoints, segments_at_points
 from trajevo.formulation.problem import TrajectoryProblem
@@ -122,6 +123,35 @@ def height_findings(problem: TrajectoryProblem, given: KnownPoints) -> list[Find
                 remedy=f"remedy: another point, or a tool_height of at most {at_most(height)} m" if sure else "",
             )
         )
+    return found
+
+
+def dexterity_findings(problem: TrajectoryProblem, given: KnownPoints) -> list[Finding]:
+    """One finding for each point that is nearer to a singular posture than a limit allows."""
+    found = []
+    for constraint in problem.constraints:
+        lacking = constraint.terms
+        if not isinstance(lacking, TooLittle):
+            continue
+        values = lacking.measure(given.positions)
+        for k in np.flatnonzero(values < lacking.least * (1.0 - ROUNDING)).tolist():
+            value = float(values[k])
+            sure = bool(given.passed[k] and given.on_break[k])
+            told = f"point {k} has a {constraint.quantity} {of(value, lacking.least, 'wanted')}"
+            key = constraint.quantity.replace(" ", "_")
+            found.append(
+                Finding(
+                    kind=constraint.quantity,
+                    point=k,
+                    joint="",
+                    needed=lacking.least,
+                    available=value,
+                    unit="1",
+                    severity="impossible" if sure else "note",
+                    sentence=told if sure else f"{told}, where it is given",
+                    remedy=f"remedy: another posture there, or {key} of at most {at_most(value)}" if sure else "",
+                )
+            )
     return found
 
 

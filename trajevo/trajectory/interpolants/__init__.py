@@ -1,12 +1,14 @@
 """Interpolants: decision vectors in, batches of trajectories out; one file per family."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from trajevo.base.own.code import told
 from trajevo.base.plugins import Registry
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.interpolants.along_way import FixedCurve, curve_along
 from trajevo.trajectory.interpolants.cubic import CubicSpline
 from trajevo.trajectory.interpolants.hybrid_quartic import HybridQuartic
 from trajevo.trajectory.interpolants.interpolant import AtRest, Interpolant, Variable
@@ -57,6 +59,7 @@ def interpolant_through(
     at_rest: AtRest = (),
     passing: Sequence[Passing] = (),
     cyclic: bool = False,
+    curves: Mapping[int, FixedCurve] | None = None,
 ) -> Interpolant:
     """The interpolant of a name through points, in legs if it stops or has other wishes on the way.
 
@@ -67,6 +70,7 @@ def interpolant_through(
         at_rest: joints at rest at inner points, for an interpolant that takes them.
         passing: how points are passed, in their order.
         cyclic: whether the end meets the start.
+        curves: fixed curves of the tool by the point at which they begin, at whose ends the motion stops.
 
     Raises:
         UnknownNameError: no such interpolant.
@@ -76,15 +80,24 @@ def interpolant_through(
     if cyclic and not getattr(found, "takes_cycles", False):
         raise InvalidInputError(f"cyclic: {name!r} makes no cyclic motions; quintic_spline and septic_spline do")
     given: dict[str, Any] = ({"at_rest": at_rest} if at_rest else {}) | ({"cyclic": True} if cyclic else {})
-    if bounds.ndim == 2 or any(one.stop or one.vectors for one in passing):
-        return Legs(name, found, points, passing=tuple(passing), duration_bounds=bounds, **given)
-    return found(points, duration_bounds=tuple(bounds.tolist()), **given)
+    try:
+        if bounds.ndim == 2 or curves or any(one.stop or one.vectors for one in passing):
+            given |= {"curves": curves} if curves else {}
+            return Legs(name, found, points, passing=tuple(passing), duration_bounds=bounds, **given)
+        return found(points, duration_bounds=tuple(bounds.tolist()), **given)
+    except TrajevoError:
+        raise
+    except Exception as error:
+        if name in THROUGH_POINTS:
+            raise
+        raise InvalidInputError(f"interpolant: {name} cannot be made of points: {told(error)}") from error
 
 
 __all__ = [
     "NAMED_INTERPOLANTS",
     "THROUGH_POINTS",
     "CubicSpline",
+    "FixedCurve",
     "HybridQuartic",
     "Interpolant",
     "Legs",
@@ -97,6 +110,7 @@ __all__ = [
     "SinglePolynomial",
     "State",
     "Variable",
+    "curve_along",
     "interpolant_through",
     "price_of_rest",
     "slowness",

@@ -1,13 +1,17 @@
-"""Motions that stop at inner points: legs between the stops, each by an interpolant of its own, with waits between."""
+"""Motions that stop at inner points: legs between the stops, each by an interpolant of its own, with waits between.
+
+A leg along a line or an arc of the tool is a fixed curve, in a time that is free. Where it does not rest at an end, the
+leg that it joins there has its velocity and acceleration.
+"""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, final
+from typing import Any, cast, final
 
 import numpy as np
 
@@ -16,6 +20,8 @@ from trajevo.errors import InvalidInputError
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants.along_way import FixedCurve
+from trajevo.trajectory.interpolants.flowing import ENDS, Flowing
 from trajevo.trajectory.interpolants.interpolant import (
     AtRest,
     Interpolant,
@@ -51,6 +57,7 @@ class Legs(Interpolant):
         duration_bounds: least and greatest duration, shape (2,), or for every segment (n_points - 1, 2) [s].
         at_rest: further joints at rest at inner points, pairs (point, joint) from 0.
         cyclic: whether the end meets the start, for an interpolant that takes it, without stops.
+        curves: fixed curves of the tool by the point at which they begin; the motion stops at their ends.
 
     Raises:
         InvalidInputError: the interpolant takes too few points, no velocities, or no bounds for each duration; its
@@ -64,6 +71,7 @@ class Legs(Interpolant):
     duration_bounds: Array = field(kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
     cyclic: bool = field(default=False, kw_only=True)
+    curves: Mapping[int, FixedCurve] = field(default_factory=dict, kw_only=True)
     _stops: tuple[Passing, ...] = field(init=False, repr=False)
     _legs: tuple[Interpolant, ...] = field(init=False, repr=False)
     _counts: tuple[int, ...] = field(init=False, repr=False)
@@ -73,7 +81,9 @@ class Legs(Interpolant):
     def __post_init__(self) -> None:
         object.__setattr__(self, "duration_bounds", checked_durations(self.duration_bounds, len(self.points)))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))
-        object.__setattr__(self, "_stops", tuple(one for one in self.passing if one.stop))
+        cuts = {one.point: one for one in self.passing if one.stop}
+        cuts |= {point: Passing(point) for point in self._flowing}
+        object.__setattr__(self, "_stops", tuple(cuts[point] for point in sorted(cuts)))
         if self.cyclic and self._stops:
             raise InvalidInputError(
                 f"cyclic: expected no stops, got one at point {self._stops[0].point}: begin and end at this point, "
@@ -90,7 +100,8 @@ class Legs(Interpolant):
 
     def __call__(self, x: Array) -> PolynomialBatch:
         """Motions for decision vectors of shape (B, n_variables)."""
-        legs = [_polynomials(leg(part), self.kind) for leg, part in zip(self._legs, self._parts(x), strict=True)]
+        parts = self._parts(x)
+        legs = [_polynomials(self._motion(k, parts), self.kind) for k in range(len(self._legs))]
         degree = max(leg.degree for leg in legs)
         durations, pieces = [], []
         for k, leg in enumerate(legs):
@@ -131,6 +142,23 @@ class Legs(Interpolant):
             first += count + wait
         return errors
 
+    @property
+    def _flowing(self) -> set[int]:
+        """Points at which a curve of the tool begins or ends without a rest."""
+        ends = [one.segment.rests for one in self.curves.values()]
+        return {point for each in ends for point, rests in each.items() if not rests}
+
+    def _motion(self, k: int, parts: list[Array]) -> TrajectoryBatch:
+        """Motions of a leg, with the states of the curves that it joins without a rest."""
+        leg, states = self._legs[k], {}
+        if not isinstance(leg, Flowing):
+            return leg(parts[k])
+        for end, place, other in (("start", k - 1, "end"), ("end", k + 1, "start")):
+            if end in leg.ends:
+                velocity, acceleration = cast("FixedCurve", self._legs[place]).states[other]
+                states[end] = velocity / parts[place], acceleration / parts[place] ** 2
+        return leg.with_states(parts[k], states)
+
     def _ends(self) -> list[tuple[int, int]]:
         """First and last point of every leg."""
         return list(pairwise([0, *(stop.point for stop in self._stops), len(self.points) - 1]))
@@ -140,11 +168,15 @@ class Legs(Interpolant):
         bounds = self.duration_bounds.reshape(-1, 2)
         low, high = float(bounds[:, 0].min()), float(bounds[:, 1].max())
         given: dict[str, Any] = {"duration_bounds": (low, high if high > low else _APART * low)}
+        if first in self.curves:
+            return replace(self.curves[first], **given)
         rests = [(point - first, joint) for point, joint in self.at_rest if first < point < last]
         given |= ({"at_rest": rests} if rests else {}) | ({"cyclic": True} if self.cyclic else {})
         given |= self._velocities(first, last)
+        ends = tuple(end for end, point in zip(ENDS, (first, last), strict=True) if point in self._flowing)
+        points = ViaPoints(self.points.positions[first : last + 1])
         try:
-            return self.make(ViaPoints(self.points.positions[first : last + 1]), **given)
+            return Flowing(self.kind, self.make, points, ends, given) if ends else self.make(points, **given)
         except InvalidInputError as error:
             if not self._stops:
                 raise
@@ -216,7 +248,8 @@ class Legs(Interpolant):
                 )
             for order in (1, 2):
                 values = np.abs(motion.at_shares(shares, order)[0])
-                inner = [k for k, point in ((0, first), (-1, last)) if 0 < point < len(self.points) - 1]
+                open_ = {0, len(self.points) - 1} | self._flowing
+                inner = [k for k, point in ((0, first), (-1, last)) if point not in open_]
                 if inner and values[inner].max() > _REST * values.max():
                     raise InvalidInputError(f"passing: {self.kind!r} does not begin and end at rest, as a stop needs")
         object.__setattr__(self, "_counts", tuple(counts))

@@ -14,7 +14,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.formulation.constraints.broad_phase import loops
 from trajevo.formulation.constraints.broad_phase.bodies import Bodies, Placed, PlacedByLoops
-from trajevo.formulation.constraints.scene import Box, Cylinder, Obstacle, Sphere
+from trajevo.formulation.constraints.scene import Box, Cylinder, Mesh, Obstacle, Sphere
 
 
 @final
@@ -34,7 +34,7 @@ class LowerBounds:
         self._radii, (self._first, second) = bodies.radii.T, ends.T
         self._obstacle = second - len(bodies.radii)  # below 0 for pairs of the robot's own solids
         self._second = np.where(self._obstacle < 0, second, 0)
-        kinds = [_KINDS.index(type(obstacle)) for obstacle in obstacles]
+        kinds = [_KINDS.index(Sphere if isinstance(each, Mesh) else type(each)) for each in obstacles]
         rows = np.array([_numbers(obstacle) for obstacle in obstacles]).reshape(-1, _SIZE)
         self._numbers = rows.T
         self._kind = np.array([*kinds, -1])[self._obstacle.clip(-1)]
@@ -49,6 +49,8 @@ class LowerBounds:
         bounds, radii = np.empty((len(self._first), centres.shape[2])), self._radii[0, :, None]
         for number, numbers in enumerate(self._numbers.T):
             pairs = np.flatnonzero(self._obstacle == number)
+            if not len(pairs):  # a load need not stay away from it
+                continue
             first = self._first[pairs]
             bounds[pairs] = _distance(self._kind[pairs[0]], numbers, np.moveaxis(centres[first], 1, 0)) - radii[first]
         pairs = np.flatnonzero(self._obstacle < 0)
@@ -104,6 +106,7 @@ _SIZE = 15
 
 def _numbers(obstacle: Obstacle) -> list[float]:
     """What tells where an obstacle is: its rotation by rows, minus its position in its own frame, and its sizes."""
+    middle = np.zeros(3)
     match obstacle:
         case Box():
             sizes = [0.5 * size for size in obstacle.size]
@@ -111,8 +114,11 @@ def _numbers(obstacle: Obstacle) -> list[float]:
             sizes = [obstacle.radius, 0.5 * obstacle.length, 0.0]
         case Sphere():
             sizes = [obstacle.radius, 0.0, 0.0]
+        case Mesh():  # the ball around it
+            middle = obstacle.middle
+            sizes = [float(np.linalg.norm(obstacle.points - middle, axis=1).max()), 0.0, 0.0]
     rotation = obstacle.rotation
-    return [*rotation.ravel().tolist(), *(-rotation.T @ obstacle.position).tolist(), *sizes]
+    return [*rotation.ravel().tolist(), *(-rotation.T @ obstacle.position - middle).tolist(), *sizes]
 
 
 def _distance(kind: int, numbers: Array, points: Array) -> Array:

@@ -1,0 +1,1 @@
+"""What problems ask of segments: ways of the tool with their stops, and limits that belong to single segments."""
