@@ -32,7 +32,7 @@ demo: $(READY)  ## solve the pointing mechanism of Sun 2020: front, plots and re
 	$(BIN)/trajevo solve pointing --seed 1 --generations 200 --population 150 --out runs/pointing --overwrite
 	$(BIN)/trajevo show runs/pointing
 
-TASKS := ur5_pick_and_place panda_six_points xarm7_obstacle hybrid_manipulator
+TASKS := ur5_pick_and_place panda_six_points xarm7_obstacle hybrid_manipulator pick_and_place_cell
 
 demo-tasks: $(READY)  ## solve and verify the worked tasks, in runs/
 	set -e; for task in $(TASKS); do \

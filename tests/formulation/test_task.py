@@ -16,6 +16,8 @@ from trajevo.problems import HybridManipulator, ViaPointProblem
 from trajevo.solvers.optimise import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"
+#: Tasks with obstacles, whose polish takes long.
+SLOW = ("xarm7_obstacle", "pick_and_place_cell")
 
 SMALL = """\
 format = 1
@@ -270,7 +272,7 @@ def test_the_seed_of_a_task_stands_at_its_top(write):
 @pytest.mark.parametrize(
     "file",
     [
-        pytest.param(file, marks=pytest.mark.long if file.stem == "xarm7_obstacle" else (), id=file.stem)
+        pytest.param(file, marks=pytest.mark.long if file.stem in SLOW else (), id=file.stem)
         for file in sorted(TASKS.glob("*.toml"))
     ],
 )
