@@ -160,6 +160,18 @@ def test_several_rigid_loads_are_one(problem):
     np.testing.assert_allclose(both.effort(*states), dynamics.unloaded_effort(*states) + sum(alone), atol=1e-11)
 
 
+def test_point_masses_are_one_body_wherever_they_are():
+    random = np.random.default_rng(1)
+    for count in (2, 2, 2, 3, 5) * 40:
+        masses, places = random.uniform(0.1, 5.0, count), random.uniform(-0.3, 0.3, (count, 3))
+        one = together([Payload(m, tuple(c)) for m, c in zip(masses.tolist(), places.tolist(), strict=True)])
+        about = np.array(one.inertia)
+        arms = places - np.array(one.com)
+        expected = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, arms, strict=True))
+        np.testing.assert_allclose(about, expected, atol=1e-14)
+        assert one.mass == pytest.approx(masses.sum(), rel=1e-14)
+
+
 def test_loads_that_never_change_are_the_payload_that_they_are_together():
     apart, one = made([GRIPPER, PART]), made(together([GRIPPER, PART]))
     x = vectors(apart, 4)
@@ -338,6 +350,32 @@ def test_every_way_to_the_capacity_agrees(front):
     assert sampled.upper[0] == pytest.approx(mass, rel=1e-3)
     assert proven.upper[0] == pytest.approx(mass, rel=3e-3)
     assert proven.upper[0] <= sampled.upper[0]
+
+
+@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(4, 60))])
+def test_capacities_and_certificates_of_random_loads_are_those_of_dense_samples(seed):
+    random = np.random.default_rng(seed)
+    given = []
+    for k in range(random.integers(1, 4)):
+        first, last = sorted(random.choice(5, 2, replace=False).tolist())
+        load = {"mass": float(random.uniform(0.3, 4.0)), "com": random.uniform(-0.1, 0.15, 3).tolist()}
+        given.append(load | ({"from": first, "to": last} if random.random() < 0.8 or not k else {}))
+    given[0]["vary"] = True
+    stops = [Passing(point, dwell=0.2) for point in (1, 2, 3) if random.random() < 0.5]
+    task = made(given, passing=stops, interpolant=str(random.choice(["quintic_spline", "cubic", "septic_spline"])))
+    rollout = task.rollout(random.uniform(np.maximum(task.xl, 0.6), task.xu))
+    dense = Rollout(rollout.dynamics.sampled(100), rollout.trajectory)
+    proven = {row.joint: row.bound for row in certify(rollout, tolerance=0.01).rows if row.quantity == "effort"}
+    bounds = np.array([proven[name] for name in task.robot.joint_names])
+    assert (np.abs(dense.effort[0]).max(axis=0) <= bounds * (1.0 + 1e-12)).all()
+    found = dlcc(rollout)
+    assert found.feasible
+
+    def used(mass):
+        return (np.abs(with_mass(rollout, mass, 300).effort[0]) / task.robot.limits.effort).max()
+
+    assert used(found.mass) <= 1.0 + 1e-9
+    assert used(1.0005 * found.mass) > 1.0
 
 
 def test_a_motion_that_breaks_a_limit_without_the_load_has_no_capacity():
