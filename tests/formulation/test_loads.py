@@ -126,6 +126,13 @@ def test_a_cycle_carries_across_its_seam():
     assert cycle.dynamics.schedule.carried == ((0,), (), (), (0,))
 
 
+def test_a_single_load_needs_no_list():
+    load = {"mass": 3.0, "com": [0.0, 0.0, 0.1], "from": 1, "to": 3}
+    listed = made([load])
+    for given in (load, Load(Payload(3.0, (0.0, 0.0, 0.1)), 1, 3)):
+        assert made(given).settings == listed.settings
+
+
 # --- efforts
 
 
@@ -563,6 +570,14 @@ def test_tasks_say_what_is_carried_from_where_to_where(tmp_path):
     assert "1 kg all the time, 3 kg from point 1 to point 2" in told.stdout
 
 
+def test_a_task_may_say_of_its_only_payload_where_it_is_carried(tmp_path):
+    text = TASK[: TASK.index("[[payload]]")] + "[payload]\nmass = 3.0\nfrom = 1\n"
+    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
+    assert load_task(tmp_path / "task.toml").problem.dynamics.schedule.carried == ((), (), (0,), (0,))
+    (tmp_path / "task.toml").write_text(text.replace("from", "form"), encoding="utf-8")
+    refused(lambda: load_task(tmp_path / "task.toml"), "line 25: payload.form: unknown key; known: .*from")
+
+
 def test_studies_vary_a_load_by_its_number(tmp_path):
     file = tmp_path / "task.toml"
     file.write_text(TASK, encoding="utf-8")
@@ -614,6 +629,8 @@ def test_mistakes_in_a_task_are_told_with_line_and_key(tmp_path, old, new, sente
         ([{"mass": 1.0, "from": 5}], "payload.0.from: expected the number of a point, 0 to 4, got 5"),
         ([{"mass": 1.0, "from": True}], "payload.0.from: expected the number of a point"),
         ([1.0, {"mass": 1.0, "form": 1}], "payload.1: unknown key 'form'; .*did you mean 'from'"),
+        ([{"from": 1}], "payload.0.mass: expected a mass"),
+        ({"mass": 1.0, "from": 3, "to": 2}, "payload.0.to: expected a later point than 3"),
         ([{"mass": 1.0, "vary": "yes"}], "payload.0.vary: expected true or false"),
         ([{"mass": 1.0, "vary": True}, {"mass": 1.0, "vary": True}], "payload.1.vary: expected one load"),
         ([{"mass": 1.0, "com": [0, 0, 30]}], "payload.0.com: .*looks like mm"),

@@ -214,6 +214,13 @@ def loads_of(given: Any, count: int, *, cyclic: bool = False) -> tuple[Load, ...
     return loads
 
 
+def is_loads(given: Any) -> bool:
+    """Whether what a user gives as payload is loads: a list, one load, or a table with keys that only loads have."""
+    if isinstance(given, Mapping):
+        return not {*_PLACES, *_OTHERS}.isdisjoint(given)
+    return isinstance(given, list | tuple | Load)
+
+
 def varied_of(loads: Sequence[Load]) -> int | None:
     """Number of the load that capacities mean; None if it is open which."""
     asked = [k for k, one in enumerate(loads) if one.vary]
@@ -256,6 +263,8 @@ def _load(place: int, given: Any) -> Load:
         for key in given:
             if key not in known:
                 raise InvalidInputError(f"payload: unknown key {key!r}; {known_names(str(key), known)}")
+        if "mass" not in given:
+            raise InvalidInputError("payload.mass: expected a mass [kg], got none")
         payload = Payload.of({key: given[key] for key in _OF_PAYLOAD if key in given}, model=None)
         others = {key: given[key] for key in _OTHERS if key in given}
         return Load(payload, given.get("from"), given.get("to"), **others)
