@@ -17,7 +17,6 @@ ROBOTS_FOLDER = data_folder("robots")
 #: Top element or ending of a file that is no URDF -> what it is, and the way out.
 _CONVERTED = {
     "sdf": ", SDF of Gazebo: give the URDF from which it was made, or export one",
-    "mujoco": ", MJCF of MuJoCo: give the URDF of this robot, of which its maker or robot_descriptions may have one",
     ".srdf": ", which holds groups and poses but no links: give the URDF beside it",
     ".stl": ", a mesh: give the URDF that refers to it",
     ".dae": ", a mesh: give the URDF that refers to it",
@@ -26,6 +25,10 @@ _CONVERTED = {
     ".stp": ", a CAD model: export a URDF from CAD",
     ".usd": ", USD: export a URDF",
 }
+
+
+#: Top elements of the formats that are read: URDF and MJCF.
+_READ = ("robot", "mujoco")
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,7 @@ def robot_source(name: str | Path) -> RobotSource:
     path = Path(name)
     if os.path.isfile(path / "robot.toml"):
         return _folder(path)
-    if is_urdf(path):
+    if is_described(path):
         return RobotSource(path.stem, path.parent, None, path, _around(path))
     loaders = _example_loaders()
     if str(name) not in loaders:
@@ -110,11 +113,10 @@ def warn_of_other_robot(source: RobotSource) -> None:
         warnings.warn(sentence, UserWarning, stacklevel=3)
 
 
-def is_urdf(path: Path) -> bool:
-    """Whether a path is that of a URDF: by its ending, or an XML file that exists and holds a robot."""
-    if path.suffix.lower() == ".urdf":
-        return True
-    return path.suffix.lower() == ".xml" and _top_of(path) == "robot"
+def is_described(path: Path) -> bool:
+    """Whether a path is that of a robot: a URDF by its ending, or any file that exists and holds URDF or MJCF."""
+    ending = path.suffix.lower()
+    return ending == ".urdf" or (ending not in ("", ".xacro") and os.path.isfile(path) and _top_of(path) in _READ)
 
 
 def robot_path(name: str | Path, *, folder: Path = Path()) -> Path | None:
@@ -125,7 +127,7 @@ def robot_path(name: str | Path, *, folder: Path = Path()) -> Path | None:
         folder: folder from which a relative path starts.
     """
     path = folder / name
-    return path if is_urdf(path) or os.path.isfile(path / "robot.toml") else None
+    return path if is_described(path) or os.path.isfile(path / "robot.toml") else None
 
 
 def _top_of(path: Path) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError
 from trajevo.robot.friction_sources import friction_notes, friction_of
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits, limits_or_none
@@ -32,13 +32,15 @@ from trajevo.robot.loading.arguments import (
 )
 from trajevo.robot.loading.chain import TOOL
 from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
+from trajevo.robot.loading.description import Description
+from trajevo.robot.loading.formats import checked_description
+from trajevo.robot.loading.parts import drives_of, masses_meant, tool_of
 from trajevo.robot.locate import robot_source, warn_of_other_robot
 from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
-from trajevo.robot.transmission import Direct, Mimicking, Transmission
-from trajevo.robot.urdf.bodies import tips
+from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf.file import read_urdf
-from trajevo.robot.urdf.joints import Follower, followers
+from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
 from trajevo.robot.urdf.model import build_model
 from trajevo.robot.urdf.problems import checked_urdf
 
@@ -72,7 +74,9 @@ class Robot(WithoutUrdf):
         friction_used: friction and damping by ``<dynamics>`` of the URDF that ``friction`` holds, one clause for each
             value, with its joints.
         friction_left_out: the same of what ``friction`` does not hold.
-        written: the robot as URDF text if it has no URDF file.
+        written: the robot as URDF text if that is not the content of ``urdf``.
+        file_kind: format of its file.
+        file_notes: what its file says and efforts leave out, one clause each.
         has_body: whether it is more than joints and limits.
     """
 
@@ -95,6 +99,8 @@ class Robot(WithoutUrdf):
     friction_used: tuple[str, ...] = ()
     friction_left_out: tuple[str, ...] = ()
     written: str = ""
+    file_kind: str = "URDF"
+    file_notes: tuple[str, ...] = ()
     has_body: bool = True
 
     @classmethod
@@ -135,8 +141,12 @@ class Robot(WithoutUrdf):
         return f"robot {self.name!r}" if self.urdf is None else str(self.urdf)
 
     def description(self) -> ElementTree.Element:
-        """The top element of its URDF, read anew from the file if there is one."""
-        return ElementTree.fromstring(self.written) if self.urdf is None else read_urdf(self.urdf)
+        """The top element of its URDF, read anew if that is the content of a file."""
+        return ElementTree.fromstring(self.written) if self.urdf is None or self.written else read_urdf(self.urdf)
+
+    def checked_text(self) -> str:
+        """Its URDF as text for Pinocchio, read anew and checked if that is the content of a file."""
+        return self.written if self.urdf is None or self.written else checked_urdf(self.urdf, self.locked)
 
     def check_body(self, quantity: str) -> None:
         """Refuse a quantity, by an InvalidInputError that names it, if the robot is joints and limits alone."""
@@ -197,8 +207,8 @@ class Robot(WithoutUrdf):
 
     @property
     def friction_notes(self) -> tuple[str, ...]:
-        """What the URDF says of friction and efforts hold or leave out, one clause each; nothing without it."""
-        return friction_notes(self.friction_used, self.friction_left_out)
+        """What the file says and efforts hold or leave out, such as friction, one clause each."""
+        return *friction_notes(self.file_kind, self.friction_used, self.friction_left_out), *self.file_notes
 
     @property
     def dof(self) -> int:
@@ -308,29 +318,35 @@ def load_robot(
         raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
     folders = package_folders(packages)
     where = urdf or source.settings or source.urdf
-    text = file.written() if file is not None and urdf is None else checked_urdf(where, lock or {})
-    root = ElementTree.fromstring(text)
+    found = (
+        Description(file.written(), as_written=False)
+        if file is not None and urdf is None
+        else checked_description(where, lock or {})
+    )
+    root = ElementTree.fromstring(found.text)
     following, locked = followers(root, lock or {})
-    model, units = build_model(text, where, locked)
-    if gravity is not None:
-        model.gravity.linear = checked_gravity(gravity)
-    else:
-        model.gravity.linear = np.array(STANDARD_GRAVITY) if file is None else file.gravity()
-    transmission, names, units = _drives(model, units, following, file)
+    model, units = build_model(found.text, where, locked, found.limits)
+    model.gravity.linear = _gravity(gravity, file, found)
+    transmission, names, units = drives_of(model, units, following, file)
     declared = None if file is None else file.limits(names, units, locked)
     given = given_limits(limits, names, units, locked, following)
     rubbing = friction_of(
-        friction, root, locked, following, names, units, None if file is None else file.friction(names, units)
+        friction,
+        dynamics_of(root, locked, found.armature),
+        following,
+        names,
+        units,
+        None if file is None else file.friction(names, units),
     )
     return Robot(
         name=source.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
-        limits=JointLimits(**declared_limits(model, names, units, declared, given, where, following)),
+        limits=JointLimits(**declared_limits(model, names, units, declared, given, where, following, kind=found.kind)),
         friction=rubbing.friction,
         joint_names=names,
         joint_units=units,
-        tool=_tool(model, tool, text, where, file),
+        tool=tool_of(model, tool, found.text, where, file),
         source=source.folder,
         reference=f"{where.name}, {len(names)} joints, {_moving_mass(model):.4g} kg"
         if file is None
@@ -349,33 +365,13 @@ def load_robot(
             friction=friction,
             packages=[str(folder) for folder in folders] or None,
         ),
-        allow_massless=allow_massless
-        if allow_massless is not None
-        else file is not None and file.settings.allow_massless,
+        allow_massless=masses_meant(allow_massless, file, model, found),
         friction_used=rubbing.used,
         friction_left_out=rubbing.left_out,
-        written=text if urdf is None else "",
+        written="" if found.as_written else found.text,
+        file_kind=found.kind,
+        file_notes=found.notes,
     )
-
-
-def _drives(
-    model: Any, units: tuple[str, ...], following: tuple[Follower, ...], file: RobotFile | None
-) -> tuple[Transmission, tuple[str, ...], tuple[str, ...]]:
-    """The transmission, and the names and units of the actuators in the order of the model's joints."""
-    joints = tuple(model.names[1:])
-    led = {follower.name for follower in following}
-    names = tuple(name for name in joints if name not in led)
-    units = tuple(unit for name, unit in zip(joints, units, strict=True) if name not in led)
-    transmission: Transmission = Direct()
-    if file is not None:
-        transmission, names, units = file.transmission(names, units)
-    if not following:
-        return transmission, names, units
-    if file is not None and not isinstance(transmission, Direct):
-        raise InvalidInputError(
-            f"{file.path}: transmission: expected joints that follow no others, but {following[0]} in the URDF; lock it"
-        )
-    return Mimicking.of(joints, following), names, units
 
 
 def robot_of(given: Any) -> Robot:
@@ -401,19 +397,16 @@ def robot_of(given: Any) -> Robot:
     return load_robot(**given)
 
 
+def _gravity(given: Any, file: RobotFile | None, found: Description) -> Array:
+    if given is not None:
+        return checked_gravity(given)
+    if file is not None:
+        return file.gravity()
+    return np.array(STANDARD_GRAVITY) if found.gravity is None else found.gravity
+
+
 def _moving_mass(model: Any) -> float:
     return float(sum(inertia.mass for inertia in list(model.inertias)[1:]))
-
-
-def _tool(model: Any, tool: str | None, text: str, urdf: Path, file: RobotFile | None) -> str:
-    ends = tips(ElementTree.fromstring(text))
-    if tool is None and file is None and len(ends) != 1:
-        raise InvalidInputError(f"{urdf}: tool: expected a frame, as the URDF has several tips: {', '.join(ends)}")
-    chosen = tool or (ends[0] if file is None else file.settings.tool)
-    if not model.existFrame(chosen):
-        where = urdf if file is None else file.path
-        raise UnknownNameError(f"tool frame in {where}", chosen, [frame.name for frame in model.frames[1:]])
-    return chosen
 
 
 def length_unit(robot: Robot) -> str:

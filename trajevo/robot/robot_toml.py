@@ -223,7 +223,7 @@ class RobotFile:
         return row
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
-        """Columns of Friction, SI; NaN where friction is not declared, 0 where armature is not."""
+        """Columns of Friction, SI; NaN where nothing is declared."""
         expected = {
             "viscous": ("viscous_friction", "value", {"m": "N*s/m", "rad": "N*m*s/rad"}),
             "coulomb": ("coulomb_friction", "forward", {"m": "N", "rad": "N*m"}),
@@ -236,7 +236,7 @@ class RobotFile:
             for name, unit in zip(names, units, strict=True):
                 given: _Amount | _DryFriction | None = getattr(self.settings.joints[name], key)
                 if given is None:
-                    values.append(0.0 if key == "armature" else np.nan)
+                    values.append(np.nan)
                     continue
                 value = getattr(given, way) if given.value is None else given.value
                 values.append(self._si(value, given.unit, unit_of[unit], ("joints", name, key)))

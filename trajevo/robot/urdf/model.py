@@ -18,11 +18,16 @@ from trajevo.robot.loading.arguments import check_locked
 _LINK = "link of trajevo "
 
 
-def read_model(text: str, file: Path | str) -> Any:
+def read_model(text: str, file: Path | str, limits: Mapping[str, Mapping[str, float]] | None = None) -> Any:
     """Pinocchio model of a checked URDF, with one coordinate for every joint.
 
     Pinocchio describes a continuous joint by cosine and sine, which no spline can go through. Here it is a revolute
     joint without a range, so that -90° and 270° are two positions, a turn apart.
+
+    Args:
+        text: the URDF.
+        file: where it is from, for messages.
+        limits: limits in place of those of the text, by joint and then ``lower``, ``upper``, ``velocity``, ``effort``.
 
     Raises:
         InvalidInputError: Pinocchio cannot read it.
@@ -45,12 +50,26 @@ def read_model(text: str, file: Path | str) -> Any:
         model.lowerPositionLimit[place], model.upperPositionLimit[place] = -np.inf, np.inf
         if name in unlimited:
             model.upperVelocityLimit[place] = model.upperEffortLimit[place] = np.inf
+    columns = {
+        "lower": model.lowerPositionLimit,
+        "upper": model.upperPositionLimit,
+        "velocity": model.upperVelocityLimit,
+        "effort": model.upperEffortLimit,
+    }
+    for name, given in (limits or {}).items():
+        for key, value in given.items():
+            columns[key][model.joints[model.getJointId(name)].idx_q] = value
     return model
 
 
-def build_model(text: str, file: Path | str, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
+def build_model(
+    text: str,
+    file: Path | str,
+    lock: Mapping[str, float],
+    limits: Mapping[str, Mapping[str, float]] | None = None,
+) -> tuple[Any, tuple[str, ...]]:
     """Pinocchio model of a checked URDF with some joints locked, and the unit of every remaining joint."""
-    model = _locked(read_model(text, file), file, lock)
+    model = _locked(read_model(text, file, limits), file, lock)
     return model, tuple("m" if _slides(joint) else "rad" for joint in list(model.joints)[1:])
 
 
