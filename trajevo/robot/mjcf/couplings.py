@@ -34,9 +34,7 @@ def mimics_of(
         where = f"{file}: <equality> of joint {name!r}"
         for joint in (name, leader):
             if joint is not None and joint not in references:
-                raise InvalidInputError(
-                    f"{where}: joint {joint!r} is none of the file; {known_names(joint, references)}"
-                )
+                raise InvalidInputError(f"{where}: no joint {joint!r}; {known_names(joint, references)}")
         found = numbers_of(element.attrib, "polycoef", where, counts=range(1, 12)) or (0.0, 1.0)
         a0, a1, *rest = (*found, 0.0)
         if name in lock:
@@ -66,10 +64,10 @@ def check_loops(root: ElementTree.Element, movers: Mapping[str, str], file: Path
         held = element.tag in ("connect", "weld") and all(end in movers for end in ends)
         if held and movers[ends[0]] == movers[ends[1]]:
             continue
-        what = " and ".join(repr(end) for end in ends if end) if element.get("body1") else repr(element.get("name", ""))
+        what = " and ".join(map(repr, ends if element.get("body1") else [element.get("name", "")]))
         raise InvalidInputError(
-            f"{file}: <equality>: <{element.tag}> of {what} closes a loop, which cannot be planned for: lock the joints "
-            "in it, or give a file without it"
+            f"{file}: <equality>: <{element.tag}> of {what} closes a loop, which cannot be planned for: lock its "
+            "joints, or give a file without it"
         )
 
 
@@ -85,6 +83,6 @@ def check_tendons(root: ElementTree.Element, classes: Classes, file: Path, lock:
         joints = [joint.get("joint", "") for joint in tendon.iterfind("joint")]
         if acting and not (joints and all(joint in lock for joint in joints)):
             raise InvalidInputError(
-                f"{file}: tendon {tendon.get('name', '')!r}: {acting[0]}: expected a tendon that only an actuator pulls, "
-                f"got {given[acting[0]]!r}: lock its joints, or give a file without it"
+                f"{file}: tendon {tendon.get('name', '')!r}: {acting[0]}: expected a tendon that actuators alone "
+                f"pull, got {given[acting[0]]!r}: lock its joints, or give a file without it"
             )

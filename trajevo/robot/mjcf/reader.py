@@ -160,9 +160,7 @@ class _Reader:
         where = f"{self._file}: joint {name!r}"
         kind = given.get("type", "hinge")
         if kind not in _TYPES:
-            raise InvalidInputError(
-                f"{where} is of type {kind!r}, which cannot be planned for; expected hinge or slide"
-            )
+            raise InvalidInputError(f"{where}: type: expected hinge or slide, got {kind!r}, which is not planned for")
         if name in self._joints:
             raise InvalidInputError(f"{where}: expected a unique name, got several joints with that name")
         turns = kind == "hinge"
@@ -175,9 +173,7 @@ class _Reader:
             lower, upper = -np.inf, np.inf
         passive = dict(passive_of(given, where))
         if passive["stiffness"] != 0.0 and name not in self._lock:
-            raise InvalidInputError(
-                f"{where}: stiffness: expected a joint without a spring, got {passive['stiffness']}"
-            )
+            raise InvalidInputError(f"{where}: stiffness: expected no spring at a joint, got {passive['stiffness']}")
         self._joints[name] = given
         self._references[name] = reference
         self._limits[name] = {"lower": lower, "upper": upper, "velocity": np.nan}

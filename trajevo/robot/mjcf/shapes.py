@@ -60,7 +60,7 @@ class Shape:
         """
         if self.mesh or self.kind not in _SIZES:
             raise InvalidInputError(
-                f"{self.where}: its mass follows from a {self.kind}, which is not read: give the body an <inertial>, as "
+                f"{self.where}: its mass follows from a {self.kind}, which is not read: give an <inertial>, as "
                 "MuJoCo writes it when it saves the model (mj_saveLastXML)"
             )
         volume, per_mass = _VOLUMES[self.kind](*self.sizes)
