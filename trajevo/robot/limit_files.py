@@ -19,7 +19,7 @@ from trajevo.robot.moveit_limits import read_joint_limits
 from trajevo.robot.urdf.joints import Follower
 
 #: Formats in a sentence.
-_A = {"URDF": "a URDF", "xacro": "a URDF", "MJCF": "MJCF"}
+A_FORMAT = {"URDF": "a URDF", "xacro": "a URDF", "MJCF": "MJCF"}
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk", "effort")
 
@@ -45,7 +45,9 @@ def declared_limits(
     for key in QUANTITIES[1:]:
         missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
         if missing:
-            lacking = "for which the file has no forcerange" if key == "effort" else f"which {_A[kind]} cannot hold"
+            lacking = (
+                "for which the file has no forcerange" if key == "effort" else f"which {A_FORMAT[kind]} cannot hold"
+            )
             raise InvalidInputError(
                 f"{urdf}: no {key} limit for {', '.join(missing)}, {lacking}: give it in robot.toml "
                 f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "

@@ -23,7 +23,17 @@ _CONVERTED = {
     ".obj": ", a mesh: give the URDF that refers to it",
     ".step": ", a CAD model: export a URDF from CAD",
     ".stp": ", a CAD model: export a URDF from CAD",
-    ".usd": ", USD: export a URDF",
+    ".usd": ", USD: export a URDF or MJCF",
+    ".usda": ", USD: export a URDF or MJCF",
+    ".usdc": ", USD: export a URDF or MJCF",
+    ".usdz": ", USD: export a URDF or MJCF",
+    ".3ds": ", a mesh: give the URDF that refers to it",
+    ".ply": ", a mesh: give the URDF that refers to it",
+    ".gltf": ", a mesh: give the URDF that refers to it",
+    ".glb": ", a mesh: give the URDF that refers to it",
+    ".iges": ", a CAD model: export a URDF from CAD",
+    ".igs": ", a CAD model: export a URDF from CAD",
+    ".mjb": ", a compiled model of MuJoCo: save it as XML (mj_saveLastXML)",
 }
 
 
@@ -75,7 +85,7 @@ def robot_source(name: str | Path) -> RobotSource:
     if os.path.isfile(path / "robot.toml"):
         return _folder(path)
     if is_described(path):
-        return RobotSource(path.stem, path.parent, None, path, _around(path))
+        return RobotSource(path.stem.removesuffix(".urdf"), path.parent, None, path, _around(path))
     loaders = _example_loaders()
     if str(name) not in loaders:
         _refuse_path(path)
@@ -114,9 +124,14 @@ def warn_of_other_robot(source: RobotSource) -> None:
 
 
 def is_described(path: Path) -> bool:
-    """Whether a path is that of a robot: a URDF by its ending, or any file that exists and holds URDF or MJCF."""
+    """Whether a path is that of a robot: a URDF by its ending, or a file that exists: xacro, or one that holds a robot.
+
+    The content decides, but for xacro, which has the same top element as a URDF.
+    """
     ending = path.suffix.lower()
-    return ending == ".urdf" or (ending not in ("", ".xacro") and os.path.isfile(path) and _top_of(path) in _READ)
+    if ending == ".urdf" or not ending or not os.path.isfile(path):
+        return ending == ".urdf"
+    return ending == ".xacro" or _top_of(path) in _READ
 
 
 def robot_path(name: str | Path, *, folder: Path = Path()) -> Path | None:
@@ -147,15 +162,12 @@ def _refuse_path(path: Path) -> None:
         if ending or len(path.parts) > 1:
             raise InvalidInputError(f"robot: {no_such_file(path, 'file' if ending else 'file or folder')}")
         return
-    if ending == ".xacro":
-        urdf = path.with_suffix("") if path.stem.endswith(".urdf") else path.with_suffix(".urdf")
-        raise InvalidInputError(
-            f"robot: {path} is xacro, from which a URDF is made: run `xacro {path} > {urdf}` and give {urdf}"
-        )
     top = _top_of(path)
     found = f"<{top}>" if top else f"a file {ending or path.name}"
     way = _CONVERTED.get(top) or _CONVERTED.get(ending, "")
-    raise InvalidInputError(f"robot: {path}: expected a URDF, XML with <robot> at its top, got {found}{way}")
+    raise InvalidInputError(
+        f"robot: {path}: expected a URDF, xacro or MJCF file, XML with <robot> or <mujoco> at its top, got {found}{way}"
+    )
 
 
 def _no_robot_in(folder: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pydantic
@@ -93,6 +93,21 @@ class _CoupledScrews(_Strict):
     span: _Amount
 
 
+class _Place(_Strict):
+    """Numbers are in m and rad, or text with a unit."""
+
+    position: list[_Number | str] = [0.0, 0.0, 0.0]
+    rpy: list[_Number | str] = [0.0, 0.0, 0.0]
+
+
+class _Tool(_Place):
+    name: _Text
+    parent: str
+    mass: _Number | str = 0.0
+    com: list[_Number | str] | None = None
+    inertia: list[_Number] | list[list[_Number]] | None = None
+
+
 class _Settings(_Strict):
     name: _Text
     dh: DhKeys | None = None
@@ -103,6 +118,8 @@ class _Settings(_Strict):
     gravity: _Vector
     allow_massless: Annotated[bool, pydantic.Strict()] = False
     transmission: _CoupledScrews | None = None
+    base: _Place | None = None
+    tools: list[_Tool] | None = None
     joints: dict[str, _Joint]
 
     @pydantic.field_validator("urdf")
@@ -161,6 +178,17 @@ class RobotFile:
             return DhTable.of(**self.settings.dh.arguments).urdf(self.settings.name)
         except TrajevoError as error:
             raise InvalidInputError(f"{self._at('dh')}: {str(error).removeprefix('dh.')}") from error
+
+    @property
+    def base(self) -> dict[str, Any] | None:
+        """Pose of the first link in the cell, as written."""
+        return None if self.settings.base is None else self.settings.base.model_dump()
+
+    @property
+    def tools(self) -> list[dict[str, Any]] | None:
+        """The tools of which one can be mounted, as written."""
+        given = self.settings.tools
+        return None if given is None else [tool.model_dump(exclude_none=True) for tool in given]
 
     def gravity(self) -> Array:
         """Gravity in the base frame, shape (3,) [m/s²]."""

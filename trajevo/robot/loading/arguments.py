@@ -67,8 +67,11 @@ def check_locked(model: Any, file: Path | str, name: str, joint: Any, position: 
 
 
 def load_settings(name: str | Path, **given: Any) -> Any:
-    """Plain data from which the robot can be loaded again in any working directory: paths are made absolute."""
-    path = None if str(name) in list_robots() else robot_path(name)
+    """Plain data from which the robot can be loaded again in any working directory: paths are made absolute.
+
+    A robot of a xacro file is told by the text of the URDF that it gave, so that no run names such a file.
+    """
+    path = None if given.get("urdf") is not None or str(name) in list_robots() else robot_path(name)
     asked = str(name) if path is None else str(path.resolve())
     chosen = plain_settings(given)
     return {"name": asked, **chosen} if chosen else asked

@@ -185,8 +185,10 @@ class _Reader:
         endless = turns and not np.isfinite([lower, upper]).any()
         joint = add_joint(self._robot, name, "continuous" if endless else _TYPES[kind], ends, place)
         ElementTree.SubElement(joint, "axis", xyz=" ".join(repr(float(x)) for x in axis))
-        # The text holds finite limits alone, and those of the description take their place.
-        ElementTree.SubElement(joint, "limit", lower="-1", upper="1", velocity="1", effort="1")
+        # The text holds finite numbers alone; those of the description take their place.
+        low, high = (lower, upper) if np.isfinite([lower, upper]).all() else (-1.0, 1.0)
+        ends_said = {} if endless else {"lower": repr(low), "upper": repr(high)}
+        ElementTree.SubElement(joint, "limit", velocity="1", effort="1", **ends_said)
         if passive["damping"] or passive["frictionloss"]:
             keys = {"damping": passive["damping"], "friction": passive["frictionloss"]}
             ElementTree.SubElement(joint, "dynamics", {key: repr(value) for key, value in keys.items()})

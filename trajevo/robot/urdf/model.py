@@ -18,16 +18,11 @@ from trajevo.robot.loading.arguments import check_locked
 _LINK = "link of trajevo "
 
 
-def read_model(text: str, file: Path | str, limits: Mapping[str, Mapping[str, float]] | None = None) -> Any:
+def read_model(text: str, file: Path | str) -> Any:
     """Pinocchio model of a checked URDF, with one coordinate for every joint.
 
     Pinocchio describes a continuous joint by cosine and sine, which no spline can go through. Here it is a revolute
     joint without a range, so that -90° and 270° are two positions, a turn apart.
-
-    Args:
-        text: the URDF.
-        file: where it is from, for messages.
-        limits: limits in place of those of the text, by joint and then ``lower``, ``upper``, ``velocity``, ``effort``.
 
     Raises:
         InvalidInputError: Pinocchio cannot read it.
@@ -50,15 +45,6 @@ def read_model(text: str, file: Path | str, limits: Mapping[str, Mapping[str, fl
         model.lowerPositionLimit[place], model.upperPositionLimit[place] = -np.inf, np.inf
         if name in unlimited:
             model.upperVelocityLimit[place] = model.upperEffortLimit[place] = np.inf
-    columns = {
-        "lower": model.lowerPositionLimit,
-        "upper": model.upperPositionLimit,
-        "velocity": model.upperVelocityLimit,
-        "effort": model.upperEffortLimit,
-    }
-    for name, given in (limits or {}).items():
-        for key, value in given.items():
-            columns[key][model.joints[model.getJointId(name)].idx_q] = value
     return model
 
 
@@ -68,8 +54,24 @@ def build_model(
     lock: Mapping[str, float],
     limits: Mapping[str, Mapping[str, float]] | None = None,
 ) -> tuple[Any, tuple[str, ...]]:
-    """Pinocchio model of a checked URDF with some joints locked, and the unit of every remaining joint."""
-    model = _locked(read_model(text, file, limits), file, lock)
+    """Pinocchio model of a checked URDF with some joints locked, and the unit of every remaining joint.
+
+    Args:
+        text: the URDF.
+        file: where it is from, for messages.
+        lock: positions of the joints to lock [rad or m].
+        limits: limits in place of those of the text, by joint and then ``lower``, ``upper``, ``velocity``, ``effort``.
+    """
+    model = _locked(read_model(text, file), file, lock)
+    columns = {
+        "lower": model.lowerPositionLimit,
+        "upper": model.upperPositionLimit,
+        "velocity": model.upperVelocityLimit,
+        "effort": model.upperEffortLimit,
+    }
+    for place, name in enumerate(list(model.names)[1:]):
+        for key, value in (limits or {}).get(name, {}).items():
+            columns[key][place] = value
     return model, tuple("m" if _slides(joint) else "rad" for joint in list(model.joints)[1:])
 
 
