@@ -13,9 +13,9 @@ import numpy as np
 
 from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.robot.description import Description
 from trajevo.robot.limit_files import A_FORMAT, per_joint, tighten, unit_of
 from trajevo.robot.loading.arguments import package_folders
-from trajevo.robot.loading.description import Description
 from trajevo.robot.loading.formats import described
 from trajevo.robot.loading.xacro_files import ENDING
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
@@ -129,8 +129,9 @@ def examine(
     following, held = followers(robot, dict.fromkeys(lock, 0.0))
     still = {*held, *(follower.name for follower in following)}
     planned = [joint for joint in moving if joint.get("name") not in still]
-    rows = [replace(_row(joint), **found.limits.get(joint.get("name", ""), {})) for joint in planned]
-    if urdf is not None and moving:
+    said: Mapping[str, Any] = found.limits
+    rows = [replace(_row(joint), **said.get(joint.get("name", ""), {})) for joint in planned]
+    if urdf is not None and (moving or found.kind != "MJCF"):
         errors += urdf_problems(robot, urdf, lock)
     if urdf is not None or moving:
         errors += _lock_problems(robot, file, lock)
@@ -141,9 +142,8 @@ def examine(
     if limits is not None:
         rows = _rows_with_limits(Path(limits), rows, errors, held, following)
     links = link_rows(robot)
-    loaded = (
-        None if errors else _loaded(name, rows, lock=lock, links=links, errors=errors, xacro=xacro, packages=packages)
-    )
+    files = {"xacro": xacro, "packages": packages}
+    loaded = None if errors else _loaded(name, rows, lock=lock, links=links, errors=errors, **files)
     return RobotExamination(
         name=str(name),
         file=file,
@@ -411,8 +411,9 @@ def _warnings(
     missing = [key for key in keys if any(np.isnan(getattr(row, key)) for row in rows)]
     if missing:
         of = ", ".join(missing[:-1]) + " and " * (len(missing) > 1) + missing[-1]
+        lacking = A_FORMAT[found.kind] if found.kind != "MJCF" else "the file"
         yield (
-            f"{file}: {of} limits are not in {A_FORMAT[found.kind] if found.kind != 'MJCF' else 'the file'}: give them in robot.toml, in task.toml "
+            f"{file}: {of} limits are not in {lacking}: give them in robot.toml, in task.toml "
             "([limits]) or as limits={...}"
         )
     ends = tips(robot)

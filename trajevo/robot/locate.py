@@ -117,10 +117,10 @@ def other_robot(source: RobotSource) -> str | None:
 
 
 def warn_of_other_robot(source: RobotSource) -> None:
-    """Warn, at the line that called this function's caller, if a name loads another robot."""
+    """Warn, at the line that called ``load_robot``, if a name loads another robot."""
     sentence = other_robot(source)
     if sentence is not None:
-        warnings.warn(sentence, UserWarning, stacklevel=3)
+        warnings.warn(sentence, UserWarning, stacklevel=4)
 
 
 def is_described(path: Path) -> bool:

@@ -12,8 +12,8 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
+from trajevo.robot.description import Description
 from trajevo.robot.loading.chain import Pose6
-from trajevo.robot.loading.description import Description
 from trajevo.robot.loading.dh import real_quantity, tensor_of
 from trajevo.robot.urdf.file import end_of
 from trajevo.robot.urdf.problems import checked_text

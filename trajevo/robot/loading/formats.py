@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 from trajevo.base.plain import parsed_xml
 from trajevo.errors import InvalidInputError
-from trajevo.robot.loading.description import Description
+from trajevo.robot.description import Description
 from trajevo.robot.loading.xacro_files import ENDING, expanded
 from trajevo.robot.mjcf.reader import read_mjcf
 from trajevo.robot.urdf.file import read_urdf

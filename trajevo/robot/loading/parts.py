@@ -7,7 +7,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from trajevo.errors import InvalidInputError, UnknownNameError
-from trajevo.robot.loading.description import Description
+from trajevo.robot.description import Description
 from trajevo.robot.masses import massless, moving_bodies
 from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Mimicking, Transmission

@@ -16,7 +16,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
-from trajevo.robot.loading.description import Description
+from trajevo.robot.description import Description
 from trajevo.robot.mjcf.actuators import efforts_of, passive_of
 from trajevo.robot.mjcf.classes import Attributes, Classes, is_on, number_of, numbers_of
 from trajevo.robot.mjcf.couplings import check_loops, check_tendons, mimics_of
@@ -187,8 +187,8 @@ class _Reader:
         ElementTree.SubElement(joint, "axis", xyz=" ".join(repr(float(x)) for x in axis))
         # The text holds finite numbers alone; those of the description take their place.
         low, high = (lower, upper) if np.isfinite([lower, upper]).all() else (-1.0, 1.0)
-        ends_said = {} if endless else {"lower": repr(low), "upper": repr(high)}
-        ElementTree.SubElement(joint, "limit", velocity="1", effort="1", **ends_said)
+        said = {"velocity": "1", "effort": "1"} | ({} if endless else {"lower": repr(low), "upper": repr(high)})
+        ElementTree.SubElement(joint, "limit", said)
         if passive["damping"] or passive["frictionloss"]:
             keys = {"damping": passive["damping"], "friction": passive["frictionloss"]}
             ElementTree.SubElement(joint, "dynamics", {key: repr(value) for key, value in keys.items()})
