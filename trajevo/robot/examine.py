@@ -14,10 +14,10 @@ import numpy as np
 from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.robot.description import Description
+from trajevo.robot.files.formats import described
+from trajevo.robot.files.xacro_files import ENDING
 from trajevo.robot.limit_files import A_FORMAT, per_joint, tighten, unit_of
 from trajevo.robot.loading.arguments import package_folders
-from trajevo.robot.loading.formats import described
-from trajevo.robot.loading.xacro_files import ENDING
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
 from trajevo.robot.masses import MovingBody, placeholders
 from trajevo.robot.moveit_limits import examined_joint_limits

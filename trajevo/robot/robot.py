@@ -21,6 +21,8 @@ import pinocchio as pin
 from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
+from trajevo.robot.files.opened import opened
+from trajevo.robot.files.parts import drives_of, masses_meant, tool_of
 from trajevo.robot.friction_sources import friction_notes, friction_of
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits, limits_or_none
@@ -33,8 +35,6 @@ from trajevo.robot.loading.arguments import (
 )
 from trajevo.robot.loading.chain import TOOL
 from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
-from trajevo.robot.loading.opened import opened
-from trajevo.robot.loading.parts import drives_of, masses_meant, tool_of
 from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Transmission

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 from trajevo.base.plain import parsed_xml
 from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
-from trajevo.robot.loading.xacro_files import ENDING, expanded
+from trajevo.robot.files.xacro_files import ENDING, expanded
 from trajevo.robot.mjcf.reader import read_mjcf
 from trajevo.robot.urdf.file import read_urdf
 from trajevo.robot.urdf.problems import checked_text

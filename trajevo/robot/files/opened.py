@@ -9,8 +9,8 @@ from typing import Any
 
 from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
-from trajevo.robot.loading.cell import mounted, placed
-from trajevo.robot.loading.formats import checked_description
+from trajevo.robot.files.cell import mounted, placed
+from trajevo.robot.files.formats import checked_description
 from trajevo.robot.locate import RobotSource, robot_source, warn_of_other_robot
 from trajevo.robot.robot_toml import RobotFile
 
