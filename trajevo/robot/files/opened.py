@@ -11,6 +11,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
 from trajevo.robot.files.cell import mounted, placed
 from trajevo.robot.files.formats import checked_description
+from trajevo.robot.files.xacro_files import ENDING
 from trajevo.robot.locate import RobotSource, robot_source, warn_of_other_robot
 from trajevo.robot.robot_toml import RobotFile
 
@@ -60,6 +61,11 @@ def opened(
     path = source.urdf if file is None else file.urdf
     where = path or source.settings or source.urdf
     packages = (*folders, *source.packages)
+    if file is not None and path is not None and path.suffix.lower() == ENDING:
+        raise InvalidInputError(
+            f"{file.path}: urdf: expected a URDF or MJCF file, got xacro, which no run may open: make a URDF of it once, "
+            f"`xacrodoc {path.name} -o {path.name.removesuffix(ENDING).removesuffix('.urdf')}.urdf`, and name that"
+        )
     if path is None and file is not None:
         if xacro is not None:
             raise InvalidInputError(f"{where}: xacro: expected a file .xacro, got a table [dh]")
