@@ -63,7 +63,7 @@ def opened(
     packages = (*folders, *source.packages)
     if file is not None and path is not None and path.suffix.lower() == ENDING:
         raise InvalidInputError(
-            f"{file.path}: urdf: expected a URDF or MJCF file, got xacro, which no run may open: make a URDF of it once, "
+            f"{file.path}: urdf: expected a URDF or MJCF file, got xacro, which runs may not open: make a URDF of it, "
             f"`xacrodoc {path.name} -o {path.name.removesuffix(ENDING).removesuffix('.urdf')}.urdf`, and name that"
         )
     if path is None and file is not None:
