@@ -61,12 +61,15 @@ def test_a_site_can_be_the_tool_and_lies_where_mujoco_has_it(write):
 
 
 def test_pinocchio_s_own_reader_agrees(write):
-    """It leaves out bodies in frames and takes the range of a slide for degrees; the rest is a second opinion."""
+    """It leaves out frames, gravity and the reference of a slide, and turns about three axes in another order."""
     file = write(
         ('<geom type="mesh" mesh="nowhere" contype="0" conaffinity="0"/>', ""),
         ('<keyframe><key name="home" qpos="0 0 0.1 0"/></keyframe>', ""),
         ('<frame pos="0.05 0 0" euler="0 0 40">', ""),
         ("</frame>", ""),
+        ('gravity="0.5 0 -9.7"', 'gravity="0 0 -9.81"'),
+        ('euler="10 20 30"', 'euler="0 0 30"'),
+        (' ref="0.05"', ""),
     )
     robot, model = (
         load_robot(file, limits=LIMITS, friction={"armature": 0.0, "viscous": 0.0}),
