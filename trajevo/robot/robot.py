@@ -21,6 +21,7 @@ import pinocchio as pin
 from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
+from trajevo.robot.files.cell import placed
 from trajevo.robot.files.opened import opened
 from trajevo.robot.files.parts import drives_of, masses_meant, tool_of
 from trajevo.robot.friction_sources import friction_notes, friction_of
@@ -105,7 +106,8 @@ class Robot(WithoutUrdf):
     @classmethod
     def _written(cls, given: Written) -> Robot:
         where = f"robot {given.name!r}"
-        model, units = build_model(given.urdf, where, {})
+        text = placed(Description(given.urdf), given.base, where).text
+        model, units = build_model(text, where, {})
         model.gravity.linear = given.gravity
         names = tuple(model.names[1:])
         limits = given_limits(given.limits, names, units, ())
@@ -124,7 +126,7 @@ class Robot(WithoutUrdf):
             urdf=None,
             settings={**given.settings, **plain_settings({"limits": limits or None})},
             allow_massless=given.allow_massless,
-            written=given.urdf,
+            written=text,
             has_body=given.has_body,
         )
 

@@ -83,6 +83,15 @@ class _Joint(_Strict):
     viscous_friction: _Amount | None = None
     coulomb_friction: _DryFriction | None = None
     armature: _Amount | None = None
+    rotor_inertia: _Amount | None = None
+    gear_ratio: Annotated[_Number, pydantic.Field(gt=0.0, allow_inf_nan=False)] | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _armature_or_gear(self) -> _Joint:
+        by_gear = [name for name in ("rotor_inertia", "gear_ratio") if getattr(self, name) is not None]
+        if len(by_gear) == 1 or (by_gear and self.armature is not None):
+            raise ValueError("expected armature, or rotor_inertia and gear_ratio")
+        return self
 
 
 class _CoupledScrews(_Strict):
@@ -264,12 +273,20 @@ class RobotFile:
             for name, unit in zip(names, units, strict=True):
                 given: _Amount | _DryFriction | None = getattr(self.settings.joints[name], key)
                 if given is None:
-                    values.append(np.nan)
+                    values.append(self._geared(name) if key == "armature" else np.nan)
                     continue
                 value = getattr(given, way) if given.value is None else given.value
                 values.append(self._si(value, given.unit, unit_of[unit], ("joints", name, key)))
             columns[column] = np.array(values)
         return columns
+
+    def _geared(self, name: str) -> float:
+        """Armature of a joint by the inertia of its rotor and its gear, NaN without them [kg·m² or kg]."""
+        joint = self.settings.joints[name]
+        if joint.rotor_inertia is None or joint.gear_ratio is None:
+            return float("nan")
+        rotor, place = joint.rotor_inertia, ("joints", name, "rotor_inertia")
+        return self._si(rotor.value, rotor.unit, "kg*m^2", place) * joint.gear_ratio**2
 
     def _range(self, given: _Range, unit: str, place: Place) -> tuple[float, float]:
         """Lower and upper position, SI; an error shows them in the units of the file, where they can be corrected."""
