@@ -235,7 +235,7 @@ def test_a_task_states_the_cell_and_goes_all_the_way(tmp_path):
     )
     front = load_task(tmp_path / "task.toml").solve(progress=False)
     front.save(tmp_path / "front.json")
-    start = front.pick("0").motion.q[..., 0, :].reshape(1, -1)
+    start = front.pick("0").rollout.q[0, :1]
     np.testing.assert_allclose(front.problem.robot.tool_poses(start)[0][0], [0.5, 0.1, 1.0], atol=1e-6)
     assert verify(front.pick("0")).passed
     assert certify(front.pick("0")).proven
