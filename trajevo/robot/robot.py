@@ -358,7 +358,7 @@ def load_robot(
         joint_units=units,
         tool=tool_of(model, files.tool, found.text, where, file),
         source=files.folder,
-        reference=f"{where.name if files.text is None else files.name}, {len(names)} joints, {_moving_mass(model):.4g} kg"
+        reference=f"{files.called}, {len(names)} joints, {_moving_mass(model):.4g} kg"
         if file is None
         else file.settings.reference,
         urdf=files.path,

@@ -42,6 +42,11 @@ class Opened:
     tool: str | None
     packages: tuple[Path, ...]
 
+    @property
+    def called(self) -> str:
+        """Its file for people: the name of it, or of the robot where that is all that a run knows."""
+        return self.where.name if self.text is None else self.name
+
 
 def opened(
     name: str | Path,
