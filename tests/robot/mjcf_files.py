@@ -55,10 +55,12 @@ ARM = """<mujoco model="arm">
 
 
 class Mujoco:
-    """MuJoCo's own reading of an MJCF text, without contacts, stops, couplings and dry friction."""
+    """MuJoCo's own reading of the text of an MJCF or URDF, without contacts, stops, couplings and dry friction."""
 
-    def __init__(self, text):
+    def __init__(self, text, gravity=None):
         spec = mujoco.MjSpec.from_string(text)
+        if gravity is not None:
+            spec.option.gravity = gravity
         for geom in [geom for geom in spec.geoms if geom.meshname]:
             spec.delete(geom)  # files of meshes are not at hand, and no mass here follows from one
         self.model = spec.compile()

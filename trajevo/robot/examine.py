@@ -402,7 +402,7 @@ def _warnings(
     efforts, velocities = {row.effort for row in rows}, {row.velocity for row in rows}
     if rows and all(row.effort >= PLACEHOLDER_EFFORT for row in rows):
         yield f"{file}: effort limits look like placeholders: {min(efforts):g} or more on every joint"
-    elif len(rows) > 3 and len(efforts) == len(velocities) == 1:
+    elif len(rows) > 3 and len(efforts) == len(velocities) == 1 and np.isfinite([*efforts, *velocities]).all():
         yield (
             f"{file}: limits look like placeholders: effort {efforts.pop():g} and velocity {velocities.pop():g} "
             f"on every one of {len(rows)} joints"
