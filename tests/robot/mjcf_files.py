@@ -62,7 +62,9 @@ class Mujoco:
         if gravity is not None:
             spec.option.gravity = gravity
         for geom in [geom for geom in spec.geoms if geom.meshname]:
-            spec.delete(geom)  # files of meshes are not at hand, and no mass here follows from one
+            spec.delete(geom)
+        for mesh in spec.meshes:  # whose files are not at hand, and from which no mass here follows
+            spec.delete(mesh)
         self.model = spec.compile()
         self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_CONTACT)
         self.data = mujoco.MjData(self.model)

@@ -290,7 +290,7 @@ def ufactory_xarm7(folder: Path) -> dict[str, Any]:
       {joint("joint1", "link_base > link1", "0 0 0.267", "0 0 1", "-6.28 6.28 3.14 50", rub)}
       {joint("joint2", "link1 > link2", "0 0 0", "0 1 0", "-2.059 2.0944 3.14 50", rub)}
       {fixed("link2 > link_eef", "0 -0.3 0")}
-      <transmission name="t1"><type>transmission_interface/SimpleTransmission</type><joint name="joint1"/></transmission>
+      <transmission name="t1"><type>hardware/SimpleTransmission</type><joint name="joint1"/></transmission>
       <gazebo reference="link1"><selfCollide>true</selfCollide></gazebo></robot>"""
     return {"name": written(folder / "xarm7.URDF", text)}
 
