@@ -10,6 +10,7 @@ from tests.helpers import refused, trajevo
 from trajevo import Front, load_robot, load_task, verify
 from trajevo.base.files import opening_robots_only
 from trajevo.formulation.constraints.solids import robot_geometry
+from trajevo.plots.report import run_facts
 from trajevo.robot.examine import examine
 from trajevo.robot.robot import robot_of
 
@@ -154,6 +155,9 @@ def test_runs_hold_its_urdf_and_open_no_xacro(arm, tmp_path):
     front.save(tmp_path / "front.json")
     arm.unlink()
     again = Front.load(tmp_path / "front.json")
+    told = dict(run_facts(again))["problem settings (SI)"]
+    assert "'urdf': 'a text of " in told
+    assert "<robot" not in told
     assert again.problem.robot.joint_names == robot.joint_names
     np.testing.assert_array_equal(again.problem.evaluate(again.X)[0], front.F)
     assert verify(again.pick("0")).passed
