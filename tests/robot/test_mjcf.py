@@ -260,6 +260,29 @@ def test_it_is_read_by_its_content_and_found_again(write, tmp_path):
         assert load_robot(tmp_path / "arm.mjcf", limits=LIMITS).dof == 4
 
 
+def test_robot_toml_completes_it(write, tmp_path):
+    write(('name="my joint"', 'name="pan"'), ('joint="my joint"', 'joint="pan"'))
+    joints = "".join(
+        f"[joints.{name}]\nposition = {{ lower = -0.1, upper = 0.1, unit = '{unit}' }}\n"
+        + "".join(
+            f"{key} = {{ limit = 9.0, unit = '{unit}/s{power}' }}\n"
+            for key, power in (("velocity", ""), ("acceleration", "^2"), ("jerk", "^3"))
+        )
+        + f"effort = {{ limit = 9.0, unit = '{'N' if unit == 'm' else 'N*m'}' }}\n"
+        + ("armature = { value = 0.3, unit = 'kg*m^2' }\n" if name == "pan" else "")
+        for name, unit in (("pan", "rad"), ("elbow", "rad"), ("slide", "m"), ("turn", "rad"))
+    )
+    (tmp_path / "robot.toml").write_text(
+        "format = 1\nname = 'arm'\nurdf = 'arm.xml'\ntool = 'tcp'\nreference = 'made up'\n"
+        "gravity = { vector = [0.0, 0.0, -9.81], unit = 'm/s^2' }\n" + joints
+    )
+    robot = load_robot(tmp_path)
+    np.testing.assert_array_equal(robot.limits.effort, np.full(4, 9.0))
+    np.testing.assert_array_equal(robot.friction.armature, [0.3, 0.1, 0.1, 0.1])
+    np.testing.assert_array_equal(robot.model.gravity.linear, [0.0, 0.0, -9.81])
+    assert not examine(tmp_path).errors
+
+
 def test_its_check_shows_the_joints_and_what_is_missing(write):
     found = examine(write())
     assert not found.errors

@@ -253,7 +253,10 @@ def _limit_problems(rows: list[JointRow], urdf: Path) -> Iterator[str]:
         for key, unit in (("velocity", f"{row.unit}/s"), ("effort", "N" if row.unit == "m" else "N·m")):
             value = getattr(row, key)
             if value == 0.0:  # negative limits are reported by urdf_problems
-                yield f"{where}: {key}: expected a positive number, got {value:g} {unit}"
+                yield (
+                    f"{where}: {key}: expected a positive number, got {value:g} {unit}: give it in robot.toml, in "
+                    f'task.toml ([limits] {key} = ...) or as limits={{"{key}": ...}}; inf means no limit'
+                )
 
 
 def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock: Collection[str]) -> list[JointRow]:

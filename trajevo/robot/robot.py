@@ -330,7 +330,7 @@ def load_robot(
         raise InvalidInputError(f"lock: expected a mapping from joints to positions [rad or m], got {lock!r}")
     if not isinstance(allow_massless, bool | None):
         raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
-    folders = package_folders(packages)
+    folders = package_folders(packages, exist=urdf is None)
     files = opened(name, lock or {}, folders=folders, urdf=urdf, xacro=xacro, base=base, tool=tool, tools=tools)
     found, file, where = files.found, files.settings, files.where
     root = ElementTree.fromstring(found.text)
@@ -374,7 +374,7 @@ def load_robot(
             gravity=gravity,
             allow_massless=allow_massless,
             friction=friction,
-            packages=[str(folder) for folder in (folders if files.text is None else files.packages)] or None,
+            packages=[str(folder) for folder in (folders if files.text is None else files.needed)] or None,
             base=base,
             tools=tools,
         ),

@@ -47,6 +47,11 @@ class Opened:
         """Its file for people: the name of it, or of the robot where that is all that a run knows."""
         return self.where.name if self.text is None else self.name
 
+    @property
+    def needed(self) -> tuple[Path, ...]:
+        """The folders of packages, if its text names any package."""
+        return self.packages if self.text is not None and "package://" in self.text else ()
+
 
 def opened(
     name: str | Path,

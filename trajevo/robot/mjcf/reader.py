@@ -65,13 +65,14 @@ class _Reader:
         self._notes: list[str] = []
 
     def description(self) -> Description:
-        world = self._root.find("worldbody")
-        if world is None:
+        worlds = self._root.findall("worldbody")
+        if not worlds:
             raise InvalidInputError(f"{self._file}: expected <worldbody> with the bodies of a robot, got none")
         ElementTree.SubElement(self._robot, "link", name=WORLD)
-        if any(True for _ in _parts(world, "geom", HERE, "", self._settings)):
+        if any(True for world in worlds for _ in _parts(world, "geom", HERE, "", self._settings)):
             self._notes.append("geoms of <worldbody> are no part of the robot: a scene is given by the task")
-        self._inside(world, WORLD, HERE, world.get("childclass", ""))
+        for world in worlds:
+            self._inside(world, WORLD, HERE, "")
         self._add_sites()
         if not self._joints:
             raise InvalidInputError(f"{self._file}: expected at least one joint of a body, got none")

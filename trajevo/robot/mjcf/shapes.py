@@ -81,7 +81,7 @@ def shape_of(given: Attributes, angles: Angles, outer: Place, where: str) -> Sha
     Raises:
         InvalidInputError: numbers that are none, an unknown type, or a shell.
     """
-    kind = given.get("type", "mesh" if "mesh" in given and "type" not in given else "sphere")
+    kind = given.get("type", "mesh" if given.get("mesh") else "sphere")
     if kind not in (*_SIZES, *_FLAT, "mesh", "sdf"):
         raise InvalidInputError(f"{where}: type: expected one of {', '.join((*_SIZES, 'mesh', *_FLAT))}, got {kind!r}")
     if is_on(given, "shellinertia", where, auto=False):
