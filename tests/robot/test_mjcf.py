@@ -219,7 +219,8 @@ REFUSED = {
     "actuator": (('joint="turn" forcerange="-4', 'joint="trn" forcerange="-4'), "joint 'trn' is none of the file"),
     "total mass": (('eulerseq="XYz"', 'settotalmass="9"'), "<compiler>: expected masses as they are written"),
     "angle": (('angle="degree"', 'angle="grad"'), "<compiler>: angle: expected degree or radian, got 'grad'"),
-    "number": (('pos="0.3 0 0"', 'pos="0.3 0"'), "body 'lower': pos: expected 3 finite numbers, got '0.3 0'"),
+    "number": (('pos="0.3 0 0"', 'pos="0.3 0"'), "body 'lower': pos: expected 3 numbers below 1e.15, got '0.3 0'"),
+    "huge": (('size="0.05 0.2"', 'size="0.05 1e200"'), "size: expected 1 to 3 numbers below 1e.15, got '0.05 1e200'"),
     "orientations": (('zaxis="1 1 0"', 'zaxis="1 1 0" quat="1 0 0 0"'), "expected one orientation, got quat and zaxis"),
     "axis": (('axis="1 1 0"', 'axis="0 0 0"'), r"joint 'elbow': axis: expected a direction, got \[0.0, 0.0, 0.0\]"),
     "one way": (

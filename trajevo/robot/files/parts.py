@@ -53,4 +53,6 @@ def masses_meant(asked: bool | None, file: RobotFile | None, model: Any, found: 
         return asked
     if file is not None and file.settings.allow_massless:
         return True
+    if not found.between:
+        return False
     return all(found.between.issuperset(body.links) for body in massless(moving_bodies(model)))

@@ -24,6 +24,9 @@ ACTUATORS = (
     "plugin",
 )
 
+#: Magnitude above which no number is believed, far below those whose powers are not finite.
+_MOST = 1e15
+
 #: Name of the class of elements that name none.
 _MAIN = "main"
 
@@ -100,10 +103,10 @@ def numbers_of(given: Attributes, key: str, where: str, *, counts: Sequence[int]
     if key not in given:
         return None
     parts = [urdf_number(part) for part in given[key].split()]
-    found = tuple(part for part in parts if part is not None)
+    found = tuple(part for part in parts if part is not None and abs(part) < _MOST)
     if len(found) != len(parts) or len(found) not in counts:
         expected = str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
-        raise InvalidInputError(f"{where}: {key}: expected {expected} finite numbers, got {given[key]!r}")
+        raise InvalidInputError(f"{where}: {key}: expected {expected} numbers below {_MOST:g}, got {given[key]!r}")
     return found
 
 
