@@ -10,10 +10,9 @@ import io
 import json
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import pinocchio as pin
+from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.rollout import Rollout
@@ -201,7 +200,7 @@ def urscript(solution: Solution, step: float) -> str:
             f"# {duration:.9f} s; the last position is held {_LOOKAHEAD} s longer, as servoj looks ahead; rad",
             f"# certificate: {one_line(str(certify(solution)))}",  # a line break would end the comment
             "def trajevo_motion():",
-            f"  set_tcp(p{_angles(np.concatenate([tool.translation, pin.log3(tool.rotation)]))})",
+            f"  set_tcp(p{_angles(np.concatenate([tool[0], Rotation.from_matrix(tool[1]).as_rotvec()]))})",
             *rows,
             f"  stopj({_decimal(acceleration)})",
             "end",
@@ -217,13 +216,14 @@ def _events(rollout: Rollout) -> list[str]:
     return [f"# carried: {json.dumps(change.plain)}" for change in carried(rollout)]
 
 
-def _at_flange(robot: Robot) -> Any:
-    """Pose of the tool frame in the flange ``tool0``; of the tool itself if there is no such frame beside it."""
+def _at_flange(robot: Robot) -> tuple[Array, Array]:
+    """Position (3,) [m] and rotation (3, 3) of the tool frame in the flange ``tool0``; none if there is no such frame."""
     frames = {frame.name: frame for frame in robot.model.frames}
     tool, flange = frames[robot.tool], frames.get(_FLANGE, frames[robot.tool])
     if tool.parentJoint != flange.parentJoint:
-        return pin.SE3.Identity()
-    return flange.placement.actInv(tool.placement)
+        return np.zeros(3), np.eye(3)
+    back = flange.placement.rotation.T
+    return back @ (tool.placement.translation - flange.placement.translation), back @ tool.placement.rotation
 
 
 def _cycle(instant: float, step: float) -> int:
@@ -231,7 +231,7 @@ def _cycle(instant: float, step: float) -> int:
     return max(math.ceil(instant / step - 1e-9), 0)
 
 
-def _set_payload(change: Carrying, tool: Any) -> str:
+def _set_payload(change: Carrying, tool: tuple[Array, Array]) -> str:
     """The line that tells the controller what is carried from now on."""
     payload = change.payload
     call = (
@@ -239,7 +239,7 @@ def _set_payload(change: Carrying, tool: Any) -> str:
     )
     if payload.inertia is None:
         return f"{call})"
-    turned = tool.rotation @ np.array(payload.inertia) @ tool.rotation.T
+    turned = rotation @ np.array(payload.inertia) @ rotation.T
     return f"{call}, {_angles(turned[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)])})"
 
 

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
+from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, one_line
@@ -288,10 +289,9 @@ def _loaddata(payload: Payload) -> str:
     if math.hypot(*com) < _LEAST_ARM:
         com[2] = _LEAST_ARM
     axes, moments = _principal(payload)
-    turned = pin.Quaternion(axes)
-    quaternion = [turned.w, turned.x, turned.y, turned.z]
+    x, y, z, w = Rotation.from_matrix(axes).as_quat().tolist()
     return (
-        f"[{_number(payload.mass)}, [{', '.join(map(_number, com))}], [{', '.join(map(_number, quaternion))}], "
+        f"[{_number(payload.mass)}, [{', '.join(map(_number, com))}], [{', '.join(map(_number, (w, x, y, z)))}], "
         f"{', '.join(map(_number, moments))}]"
     )
 
@@ -299,13 +299,21 @@ def _loaddata(payload: Payload) -> str:
 def _load_of_kuka(payload: Payload) -> list[str]:
     """Assignments of ``$LOAD``: mass [kg], centre [mm] and axes [deg], moments of inertia [kg·m²]."""
     axes, moments = _principal(payload)
-    c, b, a = np.degrees(pin.rpy.matrixToRpy(axes)).tolist()
+    a, b, c = _turns(axes)
     x, y, z = (_number(_MM * value) for value in payload.com)
     return [
         f"$LOAD.M = {_number(payload.mass)}",
         f"$LOAD.CM = {{X {x}, Y {y}, Z {z}, A {_number(a)}, B {_number(b)}, C {_number(c)}}}",
         f"$LOAD.J = {{X {_number(moments[0])}, Y {_number(moments[1])}, Z {_number(moments[2])}}}",
     ]
+
+
+def _turns(axes: Array) -> list[float]:
+    """Turns about z, the new y and the new x that give a rotation (3, 3) [deg]."""
+    with warnings.catch_warnings():  # at b = 90 deg only the sum of the others is defined, and one of them is 0
+        warnings.simplefilter("ignore", UserWarning)
+        found: list[float] = Rotation.from_matrix(axes).as_euler("ZYX", degrees=True).tolist()
+    return found
 
 
 def _principal(payload: Payload) -> tuple[Array, list[float]]:
