@@ -126,6 +126,13 @@ def test_a_cycle_carries_across_its_seam():
     assert cycle.dynamics.schedule.carried == ((0,), (), (), (0,))
 
 
+def test_a_single_load_needs_no_list():
+    load = {"mass": 3.0, "com": [0.0, 0.0, 0.1], "from": 1, "to": 3}
+    listed = made([load])
+    for given in (load, Load(Payload(3.0, (0.0, 0.0, 0.1)), 1, 3)):
+        assert made(given).settings == listed.settings
+
+
 # --- efforts
 
 
@@ -158,6 +165,18 @@ def test_several_rigid_loads_are_one(problem):
         Dynamics(problem.robot, one).effort(*states) - dynamics.unloaded_effort(*states) for one in (GRIPPER, PART)
     ]
     np.testing.assert_allclose(both.effort(*states), dynamics.unloaded_effort(*states) + sum(alone), atol=1e-11)
+
+
+def test_point_masses_are_one_body_wherever_they_are():
+    random = np.random.default_rng(1)
+    for count in (2, 2, 2, 3, 5) * 40:
+        masses, places = random.uniform(0.1, 5.0, count), random.uniform(-0.3, 0.3, (count, 3))
+        one = together([Payload(m, tuple(c)) for m, c in zip(masses.tolist(), places.tolist(), strict=True)])
+        about = np.array(one.inertia)
+        arms = places - np.array(one.com)
+        expected = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, arms, strict=True))
+        np.testing.assert_allclose(about, expected, atol=1e-14)
+        assert one.mass == pytest.approx(masses.sum(), rel=1e-14)
 
 
 def test_loads_that_never_change_are_the_payload_that_they_are_together():
@@ -338,6 +357,32 @@ def test_every_way_to_the_capacity_agrees(front):
     assert sampled.upper[0] == pytest.approx(mass, rel=1e-3)
     assert proven.upper[0] == pytest.approx(mass, rel=3e-3)
     assert proven.upper[0] <= sampled.upper[0]
+
+
+@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(4, 60))])
+def test_capacities_and_certificates_of_random_loads_are_those_of_dense_samples(seed):
+    random = np.random.default_rng(seed)
+    given = []
+    for k in range(random.integers(1, 4)):
+        first, last = sorted(random.choice(5, 2, replace=False).tolist())
+        load = {"mass": float(random.uniform(0.3, 4.0)), "com": random.uniform(-0.1, 0.15, 3).tolist()}
+        given.append(load | ({"from": first, "to": last} if random.random() < 0.8 or not k else {}))
+    given[0]["vary"] = True
+    stops = [Passing(point, dwell=0.2) for point in (1, 2, 3) if random.random() < 0.5]
+    task = made(given, passing=stops, interpolant=str(random.choice(["quintic_spline", "cubic", "septic_spline"])))
+    rollout = task.rollout(random.uniform(np.maximum(task.xl, 0.6), task.xu))
+    dense = Rollout(rollout.dynamics.sampled(100), rollout.trajectory)
+    proven = {row.joint: row.bound for row in certify(rollout, tolerance=0.01).rows if row.quantity == "effort"}
+    bounds = np.array([proven[name] for name in task.robot.joint_names])
+    assert (np.abs(dense.effort[0]).max(axis=0) <= bounds * (1.0 + 1e-12)).all()
+    found = dlcc(rollout)
+    assert found.feasible
+
+    def used(mass):
+        return (np.abs(with_mass(rollout, mass, 300).effort[0]) / task.robot.limits.effort).max()
+
+    assert used(found.mass) <= 1.0 + 1e-9
+    assert used(1.0005 * found.mass) > 1.0
 
 
 def test_a_motion_that_breaks_a_limit_without_the_load_has_no_capacity():
@@ -525,6 +570,14 @@ def test_tasks_say_what_is_carried_from_where_to_where(tmp_path):
     assert "1 kg all the time, 3 kg from point 1 to point 2" in told.stdout
 
 
+def test_a_task_may_say_of_its_only_payload_where_it_is_carried(tmp_path):
+    text = TASK[: TASK.index("[[payload]]")] + "[payload]\nmass = 3.0\nfrom = 1\n"
+    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
+    assert load_task(tmp_path / "task.toml").problem.dynamics.schedule.carried == ((), (), (0,), (0,))
+    (tmp_path / "task.toml").write_text(text.replace("from", "form"), encoding="utf-8")
+    refused(lambda: load_task(tmp_path / "task.toml"), "line 25: payload.form: unknown key; known: .*from")
+
+
 def test_studies_vary_a_load_by_its_number(tmp_path):
     file = tmp_path / "task.toml"
     file.write_text(TASK, encoding="utf-8")
@@ -576,6 +629,8 @@ def test_mistakes_in_a_task_are_told_with_line_and_key(tmp_path, old, new, sente
         ([{"mass": 1.0, "from": 5}], "payload.0.from: expected the number of a point, 0 to 4, got 5"),
         ([{"mass": 1.0, "from": True}], "payload.0.from: expected the number of a point"),
         ([1.0, {"mass": 1.0, "form": 1}], "payload.1: unknown key 'form'; .*did you mean 'from'"),
+        ([{"from": 1}], "payload.0.mass: expected a mass"),
+        ({"mass": 1.0, "from": 3, "to": 2}, "payload.0.to: expected a later point than 3"),
         ([{"mass": 1.0, "vary": "yes"}], "payload.0.vary: expected true or false"),
         ([{"mass": 1.0, "vary": True}, {"mass": 1.0, "vary": True}], "payload.1.vary: expected one load"),
         ([{"mass": 1.0, "com": [0, 0, 30]}], "payload.0.com: .*looks like mm"),

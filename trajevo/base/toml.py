@@ -298,7 +298,7 @@ def _keys_at(model: type[pydantic.BaseModel], place: Place) -> list[str]:
         inside = [field for found in models for name, field in found.model_fields.items() if name == part]
         named = [found for found in models if found.__name__ == part]  # a member of a union, by its class
         models = [found for field in inside for found in _models_in(field.annotation)] or named or models
-    return [field.alias or name for found in models for name, field in found.model_fields.items()]
+    return list(dict.fromkeys(field.alias or name for found in models for name, field in found.model_fields.items()))
 
 
 def _models_in(annotation: Any) -> list[type[pydantic.BaseModel]]:

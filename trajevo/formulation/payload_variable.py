@@ -17,7 +17,7 @@ from trajevo.dynamics.payload_masses import masses_held
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.formulation.objectives import OBJECTIVES, UNUSED_PAYLOAD, Objective, unused_payload
-from trajevo.path.loads import Load, Schedule, loads_of, varied_of
+from trajevo.path.loads import Load, Schedule, is_loads, loads_of, varied_of
 from trajevo.path.passing import Passing
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
@@ -48,8 +48,9 @@ def carrying(
     Raises:
         InvalidInputError: no such payload, or a load that is picked up or put down within a segment.
     """
-    if not isinstance(payload, list | tuple):
+    if not is_loads(payload):
         return Dynamics(robot, Payload.of(payload, model=None), **more)
+    payload = payload if isinstance(payload, list | tuple) else [payload]
     count = interpolant.via_times(example_of(interpolant)).shape[1]
     loads = tuple(_with_solid(k, load) for k, load in enumerate(loads_of(payload, count, cyclic=cyclic)))
     varied = varied_of(loads)

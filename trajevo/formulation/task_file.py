@@ -51,16 +51,13 @@ class _Limits(_Strict):
     effort: _Values | None = None
 
 
-class _Payload(_Strict):
+class _Load(_Strict):
+    """A payload; it is carried from one point to another, or all the time without ``from`` and ``to``."""
+
     mass: _Number | str
     com: tuple[_Number | str, _Number | str, _Number | str] = (0.0, 0.0, 0.0)
     inertia: list[list[_Number]] | None = None
     model: str = "rigid"
-
-
-class _Load(_Payload):
-    """A payload that is carried from one point to another, or all the time without ``from`` and ``to``."""
-
     from_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="from")
     to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="to")
     vary: Annotated[bool, pydantic.Strict()] | None = None
@@ -161,7 +158,7 @@ class TaskSettings(_Strict):
     robot: str | _Robot
     angle: Literal["rad", "deg"] = "rad"
     limits: _Limits = _Limits()
-    payload: _Number | str | _Payload | list[_Load] = 0.0
+    payload: _Number | str | _Load | list[_Load] = 0.0
     payload_range: tuple[_Number, _Number] | None = None
     points: str | list[list[_Number] | _Point]
     turns: Literal["as_written", "shortest"] = "as_written"
@@ -195,7 +192,9 @@ class TaskSettings(_Strict):
         """The payload, or the loads, as an argument of the problem."""
         if isinstance(self.payload, list):
             return [load.model_dump(by_alias=True, exclude_none=True) for load in self.payload]
-        return self.payload if isinstance(self.payload, float | int | str) else self.payload.model_dump()
+        if isinstance(self.payload, _Load):
+            return self.payload.model_dump(by_alias=True, exclude_none=True)
+        return self.payload
 
     @property
     def parameters(self) -> dict[str, Any]:

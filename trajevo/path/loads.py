@@ -8,9 +8,11 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, known_names
 from trajevo.robot.payload import Payload
+
+#: Share of an inertia that is added to every principal moment.
+_ROUNDING = 1e-15
 
 #: Keys of a load that say where it is carried, and its attributes; ``from`` is no name in Python.
 _PLACES = {"from": "from_point", "to": "to_point"}
@@ -175,11 +177,11 @@ def together(payloads: Sequence[Payload]) -> Payload:
     for one, arm in zip(payloads, centres - com, strict=True):
         own = np.zeros((3, 3)) if one.inertia is None else np.array(one.inertia)
         inertia += own + one.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return Payload(total, tuple(com.tolist()), _tensor(inertia) if inertia.any() and total > 0.0 else None)
-
-
-def _tensor(inertia: Array) -> tuple[tuple[float, ...], ...]:
-    return tuple(map(tuple, (0.5 * (inertia + inertia.T)).tolist()))
+    if not inertia.any():
+        return Payload(total, tuple(com.tolist()))
+    # Point masses in a row have no inertia about it, which rounding must not make negative.
+    inertia = 0.5 * (inertia + inertia.T) + _ROUNDING * np.trace(inertia) * np.eye(3)
+    return Payload(total, tuple(com.tolist()), tuple(map(tuple, inertia.tolist())))
 
 
 def loads_of(given: Any, count: int, *, cyclic: bool = False) -> tuple[Load, ...]:
@@ -210,6 +212,13 @@ def loads_of(given: Any, count: int, *, cyclic: bool = False) -> tuple[Load, ...
             f"payload.{varying[1]}.vary: expected one load whose mass is asked for, got payload.{varying[0]} too"
         )
     return loads
+
+
+def is_loads(given: Any) -> bool:
+    """Whether what a user gives as payload is loads: a list, one load, or a table with keys that only loads have."""
+    if isinstance(given, Mapping):
+        return not {*_PLACES, *_OTHERS}.isdisjoint(given)
+    return isinstance(given, list | tuple | Load)
 
 
 def varied_of(loads: Sequence[Load]) -> int | None:
@@ -254,6 +263,8 @@ def _load(place: int, given: Any) -> Load:
         for key in given:
             if key not in known:
                 raise InvalidInputError(f"payload: unknown key {key!r}; {known_names(str(key), known)}")
+        if "mass" not in given:
+            raise InvalidInputError("payload.mass: expected a mass [kg], got none")
         payload = Payload.of({key: given[key] for key in _OF_PAYLOAD if key in given}, model=None)
         others = {key: given[key] for key in _OTHERS if key in given}
         return Load(payload, given.get("from"), given.get("to"), **others)
