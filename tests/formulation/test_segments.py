@@ -250,6 +250,17 @@ def test_lines_without_rests_that_cannot_be_are_refused(through, given, says):
     refused(lambda: through(**given), says)
 
 
+def test_a_line_does_not_pass_a_joint_s_limit_without_a_rest(through, robot):
+    rows = through().interpolant.points.positions
+    np.testing.assert_allclose(rows[1:4, 0], rows[:, 0].min(), atol=1e-8)
+    limits = UR5["limits"] | {"position": {"shoulder_pan_joint": [float(rows[:, 0].min()), 3.0]}}
+    narrow = load_robot(**UR5 | {"limits": limits})
+    refused(
+        lambda: through(robot=narrow, segments=[APPROACH]),
+        "rest: expected a rest at point 1, which lies on the lower limit of 'shoulder_pan_joint', got 'end'",
+    )
+
+
 def test_certificates_prove_lines_close_to_what_they_are(front, robot):
     assert len(front), front.blocking
     for pick in ("0", "knee"):

@@ -32,7 +32,7 @@ from trajevo.formulation.payload_variable import PayloadVariable, carrying
 from trajevo.formulation.points_on_limits import notes_on_height, notes_on_turning, turning
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.segments.limits import segment_limits
-from trajevo.formulation.segments.ways import curves_of, with_stops
+from trajevo.formulation.segments.ways import check_limits, curves_of, with_stops
 from trajevo.path.boxes import CartesianBox, JointBox
 from trajevo.path.passing import Passing, passings_of
 from trajevo.path.segments import segments_of
@@ -154,6 +154,7 @@ class ViaPointProblem(TrajectoryProblem):
         )
         parts = segments_of(segments, len(via))
         asked, curves = with_stops(given_passing, parts, len(via)), curves_of(parts, named, via, kind)
+        check_limits(parts, on_limits, named)
         at_limits = left_open(on_limits, asked)
         decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves)
         dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from trajevo.errors import InvalidInputError
 from trajevo.path.passing import Passing
 from trajevo.path.segments import ToolSegment
-from trajevo.path.via_points import ViaPoints
+from trajevo.path.via_points import OnLimit, ViaPoints
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.interpolants import FixedCurve, curve_along
 
@@ -54,6 +54,21 @@ def with_stops(passing: Sequence[Passing], segments: Sequence[ToolSegment], coun
                 "is joined: only free segments can follow its direction and speed"
             )
     return tuple(found[point] for point in sorted(found))
+
+
+def check_limits(segments: Sequence[ToolSegment], on_limits: Sequence[OnLimit], robot: Robot) -> None:
+    """Refuse a way that passes a point on a joint's limit without a rest, since the joint would leave its range.
+
+    Raises:
+        InvalidInputError: as said.
+    """
+    for segment in segments:
+        for at in on_limits:
+            if segment.rests.get(at.point) is False:
+                raise InvalidInputError(
+                    f"{segment.name}: rest: expected a rest at point {at.point}, which lies on the "
+                    f"{'upper' if at.upper else 'lower'} limit of {robot.joint_names[at.joint]!r}, got {segment.rest!r}"
+                )
 
 
 def _check_passing(known: Passing | None, segment: ToolSegment, point: int, rests: bool) -> None:
