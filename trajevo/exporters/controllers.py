@@ -217,7 +217,7 @@ def _events(rollout: Rollout) -> list[str]:
 
 
 def _at_flange(robot: Robot) -> tuple[Array, Array]:
-    """Position (3,) [m] and rotation (3, 3) of the tool frame in the flange ``tool0``; none if there is no such frame."""
+    """Position (3,) [m] and rotation (3, 3) of the tool frame in the flange ``tool0``; none if there is no flange."""
     frames = {frame.name: frame for frame in robot.model.frames}
     tool, flange = frames[robot.tool], frames.get(_FLANGE, frames[robot.tool])
     if tool.parentJoint != flange.parentJoint:
@@ -233,10 +233,9 @@ def _cycle(instant: float, step: float) -> int:
 
 def _set_payload(change: Carrying, tool: tuple[Array, Array]) -> str:
     """The line that tells the controller what is carried from now on."""
-    payload = change.payload
-    call = (
-        f"  set_payload({_decimal(payload.mass)}, {_angles(np.round(tool.act(np.array(payload.com)), _DIGITS) + 0.0)}"
-    )
+    payload, (position, rotation) = change.payload, tool
+    com = np.round(position + rotation @ np.array(payload.com), _DIGITS) + 0.0
+    call = f"  set_payload({_decimal(payload.mass)}, {_angles(com)}"
     if payload.inertia is None:
         return f"{call})"
     turned = rotation @ np.array(payload.inertia) @ rotation.T
