@@ -41,6 +41,7 @@ from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
 from trajevo.trajectory.interpolants import (
     NAMED_INTERPOLANTS,
+    ExtraPoints,
     FixedCurve,
     Interpolant,
     interpolant_through,
@@ -72,6 +73,8 @@ class ViaPointProblem(TrajectoryProblem):
             (K - 1, 2); a duration whose bounds are equal is fixed, and no variable.
         interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, an interpolant of another
             package, your own class derived from :class:`~trajevo.trajectory.interpolants.Interpolant`, or its place.
+        extra_points: number of free points between every two points, for ``quintic_spline``, ``septic_spline`` and
+            ``cubic``: when they are passed, and where, are variables; 0 for none.
         moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
             or mappings with the number of the ``point`` and the half widths ``joints`` (n_joints) [rad or m] or
             ``tool`` (3) [m].
@@ -120,6 +123,7 @@ class ViaPointProblem(TrajectoryProblem):
         turns: str = "as_written",
         duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
         interpolant: str | type[Interpolant] = "quintic_spline",
+        extra_points: int = 0,
         moving: Sequence[Any] = (),
         passing: Sequence[Any] = (),
         segments: Sequence[Any] = (),
@@ -156,7 +160,8 @@ class ViaPointProblem(TrajectoryProblem):
         asked, curves = with_stops(given_passing, parts, len(via)), curves_of(parts, named, via, kind)
         check_limits(parts, on_limits, named)
         at_limits = left_open(on_limits, asked)
-        decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves)
+        extra = ExtraPoints.of(extra_points, named, via)
+        decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves, extra)
         dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
@@ -187,6 +192,7 @@ class ViaPointProblem(TrajectoryProblem):
             "turns": turns,
             "duration_bounds": bounds.tolist(),
             "interpolant": kind,
+            **({} if extra is None else {"extra_points": extra.count}),
             "moving": [_box_settings(box) for box in boxes],
             "passing": [one.settings for one in given_passing],
             **({"segments": [one.settings for one in parts]} if parts else {}),
@@ -332,11 +338,12 @@ def _interpolant(
     passing: tuple[Passing, ...],
     cyclic: bool,
     curves: dict[int, FixedCurve],
+    extra: ExtraPoints | None,
 ) -> Interpolant:
     """The interpolant, with joints at rest where they turn, if it can."""
     rests = () if price_of_rest(kind) is None else tuple((at.point, at.joint) for at in turns)
     given: dict[str, Any] = {"duration_bounds": bounds, "at_rest": rests, "passing": passing, "cyclic": cyclic}
-    given |= {"curves": curves} if curves else {}
+    given |= ({"curves": curves} if curves else {}) | ({} if extra is None else {"extra": extra})
     found = (
         MovingPoints(kind, via, tuple(boxes), robot=robot, **given)
         if boxes

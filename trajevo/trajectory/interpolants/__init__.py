@@ -10,6 +10,7 @@ from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.along_way import FixedCurve, curve_along
 from trajevo.trajectory.interpolants.cubic import CubicSpline
+from trajevo.trajectory.interpolants.free_points import ExtraPoints, WithExtraPoints
 from trajevo.trajectory.interpolants.hybrid_quartic import HybridQuartic
 from trajevo.trajectory.interpolants.interpolant import AtRest, Interpolant, Variable
 from trajevo.trajectory.interpolants.legs import Legs, checked_durations
@@ -60,6 +61,7 @@ def interpolant_through(
     passing: Sequence[Passing] = (),
     cyclic: bool = False,
     curves: Mapping[int, FixedCurve] | None = None,
+    extra: ExtraPoints | None = None,
 ) -> Interpolant:
     """The interpolant of a name through points, in legs if it stops or has other wishes on the way.
 
@@ -71,14 +73,18 @@ def interpolant_through(
         passing: how points are passed, in their order.
         cyclic: whether the end meets the start.
         curves: fixed curves of the tool by the point at which they begin, at whose ends the motion stops.
+        extra: free points between the given ones, for an interpolant that takes them.
 
     Raises:
         UnknownNameError: no such interpolant.
         InvalidInputError: what the interpolant cannot do, see :class:`Legs`.
     """
-    found, bounds = NAMED_INTERPOLANTS.find(name), checked_durations(duration_bounds, len(points))
+    found: Callable[..., Interpolant] = NAMED_INTERPOLANTS.find(name)
+    bounds = checked_durations(duration_bounds, len(points))
     if cyclic and not getattr(found, "takes_cycles", False):
         raise InvalidInputError(f"cyclic: {name!r} makes no cyclic motions; quintic_spline and septic_spline do")
+    if extra is not None:
+        found = WithExtraPoints(name, found, extra)
     given: dict[str, Any] = ({"at_rest": at_rest} if at_rest else {}) | ({"cyclic": True} if cyclic else {})
     try:
         if bounds.ndim == 2 or curves or any(one.stop or one.vectors for one in passing):
@@ -97,6 +103,7 @@ __all__ = [
     "NAMED_INTERPOLANTS",
     "THROUGH_POINTS",
     "CubicSpline",
+    "ExtraPoints",
     "FixedCurve",
     "HybridQuartic",
     "Interpolant",

@@ -118,6 +118,7 @@ class CubicSpline(Interpolant):
 
     price_of_rest: ClassVar[str | None] = "its jerk may jump half-way through the next interval"
     takes_velocities: ClassVar[bool] = True
+    virtual_knots: ClassVar[int | None] = 1
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
@@ -142,11 +143,16 @@ class CubicSpline(Interpolant):
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for interval lengths of shape (B, m - 1) [s]."""
         h = check_durations(x, len(self.points) + 1)
-        if self.at_rest or self.velocities:
-            return self._with_velocities(h)
-        if jit.can_compile():
+        if jit.can_compile() and not self.at_rest and not self.velocities:
             return self._by_loops(np.ascontiguousarray(h))
-        q, a = self._knots(h)
+        return self.through(self.points.positions, h)
+
+    def through(self, positions: Array, x: Array) -> TrajectoryBatch:
+        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints)."""
+        h = check_durations(x, len(self.points) + 1)
+        if self.at_rest or self.velocities:
+            return self._with_velocities(positions, h)
+        q, a = self._knots(positions, h)
         step = h.T[:, :, None]
         velocity = (q[1:] - q[:-1]) / step - step * (2.0 * a[:-1] + a[1:]) / 6.0
         cubic = (a[1:] - a[:-1]) / (6.0 * step)
@@ -164,15 +170,15 @@ class CubicSpline(Interpolant):
         times = breaks_of(check_durations(x, len(self.points) + 1))
         return np.delete(times, [1, times.shape[1] - 2], axis=1)
 
-    def _with_velocities(self, h: Array) -> TrajectoryBatch:
+    def _with_velocities(self, positions: Array, h: Array) -> TrajectoryBatch:
         """Splines whose intervals after known velocities of any joint are cut in two, for all joints alike."""
-        known, values = known_velocities(self.points, self.at_rest, self.velocities)
+        known, values = known_velocities(self.points.positions.shape, self.at_rest, self.velocities)
         cut = {point + 1 for point, _ in known}
         common = _halved(h, cut)
         coefficients = np.empty((*common.shape, self.points.n_joints, 4), dtype=h.dtype)
         for joints, at in alike(known, self.points.n_joints):
             own = {point + 1: values[point, joints] for point in at}
-            q, a, step = self._knots_with_velocities(h, joints, own)
+            q, a, step = self._knots_with_velocities(positions[..., joints], h, joints, own)
             velocity = (q[:, 1:] - q[:, :-1]) / step - step * (2.0 * a[:, :-1] + a[:, 1:]) / 6.0
             for k, exact in own.items():
                 velocity[:, k + sum(other < k for other in own)] = exact
@@ -181,14 +187,14 @@ class CubicSpline(Interpolant):
         return PolynomialBatch(breaks_of(common), coefficients)
 
     def _knots_with_velocities(
-        self, h: Array, joints: list[int], given: dict[int, Array]
+        self, p: Array, h: Array, joints: list[int], given: dict[int, Array]
     ) -> tuple[Array, Array, Array]:
         """Positions and accelerations (B, knots, n) of joints with velocities given at knots, and interval lengths.
 
         Positions are ``known + share @ a``: that of a virtual knot, after the start or such a knot or before the end,
         depends on its own acceleration and that of the knot next to it.
         """
-        p, h = self.points.positions[:, joints], _halved(h, set(given))
+        h = _halved(h, set(given))
         count = h.shape[1] + 1
         ends = (self.start_velocity, self.start_acceleration, self.end_velocity, self.end_acceleration)
         v0, a0, v1, a1 = (np.asarray(end)[joints] for end in ends)
@@ -216,17 +222,17 @@ class CubicSpline(Interpolant):
         a = np.linalg.solve(spread - rise @ share, drive)
         return known + share @ a, a, h[..., None]
 
-    def _knots(self, h: Array) -> tuple[Array, Array]:
+    def _knots(self, positions: Array, h: Array) -> tuple[Array, Array]:
         """Positions and accelerations at all knots, each (m, B, n_joints).
 
         The position of knot k is ``known[k] + share[k] a[k]``: that of a virtual knot depends on its acceleration.
         Continuity of velocity at the inner knots gives one tridiagonal matrix for all joints.
         """
-        p = self.points.positions
+        p = np.moveaxis(positions, -2, 0).reshape(len(self.points), -1, self.points.n_joints)
         step = h.T[:, :, None]
-        known = np.empty((len(p) + 2, len(h), p.shape[1]), dtype=h.dtype)
+        known = np.empty((len(p) + 2, len(h), p.shape[2]), dtype=h.dtype)
         share = np.zeros((len(p) + 2, len(h), 1), dtype=h.dtype)
-        known[0], known[2:-2], known[-1] = p[0], p[1:-1, None], p[-1]
+        known[0], known[2:-2], known[-1] = p[0], p[1:-1], p[-1]
         known[1] = p[0] + step[0] * self.start_velocity + step[0] ** 2 * self.start_acceleration / 3.0
         known[-2] = p[-1] - step[-1] * self.end_velocity + step[-1] ** 2 * self.end_acceleration / 3.0
         share[1], share[-2] = step[0] ** 2 / 6.0, step[-1] ** 2 / 6.0

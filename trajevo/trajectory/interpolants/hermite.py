@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import AtRest, alike, breaks_of, known_velocities
 from trajevo.trajectory.polynomial import PolynomialBatch
@@ -51,7 +50,7 @@ def hermite_segments(start: Array, end: Array, durations: Array) -> Array:
 
 
 def odd_spline(
-    points: ViaPoints,
+    points: Array,
     durations: Array,
     r: int,
     *,
@@ -67,7 +66,7 @@ def odd_spline(
     joint's velocity at an inner point is known, it replaces the continuity of the highest of these derivatives.
 
     Args:
-        points: K points.
+        points: K points, shape (K, n_joints), or of each motion (B, K, n_joints) [rad or m].
         durations: shape (B, K - 1) [s].
         r: 3 for the quintic, 4 for the septic spline.
         at_rest: joints at rest at inner points.
@@ -76,17 +75,17 @@ def odd_spline(
         cyclic: whether the end meets the start, with all derivatives up to 2r - 2, instead of given states.
     """
     population, segments = durations.shape
-    states = np.zeros((population, segments + 1, points.n_joints, r), dtype=durations.dtype)
-    states[..., 0] = points.positions
+    states = np.zeros((population, segments + 1, points.shape[-1], r), dtype=durations.dtype)
+    states[..., 0] = points
     if ends is not None:
         for place, (velocity, acceleration) in ((0, ends[:2]), (-1, ends[2:])):
             states[:, place, :, 1], states[:, place, :, 2] = velocity, 0.5 * acceleration
-    known, values = known_velocities(points, at_rest, velocities or {})
+    known, values = known_velocities(points.shape[-2:], at_rest, velocities or {})
     # A slice for all joints at once, which numpy does not copy.
-    groups: list[tuple[Any, list[int]]] = [*alike(known, points.n_joints)] if known else [(slice(None), [])]
+    groups: list[tuple[Any, list[int]]] = [*alike(known, points.shape[-1])] if known else [(slice(None), [])]
     for joints, at in groups if segments > 1 else []:
         outer = None if ends is None else states[:, [0, -1]][:, :, joints, 1:]
-        positions, known_at = points.positions[:, joints], (at, values[at][:, joints])
+        positions, known_at = points[..., joints], (at, values[at][:, joints])
         if cyclic:
             outer = np.repeat(_state_of_cycle(positions, durations, r, known_at)[:, None], 2, axis=1)
             states[:, 0, joints, 1:] = states[:, -1, joints, 1:] = outer[:, 0]
@@ -104,8 +103,8 @@ def _state_of_cycle(positions: Array, durations: Array, r: int, known_at: tuple[
     """
     known, population = np.arange(1, r), len(durations)
     scale = (0.5 * (durations[:, 0] + durations[:, -1]))[:, None] ** known
-    at_rest = _jumps_at_seam(positions, durations, r, known_at, np.zeros((population, positions.shape[1], r - 1)))
-    still = np.zeros((len(positions), 1))
+    at_rest = _jumps_at_seam(positions, durations, r, known_at, np.zeros((population, positions.shape[-1], r - 1)))
+    still = np.zeros((positions.shape[-2], 1))
     alone = [
         _jumps_at_seam(still, durations, r, (known_at[0], still[known_at[0]]), (one / scale)[:, None])
         for one in np.eye(r - 1)
@@ -126,9 +125,11 @@ def _jumps_at_seam(positions: Array, durations: Array, r: int, known_at: tuple[l
         end: Taylor coefficients 1 to r - 1 at both ends, shape (B, n_joints, r - 1).
     """
     inner = _inner_derivatives(positions, durations, r, known_at, np.repeat(end[:, None], 2, axis=1))
-    states = np.zeros((len(durations), len(positions), positions.shape[1], r), dtype=inner.dtype)
+    states = np.zeros((len(durations), *positions.shape[-2:], r), dtype=inner.dtype)
     states[..., 0], states[:, 0, :, 1:], states[:, -1, :, 1:], states[:, 1:-1, :, 1:] = positions, end, end, inner
-    first, last = (hermite_segments(states[:, k], states[:, k + 1], durations[:, k]) for k in (0, len(positions) - 2))
+    first, last = (
+        hermite_segments(states[:, k], states[:, k + 1], durations[:, k]) for k in (0, positions.shape[-2] - 2)
+    )
     powers, orders = np.arange(2 * r), np.arange(r, 2 * r - 1)
     shift = np.array([[comb(power, k) for power in powers] for k in orders], dtype=np.float64)
     time = durations[:, -1, None, None] ** np.maximum(powers - orders[:, None], 0)
@@ -143,7 +144,7 @@ def _inner_derivatives(
     """Taylor coefficients 1 to r - 1 at the inner points, shape (B, K - 2, n_joints, r - 1).
 
     Args:
-        positions: of the points, shape (K, n_joints).
+        positions: of the points, shape (K, n_joints) or (B, K, n_joints).
         durations: shape (B, K - 1) [s].
         r: as for :func:`odd_spline`.
         known_at: P inner points with known velocities, and these, shape (P, n_joints).
@@ -160,11 +161,11 @@ def _inner_derivatives(
     rows_before, rows_after = before ** -orders[:, None], after ** -orders[:, None]
     diagonal = rows_before * at_end[:, r + 1 :] * before**known - rows_after * at_start[:, 1:r] * after**known
     left, right = rows_before * at_end[:, 1:r] * before**known, -rows_after * at_start[:, r + 1 :] * after**known
-    chord = np.diff(positions, axis=0)
+    chord = np.diff(positions, axis=-2)
     # At equal positions all Taylor coefficients above 0 vanish, so only the chords enter: a column times a chord.
     drive = (
-        rows_after * at_start[:, r : r + 1] * chord[1:][:, None, :]
-        + rows_before * at_end[:, :1] * chord[:-1][:, None, :]
+        rows_after * at_start[:, r : r + 1] * chord[..., 1:, None, :]
+        + rows_before * at_end[:, :1] * chord[..., :-1, None, :]
     )
     if outer is not None:
         states = np.moveaxis(outer, -1, -2)

@@ -48,11 +48,15 @@ class Interpolant(ABC):
         takes_velocities: whether it takes ``velocities`` at inner points and ``start_velocity``,
             ``start_acceleration``, ``end_velocity`` and ``end_acceleration``, see :func:`set_velocities`.
         takes_cycles: whether it takes ``cyclic``, with which the end of a motion meets its start.
+        virtual_knots: number of knots that it has between the first two points, and as many between the last two; its
+            variables are the times between points and these knots. None for an interpolant that has no method
+            ``through``, with which every motion has points of its own, as free points between the given ones need.
     """
 
     price_of_rest: ClassVar[str | None] = None
     takes_velocities: ClassVar[bool] = False
     takes_cycles: ClassVar[bool] = False
+    virtual_knots: ClassVar[int | None] = None
 
     @property
     @abstractmethod
@@ -168,13 +172,13 @@ def check_cycle(interpolant: Any) -> None:
 
 
 def known_velocities(
-    points: ViaPoints, at_rest: AtRest, velocities: Mapping[int, Array]
+    shape: tuple[int, ...], at_rest: AtRest, velocities: Mapping[int, Array]
 ) -> tuple[tuple[tuple[int, int], ...], Array]:
     """Pairs (point, joint) whose velocity is known, sorted, and the velocities, 0 elsewhere, (n_points, n_joints)."""
-    values = np.zeros(points.positions.shape)
+    values = np.zeros(shape)
     for point, given in velocities.items():
         values[point] = given
-    given_at = ((point, joint) for point in velocities for joint in range(points.n_joints))
+    given_at = ((point, joint) for point in velocities for joint in range(shape[1]))
     return tuple(sorted({*at_rest, *given_at})), values
 
 

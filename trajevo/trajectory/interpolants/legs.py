@@ -215,6 +215,7 @@ class Legs(Interpolant):
         counts: Counter[str] = Counter()
         named, fixed = [], []
         several = len(self._legs) > 1
+        bounds = iter(self.duration_bounds.tolist() if self.duration_bounds.ndim == 2 else ())
         every = [(number, variable) for number, leg in enumerate(self._legs, 1) for variable in leg.variables]
         for column, (number, variable) in enumerate(every):
             name, stem = variable.name, re.fullmatch(r"(.*_)\d+", variable.name)
@@ -223,8 +224,9 @@ class Legs(Interpolant):
                 name = f"{stem[1]}{counts[stem[1]]}"
             elif several:
                 name = f"{name} of leg {number}"
-            each = self.duration_bounds.ndim == 2
-            low, high = self.duration_bounds[column].tolist() if each else (variable.lower, variable.upper)
+            low, high = variable.lower, variable.upper
+            if variable.unit == "s":
+                low, high = next(bounds, [low, high])
             if low == high:
                 fixed.append((column, low))
             else:
@@ -241,7 +243,10 @@ class Legs(Interpolant):
             motion = _polynomials(leg(x), self.kind)
             counts.append(motion.segment_durations.shape[1])
             spans = np.diff(leg.via_times(x), axis=1)
-            if self.duration_bounds.ndim == 2 and (spans.shape != x.shape or np.abs(spans - x).max() > _ROUNDING):
+            times = x[:, [variable.unit == "s" for variable in leg.variables]]
+            if self.duration_bounds.ndim == 2 and (
+                spans.shape != times.shape or np.abs(spans - times).max() > _ROUNDING
+            ):
                 raise InvalidInputError(
                     f"duration_bounds: expected one pair for all segments, as the variables of {self.kind!r} are not "
                     "the times between its points"

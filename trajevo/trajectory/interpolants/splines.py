@@ -49,6 +49,7 @@ class QuinticSpline(Interpolant):
     price_of_rest: ClassVar[str | None] = "its fourth derivative may jump there"
     takes_velocities: ClassVar[bool] = True
     takes_cycles: ClassVar[bool] = True
+    virtual_knots: ClassVar[int | None] = 0
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
@@ -74,7 +75,11 @@ class QuinticSpline(Interpolant):
 
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for segment times of shape (B, n_segments) [s]."""
-        return _spline(self, check_durations(x, len(self.points) - 1), 3)
+        return self.through(self.points.positions, x)
+
+    def through(self, positions: Array, x: Array) -> TrajectoryBatch:
+        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints)."""
+        return _spline(self, positions, check_durations(x, len(self.points) - 1), 3)
 
     def via_times(self, x: Array) -> Array:
         """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
@@ -102,6 +107,7 @@ class SepticSpline(Interpolant):
     price_of_rest: ClassVar[str | None] = "its sixth derivative may jump there"
     takes_velocities: ClassVar[bool] = True
     takes_cycles: ClassVar[bool] = True
+    virtual_knots: ClassVar[int | None] = 0
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
@@ -127,14 +133,18 @@ class SepticSpline(Interpolant):
 
     def __call__(self, x: Array) -> TrajectoryBatch:
         """Splines for segment times of shape (B, n_segments) [s]."""
-        return _spline(self, check_durations(x, len(self.points) - 1), 4)
+        return self.through(self.points.positions, x)
+
+    def through(self, positions: Array, x: Array) -> TrajectoryBatch:
+        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints)."""
+        return _spline(self, positions, check_durations(x, len(self.points) - 1), 4)
 
     def via_times(self, x: Array) -> Array:
         """The segments' ends, (B, n_segments) -> (B, n_points) [s]."""
         return breaks_of(check_durations(x, len(self.points) - 1))
 
 
-def _spline(spline: Any, durations: Array, r: int) -> TrajectoryBatch:
+def _spline(spline: Any, positions: Array, durations: Array, r: int) -> TrajectoryBatch:
     """The spline of one of these classes, with its given velocities."""
     ends = np.stack([getattr(spline, name) for name in END_STATES])
     given = {
@@ -143,4 +153,4 @@ def _spline(spline: Any, durations: Array, r: int) -> TrajectoryBatch:
         "ends": ends if ends.any() else None,
         "cyclic": spline.cyclic,
     }
-    return odd_spline(spline.points, durations, r, **given)
+    return odd_spline(positions, durations, r, **given)
