@@ -140,6 +140,7 @@ class Lockstep:
         y: current points, shape (M, n).
         safe: last point of each member within all limits, or its starting point, shape (M, n).
         curvature: current approximation of the Lagrangian's Hessian, shape (M, n, n).
+        converged: which members have ended where their models promise no decrease, shape (M,).
     """
 
     def __init__(
@@ -164,6 +165,7 @@ class Lockstep:
         self._f, self._df, self._g, self._dg = scaled.slopes(self.y)
         good = [np.isfinite(values.reshape(count, -1)).all(axis=1) for values in (self._f, self._df, self._g, self._dg)]
         self._live = np.logical_and.reduce(good)
+        self.converged = np.zeros(count, dtype=bool)
 
     def run(self, steps: Array, tolerance: Array, stop: Callable[[], bool]) -> None:
         """Take steps until every member is done or ``stop`` returns True.
@@ -195,6 +197,7 @@ class Lockstep:
             self._forget(i)
             return self._step(i, tolerance)
         if at_rest or step is None:
+            self.converged[i] = step is not None
             return None
         if 2.0 * step.limits.sum() > self._penalty[i]:
             self._penalty[i] *= _HARDER

@@ -22,16 +22,15 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.archive import Archive
 from trajevo.front.covering import ReferenceBox, covering, gaps, neighbours
 from trajevo.front.front import Front
+from trajevo.solvers.gradient.anchors import ended, slowed
 from trajevo.solvers.gradient.batch_sqp import Lockstep
 from trajevo.solvers.gradient.scaling import Columns, Scaled
 
 #: Greatest number of steps of an anchor, and promised decrease (of a logarithm) below which it is done.
 _ANCHOR_STEPS, _ANCHOR_TOLERANCE = 150, 1e-9
 
-
 #: The same for other members.
 _STEPS, _TOLERANCE = 30, 1e-3
-
 
 #: How often an anchor is started again from its own end.
 _ANCHOR_RESTARTS = 4
@@ -40,7 +39,6 @@ _ANCHOR_RESTARTS = 4
 #: other members.
 _ANCHOR_SHARE, _SHARE = 1e-5, 1e-2
 
-
 #: Margin by which limits are tightened, so that rounding does not break them.
 _MARGIN = 1e-7
 
@@ -48,15 +46,12 @@ _MARGIN = 1e-7
 #: feasible point is tried, and after.
 _BACK, _FAR_BACK = (1e-6, 1e-4), (1e-2, 1e-1)
 
-
 #: Points on the line through two neighbours, beyond both and between them, and number of neighbours of each member.
 _SHARES, _NEIGHBOURS = (-0.5, 0.5, 1.5), 10
-
 
 #: Shares of the budget at which the round with the anchors ends, and at which later rounds end; the rest is for filling
 #: gaps, which gains most.
 _UNTIL_ANCHORED, _UNTIL_REFINED = 0.6, 0.75
-
 
 #: Greatest number of members between which gaps are filled.
 _MEMBERS_OF_GAPS = 60
@@ -106,6 +101,7 @@ class Refinement:
         columns = Columns.of(front.F, np.vstack([np.eye(problem.n_obj), *sums]), box.corner)
         form = problem.smooth
         smooth = problem.in_terms() if form is None else form.problem
+        self._smooth = smooth
         self.kind = smooth.gradients_by(front.X[:1] if form is None else form.into(front.X[:1]))
         self._scaled = Scaled(smooth, columns, _MARGIN if form is None else 0.0)
         self._known, self._curvature = np.empty((0, len(columns.weights))), np.empty((0, smooth.n_var, smooth.n_var))
@@ -145,6 +141,22 @@ class Refinement:
         )
         run.run(steps, tolerance, lambda: self._stop(self.cost, _UNTIL_ANCHORED if anchors else _UNTIL_REFINED))
         self._finish(run, y)
+        if anchors:
+            self._end_anchors(run.converged[: f.shape[1]])
+
+    def _end_anchors(self, converged: Array) -> None:
+        """Bring anchors to an end that the lockstep left before."""
+        size = int(self._problem.n_var)
+        for column in np.flatnonzero(~converged):
+            best = self._scaled.columns(self.archive.F)[:, column].argmin()
+            x = self._scaled.outside(self._inside(self.archive.X[[best]]))[0]
+            weights = self._scaled.columns.weights[column]
+            end, gradients = ended(
+                self._smooth, weights, x, lambda n: self._stop(self.cost + n * size, _UNTIL_ANCHORED)
+            )
+            self._scaled.gradients += gradients
+            if end is not None:
+                self._add(slowed(self._scaled, self._smooth, end))
 
     def _anchors(self) -> _Part:
         f = self._scaled.columns(self.archive.F)

@@ -26,7 +26,7 @@ _SETTLED = 1e-7
 
 
 class OutOfEvaluations(Exception):  # noqa: N818 - no error: another way is tried
-    """A run of :class:`WeightedSum` has not ended within the points that it may evaluate."""
+    """A run of :class:`WeightedSum` was stopped, or has not ended within the points that it may evaluate."""
 
 
 class WeightedSum:
@@ -42,9 +42,11 @@ class WeightedSum:
         excess: decision vector (n_var,) -> the greatest excess over a limit, by which ends are judged; that of the
             problem itself if None.
         most: greatest number of points at which a run evaluates; not limited if None.
+        stop: called before every evaluation with the number of those before; the run ends if it returns True.
 
     Attributes:
         evaluations: number of points at which values and gradients were evaluated.
+        best: the point within all limits with the least weighted sum that was looked at, None if there is none.
     """
 
     def __init__(
@@ -56,7 +58,9 @@ class WeightedSum:
         margin: float = MARGIN,
         excess: Callable[[Array], float] | None = None,
         most: int | None = None,
+        stop: Callable[[int], bool] | None = None,
     ) -> None:
+        self._stop = stop
         self._excess = excess or (lambda x: greatest_excess(problem, x))
         self.problem, self.weights, self.tame = problem, weights, True
         self.half_space, self.margin, self.evaluations = half_space, margin, 0
@@ -64,6 +68,8 @@ class WeightedSum:
         self._room = np.full(self.problem.n_ieq_constr, margin)
         self.logarithmic = problem.xl > 0.0
         self.bounds = np.stack([self._inside(problem.xl), self._inside(problem.xu)], axis=1)
+        self.best: Array | None = None
+        self._least = np.inf
         self._at: Array | None = None
         self._values: tuple[float, Array, Array, Array] = (0.0, np.empty(0), np.empty(0), np.empty(0))
 
@@ -74,7 +80,7 @@ class WeightedSum:
         margin. An end that breaks limits slightly is sought again with more room at these limits.
 
         Raises:
-            OutOfEvaluations: the run did not end within the points that are allowed.
+            OutOfEvaluations: the run was stopped, or did not end within the points that are allowed.
         """
         self._left = self._most
         for margin in dict.fromkeys((self.margin, 0.0)):
@@ -140,6 +146,8 @@ class WeightedSum:
                 if not self._left:
                     raise OutOfEvaluations
                 self._left -= 1
+            if self._stop is not None and self._stop(self.evaluations):
+                raise OutOfEvaluations
             x = self._outside(y)
             self.evaluations += 1
             F, dF, G, dG = (values[0] for values in self.problem.evaluate_with_gradients(x[None]))
@@ -149,6 +157,8 @@ class WeightedSum:
                 normal, offset = self.half_space
                 G, dG = np.append(G, normal @ F - offset), np.vstack([dG, normal @ dF])
             stretch = np.where(self.logarithmic, x, 1.0)
+            if G.max(initial=-np.inf) <= 0.0 and F @ self.weights < self._least:
+                self.best, self._least = x, float(F @ self.weights)
             cost, slope = float(F @ self.weights), (self.weights @ dF) * stretch
             # Costs of poor starts are many orders of magnitude above the optimum; their logarithm varies much less.
             value = (np.log(cost), slope / cost) if self.tame and cost > 0.0 else (cost, slope)
