@@ -23,6 +23,7 @@ from trajevo.exporters.events import Carrying, Stretch, carried, stretches
 from trajevo.exporters.exporter import Exporter
 from trajevo.front.front import Solution
 from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
 from trajevo.verification.certify import certify
 
@@ -204,7 +205,7 @@ def _check(solution: Solution, format: str, *, speeds: bool = False) -> None:
             f"{robot.name!r} with {robot.dof}"
         )
     endless = [
-        name for name, speed in zip(robot.joint_names, robot.limits.velocity, strict=True) if not math.isfinite(speed)
+        name for name, speed in zip(robot.joint_names, _greatest_speeds(robot), strict=True) if not math.isfinite(speed)
     ]
     if speeds and endless:
         raise InvalidInputError(
@@ -234,8 +235,13 @@ def _moves(solution: Solution, stretch: Stretch) -> Iterator[tuple[Array, float,
 def _percents(solution: Solution, stretch: Stretch) -> list[int]:
     """Mean speeds between points as shares of the fastest axis's greatest speed, in percent."""
     speeds = np.abs(np.diff(stretch.q, axis=0)) / np.diff(stretch.t)[:, None]
-    shares = (speeds / solution.front.problem.robot.limits.velocity).max(axis=1)
+    shares = (speeds / _greatest_speeds(solution.front.problem.robot)).max(axis=1)
     return [int(min(max(math.ceil(100.0 * share), _PERCENT[0]), _PERCENT[1])) for share in shares]
+
+
+def _greatest_speeds(robot: Robot) -> Array:
+    """Greatest speeds of the axes, of both directions the greater, as controllers have one [rad/s or m/s]."""
+    return robot.limits.sides("velocity").greater
 
 
 def _shown(solution: Solution, q: Array) -> Array:

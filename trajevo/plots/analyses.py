@@ -44,7 +44,7 @@ def analysed(front: Front, kind: str = "full") -> tuple[str, ...]:
     if not wanted or not len(front):
         return ()
     problem = front.problem
-    limited = problem.robot.gives_effort and bool(np.isfinite(problem.robot.limits.effort).any())
+    limited = problem.robot.gives_effort and bool(problem.robot.limits.sides("effort").limited.any())
     schedule = problem.dynamics.schedule
     limited = limited and (schedule is None or schedule.varied is not None)  # else no payload is asked about
     suits = {"certificate": True, "rivals": problem.compares_rivals}

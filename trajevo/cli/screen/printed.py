@@ -45,7 +45,7 @@ def print_list(out: Console) -> None:
         robot = load_robot(name)
         limits = {
             "position": np.concatenate([robot.limits.lower, robot.limits.upper]),
-            **{kind: getattr(robot.limits, kind) for kind in ("velocity", "acceleration", "jerk", "effort")},
+            **{kind: robot.limits.sides(kind).greater for kind in ("velocity", "acceleration", "jerk", "effort")},
         }
         given = [kind for kind, values in limits.items() if np.isfinite(values).all()]
         missing = [kind for kind in limits if kind not in given]
