@@ -102,7 +102,7 @@ def _limited(robot: Robot, example: ExamplePath | None, given: Mapping[str, Any]
                 f"{name}: a path of your own needs a limit for every axis: {name}='100 {unit}', "
                 f"or name a robot whose limits apply"
             )
-    directed = {f"{name}_backward": None for name in found if name in DIRECTED}
+    directed: dict[str, Any] = {f"{name}_backward": None for name in found if name in DIRECTED}
     return replace(robot, limits=replace(robot.limits, **found, **directed))
 
 

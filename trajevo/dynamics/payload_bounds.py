@@ -64,7 +64,9 @@ class PayloadBounds:
 _FIELDS = tuple(field.name for field in fields(PayloadBounds))
 
 
-def bound_payloads(rollout: Rollout, effort_limits: Array | Sides, *, inertia: Array, tolerance: float) -> PayloadBounds:
+def bound_payloads(
+    rollout: Rollout, effort_limits: Array | Sides, *, inertia: Array, tolerance: float
+) -> PayloadBounds:
     """Bound the effort along one motion for every payload.
 
     Args:

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from trajevo.capacity.payload_studies import PAYLOAD_STUDIES, Studied
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front.front import Front

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array, read_only
 from trajevo.errors import InvalidInputError
-
 
 #: Limits that may differ by the direction of the joint, and what ends the names of those of the negative one.
 DIRECTED, _BACKWARD = ("velocity", "acceleration", "effort"), "_backward"
@@ -60,10 +59,10 @@ class Sides:
         """Forward and backward along a new first axis."""
         return np.stack([self.forward, self.backward])
 
-    def __getitem__(self, chosen: object) -> Sides:
+    def __getitem__(self, chosen: Any) -> Sides:
         """The sides of chosen joints."""
-        forward: Array = self.forward[chosen]  # type: ignore[index]
-        return Sides(forward, forward if self.agree else self.backward[chosen])  # type: ignore[index]
+        forward: Array = self.forward[chosen]
+        return Sides(forward, forward if self.agree else self.backward[chosen])
 
     def times(self, factor: float | Array) -> Sides:
         """Both directions times a factor."""

@@ -167,9 +167,7 @@ def _dynamic_proofs(rollout: Rollout, enclosure: Enclosure, motion: int, limits:
         )
 
 
-def _by_direction(
-    rollout: Rollout, enclosure: Enclosure, motion: int, limits: Array
-) -> tuple[Array, Array, Array]:
+def _by_direction(rollout: Rollout, enclosure: Enclosure, motion: int, limits: Array) -> tuple[Array, Array, Array]:
     """Limits of the columns, the robot's own, and what enclosed magnitudes are multiplied by, (2 n_joints + 1,) each.
 
     The effort of a joint whose limit differs by direction is told in the direction of the greatest share of a limit
@@ -182,8 +180,8 @@ def _by_direction(
         return kept, own, scales
     t, joints = enclosure.instants[motion, : robot.dof], np.arange(robot.dof)
     one = _one_motion(rollout, motion)
-    states = (one.trajectory.evaluate(t[None], order) for order in range(3))
-    effort = one.effort_in(*states, t)[0, joints, joints]
+    q, v, a = (one.trajectory.evaluate(t[None], order) for order in range(3))
+    effort = one.effort_in(q, v, a, t)[0, joints, joints]
     kept[: robot.dof] = sides.told(effort)
     own[: robot.dof] = robot.limits.sides("effort").told(effort)
     limited = np.flatnonzero(np.isfinite(kept[: robot.dof]))

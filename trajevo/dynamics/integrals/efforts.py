@@ -367,5 +367,5 @@ def _peaks(rollout: Rollout, group: Resolved, cells: _Cells, chosen: Array) -> A
 
 def _signs(effort: Array, limits: Sides) -> Array:
     """What efforts (..., K) are multiplied by to count in either direction, with limits (K,)."""
-    signs = np.sign(effort.real)
+    signs: Array = np.sign(effort.real)
     return signs if limits.agree else signs * limits.weights(effort)

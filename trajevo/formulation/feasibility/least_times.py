@@ -9,7 +9,7 @@ time. The bounds hold for every motion; the fastest is slower wherever joints mu
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import final
 
@@ -97,9 +97,12 @@ class SpeedLimits:
         way = np.max([np.abs(each).sum(axis=0) for each in steps], axis=0)
         if self.velocity.agree and self.acceleration.agree:
             return self.least(way, rests=rests)
-        fastest = SpeedLimits(*(Sides.of(x.greater) for x in (self.velocity, self.acceleration, self.jerk)), self.tool)
+        fastest = replace(
+            self, velocity=Sides.of(self.velocity.greater), acceleration=Sides.of(self.acceleration.greater)
+        )
         directed = [self.velocity.share(each).sum(axis=0) for each in steps]
-        return np.max([fastest.least(way, rests=rests), *directed], axis=0)
+        longest: Array = np.max([fastest.least(way, rests=rests), *directed], axis=0)
+        return longest
 
 
 def from_rest(distance: Array, velocity: Array, acceleration: Array, jerk: Array) -> Array:
@@ -168,7 +171,8 @@ def _whole(problem: TrajectoryProblem, given: KnownPoints, limits: SpeedLimits, 
 def _apart(start: Array, end: Array) -> Array:
     """How far every joint moves at least from one known point to the other, backward below 0 [rad or m]."""
     distance: Array = np.maximum(np.abs(end - start) - 2.0 * SAME_POSITION, 0.0)
-    return np.copysign(distance, end - start)
+    signed: Array = np.copysign(distance, end - start)
+    return signed
 
 
 def _greatest(seconds: Array) -> tuple[int | None, float]:
