@@ -19,13 +19,16 @@ from trajevo.formulation.constraints.joint_limits import (
 from trajevo.formulation.constraints.motion_limits import mean_velocity_limits
 from trajevo.formulation.constraints.robust import robust_effort_limits
 from trajevo.formulation.feasibility.check import check
+from trajevo.formulation.feasibility.least_times import SpeedLimits
 from trajevo.formulation.objectives import effort_ratio
 from trajevo.formulation.problem import Weights
+from trajevo.path.curve import GeometricPath
 from trajevo.problems import ViaPointProblem
 from trajevo.robot.joints import DIRECTED, Friction, Sides
 from trajevo.robot.payload import Payload
+from trajevo.solvers.evolutionary.stretching import Limits, Stretching
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
-from trajevo.trajectory.interpolants import QuinticSpline, stop_and_go
+from trajevo.trajectory.interpolants import QuinticSpline, Reparameterisation, stop_and_go
 from trajevo.verification.certify import certify
 from trajevo.verification.kinematic_proofs import kinematic_proofs
 from trajevo.verification.verify import verify
@@ -201,23 +204,23 @@ def test_gradients_are_finite_differences(limits):
 
 
 def test_solutions_keep_both_directions_and_survive_a_file(tmp_path):
-    limits = {"velocity": {"backward": "40 deg/s", "forward": "80 deg/s"}, "effort": {"joint_2": {"backward": 60.0,
+    limits = {"velocity": {"backward": "20 deg/s", "forward": "80 deg/s"}, "effort": {"joint_2": {"backward": 60.0,
               "forward": 97.6}}}  # fmt: skip
     every = ["position", "velocity", "acceleration", "jerk", "effort"]
     made = problem(load_robot("puma560", limits=limits), effort_margin=0.1, constraints=every)
     front = optimise(made, seed=1, generations=8, population=16, progress=False)
     front.save(tmp_path / "front.json")
     again = Front.load(tmp_path / "front.json").problem.robot.limits
-    np.testing.assert_array_equal(again.velocity_backward, np.full(6, np.radians(40.0)))
+    np.testing.assert_array_equal(again.velocity_backward, np.full(6, np.radians(20.0)))
     np.testing.assert_array_equal(again.effort_backward[1], 60.0)
     rollout = front.rollouts
     velocity = dense(rollout, 1)
-    assert velocity.min() >= -np.radians(40.0) * (1.0 + 1e-9)
-    assert velocity.max() > np.radians(40.0)
+    assert velocity.min() >= -np.radians(20.0) * (1.0 + 1e-9)
+    assert velocity.max() > np.radians(20.0)
     verified = verify(front.pick("0"))
     row = next(row for row in verified.utilisation if (row.limit, row.joint) == ("velocity", "joint_1"))
     one = velocity[0, :, 0]
-    assert row.share == pytest.approx(max(one.max() / np.radians(80.0), -one.min() / np.radians(40.0)), rel=1e-3)
+    assert row.share == pytest.approx(max(one.max() / np.radians(80.0), -one.min() / np.radians(20.0)), rel=1e-3)
 
 
 def test_the_slower_direction_takes_as_much_longer_as_its_limit_is_less():
@@ -261,3 +264,90 @@ def test_stop_and_go_speeds_up_with_one_limit_and_slows_down_with_the_other():
         assert expected < smooth.duration[0] < expected + 1e-2
         septic = stop_and_go(ViaPoints(np.array(ends)), one, profile="septic")
         assert septic.peak(2)[0, 0] <= up * (1.0 + 1e-9)
+
+
+def test_a_velocity_that_is_given_is_checked_by_its_direction():
+    robot = load_robot("puma560", limits={"velocity": {"joint_1": {"backward": 0.5, "forward": 1.5}}})
+    ends = [[0.0, -0.5, 0.3, 0.0, 0.4, 0.0], [0.6, -0.7, 0.7, 0.4, 0.9, 0.5]]
+
+    def made(velocity, points):
+        passing = [{"point": 0, "velocity": [velocity, 0.0, 0.0, 0.0, 0.0, 0.0]}]
+        return ViaPointProblem(
+            robot=robot, points=points, passing=passing, objectives=["time"], duration_bounds=(0.3, 4.0)
+        )
+
+    assert made(1.0, ends).n_var
+    refused(lambda: made(-1.0, ends[::-1]), "1 rad/s of 'joint_1' exceeds its limit of 0.5")
+
+
+def test_what_must_be_held_is_told_in_its_direction():
+    # Gravity pulls joint 2 of the stretched arm down: the effort that holds it has one sign.
+    points = [[0.0, 0.0, 0.3, 0.0, 0.4, 0.0], [0.3, 0.2, 0.4, 0.1, 0.5, 0.1]]
+    still = np.zeros((1, 6))
+    held = Dynamics(PUMA, Payload(2.0)).effort(np.array(points[:1]), still, still)[0, 1]
+    sides = {"backward": 1.0, "forward": 150.0} if held < 0.0 else {"backward": 150.0, "forward": 1.0}
+    for weak in (sides, {key: sides[other] for key, other in (("backward", "forward"), ("forward", "backward"))}):
+        robot = load_robot("puma560", limits={"effort": {"joint_2": weak}})
+        made = ViaPointProblem(
+            robot=robot, points=points, payload=2.0, objectives=["time"], duration_bounds=(0.3, 4.0),
+            constraints=["effort"],
+        )  # fmt: skip
+        found = [one for one in check(made).findings if one.kind == "effort" and one.joint == "joint_2"]
+        if weak is sides:
+            assert found[0].impossible
+            assert found[0].needed == pytest.approx(abs(held), rel=1e-9)
+            assert found[0].available == 1.0
+            assert f"{abs(held):.4g}"[:3] in found[0].sentence
+        else:
+            assert not any(one.impossible for one in found)
+
+
+def test_no_motion_beats_the_least_times_of_both_directions():
+    points = [[0.0, -0.5, 0.3, 0.0, 0.4, 0.0], [0.6, -0.7, 0.7, 0.4, 0.9, 0.5], [-0.2, -0.4, 0.2, -0.3, 0.2, 0.1]]
+    robot = directed(velocity=0.4, acceleration=0.3)
+    made = ViaPointProblem(
+        robot=robot, points=points, objectives=["time"], constraints=["velocity", "acceleration", "jerk"],
+        duration_bounds=(0.2, 6.0),
+    )  # fmt: skip
+    best = minimise_weighted(made, Weights((1.0,)), seed=0)
+    times = check(made).least_times
+    assert times[-1].seconds <= best.rollout.trajectory.duration[0]
+    plain = replace(robot, limits=replace(robot.limits, velocity_backward=None, acceleration_backward=None))
+    other = ViaPointProblem(
+        robot=plain, points=points, objectives=["time"], constraints=["velocity", "acceleration", "jerk"],
+        duration_bounds=(0.2, 6.0),
+    )  # fmt: skip
+    assert times[-1].seconds > check(other).least_times[-1].seconds
+
+
+def test_the_least_time_between_rests_with_two_accelerations_is_that_of_a_trapezoid():
+    rng = np.random.default_rng(4)
+    none = np.array([np.inf])
+    for _ in range(50):
+        D, V, up, down = 10.0 ** rng.uniform(-1, 1, 4)
+        limits = SpeedLimits(
+            Sides(np.array([V]), np.array([3.0 * V])), Sides(np.array([up]), np.array([down])), Sides.of(none), np.inf
+        )
+        top = min(V, np.sqrt(2.0 * D * up * down / (up + down)))
+        expected = D / top + 0.5 * top * (1.0 / up + 1.0 / down)
+        assert limits.least(np.array([D]), rests=2)[0] == pytest.approx(expected, rel=1e-9)
+        assert limits.least(np.array([-D]), rests=0)[0] == pytest.approx(D / (3.0 * V))
+
+
+def test_first_populations_are_stretched_to_the_limit_of_the_direction():
+    made = problem(constraints=["velocity", "acceleration", "jerk", "effort"], limits="sampled")
+    x = np.random.default_rng(5).uniform(made.xl, np.minimum(made.xu, 2.0), (20, made.n_var))
+    G = Stretching.of(Limits(made)).mended(x, quicker=True)[1]
+    assert (G <= 1e-9).all(axis=1).mean() > 0.8
+    used = G.max(axis=1)
+    assert (used > -0.02).mean() > 0.5  # they end on a limit
+
+
+def test_motions_along_a_path_refuse_two_limits_by_name():
+    robot = load_robot("puma560", limits={"velocity": {"backward": 1.0, "forward": 2.0}})
+    knots = np.concatenate([np.zeros(4), [1.0 / 3.0, 2.0 / 3.0], np.ones(4)])
+    path = GeometricPath(knots, np.random.default_rng(6).uniform(-0.4, 0.4, (6, 6)))
+    refused(
+        lambda: Reparameterisation(path, robot.limits, longest_time=9.0),
+        "limits: expected one limit of velocity for both directions, as .* give the lesser as velocity",
+    )

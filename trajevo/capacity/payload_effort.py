@@ -413,13 +413,15 @@ def limited_efforts(effort: PayloadEffort) -> LimitedEfforts:
     slopes = _without_rounding(effort.slopes)[instants, joint]
     both = np.concatenate([slopes, -slopes])
     both[:, 0] += np.tile(each, 2)
-    return LimitedEfforts(
+    columns = (
         np.concatenate([base + above, below - base]),
         both,
         np.concatenate([sides.forward[joint], sides.backward[joint]]),
         np.tile(joint, 2),
         np.tile(effort.times[instants], 2),
     )
+    finite = np.isfinite(columns[2])  # of a joint with a limit in one direction the other rows bound nothing
+    return LimitedEfforts(*(columns if finite.all() else (x[finite] for x in columns)))
 
 
 def _greatest(rows: Array, features: Array) -> tuple[Array, Array]:
