@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, one_line
@@ -327,7 +326,7 @@ def _loaddata(payload: Payload) -> str:
     if math.hypot(*com) < _LEAST_ARM:
         com[2] = _LEAST_ARM
     axes, moments = _principal(payload)
-    x, y, z, w = Rotation.from_matrix(axes).as_quat().tolist()
+    x, y, z, w = _rotation(axes).as_quat().tolist()
     return (
         f"[{_number(payload.mass)}, [{', '.join(map(_number, com))}], [{', '.join(map(_number, (w, x, y, z)))}], "
         f"{', '.join(map(_number, moments))}]"
@@ -346,11 +345,18 @@ def _load_of_kuka(payload: Payload) -> list[str]:
     ]
 
 
+def _rotation(matrix: Array) -> Any:
+    """A rotation of SciPy from its matrix (3, 3)."""
+    from scipy.spatial.transform import Rotation  # takes as long to import as all else here together
+
+    return Rotation.from_matrix(matrix)
+
+
 def _turns(axes: Array) -> list[float]:
     """Turns about z, the new y and the new x that give a rotation (3, 3) [deg]."""
     with warnings.catch_warnings():  # at b = 90 deg only the sum of the others is defined, and one of them is 0
         warnings.simplefilter("ignore", UserWarning)
-        found: list[float] = Rotation.from_matrix(axes).as_euler("ZYX", degrees=True).tolist()
+        found: list[float] = _rotation(axes).as_euler("ZYX", degrees=True).tolist()
     return found
 
 
