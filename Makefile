@@ -32,7 +32,7 @@ demo: $(READY)  ## solve the pointing mechanism of Sun 2020: front, plots and re
 	$(BIN)/trajevo solve pointing --seed 1 --generations 200 --population 150 --out runs/pointing --overwrite
 	$(BIN)/trajevo show runs/pointing
 
-TASKS := ur5_pick_and_place panda_six_points xarm7_obstacle hybrid_manipulator
+TASKS := ur5_pick_and_place panda_six_points xarm7_obstacle hybrid_manipulator pick_and_place_cell
 
 demo-tasks: $(READY)  ## solve and verify the worked tasks, in runs/
 	set -e; for task in $(TASKS); do \
@@ -40,7 +40,7 @@ demo-tasks: $(READY)  ## solve and verify the worked tasks, in runs/
 		$(BIN)/trajevo verify runs/$$task --solution knee; \
 	done
 
-kernels: $(READY)  ## compile all loops for this machine, 15 s once
+kernels: $(READY)  ## compile all loops for this machine, 10 s once
 	$(BIN)/python -m trajevo.base.kernels
 
 test: kernels  ## run the tests

@@ -40,6 +40,11 @@ URDF = """<robot name="two">
 <joint name="s" type="fixed"><parent link="l2"/><child link="side"/><origin xyz="0.1 0.1 0"/></joint>
 </robot>"""
 
+XACRO = URDF.replace(
+    '<robot name="two">', '<robot name="two" xmlns:xacro="http://x"><xacro:arg name="far" default="0.1"/>'
+)
+XACRO = XACRO.replace('xyz="0.4 0 0"', 'xyz="$(arg far) 0 0"')
+
 
 class Draw:
     """Random arguments, in random Python types."""
@@ -144,11 +149,21 @@ class Draw:
     def robot_arguments(self):
         """A value for every argument of load_robot, by name, and the number of joints left."""
         if self.chance(0.25):
-            file = self.folder / "two.urdf"
+            file, by_xacro = self.folder / "two.urdf", self.folder / "two.urdf.xacro"
             file.write_text(URDF, encoding="utf-8")
-            return {
-                "name": self.choice([file, str(file)]),
+            by_xacro.write_text(XACRO, encoding="utf-8")
+            source = self.choice(
+                [
+                    {"name": file, "xacro": None, "urdf": None},
+                    {"name": str(file), "xacro": None, "urdf": None},
+                    {"name": "two", "xacro": None, "urdf": URDF},
+                    {"name": by_xacro, "xacro": {"far": self.choice(["0.4", 0.4])}, "urdf": None},
+                ]
+            )
+            return source | {
                 "lock": None,
+                "base": self.base(),
+                "tools": None,
                 "tool": self.choice(["tcp", "side"]),
                 "limits": self.limits(["a", "b"]),
                 "gravity": self.choice([None, self.vector(-9.9, 9.9, 3)]),
@@ -158,10 +173,15 @@ class Draw:
             }, 2
         names = list(load_robot("ur5", tool="tool0", limits={"acceleration": 1.0, "jerk": 1.0}).joint_names)
         locked = {names[5]: self.number(-1.0, 1.0)} if self.chance(0.3) else None
+        tool = self.choice([None, "tool0", "ee_link", "gripper"]) if locked is None else "tool0"
         return {
             "name": "ur5",
             "lock": locked,
-            "tool": self.choice([None, "tool0", "ee_link"]) if locked is None else "tool0",
+            "tool": tool,
+            "tools": [self.gripper()] if tool == "gripper" else None,
+            "base": self.base(),
+            "xacro": None,
+            "urdf": None,
             "limits": self.limits(names[: 6 - len(locked or ())]),
             "gravity": self.choice([None, self.vector(-9.9, 9.9, 3)]),
             "allow_massless": self.choice([None, False, True]),
@@ -169,9 +189,28 @@ class Draw:
             "friction": self.friction(names[0]),
         }, 6 - len(locked or ())
 
+    def base(self):
+        position = self.choice([self.vector(-0.02, 0.02, 3), ["10 mm", 0.0, -0.01]])
+        return self.choice([None, {"position": position}, {"position": position, "rpy": [0.0, 0.0, "2 deg"]}])
+
+    def gripper(self):
+        given = {"name": "gripper", "parent": "tool0", "mass": self.number(0.5, 1.0)}
+        given |= {"com": self.vector(-0.05, 0.05, 3)} if self.chance() else {}
+        return given | ({"position": [0.0, 0.0, "20 mm"], "rpy": self.vector(-0.1, 0.1, 3)} if self.chance() else {})
+
     def friction(self, joint):
         viscous = self.choice([self.number(0.0, 0.5), {joint: self.number(0.0, 0.5)}])
-        return self.choice([None, "none", "urdf", {"viscous": viscous}, {"coulomb": {joint: np.float64(0.25)}}])
+        return self.choice(
+            [
+                None,
+                "none",
+                "file",
+                "urdf",
+                {"armature": {joint: 0.1}},
+                {"viscous": viscous},
+                {"coulomb": {joint: np.float64(0.25)}},
+            ]
+        )
 
     def robot(self):
         given, dof = self.robot_arguments()

@@ -44,7 +44,7 @@ class Twin:
 
     @classmethod
     def of(cls, robot, payload=None, *, gravity=(0.0, 0.0, -9.81)):
-        spec = mujoco.MjSpec.from_string(without_shapes(robot.urdf))
+        spec = mujoco.MjSpec.from_string(without_shapes(ElementTree.parse(robot.urdf).getroot()))
         spec.option.gravity = gravity
         # What touches, what is coupled and what is at its stop would add forces that trajevo does not have.
         spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -108,9 +108,8 @@ class Twin:
         return rows
 
 
-def without_shapes(urdf):
+def without_shapes(root):
     """Text of a URDF without what is drawn or touched, whose files need not be there, and with settings for MuJoCo."""
-    root = ElementTree.parse(urdf).getroot()
     for link in root.iterfind("link"):
         for shape in [*link.iterfind("visual"), *link.iterfind("collision")]:
             link.remove(shape)

@@ -45,7 +45,7 @@ def test_arguments_and_options_of_commands_that_are_imported_late(tmp_path):
     assert offered(["trajevo", "solve", "pointing", "--pop"], tmp_path) == ["--population"]
     assert offered(["trajevo", "solve", "pointing", "--algorithm", "nsga"], tmp_path) == ["nsga2", "nsga3"]
     assert offered(["trajevo", "study", "c"], tmp_path) == ["collect"]
-    assert offered(["trajevo", "export", "run", "--format", "r"], tmp_path) == ["ros2"]
+    assert offered(["trajevo", "export", "run", "--format", "r"], tmp_path) == ["rapid", "ros2"]
 
 
 def test_the_shell_gets_its_script(tmp_path):

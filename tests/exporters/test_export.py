@@ -113,7 +113,8 @@ def test_a_splined_path_is_as_the_schema_says(tmp_path):
     [
         (
             {"format": "xml"},
-            "unknown export format 'xml'; known: csv, feed, gcode, json, moveit, mujoco, netcdf, ros2, urscript",
+            "unknown export format 'xml'; known: csv, fanuc, feed, gcode, json, krl, moveit, mujoco, netcdf, rapid, "
+            "ros2, urscript",
         ),
         ({"step": 0.0}, "step: expected a positive time"),
         ({"step": True}, "step: expected a positive time"),

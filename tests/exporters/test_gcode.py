@@ -56,11 +56,17 @@ def test_g_code_waits_and_says_how_it_starts_and_ends(knee, tmp_path):
     assert "; starts in motion and ends at rest; feeds" in text
     positions, feeds = read_g_code(text)
     minutes = np.linalg.norm(np.diff(positions, axis=0), axis=1) / np.array(feeds[1:])
-    assert 60.0 * minutes.sum() == pytest.approx(float(knee.trajectory.duration[0]), rel=1e-5)
-    ends = np.cumsum(np.insert(60.0 * minutes, 0, 0.0))
-    waiting = int(np.argmax(np.diff(ends)))
-    assert np.diff(ends)[waiting] > 0.5
-    assert np.linalg.norm(positions[waiting] - [100.0, 50.0]) < 1e-3
+    assert 60.0 * minutes.sum() + 0.5 == pytest.approx(float(knee.trajectory.duration[0]), rel=1e-5)
+    lines = [line for line in text.splitlines() if line.startswith("G")]
+    (waiting,) = [k for k, line in enumerate(lines) if line.startswith("G4")]
+    assert lines[waiting] == "G4 P0.500000"
+    assert lines[waiting - 1].startswith("G1 X100.000000 Y50.000000 F")
+    found = blocks(knee, 0.01)
+    assert np.diff(found.time)[found.feed == 0.0] == pytest.approx([0.5])
+    # No block that moves is slowed by the dwell: their times are those of the steps, but for what hardly moves.
+    steps = np.diff(found.time)[found.feed > 0.0]
+    assert np.median(steps) == pytest.approx(0.01, rel=0.02)
+    assert found.time[-1] == float(knee.trajectory.duration[0])
 
 
 def test_blocks_stay_near_the_path(knee):

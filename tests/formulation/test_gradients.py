@@ -84,7 +84,13 @@ PROBLEMS |= {
 }
 
 
-@pytest.fixture(scope="module", params=PROBLEMS)
+#: Takes half a minute.
+SLOW = "task pick_and_place_cell"
+
+
+@pytest.fixture(
+    scope="module", params=[pytest.param(name, marks=pytest.mark.long if name == SLOW else ()) for name in PROBLEMS]
+)
 def problem(request):
     return PROBLEMS[request.param]()
 
@@ -112,7 +118,7 @@ def by_peaks(problem):
     """The problem with the peaks in place of what is proven of them, whose derivatives certified limits give."""
     other = copy.copy(problem)
     other.constraints = tuple(
-        limit if limit.sampled is None else replace(limit, function=partial(greatest, limit))
+        limit if limit.sampled is None or limit.terms is None else replace(limit, function=partial(greatest, limit))
         for limit in problem.constraints
     )
     return other

@@ -16,6 +16,8 @@ from trajevo.problems import HybridManipulator, ViaPointProblem
 from trajevo.solvers.optimise import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"
+#: Tasks with obstacles, whose polish takes long.
+SLOW = ("xarm7_obstacle", "pick_and_place_cell")
 
 SMALL = """\
 format = 1
@@ -91,8 +93,16 @@ def test_the_hybrid_manipulator_s_task_equals_its_class():
     task = load_task(TASKS / "hybrid_manipulator.toml")
     by_task = task.solve(generations=5, population=40, progress=False, polish=False)
     by_class = optimise(HybridManipulator(), seed=1, generations=5, population=40, progress=False, polish=False)
-    for name in "XFG":
-        np.testing.assert_array_equal(getattr(by_task, name), getattr(by_class, name))
+    np.testing.assert_array_equal(by_task.X, by_class.X)
+    # Processors differ in the last digit of an arc tangent, so that one that did not write the file may compute points
+    # that are an ulp away from those in it.
+    points, computed = (front.problem.interpolant.points.positions for front in (by_task, by_class))
+    np.testing.assert_allclose(points, computed, rtol=0.0, atol=5e-16)
+    for name in "FG":
+        found, expected = getattr(by_task, name), getattr(by_class, name)
+        if np.array_equal(points, computed):
+            np.testing.assert_array_equal(found, expected)
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
 def test_a_front_of_a_task_is_read_back_anywhere(write, tmp_path):
@@ -266,7 +276,7 @@ def test_the_seed_of_a_task_stands_at_its_top(write):
 @pytest.mark.parametrize(
     "file",
     [
-        pytest.param(file, marks=pytest.mark.long if file.stem == "xarm7_obstacle" else (), id=file.stem)
+        pytest.param(file, marks=pytest.mark.long if file.stem in SLOW else (), id=file.stem)
         for file in sorted(TASKS.glob("*.toml"))
     ],
 )

@@ -1,4 +1,4 @@
-"""Thirteen kinds of files that strangers may send, and what trajevo does with each; and a fourteenth, kept analyses."""
+"""Fourteen kinds of files that strangers may send, and what trajevo does with each; and a fifteenth, kept analyses."""
 
 from __future__ import annotations
 
@@ -161,7 +161,8 @@ def _read_study(folder: Path) -> None:
 
 def _read_robot(name: Path) -> None:
     print_examination(_silent(), examine(name))
-    bare = {} if name.is_dir() else {"limits": LIMITS}
+    more = {"velocity": 2.0, "effort": 90.0} if name.suffix == ".xml" else {}
+    bare = {} if name.is_dir() else {"limits": LIMITS | more}
     robot = load_robot(name, **bare)
     robot.tool_poses(np.zeros((2, robot.dof)))
 
@@ -196,6 +197,37 @@ URDF = """<?xml version="1.0"?>
   <joint name="b" type="prismatic"><parent link="l1"/><child link="l2"/><origin xyz="0.4 0 0" rpy="0 0 0.1"/>
     <axis xyz="1 0 0"/><limit lower="-0.5" upper="0.5" velocity="1" effort="40"/></joint>
 </robot>
+"""
+MJCF = """<mujoco model="two">
+  <compiler angle="degree" meshdir="meshes"/>
+  <option gravity="0 0 -9.81"/>
+  <default>
+    <joint damping="0.5" armature="0.1"/>
+    <default class="b"><joint axis="0 1 0" range="-90 90"/></default>
+  </default>
+  <asset><mesh name="m" file="m.stl"/></asset>
+  <worldbody>
+    <geom type="plane" size="1 1 1"/>
+    <body name="base" pos="0 0 0.1" euler="0 0 30">
+      <body name="l1" childclass="b">
+        <joint name="a" ref="10" pos="0.01 0 0"/>
+        <inertial mass="2" pos="0.2 0 0" quat="1 0.1 0 0" diaginertia="0.01 0.03 0.03"/>
+        <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.05"/>
+        <frame axisangle="1 0 0 20"><body name="l2" xyaxes="0 1 0 -1 0 0" pos="0.4 0 0">
+          <joint name="b" type="slide" axis="1 0 0" range="-0.5 0.5" frictionloss="1"/>
+          <joint name="c"/>
+          <geom type="box" size="0.1 0.1 0.1" mass="1"/>
+          <site name="tip" pos="0.2 0 0"/>
+        </body></frame>
+      </body>
+    </body>
+  </worldbody>
+  <equality><joint joint1="c" joint2="a" polycoef="0.1 0.5"/></equality>
+  <actuator>
+    <motor name="drive" joint="a" gear="50" ctrlrange="-2 2"/>
+    <position joint="b" forcerange="-40 40"/>
+  </actuator>
+</mujoco>
 """
 _COLLISION = '<collision><origin xyz="0.1 0 0"/><geometry>%s</geometry></collision>'
 PLAIN = (URDF % (_COLLISION % '<box size="0.2 0.1 0.1"/>')).encode()
@@ -436,6 +468,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
             lambda place: load_study(place / "study.toml"),
         ),
         Kind("URDF", "two.urdf", (PLAIN,), {}, lambda place: _read_robot(place / "two.urdf")),
+        Kind("MJCF", "two.xml", (MJCF.encode(),), {}, lambda place: _read_robot(place / "two.xml")),
         Kind(
             "robot.toml",
             str(robot / "robot.toml"),

@@ -30,7 +30,7 @@ ROOT = Path(__file__).parents[2]
 KEPT = ROOT / "build" / "fuzz"
 
 KINDS = (
-    "front", "manifest", "checkpoint", "blocks", "study.json", "task", "study.toml", "URDF", "robot.toml",
+    "front", "manifest", "checkpoint", "blocks", "study.json", "task", "study.toml", "URDF", "MJCF", "robot.toml",
     "joint limits", "points", "netCDF", "mesh as stl", "mesh as obj", "mesh as dae", "analyses",
 )  # fmt: skip
 

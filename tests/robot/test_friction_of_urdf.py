@@ -76,8 +76,8 @@ def test_friction_is_the_file_s_none_or_what_is_given(file, friction, viscous, c
 @pytest.mark.parametrize(
     ("friction", "says"),
     [
-        ("file", "unknown friction 'file'; known: none, urdf"),
-        (2.0, "friction: expected 'urdf', 'none' or a mapping of viscous, coulomb, got 2.0"),
+        ("toml", "unknown friction 'toml'; known: file, none, urdf"),
+        (2.0, "friction: expected 'file', 'none' or a mapping of viscous, coulomb, armature, got 2.0"),
         ({"dry": 1.0}, "unknown kind of friction 'dry'"),
         ({"viscous": {"sholder": 1.0}}, "unknown joint in friction.viscous 'sholder'; .*did you mean 'shoulder'"),
         ({"viscous": [1.0, 2.0, 3.0]}, "friction.viscous: expected 1 or 2 values, got 3"),

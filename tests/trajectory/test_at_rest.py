@@ -1,5 +1,7 @@
 """Joints at rest at inner points: their velocity is 0 there for all times, and nothing else is lost than told."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -34,6 +36,14 @@ def family(request):
     return make(POINTS, duration_bounds=BOUNDS, at_rest=AT_REST), continuous, ends
 
 
+def terms(motion, order):
+    """Rounding of the greatest sum of the terms of a polynomial's derivative: terms of 1e5 may cancel to 1."""
+    powers = np.arange(motion.coefficients.shape[-1])
+    factors = np.array([math.perm(k, order) for k in powers])
+    spans = motion.segment_durations[:, :, None, None] ** np.maximum(powers - order, 0)
+    return np.finfo(float).eps * (np.abs(motion.coefficients) * factors * spans).sum(axis=-1).max(axis=(1, 2))
+
+
 def drawn(interpolant, count=30):
     return np.random.default_rng(3).uniform(0.5, 5.0, (count, len(interpolant.variables)))
 
@@ -65,7 +75,8 @@ def test_derivatives_stay_continuous_as_far_as_told(family):
     motion = interpolant(drawn(interpolant))
     for order in range(continuous + 1):
         scale = max(1.0, float(np.abs(motion.at_shares(np.array([0.0]), order)).max()))
-        assert np.abs(motion.jump(order)).max() < 1e-11 * scale, f"derivative {order} jumps"
+        jumps = np.abs(motion.jump(order)).max(axis=(1, 2))
+        assert (jumps < 1e-11 * scale + 4.0 * terms(motion, order)).all(), f"derivative {order} jumps"
     both = np.stack([np.zeros(len(motion)), motion.duration], axis=1)
     for order in range(1, ends + 1):
         assert np.abs(motion.evaluate(both, order)).max() < 1e-9

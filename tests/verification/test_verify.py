@@ -236,6 +236,23 @@ def test_a_jump_of_position_fails(front, monkeypatch):
     assert not verify(front.pick("0")).passed
 
 
+def test_a_joint_that_inverse_kinematics_moves_by_rounding_is_at_rest():
+    down = {"rpy": [np.pi, 0.0, 0.0], "free": "z"}
+    places = [[0.45, -0.30, 0.40], [0.45, -0.30, 0.20], [0.45, -0.30, 0.40], [0.45, 0.0, 0.62]]
+    home = np.radians([0.0, -100.0, 100.0, -90.0, -90.0, 0.0]).tolist()
+    problem = ViaPointProblem(
+        robot={"name": "ur5", "tool": "tool0", "limits": {"acceleration": 14.0, "jerk": 140.0}},
+        points=[home, *({"position": place, **down} for place in places)],
+        segments=[{"from": 1, "tool": "line", "rest": "end"}, {"from": 2, "tool": "line", "rest": "start"}],
+        passing=[{"point": 2, "dwell": 0.3}],
+        duration_bounds=(0.1, 3.0),
+    )
+    found = optimise(problem, seed=1, population=12, generations=3, polish=False, progress=False)
+    travel = np.ptp(found.pick("0").trajectory.sample(100).q[0], axis=0)
+    assert travel.min() < 1e-10, "the last joint was meant to stand"
+    assert all(verify(found.pick(str(row))).passed for row in range(len(found)))
+
+
 def test_a_model_that_is_not_the_urdfs_fails(front):
     problem = copy.copy(front.problem)
     model = problem.robot.model.copy()

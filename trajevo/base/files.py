@@ -41,8 +41,8 @@ _PATIENCE = 5.0
 #: Flags that not every system has.
 _NO_LINK, _NO_WAIT, _BINARY = (getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
 
-#: Endings of URDFs and of the meshes that they name.
-_OF_ROBOTS = (".urdf", ".xml", ".stl", ".obj", ".dae")
+#: Endings of URDFs, of MJCF, and of the meshes that they name.
+_OF_ROBOTS = (".urdf", ".xml", ".mjcf", ".stl", ".obj", ".dae")
 
 #: The data whose files are closed, see :func:`opening_robots_only`; empty if any file may be opened.
 _named_by: ContextVar[str] = ContextVar("_named_by", default="")

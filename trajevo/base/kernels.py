@@ -25,15 +25,15 @@ import numpy as np
 
 from trajevo.base.files import locked, write_whole
 
-#: All modules with loops that are called from Python.
+#: All modules with loops that are called from Python, those first that take longest to compile.
 MODULES = (
-    "trajevo.dynamics.integrals.loops",
+    "trajevo.trajectory.polynomial_loops",
     "trajevo.dynamics.rnea_loops",
     "trajevo.formulation.constraints.broad_phase.loops",
-    "trajevo.formulation.constraints.broad_phase.search_loops",
-    "trajevo.front.archive",
     "trajevo.trajectory.interpolants.cubic",
-    "trajevo.trajectory.polynomial_loops",
+    "trajevo.dynamics.integrals.loops",
+    "trajevo.front.archive",
+    "trajevo.formulation.constraints.broad_phase.search_loops",
 )
 
 #: Folder that holds the package.
@@ -129,13 +129,20 @@ def ready() -> bool:
         return False
 
 
-def compile_all() -> bool:
-    """Compile all loops and note that it is done; whether numba could keep them for other processes."""
-    kept = []
-    for module in map(importlib.import_module, MODULES):
-        for loop in vars(module).values():
-            if isinstance(loop, Loop) and loop.signatures and loop._function.__module__ == module.__name__:
-                kept.append([str(file) for file in loop.kept()])
+def compile_all(*, processes: int = 1) -> bool:
+    """Compile all loops and note that it is done; whether numba could keep them for other processes.
+
+    Args:
+        processes: number of processes that compile, modules one by one; with 1 it is this one.
+    """
+    if processes > 1:
+        from concurrent.futures import ProcessPoolExecutor
+        from multiprocessing import get_context
+
+        with ProcessPoolExecutor(min(processes, len(MODULES)), get_context("spawn")) as pool:
+            kept = [files for module in pool.map(_compiled, MODULES) for files in module]
+    else:
+        kept = [files for module in MODULES for files in _compiled(module)]
     if not all(kept):
         return False
     try:
@@ -145,6 +152,13 @@ def compile_all() -> bool:
     except (OSError, RuntimeError):
         return False
     return True
+
+
+def _compiled(name: str) -> list[list[str]]:
+    """Compile the loops of a module; for each of them the files in which numba keeps it."""
+    module = importlib.import_module(name)
+    loops = [loop for loop in vars(module).values() if isinstance(loop, Loop) and loop.signatures]
+    return [[str(file) for file in loop.kept()] for loop in loops if loop._function.__module__ == name]
 
 
 def compile_beside() -> None:
@@ -228,7 +242,7 @@ def main() -> int:
     import argparse
     import traceback
 
-    parser = argparse.ArgumentParser(description="compile all loops of trajevo, which takes about 18 s once")
+    parser = argparse.ArgumentParser(description="compile all loops of trajevo, 20 s of CPU time once")
     parser.add_argument("--beside", action="store_true", help="at the lowest priority, unless another process does so")
     beside = parser.parse_args().beside
     if beside and hasattr(os, "nice"):
@@ -237,7 +251,7 @@ def main() -> int:
         with _alone(wait=not beside) as mine:
             if beside and not mine:
                 return 0
-            done = ready() or compile_all()
+            done = ready() or compile_all(processes=1 if beside else os.cpu_count() or 1)
             if done:
                 os.utime(_file("lock"), (0.0, 0.0))  # should compiled loops get lost, they are compiled again at once
             return 0 if done else 1

@@ -28,12 +28,13 @@ def problems(incomplete: str) -> list[str]:
 
 
 def robots(incomplete: str) -> list[str]:
-    """Robots by name, URDF files, and folders with a robot.toml."""
+    """Robots by name, files of URDF, xacro and MJCF, and folders with a robot.toml."""
     from trajevo.robot.locate import list_example_robots, list_robots
 
     folders = (str(Path(file).parent) for file in _files(incomplete, "*/robot.toml"))
     names = [*list_robots(), *list_example_robots()]
-    return _begun([*names, *_files(incomplete, "*.urdf"), *folders], incomplete)
+    files = (file for ending in ("*.urdf", "*.xacro", "*.xml") for file in _files(incomplete, ending))
+    return _begun([*names, *files, *folders], incomplete)
 
 
 def examples(incomplete: str) -> list[str]:

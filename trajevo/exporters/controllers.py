@@ -12,13 +12,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, one_line
+from trajevo.exporters.events import Carrying, carried
 from trajevo.exporters.exporter import Exporter, cell, comments
 from trajevo.front.front import Solution
 from trajevo.robot.moveit_limits import write_joint_limits
+from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
 from trajevo.verification.certify import certify
 
@@ -33,6 +36,9 @@ _MOVEJ_ACCELERATION, _MOVEJ_SPEED = 1.4, 1.05
 
 #: Decimal places of URScript's angles [rad].
 _DIGITS = 12
+
+#: Frame of the flange in models of Universal Robots.
+_FLANGE = "tool0"
 
 _NANOSECONDS = 1_000_000_000
 
@@ -91,6 +97,7 @@ def joint_trajectory(solution: Solution, step: float) -> str:
         f"# points: {count + 1}, equally far apart and never nearer than {step:g} s; SI",
         "# effort: of the actuators, to be fed forward; a controller that takes no effort refuses points that have"
         " it: delete the lines that begin with it",
+        *_events(rollout),
         "header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}",
         f"joint_names: {json.dumps(rollout.robot.joint_names)}",
         "points:",
@@ -108,6 +115,9 @@ def joint_trajectory(solution: Solution, step: float) -> str:
 
 def replay_table(solution: Solution, step: float) -> str:
     """A table at a fixed rate for a replay in MuJoCo: time, then qpos, qvel, qacc and actuator forces.
+
+    Comments say gravity [m/s²], the tool frame, and the payload in it that a body of the simulation has to have, with
+    the instants at which it changes.
 
     qpos, qvel and qacc are those of the model's joints, which are the joints of the URDF that are not locked; forces
     are those of the actuators. With a transmission between joints and actuators, the actuators have their own names.
@@ -131,7 +141,10 @@ def replay_table(solution: Solution, step: float) -> str:
     stream.write(
         f"# rows: one every {step!r} s; a row past the end of the motion holds its last position at rest; SI\n"
         f"# locked: {json.dumps(dict(robot.locked))}\n"
+        f"# gravity: {json.dumps(robot.model.gravity.linear.tolist())}\n"
+        f"# tool: {json.dumps(robot.tool)}\n"
     )
+    stream.writelines(f"{line}\n" for line in _events(rollout))
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(map(cell, headers))
     writer.writerows([[repr(value) for value in row] for row in np.concatenate(columns, axis=1).tolist()])
@@ -142,6 +155,8 @@ def urscript(solution: Solution, step: float) -> str:
     """A program for a controller of Universal Robots: ``movej`` to the start, then ``servoj`` at a fixed rate.
 
     ``servoj`` smooths over its lookahead time, so the last position is commanded for this time before the stop.
+    ``set_payload`` tells the controller what is carried, in the frame of the flange ``tool0``, at the first cycle after
+    every change; a comment there says what the gripper has to do.
 
     Args:
         solution: a solution for a robot with six revolute joints.
@@ -165,6 +180,19 @@ def urscript(solution: Solution, step: float) -> str:
     acceleration = min(_MOVEJ_ACCELERATION, float(robot.limits.acceleration.min()))
     speed = min(_MOVEJ_SPEED, float(robot.limits.velocity.min()))
     cycle = f"t={_decimal(step)}, lookahead_time={_LOOKAHEAD}, gain={_GAIN}"
+    carrying, tool = carried(solution.rollout), _at_flange(robot)
+    changes, gripper = (
+        {_cycle(instant, step): change for instant, change in each}
+        for each in (((one.t, one) for one in carrying), ((one.gripper, one) for one in carrying if one.changes))
+    )
+    rows = [f"  movej({_angles(q[0])}, a={_decimal(acceleration)}, v={_decimal(speed)})"]
+    for k, row in enumerate(q):
+        if k in gripper:
+            rows.append(f"  # gripper: {gripper[k].changes}")
+        if k in changes:
+            rows.append(_set_payload(changes[k], tool))
+        if k:
+            rows.append(f"  servoj({_angles(row)}, {cycle})")
     return "\n".join(
         [
             f"# trajevo: {solution.front.record.title}",
@@ -172,13 +200,46 @@ def urscript(solution: Solution, step: float) -> str:
             f"# {duration:.9f} s; the last position is held {_LOOKAHEAD} s longer, as servoj looks ahead; rad",
             f"# certificate: {one_line(str(certify(solution)))}",  # a line break would end the comment
             "def trajevo_motion():",
-            f"  movej({_angles(q[0])}, a={_decimal(acceleration)}, v={_decimal(speed)})",
-            *(f"  servoj({_angles(row)}, {cycle})" for row in q[1:]),
+            f"  set_tcp(p{_angles(np.concatenate([tool[0], Rotation.from_matrix(tool[1]).as_rotvec()]))})",
+            *rows,
             f"  stopj({_decimal(acceleration)})",
             "end",
             "",
         ]
     )
+
+
+def _events(rollout: Rollout) -> list[str]:
+    """Comment lines, one for what is carried at the start and for every change, as JSON."""
+    if not rollout.robot.gives_effort:
+        return []
+    return [f"# carried: {json.dumps(change.plain)}" for change in carried(rollout)]
+
+
+def _at_flange(robot: Robot) -> tuple[Array, Array]:
+    """Position (3,) [m] and rotation (3, 3) of the tool frame in the flange ``tool0``; none if there is no flange."""
+    frames = {frame.name: frame for frame in robot.model.frames}
+    tool, flange = frames[robot.tool], frames.get(_FLANGE, frames[robot.tool])
+    if tool.parentJoint != flange.parentJoint:
+        return np.zeros(3), np.eye(3)
+    back = flange.placement.rotation.T
+    return back @ (tool.placement.translation - flange.placement.translation), back @ tool.placement.rotation
+
+
+def _cycle(instant: float, step: float) -> int:
+    """Number of the first cycle that is not before an instant."""
+    return max(math.ceil(instant / step - 1e-9), 0)
+
+
+def _set_payload(change: Carrying, tool: tuple[Array, Array]) -> str:
+    """The line that tells the controller what is carried from now on."""
+    payload, (position, rotation) = change.payload, tool
+    com = np.round(position + rotation @ np.array(payload.com), _DIGITS) + 0.0
+    call = f"  set_payload({_decimal(payload.mass)}, {_angles(com)}"
+    if payload.inertia is None:
+        return f"{call})"
+    turned = rotation @ np.array(payload.inertia) @ rotation.T
+    return f"{call}, {_angles(turned[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)])})"
 
 
 def _fixed_rate(duration: float, step: float) -> Array:

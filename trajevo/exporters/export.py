@@ -14,6 +14,7 @@ from trajevo.exporters.controllers import MOVEIT, MUJOCO, ROS2, URSCRIPT
 from trajevo.exporters.exporter import Exporter
 from trajevo.exporters.gcode import FEED, GCODE
 from trajevo.exporters.netcdf import NETCDF
+from trajevo.exporters.point_programs import FANUC, KRL, RAPID
 from trajevo.exporters.samples import CSV, JSON
 from trajevo.front.front import Front, Solution
 
@@ -22,7 +23,8 @@ MOST_SAMPLES = 10_000_000
 
 #: Formats by name. To add one, write a file with its function and its :class:`Exporter`, and add that here.
 EXPORTERS: dict[str, Exporter] = {
-    exporter.name: exporter for exporter in (CSV, JSON, FEED, GCODE, ROS2, MUJOCO, URSCRIPT, MOVEIT, NETCDF)
+    exporter.name: exporter
+    for exporter in (CSV, JSON, FEED, GCODE, ROS2, MUJOCO, URSCRIPT, RAPID, KRL, FANUC, MOVEIT, NETCDF)
 }
 
 #: Formats by name, with those of other packages.

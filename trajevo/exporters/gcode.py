@@ -10,6 +10,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.errors import InvalidInputError, one_line
+from trajevo.exporters.events import stretches
 from trajevo.exporters.exporter import Exporter, comments
 from trajevo.front.front import Solution
 from trajevo.verification.certify import certify
@@ -34,7 +35,7 @@ class Blocks:
         letters: names of the axes for the control.
         time: instants at which blocks end, the start first, shape (K + 1,) [s].
         position: positions at which blocks end, the start first, shape (K + 1, n_axes) [mm].
-        feed: feed of each block, shape (K,) [mm/min].
+        feed: feed of each block, 0 for a dwell, shape (K,) [mm/min].
         deviation: greatest distance of the motion from its block, at the middle of each block's time [mm].
     """
 
@@ -69,15 +70,7 @@ def blocks(solution: Solution, step: float) -> Blocks:
         raise InvalidInputError(
             f"step: expected less than the duration of the motion, {duration:.4g} s, got {step:g} s"
         )
-    time = np.linspace(0.0, duration, int(np.ceil(duration / step)) + 1)
-    position = np.round(_MM * trajectory.evaluate(time)[0], _DIGITS)
-    kept = [0]
-    for k in range(1, len(time)):
-        if (position[k] != position[kept[-1]]).any():
-            kept.append(k)
-    if kept[-1] != len(time) - 1:
-        kept[-1] = len(time) - 1
-    time, position = time[kept], position[kept]
+    time, position = _ends_of_blocks(solution, step)
     length = np.linalg.norm(np.diff(position, axis=0), axis=1)
     middle = _MM * trajectory.evaluate(0.5 * (time[1:] + time[:-1]))[0]
     return Blocks(
@@ -87,6 +80,22 @@ def blocks(solution: Solution, step: float) -> Blocks:
         feed=frozen(60.0 * length / np.diff(time)),
         deviation=float(_distance(middle, position[:-1], position[1:]).max()),
     )
+
+
+def _ends_of_blocks(solution: Solution, step: float) -> tuple[Array, Array]:
+    """Instants and positions [mm] at the ends of blocks, the start first; a dwell is one block that goes nowhere."""
+    times, positions = [np.zeros(1)], [np.round(_MM * solution.trajectory.evaluate(np.zeros(1))[0], _DIGITS)]
+    for stretch in stretches(solution.rollout, step):
+        position = np.round(_MM * stretch.q, _DIGITS)
+        kept = [0]
+        for k in range(1, len(position)):
+            if stretch.dwells or (position[k] != position[kept[-1]]).any():
+                kept.append(k)
+        if len(kept) > 1 and kept[-1] != len(position) - 1:
+            kept[-1] = len(position) - 1
+        times.append(stretch.t[kept[1:]])
+        positions.append(position[kept[1:]])
+    return np.concatenate(times), np.concatenate(positions)
 
 
 def feed_table(solution: Solution, step: float) -> str:
@@ -102,18 +111,21 @@ def feed_table(solution: Solution, step: float) -> str:
 
 
 def g_code(solution: Solution, step: float) -> str:
-    """The blocks as G-code of ISO 6983: G1 with the feed of each block, mm and mm/min, absolute."""
+    """The blocks as G-code of ISO 6983: G1 with the feed of each block, mm and mm/min, absolute; G4 for dwells [s]."""
     found, duration = blocks(solution, step), float(solution.trajectory.duration[0])
     lines = [
         f"; trajevo: {solution.front.record.title}",
         f"; {solution.rule}, row {solution.index} of the front, {duration:.6f} s in {len(found.feed)} blocks",
         f"; greatest distance of the motion from a block {found.deviation:.3g} mm",
         f"; certificate: {one_line(str(certify(solution)))}",  # a line break would end the comment
-        f"; {_ends(solution)}; feeds are the mean speeds of the blocks",
+        f"; {_ends(solution)}; feeds are the mean speeds of the blocks; G4 waits for P seconds",
         "G21 G90 G94",
         f"G0 {_words(found.letters, found.position[0])}",
     ]
-    for position, feed in zip(found.position[1:], found.feed.tolist(), strict=True):
+    for position, feed, time in zip(found.position[1:], found.feed.tolist(), np.diff(found.time).tolist(), strict=True):
+        if not feed:
+            lines.append(f"G4 P{time:.6f}")
+            continue
         lines.append(f"G1 {_words(found.letters, position)} F{np.format_float_positional(feed, 8, fractional=False)}")
     return "\n".join([*lines, "M2", ""])
 
@@ -136,7 +148,8 @@ def _words(letters: tuple[str, ...], position: Array) -> str:
 def _distance(points: Array, start: Array, end: Array) -> Array:
     """Distance of points from the segments between starts and ends, each (K, n_axes) -> (K,)."""
     along = end - start
-    share = np.clip(((points - start) * along).sum(axis=1) / np.square(along).sum(axis=1), 0.0, 1.0)
+    square = np.square(along).sum(axis=1)
+    share = np.clip(((points - start) * along).sum(axis=1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
     distance: Array = np.linalg.norm(points - start - share[:, None] * along, axis=1)
     return distance
 

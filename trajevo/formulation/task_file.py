@@ -23,6 +23,21 @@ class _Strict(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
+class _Place(_Strict):
+    """Where something is: lengths in m and angles in rad, or text with a unit."""
+
+    position: list[_Number | str] | None = None
+    rpy: list[_Number | str] | None = None
+
+
+class _Tool(_Place):
+    name: str
+    parent: str
+    mass: _Number | str | None = None
+    com: list[_Number | str] | None = None
+    inertia: list[_Number] | list[list[_Number]] | None = None
+
+
 class _Robot(_Strict):
     """A robot by its name or file; or a Denavit-Hartenberg table; or joints alone, whose limits are in ``[limits]``."""
 
@@ -36,6 +51,9 @@ class _Robot(_Strict):
     allow_massless: Annotated[bool, pydantic.Strict()] | None = None
     friction: str | dict[str, _Values] | None = None
     packages: str | list[str] | None = None
+    xacro: dict[str, str | bool | int | float] | None = None
+    base: _Place | None = None
+    tools: list[_Tool] | None = None
 
 
 class _Limits(_Strict):

@@ -56,7 +56,7 @@ def run_facts(front: Front, *, brief: bool = False) -> list[tuple[str, str]]:
     run, record = front.run, front.record
     notes = _mass_notes(front)
     failures = f"{run.failures} of {run.evaluations} evaluations"
-    settings, of_run = (_short(given) if brief else given for given in (record.settings, run.settings))
+    settings, of_run = (_short(given) if brief else _told(given) for given in (record.settings, run.settings))
     facts = [
         ("problem", f"{record.title} ({record.name or 'not registered'})"),
         ("robot", f"{record.robot}: {record.robot_reference}"),
@@ -79,6 +79,14 @@ def run_facts(front: Front, *, brief: bool = False) -> list[tuple[str, str]]:
     ]
     left_out = {"variables", "versions", "front", *([] if run.failures else ["failed evaluations"])} if brief else ()
     return [(label, text) for label, text in facts if label not in left_out]
+
+
+def _told(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings with the length of the text of a robot's URDF in its place."""
+    robot = settings.get("robot")
+    if not isinstance(robot, dict) or not isinstance(robot.get("urdf"), str):
+        return settings
+    return settings | {"robot": robot | {"urdf": f"a text of {len(robot['urdf'])} characters"}}
 
 
 def _short(settings: dict[str, Any]) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings as python_warnings
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,11 @@ import numpy as np
 
 from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
-from trajevo.robot.limit_files import per_joint, tighten, unit_of
+from trajevo.robot.description import Description
+from trajevo.robot.files.formats import described
+from trajevo.robot.files.xacro_files import ENDING
+from trajevo.robot.limit_files import A_FORMAT, per_joint, tighten, unit_of
+from trajevo.robot.loading.arguments import package_folders
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
 from trajevo.robot.masses import MovingBody, placeholders
 from trajevo.robot.moveit_limits import examined_joint_limits
@@ -93,6 +97,8 @@ def examine(
     lock: Collection[str] = (),
     limits: str | Path | None = None,
     allow_massless: bool | None = None,
+    xacro: Mapping[str, Any] | None = None,
+    packages: str | Path | Sequence[str | Path] | None = None,
 ) -> RobotExamination:
     """All problems of a robot at once, even of one that :func:`~trajevo.robot.robot.load_robot` refuses.
 
@@ -101,26 +107,31 @@ def examine(
         lock: joints that will be locked.
         limits: a MoveIt file, whose limits take the place of the robot's own.
         allow_massless: as for :func:`~trajevo.robot.robot.load_robot`.
+        xacro: as for :func:`~trajevo.robot.robot.load_robot`.
+        packages: as for :func:`~trajevo.robot.robot.load_robot`.
 
     Returns:
         The joints, the links, and every error and warning, one sentence each.
 
     Raises:
         UnknownNameError: neither a known robot nor a folder with ``robot.toml`` nor a URDF.
-        InvalidInputError: there is no such URDF, or it is not XML.
+        InvalidInputError: there is no such file, it is not XML, or xacro that cannot be evaluated.
     """
     source = robot_source(name)
     errors: list[str] = []
     settings = None if source.settings is None else _settings(source.settings, errors)
     urdf = source.urdf if source.settings is None else _urdf_of(source.settings)
-    robot = _written(settings, errors) if urdf is None else read_urdf(urdf)
+    more = {"xacro": xacro, "packages": (*package_folders(packages), *source.packages)}
+    found = Description("<robot/>") if urdf is None else _described(urdf, lock, errors, more)
+    robot = _written(settings, errors) if urdf is None else ElementTree.fromstring(found.text)
     file = urdf or source.settings or source.urdf
     moving = [joint for joint in robot.iterfind("joint") if joint.get("type") in _UNITS]
     following, held = followers(robot, dict.fromkeys(lock, 0.0))
     still = {*held, *(follower.name for follower in following)}
     planned = [joint for joint in moving if joint.get("name") not in still]
-    rows = [_row(joint) for joint in planned]
-    if urdf is not None:
+    said: Mapping[str, Any] = found.limits
+    rows = [replace(_row(joint), **said.get(joint.get("name", ""), {})) for joint in planned]
+    if urdf is not None and (moving or found.kind != "MJCF"):
         errors += urdf_problems(robot, urdf, lock)
     if urdf is not None or moving:
         errors += _lock_problems(robot, file, lock)
@@ -131,7 +142,8 @@ def examine(
     if limits is not None:
         rows = _rows_with_limits(Path(limits), rows, errors, held, following)
     links = link_rows(robot)
-    loaded = None if errors else _loaded(name, lock=lock, links=links, errors=errors)
+    files = {"xacro": xacro, "packages": packages}
+    loaded = None if errors else _loaded(name, rows, lock=lock, links=links, errors=errors, **files)
     return RobotExamination(
         name=str(name),
         file=file,
@@ -142,12 +154,13 @@ def examine(
         links=links,
         errors=tuple(errors),
         warnings=(
-            *_warnings(source, file, robot, rows),
+            *_warnings(source, file, robot, rows, found),
             *_mass_warnings(
                 file,
                 robot,
                 held,
                 bool(settings and settings.settings.allow_massless) if allow_massless is None else allow_massless,
+                found.between,
             ),
         ),
         notes=() if loaded is None else (*map(str, loaded.followers), *loaded.friction_notes),
@@ -167,6 +180,17 @@ def _settings(path: Path, errors: list[str]) -> RobotFile | None:
         errors.append(str(error))
         return None
     return file
+
+
+def _described(file: Path, lock: Collection[str], errors: list[str], more: Mapping[str, Any]) -> Description:
+    """The description of a file; an empty one if it is MJCF that cannot be used, which is added to ``errors``."""
+    try:
+        return described(file, lock, **more)
+    except InvalidInputError as error:
+        if file.suffix.lower() != ENDING and read_urdf(file).tag == "mujoco":
+            errors.append(str(error))
+            return Description("<robot/>", kind="MJCF")
+        raise
 
 
 def _urdf_of(settings: Path) -> Path | None:
@@ -229,7 +253,10 @@ def _limit_problems(rows: list[JointRow], urdf: Path) -> Iterator[str]:
         for key, unit in (("velocity", f"{row.unit}/s"), ("effort", "N" if row.unit == "m" else "N·m")):
             value = getattr(row, key)
             if value == 0.0:  # negative limits are reported by urdf_problems
-                yield f"{where}: {key}: expected a positive number, got {value:g} {unit}"
+                yield (
+                    f"{where}: {key}: expected a positive number, got {value:g} {unit}: give it in robot.toml, in "
+                    f'task.toml ([limits] {key} = ...) or as limits={{"{key}": ...}}; inf means no limit'
+                )
 
 
 def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock: Collection[str]) -> list[JointRow]:
@@ -302,22 +329,35 @@ def _limit_problems_of(file: Path, row: JointRow, limit: str) -> Iterator[str]:
         yield f"{where}: expected a positive number, got {getattr(row, limit):g}"
 
 
-def _loaded(name: str | Path, *, lock: Collection[str], links: tuple[LinkRow, ...], errors: list[str]) -> Robot | None:
+def _loaded(
+    name: str | Path,
+    rows: list[JointRow],
+    *,
+    lock: Collection[str],
+    links: tuple[LinkRow, ...],
+    errors: list[str],
+    **files: Any,
+) -> Robot | None:
     """The robot if it can be loaded; everything that a caller has to give besides the files is filled in."""
-    settings = robot_source(name).settings
-    besides: dict[str, Any] = (
-        {} if settings else {"tool": links[-1].name, "limits": {"acceleration": np.inf, "jerk": np.inf}}
-    )
+    besides: dict[str, Any] = {}
+    if robot_source(name).settings is None:
+        lacking = {
+            key: {row.name: np.inf for row in rows if np.isnan(getattr(row, key))} for key in ("velocity", "effort")
+        }
+        limits = {"acceleration": np.inf, "jerk": np.inf, **{key: given for key, given in lacking.items() if given}}
+        besides = {"tool": links[-1].name, "limits": limits}
     try:
         with python_warnings.catch_warnings():
             python_warnings.simplefilter("ignore", UserWarning)
-            return load_robot(name, lock=dict.fromkeys(lock, 0.0), **besides)
+            return load_robot(name, lock=dict.fromkeys(lock, 0.0), **besides, **files)
     except TrajevoError as error:
         errors.append(str(error))
     return None
 
 
-def _mass_warnings(file: Path, robot: ElementTree.Element, lock: Collection[str], meant: bool) -> Iterator[str]:
+def _mass_warnings(
+    file: Path, robot: ElementTree.Element, lock: Collection[str], meant: bool, between: Collection[str]
+) -> Iterator[str]:
     """Links without mass, point masses, and masses and inertias that look like placeholders."""
     for link in link_rows(robot):
         if link.mass > 0.0 and not any(link.moments):
@@ -325,6 +365,8 @@ def _mass_warnings(file: Path, robot: ElementTree.Element, lock: Collection[str]
     found = bodies(robot, lock)
     so = "as is meant: efforts leave them out" if meant else "so efforts are refused, unless allow_massless is set"
     for joint, links in massless_bodies(found):
+        if set(links) <= set(between):
+            continue
         yield f"{file}: joint {joint!r} moves a body without mass: {', '.join(links)}; {so}"
     for link in (link for body in found if body.joint is None for link in body.links):
         if link.mass == 0.0 and any(link.moments):  # NaN is true: told as an error
@@ -342,33 +384,39 @@ def _moving(found: tuple[Body, ...]) -> Iterator[MovingBody]:
             yield MovingBody(body.joint, tuple(link.name for link in body.links), mass, heaviest.moments)
 
 
-def _warnings(source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow]) -> Iterator[str]:
+def _warnings(
+    source: RobotSource, file: Path, robot: ElementTree.Element, rows: list[JointRow], found: Description
+) -> Iterator[str]:
     other = other_robot(source)
     if other is not None:
         yield other
     if source.settings is not None:
         return
     for clause in unit_warnings(robot, link_rows(robot)):
-        yield f"{file}: {clause}; a URDF is in m, kg, s and rad"
+        yield f"{file}: {clause}; {A_FORMAT[found.kind]} is in m, kg, s and rad"
     yield from _continuous_warnings(file, robot, rows)
-    for name, found in dynamics_of(robot, ()).items():
-        for row in (row for row in rows if row.name == name and 0.0 < row.effort <= found.coulomb):
+    for name, rubbing in dynamics_of(robot, ()).items():
+        for row in (row for row in rows if row.name == name and 0.0 < row.effort <= rubbing.coulomb):
+            by = "frictionloss" if found.kind == "MJCF" else "friction by <dynamics>"
             yield (
-                f"{file}: joint {name!r} cannot move: its friction by <dynamics>, {found.coulomb:g}, is not below its "
+                f"{file}: joint {name!r} cannot move: its {by}, {rubbing.coulomb:g}, is not below its "
                 f"effort limit, {row.effort:g}; lock it, or leave friction out by friction='none'"
             )
     efforts, velocities = {row.effort for row in rows}, {row.velocity for row in rows}
     if rows and all(row.effort >= PLACEHOLDER_EFFORT for row in rows):
         yield f"{file}: effort limits look like placeholders: {min(efforts):g} or more on every joint"
-    elif len(rows) > 3 and len(efforts) == len(velocities) == 1:
+    elif len(rows) > 3 and len(efforts) == len(velocities) == 1 and np.isfinite([*efforts, *velocities]).all():
         yield (
             f"{file}: limits look like placeholders: effort {efforts.pop():g} and velocity {velocities.pop():g} "
             f"on every one of {len(rows)} joints"
         )
-    missing = [key for key in ("acceleration", "jerk") if any(np.isnan(getattr(row, key)) for row in rows)]
+    keys = ("acceleration", "jerk") if found.kind != "MJCF" else ("velocity", "effort", "acceleration", "jerk")
+    missing = [key for key in keys if any(np.isnan(getattr(row, key)) for row in rows)]
     if missing:
+        of = ", ".join(missing[:-1]) + " and " * (len(missing) > 1) + missing[-1]
+        lacking = A_FORMAT[found.kind] if found.kind != "MJCF" else "the file"
         yield (
-            f"{file}: {' and '.join(missing)} limits are not in a URDF: give them in robot.toml, in task.toml "
+            f"{file}: {of} limits are not in {lacking}: give them in robot.toml, in task.toml "
             "([limits]) or as limits={...}"
         )
     ends = tips(robot)

@@ -1,10 +1,9 @@
-"""Friction of a robot's actuators from all its sources: a caller, ``robot.toml``, and ``<dynamics>`` of the URDF."""
+"""Friction and armature of a robot's actuators from all sources: a caller, ``robot.toml``, and the robot's file."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -12,24 +11,31 @@ from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.robot.joints import Friction
 from trajevo.robot.limit_files import per_joint
-from trajevo.robot.urdf.joints import Follower, JointFriction, dynamics_of
+from trajevo.robot.urdf.joints import Follower, JointFriction
 
-#: What a caller may ask for by name: what ``<dynamics>`` says, whatever ``robot.toml`` does, or none at all.
-NAMED = ("urdf", "none")
+#: What a caller may ask for by name: what the robot's file says, whatever ``robot.toml`` does, or none at all.
+NAMED = ("file", "urdf", "none")
 
-#: Kinds of friction that a caller may give, with their units for joints that turn and that slide.
+#: What a caller may give, with its units for joints that turn and that slide.
 _UNITS = {
     "viscous": {"rad": "N*m*s/rad", "m": "N*s/m"},
     "coulomb": {"rad": "N*m", "m": "N"},
+    "armature": {"rad": "kg*m^2", "m": "kg"},
+}
+
+#: What is told of friction that is used, and of friction that is not, by the format of the robot's file.
+_TOLD = {
+    "URDF": ("friction of <dynamics> used", "efforts leave out what <dynamics> of the URDF says"),
+    "MJCF": ("friction and armature of the MJCF file used", "efforts leave out what the MJCF file says"),
 }
 
 
 class FoundFriction(NamedTuple):
-    """The friction that is used, and what is told of ``<dynamics>``, one clause for each joint.
+    """The friction that is used, and what is told of that in the robot's file, one clause for each joint.
 
     Attributes:
         friction: friction and armature of the actuators.
-        used: what ``<dynamics>`` says and ``friction`` holds.
+        used: what the file says and ``friction`` holds.
         left_out: what it says and ``friction`` does not hold, as the caller or ``robot.toml`` has it otherwise.
     """
 
@@ -40,8 +46,7 @@ class FoundFriction(NamedTuple):
 
 def friction_of(
     given: Any,
-    robot: ElementTree.Element,
-    locked: Mapping[str, float],
+    dynamics: Mapping[str, JointFriction],
     followers: Sequence[Follower],
     names: tuple[str, ...],
     units: tuple[str, ...],
@@ -49,13 +54,12 @@ def friction_of(
 ) -> FoundFriction:
     """The friction of actuators.
 
-    A joint that follows another rubs on the actuator of that one: by virtual work, its damping with the square of the
-    multiplier, its dry friction with the magnitude.
+    A joint that follows another rubs on the actuator of that one: by virtual work, its damping and its armature with
+    the square of the multiplier, its dry friction with the magnitude.
 
     Args:
         given: what the caller asks for, see :func:`~trajevo.robot.robot.load_robot`.
-        robot: top element of the URDF.
-        locked: joints that are held still.
+        dynamics: friction and armature of joints by the robot's file.
         followers: joints that follow others.
         names: names of the actuators.
         units: their units.
@@ -65,20 +69,19 @@ def friction_of(
         UnknownNameError: another name, kind of friction or joint.
         InvalidInputError: numbers that cannot be used.
     """
-    columns = {key: np.full(len(names), np.nan) for key in ("viscous", "coulomb", "coulomb_backward")}
-    columns["armature"] = np.zeros(len(names))
+    columns = {key: np.full(len(names), np.nan) for key in ("viscous", "coulomb", "coulomb_backward", "armature")}
     columns |= {} if declared is None else {key: np.array(column) for key, column in declared.items()}
     if isinstance(given, str):
         checked_name("friction", given, NAMED)
         for key in ("viscous", "coulomb", "coulomb_backward"):
-            columns[key][:] = np.nan if given == "urdf" else 0.0
+            columns[key][:] = 0.0 if given == "none" else np.nan
     elif isinstance(given, Mapping):
         _take(columns, given, names, units)
     elif given is not None:
-        raise InvalidInputError(f"friction: expected 'urdf', 'none' or a mapping of {', '.join(_UNITS)}, got {given!r}")
+        raise InvalidInputError(f"friction: expected 'file', 'none' or a mapping of {', '.join(_UNITS)}, got {given!r}")
     ways = {name: (k, 1.0) for k, name in enumerate(names)}
     ways |= {each.name: (names.index(each.leader), each.multiplier) for each in followers if each.leader in names}
-    return _filled(columns, dynamics_of(robot, locked), ways)
+    return _filled(columns, dynamics, ways)
 
 
 def _take(columns: dict[str, Array], given: Mapping[str, Any], names: tuple[str, ...], units: tuple[str, ...]) -> None:
@@ -86,14 +89,14 @@ def _take(columns: dict[str, Array], given: Mapping[str, Any], names: tuple[str,
     for key, value in given.items():
         checked_name("kind of friction", key, _UNITS)
         column = per_joint(f"friction.{key}", value, names, [_UNITS[key][unit] for unit in units])[:, 0]
-        for name in (key,) if key == "viscous" else ("coulomb", "coulomb_backward"):
+        for name in ("coulomb", "coulomb_backward") if key == "coulomb" else (key,):
             columns[name] = np.where(np.isnan(column), columns[name], column)
 
 
 def _filled(
     columns: dict[str, Array], dynamics: Mapping[str, JointFriction], ways: Mapping[str, tuple[int, float]]
 ) -> FoundFriction:
-    """Friction with what ``<dynamics>`` says where nobody else says anything.
+    """Friction with what the robot's file says where nobody else says anything.
 
     Args:
         columns: of :class:`~trajevo.robot.joints.Friction`, NaN where nothing is said.
@@ -109,6 +112,7 @@ def _filled(
             k, multiplier = ways[name]
             said = {key for key in _UNITS if not np.isnan(columns[key][k])}
             added["viscous"][k] += found.viscous * multiplier**2
+            added["armature"][k] += found.armature * multiplier**2
             for key in ("coulomb", "coulomb_backward"):
                 added[key][k] += found.coulomb * abs(multiplier)
         for told, keys in ((used, set(_UNITS) - said), (left, said)):
@@ -121,14 +125,16 @@ def _filled(
 
 
 def _parts(found: JointFriction, keys: Collection[str]) -> Iterator[str]:
-    """What ``<dynamics>`` says of a joint in words, of some kinds of friction."""
+    """What the file says of a joint in words, of some kinds of friction."""
     if found.coulomb and "coulomb" in keys:
         yield f"friction {found.coulomb:g} {'N' if found.slides else 'N·m'}"
     if found.viscous and "viscous" in keys:
         yield f"damping {found.viscous:g} {'N·s/m' if found.slides else 'N·m·s/rad'}"
+    if found.armature and "armature" in keys:
+        yield f"armature {found.armature:g} {'kg' if found.slides else 'kg·m²'}"
 
 
-def friction_notes(used: Sequence[str], left_out: Sequence[str]) -> tuple[str, ...]:
-    """What is told of the clauses of :class:`FoundFriction`."""
-    told = {"friction of <dynamics> used": used, "efforts leave out what <dynamics> of the URDF says": left_out}
-    return tuple(f"{what}: {', '.join(clauses)}" for what, clauses in told.items() if clauses)
+def friction_notes(kind: str, used: Sequence[str], left_out: Sequence[str]) -> tuple[str, ...]:
+    """What is told of the clauses of :class:`FoundFriction`, of a robot from a file of some format."""
+    told = zip(_TOLD.get(kind, _TOLD["URDF"]), (used, left_out), strict=True)
+    return tuple(f"{what}: {', '.join(clauses)}" for what, clauses in told if clauses)

@@ -18,6 +18,9 @@ from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 from trajevo.robot.moveit_limits import read_joint_limits
 from trajevo.robot.urdf.joints import Follower
 
+#: Formats in a sentence.
+A_FORMAT = {"URDF": "a URDF", "xacro": "a URDF", "MJCF": "MJCF"}
+
 QUANTITIES = ("position", "velocity", "acceleration", "jerk", "effort")
 
 
@@ -29,19 +32,24 @@ def declared_limits(
     given: Mapping[str, Any],
     urdf: Path,
     followers: Sequence[Follower] = (),
+    *,
+    kind: str = "URDF",
 ) -> dict[str, Array]:
-    """Columns of JointLimits, SI: limits of ``robot.toml``, or else of the URDF, overridden by those of the caller.
+    """Columns of JointLimits, SI: limits of ``robot.toml``, or else of the file, overridden by those of the caller.
 
     What limits a joint that follows another limits that one as well: as its URDF has it, unless there is a
     ``robot.toml``, which says what the leader may do, and as the caller has it.
     """
     columns = dict(declared) if declared is not None else _of_urdf(model, names, followers, urdf)
     _replace(columns, given, names, units, followers, urdf)
-    for key in ("acceleration", "jerk"):
+    for key in QUANTITIES[1:]:
         missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
         if missing:
+            lacking = (
+                "for which the file has no forcerange" if key == "effort" else f"which {A_FORMAT[kind]} cannot hold"
+            )
             raise InvalidInputError(
-                f"{urdf}: no {key} limit for {', '.join(missing)}, which a URDF cannot hold: give it in robot.toml "
+                f"{urdf}: no {key} limit for {', '.join(missing)}, {lacking}: give it in robot.toml "
                 f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "
                 f'an argument (limits={{"{key}": 10.0}}); inf means no limit'
             )

@@ -17,15 +17,28 @@ ROBOTS_FOLDER = data_folder("robots")
 #: Top element or ending of a file that is no URDF -> what it is, and the way out.
 _CONVERTED = {
     "sdf": ", SDF of Gazebo: give the URDF from which it was made, or export one",
-    "mujoco": ", MJCF of MuJoCo: give the URDF of this robot, of which its maker or robot_descriptions may have one",
     ".srdf": ", which holds groups and poses but no links: give the URDF beside it",
     ".stl": ", a mesh: give the URDF that refers to it",
     ".dae": ", a mesh: give the URDF that refers to it",
     ".obj": ", a mesh: give the URDF that refers to it",
     ".step": ", a CAD model: export a URDF from CAD",
     ".stp": ", a CAD model: export a URDF from CAD",
-    ".usd": ", USD: export a URDF",
+    ".usd": ", USD: export a URDF or MJCF",
+    ".usda": ", USD: export a URDF or MJCF",
+    ".usdc": ", USD: export a URDF or MJCF",
+    ".usdz": ", USD: export a URDF or MJCF",
+    ".3ds": ", a mesh: give the URDF that refers to it",
+    ".ply": ", a mesh: give the URDF that refers to it",
+    ".gltf": ", a mesh: give the URDF that refers to it",
+    ".glb": ", a mesh: give the URDF that refers to it",
+    ".iges": ", a CAD model: export a URDF from CAD",
+    ".igs": ", a CAD model: export a URDF from CAD",
+    ".mjb": ", a compiled model of MuJoCo: save it as XML (mj_saveLastXML)",
 }
+
+
+#: Top elements of the formats that are read: URDF and MJCF.
+_READ = ("robot", "mujoco")
 
 
 @dataclass(frozen=True)
@@ -71,8 +84,8 @@ def robot_source(name: str | Path) -> RobotSource:
     path = Path(name)
     if os.path.isfile(path / "robot.toml"):
         return _folder(path)
-    if is_urdf(path):
-        return RobotSource(path.stem, path.parent, None, path, _around(path))
+    if is_described(path):
+        return RobotSource(path.stem.removesuffix(".urdf"), path.parent, None, path, _around(path))
     loaders = _example_loaders()
     if str(name) not in loaders:
         _refuse_path(path)
@@ -104,17 +117,21 @@ def other_robot(source: RobotSource) -> str | None:
 
 
 def warn_of_other_robot(source: RobotSource) -> None:
-    """Warn, at the line that called this function's caller, if a name loads another robot."""
+    """Warn, at the line that called ``load_robot``, if a name loads another robot."""
     sentence = other_robot(source)
     if sentence is not None:
-        warnings.warn(sentence, UserWarning, stacklevel=3)
+        warnings.warn(sentence, UserWarning, stacklevel=4)
 
 
-def is_urdf(path: Path) -> bool:
-    """Whether a path is that of a URDF: by its ending, or an XML file that exists and holds a robot."""
-    if path.suffix.lower() == ".urdf":
-        return True
-    return path.suffix.lower() == ".xml" and _top_of(path) == "robot"
+def is_described(path: Path) -> bool:
+    """Whether a path is that of a robot: a URDF by its ending, or a file that exists: xacro, or one that holds a robot.
+
+    The content decides, but for xacro, which has the same top element as a URDF.
+    """
+    ending = path.suffix.lower()
+    if ending == ".urdf" or not ending or not os.path.isfile(path):
+        return ending == ".urdf"
+    return ending == ".xacro" or _top_of(path) in _READ
 
 
 def robot_path(name: str | Path, *, folder: Path = Path()) -> Path | None:
@@ -125,7 +142,7 @@ def robot_path(name: str | Path, *, folder: Path = Path()) -> Path | None:
         folder: folder from which a relative path starts.
     """
     path = folder / name
-    return path if is_urdf(path) or os.path.isfile(path / "robot.toml") else None
+    return path if is_described(path) or os.path.isfile(path / "robot.toml") else None
 
 
 def _top_of(path: Path) -> str:
@@ -145,15 +162,12 @@ def _refuse_path(path: Path) -> None:
         if ending or len(path.parts) > 1:
             raise InvalidInputError(f"robot: {no_such_file(path, 'file' if ending else 'file or folder')}")
         return
-    if ending == ".xacro":
-        urdf = path.with_suffix("") if path.stem.endswith(".urdf") else path.with_suffix(".urdf")
-        raise InvalidInputError(
-            f"robot: {path} is xacro, from which a URDF is made: run `xacro {path} > {urdf}` and give {urdf}"
-        )
     top = _top_of(path)
     found = f"<{top}>" if top else f"a file {ending or path.name}"
     way = _CONVERTED.get(top) or _CONVERTED.get(ending, "")
-    raise InvalidInputError(f"robot: {path}: expected a URDF, XML with <robot> at its top, got {found}{way}")
+    raise InvalidInputError(
+        f"robot: {path}: expected a URDF, xacro or MJCF file, XML with <robot> or <mujoco> at its top, got {found}{way}"
+    )
 
 
 def _no_robot_in(folder: Path) -> str:

@@ -30,7 +30,7 @@ _STL_VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)")
 _SHAPES = {"box": ("size", 3), "cylinder": ("radius length", 1), "sphere": ("radius", 1)}
 
 
-def check_solids(robot: ElementTree.Element, urdf: Path, packages: Sequence[Path]) -> None:
+def check_solids(robot: ElementTree.Element, urdf: Path | str, packages: Sequence[Path]) -> None:
     """Refuse collision geometry that cannot be used: sizes that are no positive numbers, and damaged meshes.
 
     Args:

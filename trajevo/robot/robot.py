@@ -19,7 +19,11 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
-from trajevo.errors import InvalidInputError, UnknownNameError
+from trajevo.errors import InvalidInputError
+from trajevo.robot.description import Description
+from trajevo.robot.files.cell import placed
+from trajevo.robot.files.opened import opened
+from trajevo.robot.files.parts import drives_of, masses_meant, tool_of
 from trajevo.robot.friction_sources import friction_notes, friction_of
 from trajevo.robot.joints import Friction, JointLimits
 from trajevo.robot.limit_files import declared_limits, given_limits, limits_or_none
@@ -32,13 +36,11 @@ from trajevo.robot.loading.arguments import (
 )
 from trajevo.robot.loading.chain import TOOL
 from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
-from trajevo.robot.locate import robot_source, warn_of_other_robot
 from trajevo.robot.masses import massless, moving_bodies, placeholders
 from trajevo.robot.robot_toml import RobotFile
-from trajevo.robot.transmission import Direct, Mimicking, Transmission
-from trajevo.robot.urdf.bodies import tips
+from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf.file import read_urdf
-from trajevo.robot.urdf.joints import Follower, followers
+from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
 from trajevo.robot.urdf.model import build_model
 from trajevo.robot.urdf.problems import checked_urdf
 
@@ -62,8 +64,8 @@ class Robot(WithoutUrdf):
         tool: name of the frame at the end effector.
         source: folder the robot was loaded from; None if from no file.
         reference: where its numbers come from, one line.
-        urdf: the URDF file; None if the robot has none.
-        packages: folders in which ``package://`` paths of the URDF are looked up.
+        urdf: the file that describes it, URDF, xacro or MJCF; None if it has none.
+        packages: folders in which ``package://`` paths are looked up.
         locked: positions of the joints of the URDF that are locked [rad or m].
         settings: arguments of :func:`load_robot` as plain data: the name alone, or the given arguments by name.
         allow_massless: whether it is meant that links have no mass, so that efforts leave them out; otherwise efforts
@@ -72,7 +74,9 @@ class Robot(WithoutUrdf):
         friction_used: friction and damping by ``<dynamics>`` of the URDF that ``friction`` holds, one clause for each
             value, with its joints.
         friction_left_out: the same of what ``friction`` does not hold.
-        written: the robot as URDF text if it has no URDF file.
+        written: the robot as URDF text if that is not the content of ``urdf``.
+        file_kind: format of its file.
+        file_notes: what its file says and efforts leave out, one clause each.
         has_body: whether it is more than joints and limits.
     """
 
@@ -95,12 +99,15 @@ class Robot(WithoutUrdf):
     friction_used: tuple[str, ...] = ()
     friction_left_out: tuple[str, ...] = ()
     written: str = ""
+    file_kind: str = "URDF"
+    file_notes: tuple[str, ...] = ()
     has_body: bool = True
 
     @classmethod
     def _written(cls, given: Written) -> Robot:
         where = f"robot {given.name!r}"
-        model, units = build_model(given.urdf, where, {})
+        text = placed(Description(given.urdf), given.base, where).text
+        model, units = build_model(text, where, {})
         model.gravity.linear = given.gravity
         names = tuple(model.names[1:])
         limits = given_limits(given.limits, names, units, ())
@@ -119,7 +126,7 @@ class Robot(WithoutUrdf):
             urdf=None,
             settings={**given.settings, **plain_settings({"limits": limits or None})},
             allow_massless=given.allow_massless,
-            written=given.urdf,
+            written=text,
             has_body=given.has_body,
         )
 
@@ -135,8 +142,12 @@ class Robot(WithoutUrdf):
         return f"robot {self.name!r}" if self.urdf is None else str(self.urdf)
 
     def description(self) -> ElementTree.Element:
-        """The top element of its URDF, read anew from the file if there is one."""
-        return ElementTree.fromstring(self.written) if self.urdf is None else read_urdf(self.urdf)
+        """The top element of its URDF, read anew if that is the content of a file."""
+        return ElementTree.fromstring(self.written) if self.urdf is None or self.written else read_urdf(self.urdf)
+
+    def checked_text(self) -> str:
+        """Its URDF as text for Pinocchio, read anew and checked if that is the content of a file."""
+        return self.written if self.urdf is None or self.written else checked_urdf(self.urdf, self.locked)
 
     def check_body(self, quantity: str) -> None:
         """Refuse a quantity, by an InvalidInputError that names it, if the robot is joints and limits alone."""
@@ -197,8 +208,8 @@ class Robot(WithoutUrdf):
 
     @property
     def friction_notes(self) -> tuple[str, ...]:
-        """What the URDF says of friction and efforts hold or leave out, one clause each; nothing without it."""
-        return friction_notes(self.friction_used, self.friction_left_out)
+        """What the file says and efforts hold or leave out, such as friction, one clause each."""
+        return *friction_notes(self.file_kind, self.friction_used, self.friction_left_out), *self.file_notes
 
     @property
     def dof(self) -> int:
@@ -258,34 +269,51 @@ def load_robot(
     allow_massless: bool | None = None,
     friction: str | Mapping[str, Any] | None = None,
     packages: str | Path | Sequence[str | Path] | None = None,
+    xacro: Mapping[str, Any] | None = None,
+    base: Mapping[str, Any] | None = None,
+    tools: Sequence[Mapping[str, Any]] | None = None,
+    urdf: str | None = None,
 ) -> Robot:
-    """Load a robot by name, from a folder, or from a URDF.
+    """Load a robot by name, from a folder, or from a URDF, xacro or MJCF file.
 
     Args:
         name: a name of :func:`list_robots` or of example-robot-data, the path of a folder with ``robot.toml`` and the
-            URDF that it names or a table ``[dh]``, or the path of a URDF. A name of trajevo takes precedence over a
+            file that it names or a table ``[dh]``, or the path of a URDF, of xacro (ending ``.xacro``, by the package
+            xacrodoc) or of MJCF (any file with ``<mujoco>`` at its top). A name of trajevo takes precedence over a
             folder of that name.
         lock: joints to lock, name -> position [rad or m]. A joint that mimics a locked one is held where that holds it;
             a locked joint mimics no other.
-        tool: frame at the end effector; if None, that of ``robot.toml`` or the only tip of the URDF.
+        tool: one of ``tools``, which is then mounted, or another frame at the end effector; if None, the only one of
+            ``tools``, that of ``robot.toml`` or the only tip.
         limits: limits that complete or replace those of the files, a mapping from ``position``, ``velocity``,
             ``acceleration``, ``jerk`` or ``effort`` to one number for all joints, to one per joint in order, or to a
             mapping from joints to numbers; for positions, pairs of numbers. Numbers are SI, or text with a unit such as
             ``"180 deg/s"``; ``inf`` means no limit. Or the path of a MoveIt ``joint_limits.yaml``.
-        gravity: in the base frame, shape (3,) [m/s²]; if None, that of ``robot.toml`` or 9.80665 along -z.
+        gravity: in the frame of the cell, which is the base frame unless ``base`` is given, shape (3,) [m/s²]; if
+            None, that of ``robot.toml``, of MJCF, or 9.80665 along -z.
         allow_massless: whether it is meant that links that a joint moves have no mass, so that efforts leave them out;
             if False, efforts, energies and capacities of such a robot are refused. If None, as ``robot.toml`` says, or
             False.
-        friction: ``"urdf"`` for what ``<dynamics>`` of the URDF says, ``damping`` [N·m·s/rad or N·s/m] as viscous and
-            ``friction`` [N·m or N] as dry friction, ``"none"``, or numbers that complete or replace those of the files,
-            a mapping from ``viscous`` or ``coulomb`` to numbers as in ``limits``. If None, as ``robot.toml`` says, and
-            where it says nothing, as the URDF does.
-        packages: folders that hold the packages of ``package://NAME/...`` paths of meshes, besides the folder of the
-            URDF, the three above it, and those in ``ROS_PACKAGE_PATH``.
+        friction: ``"file"`` (or ``"urdf"``) for what ``<dynamics>`` of the URDF says, ``damping`` [N·m·s/rad or N·s/m]
+            as viscous and ``friction`` [N·m or N] as dry friction, or ``damping`` and ``frictionloss`` of MJCF;
+            ``"none"``, or numbers that complete or replace those of the files, a mapping from ``viscous``,
+            ``coulomb`` or ``armature`` [kg·m² or kg] to numbers as in ``limits``. If None, as ``robot.toml`` says, and
+            where it says nothing, as the file does. Armature is that of ``robot.toml`` or MJCF unless it is given.
+        packages: folders that hold the packages of ``package://NAME/...`` paths of meshes and ``$(find NAME)`` of
+            xacro, besides the folder of the file, the three above it, and those in ``ROS_PACKAGE_PATH``.
+        xacro: values of the arguments (``<xacro:arg>``) of a xacro file: texts, numbers, truth values.
+        base: pose of the robot's first link in the cell, a mapping with ``position`` [m] and ``rpy`` [rad], numbers or
+            text with a unit; points, obstacles and gravity are then in the frame of the cell. If None, that of
+            ``robot.toml``, or none.
+        tools: tools of which one can be mounted, in place of those of ``robot.toml``: mappings with ``name``,
+            ``parent`` (a link), ``position`` [m] and ``rpy`` [rad] in it, ``mass`` [kg], ``com`` [m] and ``inertia``
+            about it, (3, 3) or its diagonal [kg·m²], in the tool's frame. Masses are parts of the robot, no payload.
+        urdf: the text of a URDF, in place of a file; ``name`` is then what the robot is called.
 
     Returns:
-        The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the URDF. Otherwise
-        position, velocity and effort limits come from the URDF, acceleration and jerk limits from ``limits``. A
+        The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the file. Otherwise
+        position, velocity and effort limits come from the URDF, or position and effort limits (``forcerange``,
+        ``actuatorfrcrange``) from MJCF, and all others from ``limits``. A
         continuous joint has no range, whatever its ``<limit>`` says, unless ``limits`` or ``robot.toml`` gives one. A
         joint that mimics another is none of the robot's joints: what it bears and its friction are borne by the joint
         that it follows, which is limited to positions and velocities at which the limits of both are kept.
@@ -298,84 +326,65 @@ def load_robot(
             :func:`~trajevo.robot.urdf.problems.checked_urdf` or by Pinocchio, or a limit is missing. The message names
             the file and, where there is one, the joint or link and the value.
     """
-    source = robot_source(name)
-    warn_of_other_robot(source)
-    file = RobotFile(source.settings) if source.settings is not None else None
-    urdf = source.urdf if file is None else file.urdf
     if not isinstance(lock, Mapping | None):
         raise InvalidInputError(f"lock: expected a mapping from joints to positions [rad or m], got {lock!r}")
     if not isinstance(allow_massless, bool | None):
         raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
-    folders = package_folders(packages)
-    where = urdf or source.settings or source.urdf
-    text = file.written() if file is not None and urdf is None else checked_urdf(where, lock or {})
-    root = ElementTree.fromstring(text)
+    folders = package_folders(packages, exist=urdf is None)
+    files = opened(name, lock or {}, folders=folders, urdf=urdf, xacro=xacro, base=base, tool=tool, tools=tools)
+    found, file, where = files.found, files.settings, files.where
+    root = ElementTree.fromstring(found.text)
     following, locked = followers(root, lock or {})
-    model, units = build_model(text, where, locked)
-    if gravity is not None:
-        model.gravity.linear = checked_gravity(gravity)
-    else:
-        model.gravity.linear = np.array(STANDARD_GRAVITY) if file is None else file.gravity()
-    transmission, names, units = _drives(model, units, following, file)
+    model, units = build_model(found.text, where, locked, found.limits)
+    model.gravity.linear = _gravity(gravity, file, found)
+    transmission, names, units = drives_of(model, units, following, file)
     declared = None if file is None else file.limits(names, units, locked)
     given = given_limits(limits, names, units, locked, following)
     rubbing = friction_of(
-        friction, root, locked, following, names, units, None if file is None else file.friction(names, units)
+        friction,
+        dynamics_of(root, locked, found.armature),
+        following,
+        names,
+        units,
+        None if file is None else file.friction(names, units),
     )
     return Robot(
-        name=source.name if file is None else file.settings.name,
+        name=files.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
-        limits=JointLimits(**declared_limits(model, names, units, declared, given, where, following)),
+        limits=JointLimits(**declared_limits(model, names, units, declared, given, where, following, kind=found.kind)),
         friction=rubbing.friction,
         joint_names=names,
         joint_units=units,
-        tool=_tool(model, tool, text, where, file),
-        source=source.folder,
-        reference=f"{where.name}, {len(names)} joints, {_moving_mass(model):.4g} kg"
+        tool=tool_of(model, files.tool, found.text, where, file),
+        source=files.folder,
+        reference=f"{files.called}, {len(names)} joints, {_moving_mass(model):.4g} kg"
         if file is None
         else file.settings.reference,
-        urdf=urdf,
-        packages=(*folders, *source.packages),
+        urdf=files.path,
+        packages=files.packages,
         locked=locked,
         followers=following,
         settings=load_settings(
-            name,
+            files.name if files.text is not None else name,
+            urdf=files.text,
             lock=lock,
             tool=tool,
             limits=given or None,
             gravity=gravity,
             allow_massless=allow_massless,
             friction=friction,
-            packages=[str(folder) for folder in folders] or None,
+            packages=[str(folder) for folder in (folders if files.text is None else files.needed)] or None,
+            base=base,
+            tools=tools,
         ),
-        allow_massless=allow_massless
-        if allow_massless is not None
-        else file is not None and file.settings.allow_massless,
+        allow_massless=masses_meant(allow_massless, file, model, found),
         friction_used=rubbing.used,
         friction_left_out=rubbing.left_out,
-        written=text if urdf is None else "",
+        written="" if found.as_written else found.text,
+        file_kind=found.kind,
+        file_notes=found.notes,
     )
-
-
-def _drives(
-    model: Any, units: tuple[str, ...], following: tuple[Follower, ...], file: RobotFile | None
-) -> tuple[Transmission, tuple[str, ...], tuple[str, ...]]:
-    """The transmission, and the names and units of the actuators in the order of the model's joints."""
-    joints = tuple(model.names[1:])
-    led = {follower.name for follower in following}
-    names = tuple(name for name in joints if name not in led)
-    units = tuple(unit for name, unit in zip(joints, units, strict=True) if name not in led)
-    transmission: Transmission = Direct()
-    if file is not None:
-        transmission, names, units = file.transmission(names, units)
-    if not following:
-        return transmission, names, units
-    if file is not None and not isinstance(transmission, Direct):
-        raise InvalidInputError(
-            f"{file.path}: transmission: expected joints that follow no others, but {following[0]} in the URDF; lock it"
-        )
-    return Mimicking.of(joints, following), names, units
 
 
 def robot_of(given: Any) -> Robot:
@@ -401,19 +410,16 @@ def robot_of(given: Any) -> Robot:
     return load_robot(**given)
 
 
+def _gravity(given: Any, file: RobotFile | None, found: Description) -> Array:
+    if given is not None:
+        return checked_gravity(given)
+    if file is not None:
+        return file.gravity()
+    return np.array(STANDARD_GRAVITY) if found.gravity is None else found.gravity
+
+
 def _moving_mass(model: Any) -> float:
     return float(sum(inertia.mass for inertia in list(model.inertias)[1:]))
-
-
-def _tool(model: Any, tool: str | None, text: str, urdf: Path, file: RobotFile | None) -> str:
-    ends = tips(ElementTree.fromstring(text))
-    if tool is None and file is None and len(ends) != 1:
-        raise InvalidInputError(f"{urdf}: tool: expected a frame, as the URDF has several tips: {', '.join(ends)}")
-    chosen = tool or (ends[0] if file is None else file.settings.tool)
-    if not model.existFrame(chosen):
-        where = urdf if file is None else file.path
-        raise UnknownNameError(f"tool frame in {where}", chosen, [frame.name for frame in model.frames[1:]])
-    return chosen
 
 
 def length_unit(robot: Robot) -> str:

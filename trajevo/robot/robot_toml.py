@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pydantic
@@ -83,6 +83,15 @@ class _Joint(_Strict):
     viscous_friction: _Amount | None = None
     coulomb_friction: _DryFriction | None = None
     armature: _Amount | None = None
+    rotor_inertia: _Amount | None = None
+    gear_ratio: Annotated[_Number, pydantic.Field(gt=0.0, allow_inf_nan=False)] | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _armature_or_gear(self) -> _Joint:
+        by_gear = [name for name in ("rotor_inertia", "gear_ratio") if getattr(self, name) is not None]
+        if len(by_gear) == 1 or (by_gear and self.armature is not None):
+            raise ValueError("expected armature, or rotor_inertia and gear_ratio")
+        return self
 
 
 class _CoupledScrews(_Strict):
@@ -91,6 +100,21 @@ class _CoupledScrews(_Strict):
     slide: str
     swivel: str
     span: _Amount
+
+
+class _Place(_Strict):
+    """Numbers are in m and rad, or text with a unit."""
+
+    position: list[_Number | str] = [0.0, 0.0, 0.0]
+    rpy: list[_Number | str] = [0.0, 0.0, 0.0]
+
+
+class _Tool(_Place):
+    name: _Text
+    parent: str
+    mass: _Number | str = 0.0
+    com: list[_Number | str] | None = None
+    inertia: list[_Number] | list[list[_Number]] | None = None
 
 
 class _Settings(_Strict):
@@ -103,6 +127,8 @@ class _Settings(_Strict):
     gravity: _Vector
     allow_massless: Annotated[bool, pydantic.Strict()] = False
     transmission: _CoupledScrews | None = None
+    base: _Place | None = None
+    tools: list[_Tool] | None = None
     joints: dict[str, _Joint]
 
     @pydantic.field_validator("urdf")
@@ -161,6 +187,17 @@ class RobotFile:
             return DhTable.of(**self.settings.dh.arguments).urdf(self.settings.name)
         except TrajevoError as error:
             raise InvalidInputError(f"{self._at('dh')}: {str(error).removeprefix('dh.')}") from error
+
+    @property
+    def base(self) -> dict[str, Any] | None:
+        """Pose of the first link in the cell, as written."""
+        return None if self.settings.base is None else self.settings.base.model_dump()
+
+    @property
+    def tools(self) -> list[dict[str, Any]] | None:
+        """The tools of which one can be mounted, as written."""
+        given = self.settings.tools
+        return None if given is None else [tool.model_dump(exclude_none=True) for tool in given]
 
     def gravity(self) -> Array:
         """Gravity in the base frame, shape (3,) [m/s²]."""
@@ -223,7 +260,7 @@ class RobotFile:
         return row
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
-        """Columns of Friction, SI; NaN where friction is not declared, 0 where armature is not."""
+        """Columns of Friction, SI; NaN where nothing is declared."""
         expected = {
             "viscous": ("viscous_friction", "value", {"m": "N*s/m", "rad": "N*m*s/rad"}),
             "coulomb": ("coulomb_friction", "forward", {"m": "N", "rad": "N*m"}),
@@ -236,12 +273,20 @@ class RobotFile:
             for name, unit in zip(names, units, strict=True):
                 given: _Amount | _DryFriction | None = getattr(self.settings.joints[name], key)
                 if given is None:
-                    values.append(0.0 if key == "armature" else np.nan)
+                    values.append(self._geared(name) if key == "armature" else np.nan)
                     continue
                 value = getattr(given, way) if given.value is None else given.value
                 values.append(self._si(value, given.unit, unit_of[unit], ("joints", name, key)))
             columns[column] = np.array(values)
         return columns
+
+    def _geared(self, name: str) -> float:
+        """Armature of a joint by the inertia of its rotor and its gear, NaN without them [kg·m² or kg]."""
+        joint = self.settings.joints[name]
+        if joint.rotor_inertia is None or joint.gear_ratio is None:
+            return float("nan")
+        rotor, place = joint.rotor_inertia, ("joints", name, "rotor_inertia")
+        return self._si(rotor.value, rotor.unit, "kg*m^2", place) * joint.gear_ratio**2
 
     def _range(self, given: _Range, unit: str, place: Place) -> tuple[float, float]:
         """Lower and upper position, SI; an error shows them in the units of the file, where they can be corrected."""

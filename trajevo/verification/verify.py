@@ -38,6 +38,10 @@ _STEP = 1e-3
 #: Rounding of a derivative, as a share of the greatest position over a power of the shortest segment's duration.
 _ROUNDING = 1e-7
 
+#: Position that counts at least in this [rad or m]: inverse kinematics leaves a joint 1e-12 from where it was, which is
+#: no motion.
+_STILL = 1e-2
+
 #: Five-point central difference: shift in steps -> weight.
 _STENCIL = {-2: 1.0 / 12.0, -1: -8.0 / 12.0, 1: 8.0 / 12.0, 2: -1.0 / 12.0}
 
@@ -295,10 +299,10 @@ def _derivative_mismatch(trajectory: TrajectoryBatch, motion: Motion, shares: Ar
     """See :attr:`Verification.derivative_mismatch`."""
     inner = np.clip(shares, 2.0 * _STEP, 1.0 - 2.0 * _STEP)
     durations = np.repeat(trajectory.segment_durations[0], len(shares))[:, None]
-    # The derivatives of a joint at rest are only rounding.
+    # The derivatives of a joint at rest are only rounding, as are those of one whose points differ by rounding.
     rounding = (
         _ROUNDING
-        * (np.abs(motion.q).max(axis=0) + np.finfo(np.float64).tiny)
+        * (np.abs(motion.q).max(axis=0) + _STILL)
         / durations.min() ** np.arange(len(DERIVATIVES)).reshape(-1, 1)
     )
     peaks = np.abs([motion.q, motion.v, motion.a, motion.j]).max(axis=1) + rounding

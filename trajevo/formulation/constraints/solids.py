@@ -19,7 +19,6 @@ from trajevo.formulation.constraints.scene import SHAPES, Box, Cylinder, Mesh, O
 from trajevo.robot.meshes import check_solids
 from trajevo.robot.robot import Robot
 from trajevo.robot.urdf.model import held_still, read_model
-from trajevo.robot.urdf.problems import checked_urdf
 
 
 @final
@@ -52,17 +51,17 @@ def robot_geometry(robot: Robot) -> tuple[Any, dict[str, Any]]:
         InvalidInputError: the robot has no URDF, which alone holds such geometry, or it cannot be read.
     """
     robot.check_body("a clearance")
-    if robot.urdf is None:
+    if robot.urdf is None and "<collision" not in robot.written:
         raise InvalidInputError(
             f"robot {robot.name!r}: a clearance needs <collision> geometry, which only a URDF holds, and this robot is "
             "made from a Denavit-Hartenberg table"
         )
-    text = checked_urdf(robot.urdf, robot.locked)
+    text = robot.checked_text()
     locked = tuple(sorted(robot.locked.items()))
     key = robot.urdf, text, tuple(map(str, robot.packages)), locked, tuple(robot.model.names)
     kept = _kept.get(key)
     if kept is None or kept.files != _files(kept.geometry):
-        geometry = _read(robot, robot.urdf, text)
+        geometry = _read(robot, robot.where, text)
         kept = _Kept(geometry, {}, _files(geometry))
         _kept[key] = kept
         while len(_kept) > _MOST_KEPT:
@@ -84,7 +83,7 @@ def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
     return tuple(found)
 
 
-def _read(robot: Robot, urdf: Path, text: str) -> Any:
+def _read(robot: Robot, urdf: str, text: str) -> Any:
     check_solids(ElementTree.fromstring(text), urdf, robot.packages)
     whole = read_model(text, urdf)
     folders = [str(folder) for folder in robot.packages]

@@ -23,8 +23,12 @@ _MOST_GRAVITY = 100.0
 _LOCKED_FAR = {"rad": 2.0 * np.pi, "m": 1.0}
 
 
-def package_folders(packages: Any) -> tuple[Path, ...]:
+def package_folders(packages: Any, *, exist: bool = True) -> tuple[Path, ...]:
     """The given folders of packages, absolute.
+
+    Args:
+        packages: the path of a folder, a list of them, or None.
+        exist: whether they have to be there; those of a robot that a run holds as text may be on another machine.
 
     Raises:
         InvalidInputError: neither the path of a folder nor a list of them, or no such folder.
@@ -33,7 +37,7 @@ def package_folders(packages: Any) -> tuple[Path, ...]:
     if not isinstance(listed, list | tuple) or not all(isinstance(folder, str | Path) for folder in listed):
         raise InvalidInputError(f"packages: expected the path of a folder or a list of them, got {packages!r}")
     for folder in listed:
-        if not Path(folder).is_dir():
+        if exist and not Path(folder).is_dir():
             raise InvalidInputError(f"packages: {no_such_file(folder, 'folder')}")
     return tuple(Path(folder).resolve() for folder in listed)
 
@@ -67,8 +71,11 @@ def check_locked(model: Any, file: Path | str, name: str, joint: Any, position: 
 
 
 def load_settings(name: str | Path, **given: Any) -> Any:
-    """Plain data from which the robot can be loaded again in any working directory: paths are made absolute."""
-    path = None if str(name) in list_robots() else robot_path(name)
+    """Plain data from which the robot can be loaded again in any working directory: paths are made absolute.
+
+    A robot of a xacro file is told by the text of the URDF that it gave, so that no run names such a file.
+    """
+    path = None if given.get("urdf") is not None or str(name) in list_robots() else robot_path(name)
     asked = str(name) if path is None else str(path.resolve())
     chosen = plain_settings(given)
     return {"name": asked, **chosen} if chosen else asked

@@ -29,6 +29,7 @@ class Written:
         has_body: whether it is more than joints and limits.
         allow_massless: as for :func:`~trajevo.robot.robot.load_robot`.
         settings: plain data from which it can be made again with its limits.
+        base: pose of the base in the cell; None if they are one.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Written:
     has_body: bool
     allow_massless: bool
     settings: Mapping[str, Any]
+    base: Any = None
 
 
 class WithoutUrdf(ABC):
@@ -63,6 +65,7 @@ class WithoutUrdf(ABC):
         limits: Mapping[str, Any] | str | Path | None = None,
         gravity: Any = STANDARD_GRAVITY,
         allow_massless: bool = False,
+        base: Mapping[str, Any] | None = None,
         name: str = "dh_robot",
     ) -> Self:
         """A robot from a Denavit-Hartenberg table.
@@ -84,6 +87,7 @@ class WithoutUrdf(ABC):
             limits: as for :func:`~trajevo.robot.robot.load_robot`; what is not given is unlimited.
             gravity: in the base frame, shape (3,) [m/s²].
             allow_massless: as for :func:`~trajevo.robot.robot.load_robot`.
+            base: pose of the base in the cell, as for :func:`~trajevo.robot.robot.load_robot`.
             name: of the robot.
 
         Returns:
@@ -100,7 +104,7 @@ class WithoutUrdf(ABC):
         if not isinstance(allow_massless, bool):
             raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
         down = checked_gravity(gravity)
-        chosen = {"gravity": down, "allow_massless": allow_massless}
+        chosen = {"gravity": down, "allow_massless": allow_massless, "base": base}
         return cls._written(
             Written(
                 name=name,
@@ -110,6 +114,7 @@ class WithoutUrdf(ABC):
                 gravity=down,
                 has_body=True,
                 allow_massless=allow_massless,
+                base=base,
                 settings={"name": name, "dh": table.settings, **plain_settings(chosen)},
             )
         )
@@ -125,6 +130,7 @@ class WithoutUrdf(ABC):
         names: Sequence[str] | None = None,
         limits: Mapping[str, Any] | str | Path | None = None,
         gravity: Any = STANDARD_GRAVITY,
+        base: Mapping[str, Any] | None = None,
         name: str = "planar_robot",
     ) -> Self:
         """A chain of links in the x-y plane of the base, all of whose joints turn about z.
@@ -141,6 +147,7 @@ class WithoutUrdf(ABC):
             limits: as for :func:`~trajevo.robot.robot.load_robot`; what is not given is unlimited.
             gravity: in the base frame, shape (3,) [m/s²]: along -z, so that the plane is level; an upright plane has
                 ``(0.0, -9.80665, 0.0)``.
+            base: pose of the base in the cell, as for :func:`~trajevo.robot.robot.load_robot`.
             name: of the robot.
 
         Raises:
@@ -157,6 +164,7 @@ class WithoutUrdf(ABC):
             names=names,
             limits=limits,
             gravity=gravity,
+            base=base,
             name=name,
         )
 
@@ -246,7 +254,9 @@ def written_robot_of(cls: type[Any], given: Mapping[str, Any]) -> Any:
     if not by_table and "joints" not in given:
         raise InvalidInputError("robot: kind: expected joints with it, the names of the robot's joints, got none")
     accepted = (
-        ("name", "dh", "limits", "gravity", "allow_massless") if by_table else ("name", "joints", "kind", "limits")
+        ("name", "dh", "limits", "gravity", "allow_massless", "base")
+        if by_table
+        else ("name", "joints", "kind", "limits")
     )
     rest = [key for key in given if key not in accepted]
     if rest:

@@ -171,11 +171,16 @@ def _row(row: Any, where: str) -> tuple[str, DhStep]:
     for key, unit in _KEYS.items():
         if row.get(key) is None and key != _OWN[kind]:
             raise InvalidInputError(f"{where}: expected {key} [{unit}] of a {kind} joint, got none")
-        found[key] = _with_unit(row[key], unit, f"{where}.{key}") if row.get(key) is not None else 0.0
+        found[key] = real_quantity(row[key], unit, f"{where}.{key}") if row.get(key) is not None else 0.0
     return kind, DhStep(**found)
 
 
-def _with_unit(value: Any, unit: str, name: str) -> float:
+def real_quantity(value: Any, unit: str, name: str) -> float:
+    """A finite number in an SI unit, given as a number or as text with a unit.
+
+    Raises:
+        InvalidInputError: anything else, or a number that nothing would be built for.
+    """
     if isinstance(value, str):
         found = quantity(value, unit, name=name)
     else:
@@ -205,12 +210,14 @@ def _masses(masses: Any, coms: Any, inertias: Any, count: int) -> dict[str, Arra
     if not isinstance(weights, list | tuple) or len(weights) != count:
         raise InvalidInputError(f"masses: expected {count} numbers [kg], one for each row, got {masses!r}")
     found = {
-        "masses": np.array([_with_unit(mass, "kg", f"masses[{k}]") for k, mass in enumerate(weights)]),
+        "masses": np.array([real_quantity(mass, "kg", f"masses[{k}]") for k, mass in enumerate(weights)]),
         "coms": numbers(coms, name="coms", shape=(count, 3)),
         "inertias": np.zeros((count, 3, 3)),
     }
     if inertias is not None:
-        found["inertias"] = np.array([_tensor(one, f"inertias[{k}]") for k, one in enumerate(_listed(inertias, count))])
+        found["inertias"] = np.array(
+            [tensor_of(one, f"inertias[{k}]") for k, one in enumerate(_listed(inertias, count))]
+        )
     return found
 
 
@@ -220,7 +227,7 @@ def _listed(inertias: Any, count: int) -> Sequence[Any]:
     return list(inertias)
 
 
-def _tensor(given: Any, name: str) -> Array:
+def tensor_of(given: Any, name: str) -> Array:
     """A tensor (3, 3) from itself or from its diagonal (3,)."""
     flat = np.ndim(given) == 1
     tensor = numbers(given, name=name, shape=(3,) if flat else (3, 3))

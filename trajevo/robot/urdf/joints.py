@@ -102,21 +102,34 @@ class JointFriction(NamedTuple):
         viscous: ``damping``, viscous friction [N·m·s/rad or N·s/m].
         coulomb: ``friction``, dry friction [N·m or N].
         slides: whether the joint is prismatic.
+        armature: inertia of motor and gear, which a URDF cannot hold [kg·m² or kg].
     """
 
     viscous: float
     coulomb: float
     slides: bool
+    armature: float = 0.0
 
 
-def dynamics_of(robot: ElementTree.Element, lock: Collection[str]) -> dict[str, JointFriction]:
-    """Friction of the joints that move and have any, by name."""
+def dynamics_of(
+    robot: ElementTree.Element, lock: Collection[str], armature: Mapping[str, float] | None = None
+) -> dict[str, JointFriction]:
+    """Friction and armature of the joints that move and have any, by name.
+
+    Args:
+        robot: top element of a URDF.
+        lock: joints that are held still.
+        armature: of joints, by name [kg·m² or kg].
+    """
+    inertias = armature or {}
     found = {}
     for joint in robot.iterfind("joint"):
         element, name = joint.find("dynamics"), joint.get("name", "")
-        if element is None or joint.get("type") not in MOVING or name in lock:
+        inertia = inertias.get(name, 0.0)
+        if (element is None and not inertia) or joint.get("type") not in MOVING or name in lock:
             continue
-        viscous, coulomb = (urdf_number(element.get(key)) or 0.0 for key in ("damping", "friction"))
-        if viscous or coulomb:
-            found[name] = JointFriction(viscous, coulomb, joint.get("type") == "prismatic")
+        given = {} if element is None else element.attrib
+        viscous, coulomb = (urdf_number(given.get(key)) or 0.0 for key in ("damping", "friction"))
+        if viscous or coulomb or inertia:
+            found[name] = JointFriction(viscous, coulomb, joint.get("type") == "prismatic", inertia)
     return found

@@ -48,9 +48,30 @@ def read_model(text: str, file: Path | str) -> Any:
     return model
 
 
-def build_model(text: str, file: Path | str, lock: Mapping[str, float]) -> tuple[Any, tuple[str, ...]]:
-    """Pinocchio model of a checked URDF with some joints locked, and the unit of every remaining joint."""
+def build_model(
+    text: str,
+    file: Path | str,
+    lock: Mapping[str, float],
+    limits: Mapping[str, Mapping[str, float]] | None = None,
+) -> tuple[Any, tuple[str, ...]]:
+    """Pinocchio model of a checked URDF with some joints locked, and the unit of every remaining joint.
+
+    Args:
+        text: the URDF.
+        file: where it is from, for messages.
+        lock: positions of the joints to lock [rad or m].
+        limits: limits in place of those of the text, by joint and then ``lower``, ``upper``, ``velocity``, ``effort``.
+    """
     model = _locked(read_model(text, file), file, lock)
+    columns = {
+        "lower": model.lowerPositionLimit,
+        "upper": model.upperPositionLimit,
+        "velocity": model.upperVelocityLimit,
+        "effort": model.upperEffortLimit,
+    }
+    for place, name in enumerate(list(model.names)[1:]):
+        for key, value in (limits or {}).get(name, {}).items():
+            columns[key][place] = value
     return model, tuple("m" if _slides(joint) else "rad" for joint in list(model.joints)[1:])
 
 

@@ -58,7 +58,11 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
         InvalidInputError: the file is missing or not XML, or the first of :func:`urdf_problems`; the message names
             file, link or joint, and value.
     """
-    robot = read_urdf(file)
+    return checked_text(read_urdf(file), file, locked)
+
+
+def checked_text(robot: ElementTree.Element, file: Path | str, locked: Collection[str] = ()) -> str:
+    """As :func:`checked_urdf`, of the top element of a URDF, which is changed."""
     for problem in urdf_problems(robot, file, locked):
         raise InvalidInputError(problem)
     for parent in (robot, *robot.iterfind("link"), *robot.iterfind("joint")):

@@ -231,9 +231,12 @@ class Lockstep:
                 break
             share[todo] *= _SHORTER
         taken = share[:, None] * d
+        smallest = self._radius[going] == _LEAST
         size = np.where(share == 1.0, self._radius[going], np.abs(taken).max(axis=1))
         self._radius[going] = np.clip(_GROWTH * size, _LEAST, _MOST)
-        self._failures[going] = np.where(np.isin(going, going[todo]), self._failures[going] + 1, 0)
+        failed = np.isin(going, going[todo])
+        # With the smallest radius the same step would fail again and again.
+        self._failures[going] = np.where(failed, self._failures[going] + 1 + _FAILURES * smallest, 0)
         self._live[going[self._failures[going] > _FAILURES]] = False
         moved = np.setdiff1d(np.arange(len(going)), todo)
         if len(moved):
