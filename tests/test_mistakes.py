@@ -84,8 +84,8 @@ IN_THE_TASK = [
         "effort_margin",
         "effort_margn",
         "task.toml: line 17: constraints.effort_margn: unknown key; known: effort_margin, "
-        "effort_rate, held, least_singular_value, limits, longest_time, manipulability, overshoot, tool_height, tool_speed, via_error; did you mean "
-        "'effort_margin'?",
+        "effort_rate, held, least_singular_value, limits, longest_time, manipulability, "
+        "overshoot, tool_height, tool_speed, via_error; did you mean 'effort_margin'?",
     ),
     (
         "objectives",
