@@ -517,13 +517,13 @@ ON_THE_COMMAND_LINE = [
     (
         "solve nope",
         "unknown problem or task 'nope'; known: hybrid, hybrid_manipulator, panda_six_points, "
-        "pick-place, pointing, reparam, ur5_pick_and_place, via-points, xarm7_obstacle",
+        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, xarm7_obstacle",
     ),
     (
         "solve pointng",
         "unknown problem or task 'pointng'; known: hybrid, hybrid_manipulator, panda_six_points, "
-        "pick-place, pointing, reparam, ur5_pick_and_place, via-points, xarm7_obstacle; did you "
-        "mean 'pointing'?",
+        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, "
+        "xarm7_obstacle; did you mean 'pointing'?",
     ),
     (
         "check-robot ram.urdf",
@@ -539,8 +539,8 @@ ON_THE_COMMAND_LINE = [
     ),
     (
         "export run --format cvs",
-        "unknown export format 'cvs'; known: csv, feed, gcode, json, moveit, mujoco, netcdf, "
-        "ros2, urscript; did you mean 'csv'?",
+        "unknown export format 'cvs'; known: csv, fanuc, feed, gcode, json, krl, moveit, "
+        "mujoco, netcdf, rapid, ros2, urscript; did you mean 'csv'?",
     ),
     (
         "study run stduy.toml",
