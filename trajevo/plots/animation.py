@@ -19,8 +19,10 @@ from trajevo.base.arrays import Array
 from trajevo.base.files import why_not, write_whole
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.scene import Obstacle
 from trajevo.front.front import Solution
 from trajevo.plots.motion import equal_axes
+from trajevo.plots.solids import add_loads, add_obstacles, obstacles_of, poses_of
 from trajevo.robot.robot import Robot
 
 #: The content security policy makes the browser refuse any network access.
@@ -156,7 +158,9 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     """Write the arm's motion in real time as one HTML file that needs no network.
 
     Revolute joints are cylinders along their axis, prismatic joints are boxes, the tool is a triad, and its path is a
-    line. The up direction is opposite to gravity. The motion repeats; the panel plays, pauses and shows any instant.
+    line. Obstacles stand where they are, and loads with a shape where they are picked up, at the tool, and where they
+    are put down. The up direction is opposite to gravity. The motion repeats; the panel plays, pauses and shows any
+    instant.
 
     Args:
         motion: a solution of a front, or the first trajectory of a rollout.
@@ -176,7 +180,7 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     rollout.robot.check_body("an animation")
     times = _instants(float(rollout.trajectory.duration[0]), rate)
     page = Page(f"{rollout.robot.name}, {times[-1]:.3f} s")
-    _draw(page.visualizer(), rollout, times, rate)
+    _draw(page.visualizer(), rollout, times, rate, obstacles_of(motion))
     try:
         write_whole(Path(file), page.get_scene().encode())
     except OSError as error:
@@ -212,7 +216,7 @@ def _stand_upright(ax: Any, robot: Robot) -> None:
         ax.view_init(elev=20, azim=-60, vertical_axis="xyz"[vertical])
 
 
-def _draw(view: Any, rollout: Rollout, times: Array, rate: float) -> None:
+def _draw(view: Any, rollout: Rollout, times: Array, rate: float, obstacles: tuple[Obstacle, ...]) -> None:
     """Set up the scene and its animation: shapes once, then their poses at every instant."""
     from meshcat.animation import Animation
 
@@ -224,6 +228,9 @@ def _draw(view: Any, rollout: Rollout, times: Array, rate: float) -> None:
     _set_stage(view, robot, chains, extent)
     path, _ = robot.tool_poses(trajectory.sample(400).q[0])
     _add_shapes(view, robot, path, extent)
+    add_obstacles(view["arm"], obstacles)
+    loads = add_loads(view["arm"], rollout, f"frame_{positions.shape[1] - 1}")
+    moved = [(name, poses_of(rollout, load, times)) for name, load in loads]
     motion = Animation(default_framerate=rate)
     spans = np.diff(chains, axis=1)
     # A link of length zero has no orientation that the viewer could compute.
@@ -236,6 +243,8 @@ def _draw(view: Any, rollout: Rollout, times: Array, rate: float) -> None:
             link = frame[f"link_{k}"]
             link.set_transform(_matrix(turned[i, k], middles[i, k]))
             link.set_property("scale", "vector3", [1.0, float(lengths[i, k]), 1.0])
+        for name, poses in moved:
+            frame[name].set_transform(poses[i])
     view.set_animation(motion, repetitions=float("inf"))
 
 
