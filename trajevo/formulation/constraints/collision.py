@@ -183,7 +183,7 @@ class Collision:
         return _plausible(np.array(found, dtype=np.float64))
 
     def slopes_of(self, q: Array, state: Array, pair: Array) -> Array:
-        """Derivatives of signed distances with respect to the positions of the model's joints, depths included.
+        """Derivatives of signed distances with respect to the positions of the robot's joints, depths included.
 
         If two solids overlap and coal does not find the depth, the distance of their centres is used instead.
 
@@ -207,8 +207,9 @@ class Collision:
                 points[k] = [places.oMi[solid.parentJoint].act(bounding_ball(solid)[0]) for solid in solids]
                 apart = points[k, 1] - points[k, 0]
                 normals[k] = apart / max(float(np.linalg.norm(apart)), _TOLERANCE)
-        frames = self.bodies.joint_frames(self._configurations(q))[state]
-        return frozen(parting(self.robot, frames, Witnesses(carriers, points, normals)))
+        frames = self.bodies.joint_frames(numbers(q, name="q", shape=("N", self.robot.dof)))[state]
+        slopes = parting(self.robot, frames, Witnesses(carriers, points, normals))
+        return frozen(self.bodies.coordinates.slopes(slopes))
 
     def _results(self, q: Array, state: Array, pair: Array) -> Iterator[tuple[Any, Any]]:
         """The result of coal for each pair in its state, and Pinocchio's data of that state."""
@@ -235,22 +236,27 @@ class Collision:
             Shape (B, n_pairs, n_joints) [m/rad or 1].
         """
         solids = self.solid_reach(lower, upper)
-        still = np.zeros((len(solids), len(self.scene.obstacles), self.robot.dof))
+        still = np.zeros((len(solids), len(self.scene.obstacles), solids.shape[2]))
         first, second = (np.concatenate([solids, still], axis=1)[:, end] for end in self.ends.T)
-        reach = np.where((first > 0.0) & (second > 0.0), 0.0, first + second)
+        reach = self.bodies.coordinates.reaches(np.where((first > 0.0) & (second > 0.0), 0.0, first + second))
         return frozen(np.broadcast_to(reach, (len(lower), *reach.shape[1:])))
 
     def solid_reach(self, lower: Array, upper: Array) -> Array:
-        """Bound of the speed of each of the robot's G solids per unit of joint speed, as :meth:`reach` for distances.
+        """Bound of the speed of each of the robot's G solids per unit of speed of a joint of the model.
+
+        Args:
+            lower: as for :meth:`reach`.
+            upper: as for :meth:`reach`.
 
         Returns:
-            Shape (B, G, n_joints) [m/rad or 1], or (1, G, n_joints) if no joint slides: it is the same for all motions.
+            Shape (B, G, n_model) [m/rad or 1], or (1, G, n_model) if no joint slides: it is the same for all motions.
         """
         robot, derived = self.robot, self._made().derived
         if not self.bodies.turning.all():
+            lower, upper = self.bodies.coordinates.ranges(lower, upper)
             return np.stack([solid_reach(robot, entry, lower, upper) for entry in self._own], axis=1)
         if "reach" not in derived:
-            still = np.zeros((1, robot.dof))
+            still = np.zeros((1, robot.model.nv))
             derived["reach"] = np.stack([solid_reach(robot, entry, still, still) for entry in self._own], axis=1)
         found: Array = derived["reach"]
         return found

@@ -316,12 +316,12 @@ def solid_reach(robot: Robot, entry: Any, lower: Array, upper: Array) -> Array:
     Args:
         robot: the robot.
         entry: the solid, one of Pinocchio's geometry objects.
-        lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints matter. Complex
-            steps are kept.
-        upper: greatest joint positions, the same shape [rad or m].
+        lower: least positions of the model's joints, shape (B, n_model) [rad or m]; only those of prismatic joints
+            matter. Complex steps are kept.
+        upper: greatest positions, the same shape [rad or m].
 
     Returns:
-        Shape (B, n_joints) [m/rad or 1].
+        Shape (B, n_model) [m/rad or 1].
     """
     model = robot.model
     axes, turns = robot.joint_axes
