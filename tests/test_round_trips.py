@@ -268,18 +268,21 @@ class Draw:
         obstacles = []
         for shape in self.subset(SHAPES, least=1):
             entry = {"shape": shape, "position": self.vector(1.5, 2.0, 3)}
-            sizes = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "mesh": ("scale",)}[
-                shape
-            ]
+            round_ones = dict.fromkeys(("cylinder", "capsule"), ("radius", "length")) | {"sphere": ("radius",)}
+            sizes = ({"box": ("size",), "mesh": ("scale",), "hull": (), "plane": ()} | round_ones)[shape]
             for size in sizes:
                 entry[size] = self.vector(0.05, 0.3, 3) if size == "size" else self.number(0.05, 0.3)
             if shape == "mesh":
                 file = self.folder / "wedge.obj"
                 file.write_text(WEDGE, encoding="utf-8")
                 entry["file"] = self.choice([file, str(file)])
+            if shape == "hull":
+                entry["points"] = self.listed(self.random.uniform(-0.2, 0.2, (6, 3)))
+            if shape == "plane" and self.chance():
+                entry["normal"] = self.vector(-1.0, 1.0, 3)
             if self.chance():
                 entry["name"] = f"a {shape}"
-            if self.chance():
+            if self.chance() and "normal" not in entry:
                 angles = self.random.uniform(-3.0, 3.0, 3)
                 plain = SHAPES[shape](**{k: v for k, v in entry.items() if k != "shape"} | {"rpy": tuple(angles)})
                 entry |= self.choice([{"rpy": self.listed(angles)}, {"rotation": self.listed(plain.rotation)}])

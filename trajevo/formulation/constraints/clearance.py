@@ -100,6 +100,12 @@ def notes_on_shapes(constraints: Sequence[Constraint], schedule: Schedule | None
     return (f"payload.{shaped[0]}.shape: of no effect, as there is no scene whose clearance it could keep",)
 
 
+def scene_of(constraints: Sequence[Constraint]) -> Scene | None:
+    """The scene whose clearance constraints keep, None for none."""
+    kept = [each.function.collision for each in constraints if isinstance(each.function, ProvenClearance)]
+    return next((collision.scene for collision in kept if collision.carried is None), None)
+
+
 def _load_clearances(constraints: Sequence[Constraint], schedule: Schedule) -> Iterator[Constraint]:
     for clearance in [each.function for each in constraints if isinstance(each.function, ProvenClearance)]:
         robot, scene = clearance.collision.robot, clearance.collision.scene

@@ -6,7 +6,7 @@ import re
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
+from typing import Any, NamedTuple, final
 from xml.etree import ElementTree
 
 import coal
@@ -273,6 +273,29 @@ def _on_frame(robot: Robot, solid: Obstacle, on: str, what: str) -> Any:
     frame = model.frames[model.getFrameId(on, kind) if model.existFrame(on, kind) else model.getFrameId(on)]
     placement = frame.placement * pin.SE3(solid.rotation, np.array(solid.position))
     return pin.GeometryObject(f"{what} {solid.name}", frame.parentJoint, placement, solid_of(solid))
+
+
+class Carrier(NamedTuple):
+    """Where an attached solid is.
+
+    Attributes:
+        joint: number of the joint of the model that carries it, 0 for the base.
+        rotation: from its axes to those of the joint, shape (3, 3).
+        position: of its own frame in that of the joint, shape (3,) [m].
+    """
+
+    joint: int
+    rotation: Array
+    position: Array
+
+
+def attached_to(robot: Robot, scene: Scene) -> list[Carrier]:
+    """Where each of the solids is that a scene attaches to a robot."""
+    entries = (_on_frame(robot, one.solid, one.on, "attached") for one in scene.attached)
+    return [
+        Carrier(int(entry.parentJoint), entry.placement.rotation.copy(), entry.placement.translation.copy())
+        for entry in entries
+    ]
 
 
 def _links(robot: Robot) -> list[str]:

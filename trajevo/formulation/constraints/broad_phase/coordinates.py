@@ -38,7 +38,8 @@ class Coordinates:
     def of(cls, robot: Robot) -> Coordinates:
         """The coordinates of a robot whose actuators drive its joints directly, with or without followers."""
         count, transmission = robot.model.nv, robot.transmission
-        own, mimics = np.arange(count), ()
+        own: Array = np.arange(count)
+        mimics: tuple[Mimic, ...] = ()
         if isinstance(transmission, Mimicking):
             own, mimics = np.array(transmission.own, dtype=np.intp), transmission.mimics
         columns, factors, offsets = np.zeros(count, np.intp), np.ones(count), np.zeros(count)
