@@ -12,7 +12,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.rollout import Rollout
@@ -165,6 +164,8 @@ def urscript(solution: Solution, step: float) -> str:
     Raises:
         InvalidInputError: another robot, or another step.
     """
+    from scipy.spatial.transform import Rotation  # takes as long to import as all else here together
+
     robot, trajectory = solution.front.problem.robot, solution.trajectory
     if robot.joint_units != ("rad",) * 6 or not isinstance(robot.transmission, Direct):
         raise InvalidInputError(

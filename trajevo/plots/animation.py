@@ -20,9 +20,11 @@ from trajevo.base.arrays import Array
 from trajevo.base.files import why_not, write_whole
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.scene import Obstacle
 from trajevo.front.front import Solution
 from trajevo.plots.motion import equal_axes
 from trajevo.plots.scenery import Surface, scenery
+from trajevo.plots.solids import add_loads, add_obstacles, obstacles_of, poses_of
 from trajevo.robot.robot import Robot
 
 #: The content security policy makes the browser refuse any network access.
@@ -116,7 +118,7 @@ _CAMERA = (1.0, 0.7, 1.8)
 _LINK, _JOINT, _TRIAD = 0.012, 0.03, 0.08
 
 
-_GREY, _BLUE, _ORANGE, _DARK, _SOLID, _GROUND = 0x9AA3AD, 0x1F77B4, 0xFF7F0E, 0x333333, 0xB5651D, 0xD9DDE1
+_GREY, _BLUE, _ORANGE, _DARK, _SOLID, _GROUND = 0x9AA3AD, 0x1F77B4, 0xFF7F0E, 0x333333, 0xB0A090, 0xD9DDE1
 
 #: Width of what is drawn of a plane, in extents of the whole motion.
 _WIDE = 1.6
@@ -164,8 +166,9 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     """Write the arm's motion in real time as one HTML file that needs no network.
 
     Revolute joints are cylinders along their axis, prismatic joints are boxes, the tool is a triad, and its path is a
-    line. Obstacles of a solution, and what is attached to links, are as the scene has them; of planes a part is drawn.
-    The up direction is opposite to gravity. The motion repeats; the panel plays, pauses and shows any instant.
+    line. Obstacles stand where they are, of planes a part, and what is attached moves with its link; loads with a shape
+    are where they are picked up, at the tool, and where they are put down. The up direction is opposite to gravity. The
+    motion repeats; the panel plays, pauses and shows any instant.
 
     Args:
         motion: a solution of a front, or the first trajectory of a rollout.
@@ -186,7 +189,7 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     times = _instants(float(rollout.trajectory.duration[0]), rate)
     page = Page(f"{rollout.robot.name}, {times[-1]:.3f} s")
     view = page.visualizer()
-    _draw(view, rollout, times, rate)
+    _draw(view, rollout, times, rate, obstacles_of(motion))
     _add_surroundings(view, motion, rollout)
     try:
         write_whole(Path(file), page.get_scene().encode())
@@ -223,7 +226,7 @@ def _stand_upright(ax: Any, robot: Robot) -> None:
         ax.view_init(elev=20, azim=-60, vertical_axis="xyz"[vertical])
 
 
-def _draw(view: Any, rollout: Rollout, times: Array, rate: float) -> None:
+def _draw(view: Any, rollout: Rollout, times: Array, rate: float, obstacles: tuple[Obstacle, ...]) -> None:
     """Set up the scene and its animation: shapes once, then their poses at every instant."""
     from meshcat.animation import Animation
 
@@ -235,6 +238,9 @@ def _draw(view: Any, rollout: Rollout, times: Array, rate: float) -> None:
     _set_stage(view, robot, chains, extent)
     path, _ = robot.tool_poses(trajectory.sample(400).q[0])
     _add_shapes(view, robot, path, extent)
+    add_obstacles(view["arm"], obstacles)
+    loads = add_loads(view["arm"], rollout, f"frame_{positions.shape[1] - 1}")
+    moved = [(name, poses_of(rollout, load, times)) for name, load in loads]
     motion = Animation(default_framerate=rate)
     spans = np.diff(chains, axis=1)
     # A link of length zero has no orientation that the viewer could compute.
@@ -247,6 +253,8 @@ def _draw(view: Any, rollout: Rollout, times: Array, rate: float) -> None:
             link = frame[f"link_{k}"]
             link.set_transform(_matrix(turned[i, k], middles[i, k]))
             link.set_property("scale", "vector3", [1.0, float(lengths[i, k]), 1.0])
+        for name, poses in moved:
+            frame[name].set_transform(poses[i])
     view.set_animation(motion, repetitions=float("inf"))
 
 
@@ -286,14 +294,15 @@ def _add_shapes(view: Any, robot: Robot, path: Array, extent: float) -> None:
 
 
 def _add_surroundings(view: Any, motion: Any, rollout: Rollout) -> None:
-    """Obstacles, which stand still, and what links carry along."""
+    """Planes, and what links carry along."""
     from meshcat import geometry
 
     chains = _chains(rollout.robot, rollout.trajectory[0].sample(100).q[0])
-    for number, surface in enumerate(_surfaces(motion, chains)):
+    chosen = [surface for surface in _surfaces(motion, chains) if surface.endless or surface.attached]
+    for number, surface in enumerate(chosen):
         corners = surface.triangles.reshape(-1, 3)
         shape = geometry.TriangularMeshGeometry(corners, np.arange(len(corners)).reshape(-1, 3))
-        colour, opacity = (_GROUND, 1.0) if surface.endless else (_SOLID if surface.joint == 0 else _BLUE, 0.75)
+        colour, opacity = (_GROUND, 1.0) if surface.endless else (_BLUE, 0.75)
         material = geometry.MeshLambertMaterial(color=colour, opacity=opacity, transparent=opacity < 1.0)
         carrier = view["arm"][f"frame_{surface.joint - 1}"] if surface.joint else view["arm"]
         carrier[f"solid_{number}"].set_object(shape, material)
@@ -310,7 +319,7 @@ def _surroundings(ax: Any, motion: Any, rollout: Rollout, chains: Array) -> list
         drawn, k = surface.triangles, surface.joint - 1
         if surface.joint:
             drawn = drawn @ rotations[0, k].T + positions[0, k]
-        colour = f"#{_GROUND if surface.endless else _SOLID if surface.joint == 0 else _BLUE:06x}"
+        colour = f"#{_GROUND if surface.endless else _BLUE if surface.attached else _SOLID:06x}"
         ax.add_collection3d(Poly3DCollection(drawn, facecolor=colour, alpha=0.15 if surface.endless else 0.35))
         if not surface.endless:
             seen.append(np.clip(drawn.reshape(-1, 3), low - spare, high + spare))

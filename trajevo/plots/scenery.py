@@ -25,11 +25,13 @@ class Surface(NamedTuple):
         triangles: corners, in the frame of the joint that carries it, counter-clockwise from outside, (M, 3, 3) [m].
         joint: number of this joint, 0 for the base.
         endless: whether it is part of a plane.
+        attached: whether it is attached to a link.
     """
 
     triangles: Array
     joint: int
-    endless: bool
+    endless: bool = False
+    attached: bool = False
 
 
 def scenery(motion: Any, middle: Array, width: float) -> list[Surface]:
@@ -45,20 +47,34 @@ def scenery(motion: Any, middle: Array, width: float) -> list[Surface]:
     if scene is None:
         return []
     drawn = [
-        Surface(_triangles(solid, solid.rotation, np.array(solid.position), middle, width), 0, isinstance(solid, Plane))
+        Surface(_placed(solid, solid.rotation, np.array(solid.position), middle, width), 0, isinstance(solid, Plane))
         for solid in scene.obstacles
     ]
     for solid, place in zip(
         (one.solid for one in scene.attached), attached_to(motion.rollout.robot, scene), strict=True
     ):
-        drawn.append(Surface(_triangles(solid, place.rotation, place.position, middle, width), place.joint, False))
+        drawn.append(Surface(_placed(solid, place.rotation, place.position, middle, width), place.joint, attached=True))
     return drawn
 
 
-def _triangles(solid: Obstacle, rotation: Array, position: Array, middle: Array, width: float) -> Array:
+def _placed(solid: Obstacle, rotation: Array, position: Array, middle: Array, width: float) -> Array:
     if isinstance(solid, Plane):
         position = middle + rotation[:, 2] * (rotation[:, 2] @ (position - middle))
-    points = _points(solid, width) @ rotation.T + position
+    placed: Array = triangles_of(solid, width) @ rotation.T + position
+    return placed
+
+
+def triangles_of(solid: Obstacle, width: float = 1.0) -> Array:
+    """Triangles of a solid in its own frame, counter-clockwise from outside, shape (M, 3, 3) [m].
+
+    Args:
+        solid: the solid.
+        width: how wide a plane is drawn [m].
+
+    Raises:
+        InvalidInputError: no solid that can be drawn.
+    """
+    points = _points(solid, width)
     hull = ConvexHull(points)
     corners: Array = points[hull.simplices]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
