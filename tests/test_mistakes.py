@@ -83,9 +83,9 @@ IN_THE_TASK = [
     (
         "effort_margin",
         "effort_margn",
-        "task.toml: line 17: constraints.effort_margn: unknown key; known: effort_margin, held, "
-        "limits, longest_time, overshoot, tool_height, tool_speed, via_error; did you mean "
-        "'effort_margin'?",
+        "task.toml: line 17: constraints.effort_margn: unknown key; known: effort_margin, "
+        "effort_rate, held, least_singular_value, limits, longest_time, manipulability, "
+        "overshoot, tool_height, tool_speed, via_error; did you mean 'effort_margin'?",
     ),
     (
         "objectives",
@@ -123,7 +123,8 @@ IN_THE_TASK = [
         '"energy"',
         '"enregy"',
         "task.toml: line 4: objectives: unknown objective 'enregy'; known: acceleration, "
-        "effort_ratio, energy, jerk, joint_travel, square_acceleration, square_effort, "
+        "effort_ratio, energy, jerk, joint_travel, peak_acceleration, peak_effort_rate, peak_jerk, "
+        "square_acceleration, square_effort, "
         "square_effort_rate, square_jerk, square_power, time, tool_path, unused_payload; did you "
         "mean 'energy'?",
     ),
@@ -265,7 +266,7 @@ IN_THE_TASK = [
     (
         "[0.5, 0.4]",
         "{ pos = [0.5, 0.0, 0.4] }",
-        "task.toml: line 2: points.1.pos: unknown key; known: joints, position, quaternion, rotation_vector, rpy",
+        "task.toml: line 2: points.1.pos: unknown key; known: free, joints, position, quaternion, rotation_vector, rpy",
     ),
     (
         "[[0.0, 0.0], [0.5, 0.4], [0.2, 0.1]]",
@@ -309,7 +310,8 @@ IN_THE_TASK = [
         "effort_margin = 0.2",
         'limits = ["torque"]',
         "task.toml: line 16: constraints: unknown constraint 'torque'; known: acceleration, "
-        "clearance, effort, jerk, longest_time, mean_velocity, overshoot, position, tool_height, "
+        "clearance, effort, effort_rate, jerk, least_singular_value, longest_time, manipulability, "
+        "mean_velocity, overshoot, position, tool_height, "
         "tool_speed, velocity, via_error; did you mean 'effort'?",
     ),
     (
@@ -515,13 +517,13 @@ ON_THE_COMMAND_LINE = [
     (
         "solve nope",
         "unknown problem or task 'nope'; known: hybrid, hybrid_manipulator, panda_six_points, "
-        "pick-place, pointing, reparam, ur5_pick_and_place, via-points, xarm7_obstacle",
+        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, xarm7_obstacle",
     ),
     (
         "solve pointng",
         "unknown problem or task 'pointng'; known: hybrid, hybrid_manipulator, panda_six_points, "
-        "pick-place, pointing, reparam, ur5_pick_and_place, via-points, xarm7_obstacle; did you "
-        "mean 'pointing'?",
+        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, "
+        "xarm7_obstacle; did you mean 'pointing'?",
     ),
     (
         "check-robot ram.urdf",
@@ -537,8 +539,8 @@ ON_THE_COMMAND_LINE = [
     ),
     (
         "export run --format cvs",
-        "unknown export format 'cvs'; known: csv, feed, gcode, json, moveit, mujoco, netcdf, "
-        "ros2, urscript; did you mean 'csv'?",
+        "unknown export format 'cvs'; known: csv, fanuc, feed, gcode, json, krl, moveit, "
+        "mujoco, netcdf, rapid, ros2, urscript; did you mean 'csv'?",
     ),
     (
         "study run stduy.toml",

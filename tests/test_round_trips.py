@@ -26,6 +26,8 @@ from trajevo.robot.payload import LOAD_MODELS
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 MIDDLE = np.array([0.4, -1.4, 1.5, -1.6, -1.5, 0.1])
+#: A scene of MoveIt.
+CELL = "cell\n* a pole\n1\ncylinder\n0.05 0.3\n1.4 0.1 1.2\n0 0 0 1\n0 0 0 0\n.\n"
 WEDGE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 URDF = """<robot name="two">
 <link name="base"/>
@@ -130,15 +132,24 @@ class Draw:
         ]
         return self.choice(forms)()
 
+    def directed_limit(self, low, high, names, unit):
+        """A limit that may differ by direction, for all joints or for each."""
+
+        def pair():
+            return {"backward": self.number(low, high), "forward": f"{self.random.uniform(low, high):.17g} {unit}"}
+
+        forms = [pair, lambda: [pair() for _ in names], lambda: {names[0]: pair()} | dict.fromkeys(names[1:], high)]
+        return self.choice(forms)() if self.chance(0.4) else self.limit(low, high, names, unit)
+
     def limits(self, names):
         found = {
-            "acceleration": self.limit(8.0, 20.0, names, "rad/s^2"),
+            "acceleration": self.directed_limit(8.0, 20.0, names, "rad/s^2"),
             "jerk": self.limit(80.0, 300.0, names, "rad/s^3"),
         }
         if self.chance():
-            found["velocity"] = self.limit(1.0, 4.0, names, "rad/s")
+            found["velocity"] = self.directed_limit(1.0, 4.0, names, "rad/s")
         if self.chance(0.3):
-            found["effort"] = self.limit(100.0, 200.0, names, "N*m")
+            found["effort"] = self.directed_limit(100.0, 200.0, names, "N*m")
         if self.chance(0.3):
             pairs = np.stack(
                 [self.random.uniform(-3.1, -2.9, len(names)), self.random.uniform(2.9, 3.1, len(names))], 1
@@ -264,27 +275,38 @@ class Draw:
 
     # --- limits
 
-    def scene(self):
+    def scene(self, robot):
+        loaded = load_robot(**robot) if isinstance(robot, dict) else robot
         obstacles = []
         for shape in self.subset(SHAPES, least=1):
             entry = {"shape": shape, "position": self.vector(1.5, 2.0, 3)}
-            sizes = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "mesh": ("scale",)}[
-                shape
-            ]
+            round_ones = dict.fromkeys(("cylinder", "capsule"), ("radius", "length")) | {"sphere": ("radius",)}
+            sizes = ({"box": ("size",), "mesh": ("scale",), "hull": (), "plane": ()} | round_ones)[shape]
             for size in sizes:
                 entry[size] = self.vector(0.05, 0.3, 3) if size == "size" else self.number(0.05, 0.3)
             if shape == "mesh":
                 file = self.folder / "wedge.obj"
                 file.write_text(WEDGE, encoding="utf-8")
                 entry["file"] = self.choice([file, str(file)])
+            if shape == "hull":
+                entry["points"] = self.listed(self.random.uniform(-0.2, 0.2, (6, 3)))
+            if shape == "plane" and self.chance():
+                entry["normal"] = self.vector(-1.0, 1.0, 3)
             if self.chance():
                 entry["name"] = f"a {shape}"
-            if self.chance():
+            if self.chance() and "normal" not in entry:
                 angles = self.random.uniform(-3.0, 3.0, 3)
                 plain = SHAPES[shape](**{k: v for k, v in entry.items() if k != "shape"} | {"rpy": tuple(angles)})
                 entry |= self.choice([{"rpy": self.listed(angles)}, {"rotation": self.listed(plain.rotation)}])
             obstacles.append(entry)
         data = {"obstacles": self.choice([list, tuple])(obstacles), "clearance": self.number(0.0, 0.02)}
+        if self.chance():
+            data["attached"] = [{"shape": "sphere", "radius": 0.01, "on": loaded.tool, "touches": [loaded.tool]}]
+            obstacles[0]["touches"] = self.choice([list, tuple])(["attached 1"])
+            data["obstacles"] = obstacles
+        if self.chance():
+            data["file"] = self.folder / "cell.scene"
+            data["file"].write_text(CELL, encoding="utf-8")
         return data if self.chance() else Scene.of(data)
 
     def parameters(self, constraints, robot, with_scene):
@@ -299,7 +321,7 @@ class Draw:
             "least_singular_value": lambda: self.number(0.001, 0.01),
             "via_error": lambda: self.number(0.05, 0.5),
             "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
-            "scene": self.scene,
+            "scene": lambda: self.scene(robot),
         }
         known = parameters_of(KINDS)
         assert set(made) == set(known), "a parameter of a limit has no generator"

@@ -9,7 +9,7 @@ COMMANDS = (
     "animate, capacity, certify, check, check-robot, examples, export, init, list, payload-diagram, payload-time, "
     "polish, report, resume, show, slowdown, solve, study, verify, workspace-capacity"
 )
-FORMATS = "csv, feed, gcode, json, moveit, mujoco, netcdf, ros2, urscript"
+FORMATS = "csv, fanuc, feed, gcode, json, krl, moveit, mujoco, netcdf, rapid, ros2, urscript"
 HELP = "; see trajevo solve --help"
 
 MISTAKES = {

@@ -318,7 +318,7 @@ def test_tasks_give_loads_a_shape(tmp_path):
     [
         ("radius = 0.02, ", "", "payload.1.shape: radius: expected a value"),
         ("radius = 0.02", "radius = -0.02", "payload.1.shape: radius: expected a number above 0"),
-        ('shape = "cylinder"', 'shape = "cone"', "cone.*known: box, cylinder, mesh, sphere"),
+        ('shape = "cylinder"', 'shape = "cone"', "cone.*known: box, capsule, cylinder, hull, mesh, plane, sphere"),
         ("radius = 0.02", "radius = 20.0", "payload.1.shape: expected a solid within 5 m of the tool's origin"),
         ("radius = 0.02", "radios = 0.02", "payload.1.shape: radios: unknown key"),
         ('touches = ["table"]', 'touches = ["tabel"]', "payload.0.touches: unknown obstacle 'tabel'; known: table"),

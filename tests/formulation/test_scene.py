@@ -69,8 +69,14 @@ def test_obstacles_without_a_name_are_numbered():
         (changed(1, radius=0.0), "obstacle 'lamp': radius: expected a number above 0"),
         (changed(1, radius=True), "obstacle 'lamp': radius: expected a number above 0"),
         (changed(1, radius="big"), "obstacle 'lamp': radius: expected a number above 0"),
-        (changed(1, shape="cone"), "unknown shape of obstacle 'lamp' 'cone'; known: box, cylinder, mesh, sphere"),
-        (changed(1, shape=None), "obstacle 'lamp': shape: expected one of box, cylinder, mesh, sphere"),
+        (
+            changed(1, shape="cone"),
+            "unknown shape of obstacle 'lamp' 'cone'; known: box, capsule, cylinder, hull, mesh, plane, sphere",
+        ),
+        (
+            changed(1, shape=None),
+            "obstacle 'lamp': shape: expected one of box, capsule, cylinder, hull, mesh, plane, sphere",
+        ),
         (changed(1, name=3), "expected text as name, got 3"),
         (changed(2, length=np.inf), "obstacle '1': length: expected a number above 0"),
         ({"obstacles": ["table"]}, "obstacle 1: expected a mapping"),
@@ -79,7 +85,10 @@ def test_obstacles_without_a_name_are_numbered():
         ({**DATA, "clearance": -0.1}, "scene: clearance: expected a number from 0 on"),
         ({**DATA, "clearance": None}, "scene: clearance: expected a number from 0 on"),
         ({**DATA, "self_clearance": np.nan}, "scene: self_clearance: expected a number from 0 on"),
-        ({**DATA, "floor": 0.0}, "scene: floor: unknown key; known: clearance, obstacles, self_clearance"),
+        (
+            {**DATA, "floor": 0.0},
+            "scene: floor: unknown key; known: attached, clearance, file, obstacles, self_clearance",
+        ),
         ({}, "expected obstacles or a self_clearance, got neither"),
         ([], "scene: expected a mapping"),
     ],
@@ -89,4 +98,4 @@ def test_bad_scenes_are_refused_by_obstacle_and_key(given, says):
 
 
 def test_a_scene_takes_obstacles_only():
-    refused(lambda: Scene((1,)), "scene: obstacles: expected boxes, spheres, cylinders and meshes")
+    refused(lambda: Scene((1,)), "scene: obstacles: expected boxes, spheres, cylinders, meshes and planes")

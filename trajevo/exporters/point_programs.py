@@ -8,14 +8,15 @@ ROS 2 repeat a motion as it was planned and proven.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 import warnings
 from collections.abc import Callable, Iterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, one_line
@@ -23,6 +24,7 @@ from trajevo.exporters.events import Carrying, Stretch, carried, stretches
 from trajevo.exporters.exporter import Exporter
 from trajevo.front.front import Solution
 from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
 from trajevo.verification.certify import certify
 
@@ -50,6 +52,60 @@ _PERCENT = (1, 100)
 _NAME, _COMMENT = 8, 32
 
 
+@final
+@dataclass(frozen=True)
+class _Move:
+    """A move to the next point.
+
+    Attributes:
+        position: the point in deg and mm, shape (n_joints,).
+        time: time of the move [s].
+        rests: whether the robot rests at the point.
+        percent: mean speed as a share of the fastest axis's greatest speed, in whole percent.
+    """
+
+    position: Array
+    time: float
+    rests: bool
+    percent: int
+
+
+@final
+@dataclass(frozen=True)
+class _Language:
+    """How a language says what happens, each as lines of a program.
+
+    Attributes:
+        remark: a comment.
+        load: what is carried from now on.
+        wait: a time in which nothing moves [s].
+        move: a move.
+    """
+
+    remark: Callable[[str], list[str]]
+    load: Callable[[Carrying], list[str]]
+    wait: Callable[[float], list[str]]
+    move: Callable[[_Move], list[str]]
+
+    def lines(self, solution: Solution, step: float) -> list[str]:
+        """The motion from its start on, line by line."""
+        rows: list[str] = []
+        for stretch in _stretches(solution, step):
+            if stretch.gripper:
+                rows += self.remark(f"gripper: {stretch.gripper}")
+            if stretch.before is not None:
+                rows += self.load(stretch.before)
+            if stretch.dwells:
+                rows += self.wait(float(stretch.t[-1] - stretch.t[0]))
+                continue
+            for move in _moves(solution, stretch):
+                rows += self.move(move)
+        last = carried(solution.rollout)[-1]
+        if last.placed and last.t >= float(solution.trajectory.duration[0]):
+            rows += [*self.remark(f"gripper: {last.changes}"), *self.load(last)]
+        return rows
+
+
 def rapid(solution: Solution, step: float) -> str:
     """A RAPID module: ``MoveAbsJ`` through points with the time of each, ``GripLoad`` where the load changes.
 
@@ -61,30 +117,25 @@ def rapid(solution: Solution, step: float) -> str:
         InvalidInputError: another robot, or too many points.
     """
     _check(solution, "rapid")
-    rows: list[str] = []
     loads: list[Payload] = []
-    for stretch in _stretches(solution, step):
-        if stretch.gripper:
-            rows.append(f"! gripper: {stretch.gripper}")
-        if stretch.before is not None:
-            rows += [_told(stretch.before, "! "), f"GripLoad {_named(loads, stretch.before.payload)};"]
-        if stretch.dwells:
-            rows.append(f"WaitTime {_time(_span(stretch))};")
-            continue
-        for position, time, fine in _moves(solution, stretch):
-            zone = "fine" if fine else "z1"
-            target = f"[[{', '.join(_padded(position))}], [{', '.join([_NO_AXIS] * 6)}]]"
-            rows.append(f"MoveAbsJ {target}, v1000\\T:={_time(time)}, {zone}, tool0;")
-    for end in _at_end(solution):
-        rows += [f"! gripper: {end.changes}", _told(end, "! "), f"GripLoad {_named(loads, end.payload)};"]
-    start = ", ".join(_padded(_shown(solution, solution.trajectory.evaluate(np.zeros(1))[0])[0]))
+
+    def move(given: _Move) -> list[str]:
+        zone = "fine" if given.rests else "z1"
+        return [f"MoveAbsJ {_jointtarget(given.position)}, v1000\\T:={_time(given.time)}, {zone}, tool0;"]
+
+    language = _Language(
+        remark=lambda text: [f"! {text}"],
+        load=lambda change: [f"! {_told(change)}", f"GripLoad {_named(loads, change.payload)};"],
+        wait=lambda time: [f"WaitTime {_time(time)};"],
+        move=move,
+    )
+    rows = [f"MoveAbsJ {_jointtarget(_start(solution))}, v200, fine, tool0;", *language.lines(solution, step)]
     return "\n".join(
         [
             "MODULE Trajevo",
             *(f"  ! {line}" for line in _head(solution, _RAPID_CARRIES)),
             *(f"  PERS loaddata load{k} := {_loaddata(payload)};" for k, payload in enumerate(loads, start=1)),
             "  PROC trajevo_motion()",
-            f"    MoveAbsJ [[{start}], [{', '.join([_NO_AXIS] * 6)}]], v200, fine, tool0;",
             *(f"    {row}" for row in rows),
             "  ENDPROC",
             "ENDMODULE",
@@ -104,29 +155,23 @@ def krl(solution: Solution, step: float) -> str:
         InvalidInputError: another robot, or too many points.
     """
     _check(solution, "krl", speeds=True)
-    rows: list[str] = []
-    for stretch in _stretches(solution, step):
-        if stretch.gripper:
-            rows.append(f"; gripper: {stretch.gripper}")
-        if stretch.before is not None:
-            rows += [_told(stretch.before, "; "), *_load_of_kuka(stretch.before.payload)]
-        if stretch.dwells:
-            rows.append(f"WAIT SEC {_time(_span(stretch))}")
-            continue
-        percents = _percents(solution, stretch)
-        for (position, _, fine), percent in zip(_moves(solution, stretch), percents, strict=True):
-            rows += [f"BAS(#VEL_PTP, {percent})", f"PTP {_axes(position)}{'' if fine else ' C_PTP'}"]
-    for end in _at_end(solution):
-        rows += [f"; gripper: {end.changes}", _told(end, "; "), *_load_of_kuka(end.payload)]
-    start = _shown(solution, solution.trajectory.evaluate(np.zeros(1))[0])[0]
+    language = _Language(
+        remark=lambda text: [f"; {text}"],
+        load=lambda change: [f"; {_told(change)}", *_load_of_kuka(change.payload)],
+        wait=lambda time: [f"WAIT SEC {_time(time)}"],
+        move=lambda given: [
+            f"BAS(#VEL_PTP, {given.percent})",
+            f"PTP {_axes(given.position)}{'' if given.rests else ' C_PTP'}",
+        ],
+    )
     return "\n".join(
         [
             *(f"; {line}" for line in _head(solution, _KRL_CARRIES)),
             "DEF trajevo_motion()",
             "BAS(#INITMOV, 0)",
             "BAS(#VEL_PTP, 20)",
-            f"PTP {_axes(start)}",
-            *rows,
+            f"PTP {_axes(_start(solution))}",
+            *language.lines(solution, step),
             "END",
             "",
         ]
@@ -144,23 +189,23 @@ def fanuc(solution: Solution, step: float) -> str:
         InvalidInputError: another robot, or too many points.
     """
     _check(solution, "fanuc")
-    rows, positions, schedules = [], [_shown(solution, solution.trajectory.evaluate(np.zeros(1))[0])[0]], 0
-    rows.append("J P[1] 10% FINE")
-    for stretch in _stretches(solution, step):
-        if stretch.gripper:
-            rows.append(f"!gripper: {stretch.gripper}"[: 1 + _COMMENT])
-        if stretch.before is not None:
-            schedules += 1
-            rows += [_short(stretch.before, schedules), f"PAYLOAD[{schedules}]"]
-        if stretch.dwells:
-            rows.append(f"WAIT {_span(stretch):.2f}(sec)")
-            continue
-        for position, time, fine in _moves(solution, stretch):
-            positions.append(position)
-            rows.append(f"J P[{len(positions)}] {max(round(1e3 * time), 1)}msec {'FINE' if fine else 'CNT100'}")
-    for end in _at_end(solution):
-        rows += [f"!gripper: {end.changes}"[: 1 + _COMMENT], _short(end, schedules + 1), f"PAYLOAD[{schedules + 1}]"]
-    told = [f"!{line[:_COMMENT]}" for line in _FANUC_SHORT]
+    positions, payloads = [_start(solution)], itertools.count(1)
+
+    def load(change: Carrying) -> list[str]:
+        number, com = next(payloads), " ".join(f"{_MM * value:.0f}" for value in change.payload.com)
+        return [*remark(f"{number}: {change.payload.mass:g} kg at {com} mm"), f"PAYLOAD[{number}]"]
+
+    def move(given: _Move) -> list[str]:
+        positions.append(given.position)
+        time = max(round(1e3 * given.time), 1)
+        return [f"J P[{len(positions)}] {time}msec {'FINE' if given.rests else 'CNT100'}"]
+
+    def remark(text: str) -> list[str]:
+        return [f"!{text[:_COMMENT]}"]
+
+    language = _Language(remark=remark, load=load, wait=lambda time: [f"WAIT {time:.2f}(sec)"], move=move)
+    rows = [*(line for text in _FANUC_CARRIES for line in remark(text)), "J P[1] 10% FINE"]
+    rows += language.lines(solution, step)
     name = re.sub(r"[^A-Z0-9_]", "", f"T{solution.front.record.title.upper()}")[:_NAME]
     return "\n".join(
         [
@@ -169,7 +214,7 @@ def fanuc(solution: Solution, step: float) -> str:
             f'COMMENT     = "trajevo row {solution.index}";',
             "DEFAULT_GROUP   = 1,*,*,*,*;",
             "/MN",
-            *(f"{k:4d}:  {row} ;" for k, row in enumerate([*told, *rows], start=1)),
+            *(f"{k:4d}:  {row} ;" for k, row in enumerate(rows, start=1)),
             "/POS",
             *(line for k, position in enumerate(positions, start=1) for line in _position(solution, k, position)),
             "/END",
@@ -188,7 +233,7 @@ _KRL_CARRIES = (
     "KRL has no times of moves: speeds are mean speeds as shares of the axes' greatest ones, so that the cycle takes "
     "longer by what accelerating and rounding take",
 )
-_FANUC_SHORT = (
+_FANUC_CARRIES = (
     "times of moves are wishes",
     "between points: controller's own",
     "J3 as in the URDF, no J2 added",
@@ -204,7 +249,7 @@ def _check(solution: Solution, format: str, *, speeds: bool = False) -> None:
             f"{robot.name!r} with {robot.dof}"
         )
     endless = [
-        name for name, speed in zip(robot.joint_names, robot.limits.velocity, strict=True) if not math.isfinite(speed)
+        name for name, speed in zip(robot.joint_names, _greatest_speeds(robot), strict=True) if not math.isfinite(speed)
     ]
     if speeds and endless:
         raise InvalidInputError(
@@ -224,18 +269,26 @@ def _stretches(solution: Solution, step: float) -> tuple[Stretch, ...]:
     return found
 
 
-def _moves(solution: Solution, stretch: Stretch) -> Iterator[tuple[Array, float, bool]]:
-    """Every point of a stretch but its first, as shown, the time to it [s], and whether the robot rests there."""
-    shown, times = _shown(solution, stretch.q), np.diff(stretch.t)
-    for k, (position, time) in enumerate(zip(shown[1:], times.tolist(), strict=True), start=1):
-        yield position, time, k == len(times) and stretch.rests
+def _moves(solution: Solution, stretch: Stretch) -> Iterator[_Move]:
+    """Moves to every point of a stretch but its first."""
+    times = np.diff(stretch.t)
+    speeds = np.abs(np.diff(stretch.q, axis=0)) / times[:, None]
+    shares = (speeds / _greatest_speeds(solution.front.problem.robot)).max(axis=1)
+    percents = np.clip(np.ceil(100.0 * shares), *_PERCENT).astype(int).tolist()
+    rests = np.append(np.zeros(len(times) - 1, dtype=bool), stretch.rests).tolist()
+    for given in zip(_shown(solution, stretch.q)[1:], times.tolist(), rests, percents, strict=True):
+        yield _Move(*given)
 
 
-def _percents(solution: Solution, stretch: Stretch) -> list[int]:
-    """Mean speeds between points as shares of the fastest axis's greatest speed, in percent."""
-    speeds = np.abs(np.diff(stretch.q, axis=0)) / np.diff(stretch.t)[:, None]
-    shares = (speeds / solution.front.problem.robot.limits.velocity).max(axis=1)
-    return [int(min(max(math.ceil(100.0 * share), _PERCENT[0]), _PERCENT[1])) for share in shares]
+def _start(solution: Solution) -> Array:
+    """The first point in deg and mm, shape (n_joints,)."""
+    first: Array = _shown(solution, solution.trajectory.evaluate(np.zeros(1))[0])[0]
+    return first
+
+
+def _greatest_speeds(robot: Robot) -> Array:
+    """Greatest speeds of the axes, of both directions the greater, as controllers have one [rad/s or m/s]."""
+    return robot.limits.sides("velocity").greater
 
 
 def _shown(solution: Solution, q: Array) -> Array:
@@ -244,8 +297,10 @@ def _shown(solution: Solution, q: Array) -> Array:
     return np.round(q * np.where(turns, 180.0 / math.pi, _MM), _DIGITS) + 0.0
 
 
-def _padded(position: Array) -> list[str]:
-    return [*map(_number, position.tolist()), *["0"] * (_MOST_AXES - len(position))]
+def _jointtarget(position: Array) -> str:
+    """A jointtarget of RAPID: axes of the robot, 0 for those that it does not have, and no external axes."""
+    axes = [*map(_number, position.tolist()), *["0"] * (_MOST_AXES - len(position))]
+    return f"[[{', '.join(axes)}], [{', '.join([_NO_AXIS] * _MOST_AXES)}]]"
 
 
 def _axes(position: Array) -> str:
@@ -258,21 +313,9 @@ def _position(solution: Solution, number: int, position: Array) -> list[str]:
     return [f"P[{number}]{{", "   GP1:", "  UF : 0, UT : 1,", f"  {', '.join(axes)}", "};"]
 
 
-def _at_end(solution: Solution) -> list[Carrying]:
-    """What is put down where the motion ends, one entry or none."""
-    last = carried(solution.rollout)[-1]
-    return [last] if last.placed and last.t >= float(solution.trajectory.duration[0]) else []
-
-
-def _told(change: Carrying, mark: str) -> str:
-    """A comment line on what is carried."""
-    return f"{mark}from {change.t:.{_TIME_DIGITS}f} s on {change.payload.mass:g} kg are carried"
-
-
-def _short(change: Carrying, number: int) -> str:
-    """The same in a comment as short as Fanuc takes."""
-    com = " ".join(f"{_MM * value:.0f}" for value in change.payload.com)
-    return f"!{number}: {change.payload.mass:g} kg at {com} mm"[: 1 + _COMMENT]
+def _told(change: Carrying) -> str:
+    """What is carried, in words."""
+    return f"from {change.t:.{_TIME_DIGITS}f} s on {change.payload.mass:g} kg are carried"
 
 
 def _named(loads: list[Payload], payload: Payload) -> str:
@@ -289,7 +332,7 @@ def _loaddata(payload: Payload) -> str:
     if math.hypot(*com) < _LEAST_ARM:
         com[2] = _LEAST_ARM
     axes, moments = _principal(payload)
-    x, y, z, w = Rotation.from_matrix(axes).as_quat().tolist()
+    x, y, z, w = _rotation(axes).as_quat().tolist()
     return (
         f"[{_number(payload.mass)}, [{', '.join(map(_number, com))}], [{', '.join(map(_number, (w, x, y, z)))}], "
         f"{', '.join(map(_number, moments))}]"
@@ -308,11 +351,18 @@ def _load_of_kuka(payload: Payload) -> list[str]:
     ]
 
 
+def _rotation(matrix: Array) -> Any:
+    """A rotation of SciPy from its matrix (3, 3)."""
+    from scipy.spatial.transform import Rotation  # takes as long to import as all else here together
+
+    return Rotation.from_matrix(matrix)
+
+
 def _turns(axes: Array) -> list[float]:
     """Turns about z, the new y and the new x that give a rotation (3, 3) [deg]."""
     with warnings.catch_warnings():  # at b = 90 deg only the sum of the others is defined, and one of them is 0
         warnings.simplefilter("ignore", UserWarning)
-        found: list[float] = Rotation.from_matrix(axes).as_euler("ZYX", degrees=True).tolist()
+        found: list[float] = _rotation(axes).as_euler("ZYX", degrees=True).tolist()
     return found
 
 
@@ -327,10 +377,6 @@ def _principal(payload: Payload) -> tuple[Array, list[float]]:
     if np.linalg.det(axes) < 0.0:
         axes[:, 0] = -axes[:, 0]
     return axes, moments.tolist()
-
-
-def _span(stretch: Stretch) -> float:
-    return float(stretch.t[-1] - stretch.t[0])
 
 
 def _number(value: float) -> str:

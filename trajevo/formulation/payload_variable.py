@@ -15,7 +15,7 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import masses_held
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.scene import Scene
+from trajevo.formulation.constraints.scene import Plane, Scene
 from trajevo.formulation.objectives import OBJECTIVES, UNUSED_PAYLOAD, Objective, unused_payload
 from trajevo.path.loads import Load, Schedule, is_loads, loads_of, varied_of
 from trajevo.path.passing import Passing
@@ -78,6 +78,10 @@ def _with_solid(place: int, load: Load) -> Load:
     except InvalidInputError as error:
         said = str(error).removeprefix("scene: ").removeprefix(f"obstacle {name!r}: ").removeprefix("obstacle 1: ")
         raise InvalidInputError(f"{where}: {said}") from error
+    if isinstance(solid, Plane):
+        raise InvalidInputError(f"{where}: expected a solid that can be carried, got a plane, which has no end")
+    if solid.touches:
+        raise InvalidInputError(f"{where}.touches: expected the names in payload.{place}.touches, beside the shape")
     away = float(np.linalg.norm(solid.position)) + solid.radius_around
     if away > _FARTHEST:
         raise InvalidInputError(

@@ -77,15 +77,17 @@ def _limits_kept(settings: TaskSettings, robot: Robot) -> list[str]:
     return listed if given or robot.has_body else [name for name in listed if name != "effort"]
 
 
-def _beside(given: Any, folder: Path) -> Any:
-    """The same data with the files of meshes relative to the task's folder."""
+def _beside(given: Any, folder: Path, *, names_file: bool = False) -> Any:
+    """The same data with the files of meshes and scenes relative to the task's folder."""
     if isinstance(given, list):
         return [_beside(entry, folder) for entry in given]
     if not isinstance(given, dict):
         return given
-    mesh = given.get("shape") == "mesh"
+    named = names_file or given.get("shape") == "mesh"
     return {
-        key: str(folder / value) if mesh and key == "file" and isinstance(value, str) else _beside(value, folder)
+        key: str(folder / value)
+        if named and key == "file" and isinstance(value, str)
+        else _beside(value, folder, names_file=key == "scene")
         for key, value in given.items()
     }
 

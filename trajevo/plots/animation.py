@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from trajevo.base.arrays import Array
 from trajevo.base.files import why_not, write_whole
@@ -22,6 +23,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.scene import Obstacle
 from trajevo.front.front import Solution
 from trajevo.plots.motion import equal_axes
+from trajevo.plots.scenery import Surface, scenery
 from trajevo.plots.solids import add_loads, add_obstacles, obstacles_of, poses_of
 from trajevo.robot.robot import Robot
 
@@ -116,11 +118,16 @@ _CAMERA = (1.0, 0.7, 1.8)
 _LINK, _JOINT, _TRIAD = 0.012, 0.03, 0.08
 
 
-_GREY, _BLUE, _ORANGE, _DARK = 0x9AA3AD, 0x1F77B4, 0xFF7F0E, 0x333333
+_GREY, _BLUE, _ORANGE, _DARK, _SOLID, _GROUND = 0x9AA3AD, 0x1F77B4, 0xFF7F0E, 0x333333, 0xB0A090, 0xD9DDE1
+
+#: Width of what is drawn of a plane, in extents of the whole motion.
+_WIDE = 1.6
 
 
 def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None) -> Any:
     """The chain from the base over the joints' origins to the tool at some instants, and the tool's path, in 3D [m].
+
+    Obstacles of a solution are drawn too, and what is attached to links where it is at the end.
 
     Args:
         motion: a solution of a front, or the first trajectory of a rollout.
@@ -148,7 +155,8 @@ def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None) 
     for chain, time in zip(chains, times, strict=True):
         ax.plot(*chain.T, "o-", color=colours.to_rgba(time), linewidth=2.5, markersize=4.5)
     ax.plot(*path.T, color="black", linewidth=0.8)
-    equal_axes(ax, np.concatenate([path, chains.reshape(-1, 3)]))
+    shown = np.concatenate([path, chains.reshape(-1, 3), *_surroundings(ax, motion, rollout, chains)])
+    equal_axes(ax, shown)
     _stand_upright(ax, robot)
     ax.figure.colorbar(colours, ax=ax, label="time [s]", shrink=0.7, pad=0.1)
     return ax
@@ -158,9 +166,9 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     """Write the arm's motion in real time as one HTML file that needs no network.
 
     Revolute joints are cylinders along their axis, prismatic joints are boxes, the tool is a triad, and its path is a
-    line. Obstacles stand where they are, and loads with a shape where they are picked up, at the tool, and where they
-    are put down. The up direction is opposite to gravity. The motion repeats; the panel plays, pauses and shows any
-    instant.
+    line. Obstacles stand where they are, of planes a part, and what is attached moves with its link; loads with a shape
+    are where they are picked up, at the tool, and where they are put down. The up direction is opposite to gravity. The
+    motion repeats; the panel plays, pauses and shows any instant.
 
     Args:
         motion: a solution of a front, or the first trajectory of a rollout.
@@ -180,7 +188,9 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     rollout.robot.check_body("an animation")
     times = _instants(float(rollout.trajectory.duration[0]), rate)
     page = Page(f"{rollout.robot.name}, {times[-1]:.3f} s")
-    _draw(page.visualizer(), rollout, times, rate, obstacles_of(motion))
+    view = page.visualizer()
+    _draw(view, rollout, times, rate, obstacles_of(motion))
+    _add_surroundings(view, motion, rollout)
     try:
         write_whole(Path(file), page.get_scene().encode())
     except OSError as error:
@@ -281,6 +291,45 @@ def _add_shapes(view: Any, robot: Robot, path: Array, extent: float) -> None:
     arm[f"frame_{len(axes)}/triad"].set_object(geometry.triad(_TRIAD * extent))
     arm["base"].set_object(geometry.triad(_TRIAD * extent))
     arm["path"].set_object(geometry.Line(geometry.PointsGeometry(path.T), geometry.LineBasicMaterial(color=_DARK)))
+
+
+def _add_surroundings(view: Any, motion: Any, rollout: Rollout) -> None:
+    """Planes, and what links carry along."""
+    from meshcat import geometry
+
+    chains = _chains(rollout.robot, rollout.trajectory[0].sample(100).q[0])
+    chosen = [surface for surface in _surfaces(motion, chains) if surface.endless or surface.attached]
+    for number, surface in enumerate(chosen):
+        corners = surface.triangles.reshape(-1, 3)
+        shape = geometry.TriangularMeshGeometry(corners, np.arange(len(corners)).reshape(-1, 3))
+        colour, opacity = (_GROUND, 1.0) if surface.endless else (_BLUE, 0.75)
+        material = geometry.MeshLambertMaterial(color=colour, opacity=opacity, transparent=opacity < 1.0)
+        carrier = view["arm"][f"frame_{surface.joint - 1}"] if surface.joint else view["arm"]
+        carrier[f"solid_{number}"].set_object(shape, material)
+
+
+def _surroundings(ax: Any, motion: Any, rollout: Rollout, chains: Array) -> list[Array]:
+    """Draw the scene at the end of the motion; points that are to be seen, (K, 3) [m] each."""
+    corners = chains.reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    spare, end = float(np.ptp(corners, axis=0).max()), rollout.trajectory[0].evaluate(rollout.trajectory.duration)[0]
+    positions, rotations = rollout.robot.joint_poses(end)
+    seen = []
+    for surface in _surfaces(motion, chains):
+        drawn, k = surface.triangles, surface.joint - 1
+        if surface.joint:
+            drawn = drawn @ rotations[0, k].T + positions[0, k]
+        colour = f"#{_GROUND if surface.endless else _BLUE if surface.attached else _SOLID:06x}"
+        ax.add_collection3d(Poly3DCollection(drawn, facecolor=colour, alpha=0.15 if surface.endless else 0.35))
+        if not surface.endless:
+            seen.append(np.clip(drawn.reshape(-1, 3), low - spare, high + spare))
+    return seen
+
+
+def _surfaces(motion: Any, chains: Array) -> list[Surface]:
+    corners = chains.reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return scenery(motion, 0.5 * (low + high), _WIDE * float(np.linalg.norm(high - low)))
 
 
 def _matrix(rotation: Array, position: Array) -> Array:

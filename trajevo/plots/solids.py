@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
-from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.clearance import ProvenClearance
-from trajevo.formulation.constraints.scene import Box, Cylinder, Mesh, Obstacle, Sphere
+from trajevo.formulation.constraints.clearance import scene_of
+from trajevo.formulation.constraints.scene import Box, Cylinder, Obstacle, Plane, Sphere
 from trajevo.front.front import Solution
 from trajevo.path.loads import Load
+from trajevo.plots.scenery import triangles_of
 
 #: Colours of obstacles and of loads, and how far one sees through obstacles.
 _OBSTACLE, _LOAD, _OPACITY = 0xB0A090, 0x2CA02C, 0.6
@@ -26,17 +25,18 @@ def obstacles_of(motion: Solution | Rollout) -> tuple[Obstacle, ...]:
     """Obstacles that the problem of a solution keeps a clearance to; none for a rollout, which knows no problem."""
     if not isinstance(motion, Solution):
         return ()
-    functions = [constraint.function for constraint in motion.front.problem.constraints]
-    scenes = [function.collision.scene for function in functions if isinstance(function, ProvenClearance)]
-    return scenes[0].obstacles if scenes else ()
+    scene = scene_of(motion.front.problem.constraints)
+    return () if scene is None else scene.obstacles
 
 
 def add_obstacles(view: Any, obstacles: tuple[Obstacle, ...]) -> None:
-    """Draw obstacles where they stand."""
+    """Draw obstacles where they stand; planes, which have no end, are left to others."""
     from meshcat import geometry
 
     material = geometry.MeshLambertMaterial(color=_OBSTACLE, opacity=_OPACITY, transparent=True)
     for k, obstacle in enumerate(obstacles):
+        if isinstance(obstacle, Plane):
+            continue
         shape, within = _shape(obstacle)
         view[f"obstacle_{k}"].set_object(shape, material)
         view[f"obstacle_{k}"].set_transform(_pose(obstacle) @ within)
@@ -106,10 +106,8 @@ def _shape(solid: Obstacle) -> tuple[Any, Array]:
             return geometry.Sphere(solid.radius), np.eye(4)
         case Cylinder():
             return geometry.Cylinder(solid.length, solid.radius), _matrix(_FROM_Y_TO_Z, np.zeros(3))
-        case Mesh():
-            points = np.asarray(solid.points)
-            return geometry.TriangularMeshGeometry(points, ConvexHull(points).simplices), np.eye(4)
-    raise InvalidInputError(f"{solid.name!r}: an animation draws boxes, spheres, cylinders and meshes, got {solid!r}")
+    corners = triangles_of(solid).reshape(-1, 3)
+    return geometry.TriangularMeshGeometry(corners, np.arange(len(corners)).reshape(-1, 3)), np.eye(4)
 
 
 def _pose(solid: Obstacle) -> Array:

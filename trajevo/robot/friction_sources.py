@@ -120,8 +120,15 @@ def _filled(
             if parts:
                 told.setdefault(parts, []).append(repr(name))
     filled = {key: np.where(np.isnan(column), added[key], column) for key, column in columns.items()}
-    clauses = (tuple(f"{parts} of {', '.join(names)}" for parts, names in told.items()) for told in (used, left))
+    clauses = (
+        tuple(f"{parts} of {_joints(names, len(ways))}" for parts, names in told.items()) for told in (used, left)
+    )
     return FoundFriction(Friction(**filled), *clauses)
+
+
+def _joints(names: list[str], count: int) -> str:
+    """Names of joints in words, of a robot of so many."""
+    return "all joints" if len(names) == count > 2 else ", ".join(names)
 
 
 def _parts(found: JointFriction, keys: Collection[str]) -> Iterator[str]:

@@ -33,7 +33,7 @@ from trajevo.formulation.constraints.constraint import Constraint, LimitKind, Li
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.loads import Schedule
 from trajevo.robot.robot import Robot
-from trajevo.robot.transmission import Direct
+from trajevo.robot.transmission import Direct, Mimicking
 from trajevo.trajectory.batch import TrajectoryBatch
 
 #: Names of the columns: for pairs with an obstacle, and for pairs of the robot's own links.
@@ -49,7 +49,7 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
     whichever distances need not be computed. Loads are left to :func:`load_clearances`.
 
     Args:
-        robot: the robot; its actuators drive its joints directly.
+        robot: the robot; its actuators drive its joints directly, of which some may follow others.
         scene: obstacles and clearances.
         tolerance: how far the proven distance may be below the true one where feasibility depends on it [m].
 
@@ -58,16 +58,10 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
         pickled. Its terms are the least distances of every pair at fixed shares of every segment.
 
     Raises:
-        InvalidInputError: a robot without collision geometry, with a transmission or with joints that follow others, or
-            a tolerance that is not positive.
+        InvalidInputError: a robot without collision geometry or with a transmission, or a tolerance that is not
+            positive.
     """
-    if robot.followers:
-        leaders = ", ".join(dict.fromkeys(repr(each.leader) for each in robot.followers))
-        raise InvalidInputError(
-            f"robot {robot.name!r}: clearance is proven for joints that follow no others, but {robot.followers[0]}: "
-            f"lock {leaders}, and what follows is held as well"
-        )
-    if not isinstance(robot.transmission, Direct):
+    if not isinstance(robot.transmission, Direct | Mimicking):
         raise InvalidInputError(
             f"robot {robot.name!r}: clearance is proven for actuators that drive joints directly, "
             f"got {type(robot.transmission).__name__}"
@@ -104,6 +98,12 @@ def notes_on_shapes(constraints: Sequence[Constraint], schedule: Schedule | None
     if not shaped or any(isinstance(each.function, ProvenClearance) for each in constraints):
         return ()
     return (f"payload.{shaped[0]}.shape: of no effect, as there is no scene whose clearance it could keep",)
+
+
+def scene_of(constraints: Sequence[Constraint]) -> Scene | None:
+    """The scene whose clearance constraints keep, None for none."""
+    kept = [each.function.collision for each in constraints if isinstance(each.function, ProvenClearance)]
+    return next((collision.scene for collision in kept if collision.carried is None), None)
 
 
 def _load_clearances(constraints: Sequence[Constraint], schedule: Schedule) -> Iterator[Constraint]:

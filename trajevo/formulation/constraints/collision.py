@@ -1,7 +1,8 @@
 """Distances between the links of a robot and obstacles, and between its links, by Pinocchio and coal.
 
 Meshes are replaced by their convex hulls. A hull contains its mesh, so its distances are at most those of the mesh, and
-if the hulls keep a clearance, so does the robot. A load with a shape is a solid fixed to the tool.
+if the hulls keep a clearance, so does the robot. A load with a shape is a solid fixed to the tool, and a scene may have
+solids that are attached to links.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.broad_phase.bodies import Bodies
 from trajevo.formulation.constraints.broad_phase.lower_bounds import LowerBounds
-from trajevo.formulation.constraints.scene import Obstacle, Scene
+from trajevo.formulation.constraints.scene import Scene
+from trajevo.formulation.constraints.scenes.obstacles import Obstacle
 from trajevo.formulation.constraints.solids import (
     Witnesses,
+    assembled,
     bounding_ball,
     parting,
-    robot_geometry,
-    solid_of,
     solid_reach,
 )
 from trajevo.robot.robot import Robot
@@ -105,6 +106,8 @@ class Collision:
     All moving geometries are checked against all obstacles. With a ``self_clearance``, geometries are also checked
     against each other if their joints are neither the same nor parent and child, except pairs that touch in at least
     95 % of 200 random configurations within the joint limits (seed 0): their distance says nothing about the motion.
+    Solids that the scene attaches to links are checked as geometries of these links are. What a solid ``touches`` is
+    not checked against it.
 
     With a carried solid, only this solid is checked, against obstacles and against the robot's geometries.
 
@@ -180,7 +183,7 @@ class Collision:
         return _plausible(np.array(found, dtype=np.float64))
 
     def slopes_of(self, q: Array, state: Array, pair: Array) -> Array:
-        """Derivatives of signed distances with respect to the positions of the model's joints, depths included.
+        """Derivatives of signed distances with respect to the positions of the robot's joints, depths included.
 
         If two solids overlap and coal does not find the depth, the distance of their centres is used instead.
 
@@ -204,8 +207,9 @@ class Collision:
                 points[k] = [places.oMi[solid.parentJoint].act(bounding_ball(solid)[0]) for solid in solids]
                 apart = points[k, 1] - points[k, 0]
                 normals[k] = apart / max(float(np.linalg.norm(apart)), _TOLERANCE)
-        frames = self.bodies.joint_frames(self._configurations(q))[state]
-        return frozen(parting(self.robot, frames, Witnesses(carriers, points, normals)))
+        frames = self.bodies.joint_frames(numbers(q, name="q", shape=("N", self.robot.dof)))[state]
+        slopes = parting(self.robot, frames, Witnesses(carriers, points, normals))
+        return frozen(self.bodies.coordinates.slopes(slopes))
 
     def _results(self, q: Array, state: Array, pair: Array) -> Iterator[tuple[Any, Any]]:
         """The result of coal for each pair in its state, and Pinocchio's data of that state."""
@@ -232,22 +236,27 @@ class Collision:
             Shape (B, n_pairs, n_joints) [m/rad or 1].
         """
         solids = self.solid_reach(lower, upper)
-        still = np.zeros((len(solids), len(self.scene.obstacles), self.robot.dof))
+        still = np.zeros((len(solids), len(self.scene.obstacles), solids.shape[2]))
         first, second = (np.concatenate([solids, still], axis=1)[:, end] for end in self.ends.T)
-        reach = np.where((first > 0.0) & (second > 0.0), 0.0, first + second)
+        reach = self.bodies.coordinates.reaches(np.where((first > 0.0) & (second > 0.0), 0.0, first + second))
         return frozen(np.broadcast_to(reach, (len(lower), *reach.shape[1:])))
 
     def solid_reach(self, lower: Array, upper: Array) -> Array:
-        """Bound of the speed of each of the robot's G solids per unit of joint speed, as :meth:`reach` for distances.
+        """Bound of the speed of each of the robot's G solids per unit of speed of a joint of the model.
+
+        Args:
+            lower: as for :meth:`reach`.
+            upper: as for :meth:`reach`.
 
         Returns:
-            Shape (B, G, n_joints) [m/rad or 1], or (1, G, n_joints) if no joint slides: it is the same for all motions.
+            Shape (B, G, n_model) [m/rad or 1], or (1, G, n_model) if no joint slides: it is the same for all motions.
         """
         robot, derived = self.robot, self._made().derived
         if not self.bodies.turning.all():
+            lower, upper = self.bodies.coordinates.ranges(lower, upper)
             return np.stack([solid_reach(robot, entry, lower, upper) for entry in self._own], axis=1)
         if "reach" not in derived:
-            still = np.zeros((1, robot.dof))
+            still = np.zeros((1, robot.model.nv))
             derived["reach"] = np.stack([solid_reach(robot, entry, still, still) for entry in self._own], axis=1)
         found: Array = derived["reach"]
         return found
@@ -305,40 +314,26 @@ class Collision:
         return made
 
     def _make(self) -> _Made:
-        robot, (geometry, derived) = self.robot, robot_geometry(self.robot)
-        if self.carried is not None:
-            geometry.addGeometryObject(_at_tool(robot, self.carried.solid))
-            derived = {}  # what is kept with the robot's geometry is that of the robot alone
-        count = len(geometry.geometryObjects)
-        for obstacle in self.scene.obstacles:
-            placement = pin.SE3(obstacle.rotation, np.array(obstacle.position))
-            # Obstacles may have the names of links, but Pinocchio needs unique names.
-            entry = pin.GeometryObject(f"obstacle {obstacle.name}", 0, placement, solid_of(obstacle))
-            geometry.addGeometryObject(entry)
-        for entry in geometry.geometryObjects:
-            entry.geometry.computeLocalAABB()
-        own = list(geometry.geometryObjects)[:count]  # not earlier: adding objects moves the others in memory
+        robot, scene, carried = self.robot, self.scene, self.carried
+        made = assembled(robot, scene, None if carried is None else (carried.solid, carried.touches))
+        geometry, count = made.geometry, made.count
+        own = list(geometry.geometryObjects)[:count]
         if not any(entry.parentJoint > 0 for entry in own):
             raise InvalidInputError(f"robot {robot.name!r}: {robot.where}: expected <collision> geometry, got none")
         moving, apart = [k for k, entry in enumerate(own) if entry.parentJoint > 0], _apart(robot.model, own)
-        free: tuple[str, ...] = ()
-        if self.carried is not None:
-            moving, free = [count - 1], self.carried.touches
-            apart = [(count - 1, min(pair)) for pair in apart if count - 1 in pair]
-        around = [j for j, obstacle in enumerate(self.scene.obstacles) if obstacle.name not in free]
-        outside = [(k, len(own) + j) for k in moving for j in around]
-        inside = [] if self.scene.self_clearance is None else apart
+        if carried is not None:
+            moving, apart = [count - 1], [(count - 1, min(pair)) for pair in apart if count - 1 in pair]
+        around = range(count, len(made.names))
+        outside = [(k, j) for k in moving for j in around if not made.may_touch(k, j)]
+        inside = [pair for pair in apart if scene.self_clearance is not None and not made.may_touch(*pair)]
         touching = self._touching(geometry, inside)
         kept = [*outside, *(pair for pair in inside if pair not in touching)]
-        if not kept and self.carried is None:
+        if not kept and carried is None:
             raise InvalidInputError(f"robot {robot.name!r}: expected links that can touch something, got none")
         _watch(geometry, kept)
-        names = [entry.name for entry in own] + [obstacle.name for obstacle in self.scene.obstacles]
-        if self.carried is not None:
-            names[count - 1] = self.carried.solid.name
-        pairs = [Pair(names[i], names[j], j < len(own)) for i, j in kept]
-        skipped = [Pair(names[i], names[j], True) for i, j in touching]
-        return _Made(geometry, derived, np.array(kept).reshape(-1, 2), tuple(pairs), tuple(skipped))
+        pairs = [Pair(made.names[i], made.names[j], j < count) for i, j in kept]
+        skipped = [Pair(made.names[i], made.names[j], True) for i, j in touching]
+        return _Made(geometry, made.derived, np.array(kept).reshape(-1, 2), tuple(pairs), tuple(skipped))
 
     def _touching(self, geometry: Any, inside: list[tuple[int, int]]) -> list[tuple[int, int]]:
         if not inside:
@@ -354,13 +349,6 @@ class Collision:
             pin.computeDistances(self.robot.model, places, geometry, data, configuration)
             contacts += [result.min_distance <= 0.0 for result in data.distanceResults]
         return [pair for pair, count in zip(inside, contacts, strict=True) if count >= _ALWAYS * _DRAWN]
-
-
-def _at_tool(robot: Robot, solid: Obstacle) -> Any:
-    """A solid on the joint that carries the tool, for Pinocchio."""
-    frame = robot.model.frames[robot.model.getFrameId(robot.tool)]
-    placement = frame.placement * pin.SE3(solid.rotation, np.array(solid.position))
-    return pin.GeometryObject(f"carried {solid.name}", frame.parentJoint, placement, solid_of(solid))
 
 
 def _apart(model: Any, own: list[Any]) -> list[tuple[int, int]]:

@@ -6,7 +6,7 @@ import re
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
+from typing import Any, NamedTuple, final
 from xml.etree import ElementTree
 
 import coal
@@ -14,8 +14,19 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, row_products
-from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.scene import SHAPES, Box, Cylinder, Mesh, Obstacle, Sphere
+from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
+from trajevo.formulation.constraints.scene import Scene
+from trajevo.formulation.constraints.scenes.obstacles import (
+    SHAPES,
+    Box,
+    Capsule,
+    Cornered,
+    Cylinder,
+    Mesh,
+    Obstacle,
+    Plane,
+    Sphere,
+)
 from trajevo.robot.meshes import check_solids
 from trajevo.robot.robot import Robot
 from trajevo.robot.urdf.model import held_still, read_model
@@ -40,8 +51,12 @@ _MOST_KEPT = 8
 _CORNERS, _FLAT = 3, 1e-6
 
 
-def robot_geometry(robot: Robot) -> tuple[Any, dict[str, Any]]:
+def robot_geometry(robot: Robot, *, with_own: bool = True) -> tuple[Any, dict[str, Any]]:
     """Collision geometry on the joints of the robot's model, meshes as convex hulls.
+
+    Args:
+        robot: the robot.
+        with_own: whether it has to have geometry of its own.
 
     Returns:
         Pinocchio's geometry model, to which obstacles can be added, and what callers have derived from the geometry by
@@ -51,10 +66,10 @@ def robot_geometry(robot: Robot) -> tuple[Any, dict[str, Any]]:
         InvalidInputError: the robot has no URDF, which alone holds such geometry, or it cannot be read.
     """
     robot.check_body("a clearance")
-    if robot.urdf is None and "<collision" not in robot.written:
+    if with_own and robot.urdf is None and "<collision" not in robot.written:
         raise InvalidInputError(
             f"robot {robot.name!r}: a clearance needs <collision> geometry, which only a URDF holds, and this robot is "
-            "made from a Denavit-Hartenberg table"
+            "made from a Denavit-Hartenberg table: give its links solids by [[scene.attached]]"
         )
     text = robot.checked_text()
     locked = tuple(sorted(robot.locked.items()))
@@ -166,13 +181,136 @@ def solid_of(obstacle: Obstacle) -> Any:
             return _ball(obstacle.radius)
         case Cylinder():
             return coal.Cylinder(obstacle.radius, obstacle.length)
-        case Mesh():
+        case Capsule():
+            return coal.Capsule(obstacle.radius, obstacle.length)
+        case Plane():
+            return coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
+        case Cornered():
             mesh = coal.BVHModelOBBRSS()
-            mesh.beginModel(1, len(obstacle.points))
-            mesh.addVertices(obstacle.points)
+            mesh.beginModel(1, len(obstacle.corners))
+            mesh.addVertices(obstacle.corners)
             mesh.endModel()
-            return _hull(mesh, f"obstacle {obstacle.name!r}: {obstacle.file}")
+            source = obstacle.file if isinstance(obstacle, Mesh) else "points"
+            return _hull(mesh, f"obstacle {obstacle.name!r}: {source}")
     raise InvalidInputError(f"obstacle {obstacle.name!r}: expected one of {', '.join(SHAPES)}, got {obstacle!r}")
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """The solids of a robot, what is attached to it and carried, and the obstacles around it.
+
+    Attributes:
+        geometry: Pinocchio's geometry model of all of them, in this order.
+        derived: see :func:`robot_geometry`; of its own where something is attached or carried.
+        names: a name of each for messages.
+        count: number of those that belong to the robot, what is attached and carried included.
+        labels: what ``touches`` calls each: the link, the body or the obstacle.
+        touches: names of those from which each need not stay away.
+    """
+
+    geometry: Any
+    derived: dict[str, Any]
+    names: list[str]
+    count: int
+    labels: list[str]
+    touches: list[tuple[str, ...]]
+
+    def may_touch(self, first: int, second: int) -> bool:
+        """Whether two of them need not stay away from each other."""
+        return self.labels[first] in self.touches[second] or self.labels[second] in self.touches[first]
+
+
+def assembled(robot: Robot, scene: Scene, carried: tuple[Obstacle, tuple[str, ...]] | None = None) -> Assembly:
+    """The solids of a robot in a scene.
+
+    Args:
+        robot: the robot.
+        scene: what is around it and attached to it.
+        carried: a solid in the tool frame and the names of what it may touch; None for none.
+
+    Raises:
+        InvalidInputError: the robot has no geometry, or a mesh cannot be read.
+        UnknownNameError: something is attached to, or may touch, what does not exist.
+    """
+    geometry, derived = robot_geometry(robot, with_own=not scene.attached)
+    names = [entry.name for entry in geometry.geometryObjects]
+    labels = [name.rpartition("_")[0] for name in names]
+    fixed = [one.solid for one in scene.attached]
+    for one in scene.attached:
+        geometry.addGeometryObject(_on_frame(robot, one.solid, one.on, "attached"))
+    added = [(solid.name, solid.touches) for solid in fixed]
+    if carried is not None:
+        geometry.addGeometryObject(_on_frame(robot, carried[0], robot.tool, "carried"))
+        added.append((carried[0].name, carried[1]))
+    count = len(geometry.geometryObjects)
+    for obstacle in scene.obstacles:
+        placement = pin.SE3(obstacle.rotation, np.array(obstacle.position))
+        # Obstacles may have the names of links, but Pinocchio needs unique names.
+        entry = pin.GeometryObject(f"obstacle {obstacle.name}", 0, placement, solid_of(obstacle))
+        geometry.addGeometryObject(entry)
+    for entry in geometry.geometryObjects:
+        entry.geometry.computeLocalAABB()
+    _check_touches(robot, scene)
+    rest = [*added, *((obstacle.name, obstacle.touches) for obstacle in scene.obstacles)]
+    own: list[tuple[str, ...]] = [()] * len(labels)
+    return Assembly(
+        geometry,
+        {} if added else derived,  # what is kept with the robot's geometry is that of the robot alone
+        [*names, *(name for name, _ in rest)],
+        count,
+        [*labels, *(name for name, _ in rest)],
+        [*own, *(named for _, named in rest)],
+    )
+
+
+def _on_frame(robot: Robot, solid: Obstacle, on: str, what: str) -> Any:
+    """A solid on the joint that carries a frame, for Pinocchio."""
+    model, kind = robot.model, pin.FrameType.BODY
+    if not model.existFrame(on):
+        raise UnknownNameError(f"link that carries {what} {solid.name!r}", on, _links(robot))
+    # A link and a joint may share a name.
+    frame = model.frames[model.getFrameId(on, kind) if model.existFrame(on, kind) else model.getFrameId(on)]
+    placement = frame.placement * pin.SE3(solid.rotation, np.array(solid.position))
+    return pin.GeometryObject(f"{what} {solid.name}", frame.parentJoint, placement, solid_of(solid))
+
+
+class Carrier(NamedTuple):
+    """Where an attached solid is.
+
+    Attributes:
+        joint: number of the joint of the model that carries it, 0 for the base.
+        rotation: from its axes to those of the joint, shape (3, 3).
+        position: of its own frame in that of the joint, shape (3,) [m].
+    """
+
+    joint: int
+    rotation: Array
+    position: Array
+
+
+def attached_to(robot: Robot, scene: Scene) -> list[Carrier]:
+    """Where each of the solids is that a scene attaches to a robot."""
+    entries = (_on_frame(robot, one.solid, one.on, "attached") for one in scene.attached)
+    return [
+        Carrier(int(entry.parentJoint), entry.placement.rotation.copy(), entry.placement.translation.copy())
+        for entry in entries
+    ]
+
+
+def _links(robot: Robot) -> list[str]:
+    return [frame.name for frame in robot.model.frames if frame.type == pin.FrameType.BODY]
+
+
+def _check_touches(robot: Robot, scene: Scene) -> None:
+    fixed, links = [one.solid for one in scene.attached], _links(robot)
+    for solids, known in (
+        (scene.obstacles, [*links, *(solid.name for solid in fixed)]),
+        (fixed, [*links, *(solid.name for solid in (*fixed, *scene.obstacles))]),
+    ):
+        for solid in solids:
+            for name in solid.touches:
+                checked_name(f"link or body that touches {solid.name!r}", name, known)
 
 
 @final
@@ -201,12 +339,12 @@ def solid_reach(robot: Robot, entry: Any, lower: Array, upper: Array) -> Array:
     Args:
         robot: the robot.
         entry: the solid, one of Pinocchio's geometry objects.
-        lower: least joint positions, shape (B, n_joints) [rad or m]; only those of prismatic joints matter. Complex
-            steps are kept.
-        upper: greatest joint positions, the same shape [rad or m].
+        lower: least positions of the model's joints, shape (B, n_model) [rad or m]; only those of prismatic joints
+            matter. Complex steps are kept.
+        upper: greatest positions, the same shape [rad or m].
 
     Returns:
-        Shape (B, n_joints) [m/rad or 1].
+        Shape (B, n_model) [m/rad or 1].
     """
     model = robot.model
     axes, turns = robot.joint_axes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path, PureWindowsPath
-from typing import final
+from typing import NamedTuple, final
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,6 +14,20 @@ from trajevo.robot.mjcf.classes import Attributes, Classes, number_of, numbers_o
 from trajevo.robot.mjcf.places import Place, place_of
 from trajevo.robot.mjcf.settings import Settings
 from trajevo.robot.mjcf.shapes import Shape
+
+
+class MeshOfGeom(NamedTuple):
+    """A mesh of a geom.
+
+    Attributes:
+        file: where it is.
+        scale: factors from its lengths to metres, shape (3,).
+        place: where its own frame is in that of the body.
+    """
+
+    file: Path
+    scale: Array
+    place: Place
 
 
 @final
@@ -95,7 +109,12 @@ class Links:
                 for end in (half, -half) if shape.kind == "capsule" else ():
                     self._add(link, shape.place.shifted(np.array([0.0, 0.0, end])), "sphere", radius=repr(radius))
 
-    def _add_mesh(self, link: ElementTree.Element, shape: Shape) -> None:
+    def mesh_of(self, shape: Shape) -> MeshOfGeom:
+        """The mesh of a geom.
+
+        Raises:
+            InvalidInputError: there is none of this name.
+        """
         given = self._meshes.get(shape.mesh)
         if given is None:
             raise InvalidInputError(f"{shape.where}: mesh {shape.mesh!r}: expected a mesh of <asset>, got none")
@@ -105,7 +124,11 @@ class Links:
         reference = {key.removeprefix("ref"): value for key, value in given.items() if key in ("refpos", "refquat")}
         drawn = place_of(reference, self._settings.angles, f"{self._file}: mesh {shape.mesh!r}")
         back = Place(drawn.rotation.T, -(drawn.rotation.T @ drawn.position))
-        self._add(link, shape.place.then(back), "mesh", filename=str(path.absolute()), scale=_joined(np.array(scale)))
+        return MeshOfGeom(path, np.array(scale), shape.place.then(back))
+
+    def _add_mesh(self, link: ElementTree.Element, shape: Shape) -> None:
+        mesh = self.mesh_of(shape)
+        self._add(link, mesh.place, "mesh", filename=str(mesh.file.absolute()), scale=_joined(mesh.scale))
 
     def _add(self, link: ElementTree.Element, place: Place, tag: str, **attributes: str) -> None:
         collision = ElementTree.SubElement(link, "collision")

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, final
+from weakref import WeakSet
 
 import numpy as np
 
@@ -426,12 +427,18 @@ def checked_cpu_time(seconds: Any) -> float:
     return float(seconds)
 
 
+#: Problems that can be polished, as long as they exist: a run asks several times.
+_polishable: WeakSet[TrajectoryProblem] = WeakSet()
+
+
 def check_polishable(problem: TrajectoryProblem) -> None:
     """Refuse a problem that cannot be polished.
 
     Raises:
         InvalidInputError: it has no gradients, or a single objective.
     """
+    if problem in _polishable:
+        return
     if problem.n_obj < 2:
         raise InvalidInputError("polish: a front needs two objectives or more; for one, use minimise_weighted")
     middle, form = 0.5 * (problem.xl + problem.xu)[None], problem.smooth
@@ -442,6 +449,7 @@ def check_polishable(problem: TrajectoryProblem) -> None:
             form.problem.evaluate_with_gradients(form.into(middle))
     except TrajevoError as error:
         raise InvalidInputError(f"polish: needs gradients, and the problem has none: {error}") from error
+    _polishable.add(problem)
 
 
 def _whole(name: str, value: Any, least: int) -> int:

@@ -14,6 +14,7 @@ import numpy as np
 from trajevo.base import jit
 from trajevo.base.arrays import Array
 from trajevo.formulation.constraints.broad_phase import loops
+from trajevo.formulation.constraints.broad_phase.coordinates import Coordinates
 from trajevo.formulation.constraints.broad_phase.covers import Cover
 from trajevo.robot.robot import Robot
 
@@ -93,7 +94,8 @@ class Bodies:
         radii: radii of the balls, the one around each solid first, shape (G, 1 + K) [m].
         centres: their centres in the frame of the joint that carries the solid, shape (G, 1 + K, 3) [m].
         carriers: number of this joint, shape (G,).
-        turning: which joints turn, otherwise they slide, shape (n_joints,).
+        turning: which joints of the model turn, otherwise they slide, shape (n_model,).
+        coordinates: the joints of the model by those for which motions are planned.
     """
 
     def __init__(self, robot: Robot, solids: Sequence[Any]) -> None:
@@ -108,15 +110,17 @@ class Bodies:
         self.radii = np.stack([cover.radii[chosen] for cover, chosen in zip(covers, wide, strict=True)])
 
         self._tree = _tree(self._joints)
-        self.turning = np.empty(robot.dof, dtype=bool)
+        self.coordinates = Coordinates.of(robot)
+        self.turning = np.empty(robot.model.nv, dtype=bool)
         self.turning[self._tree[1]] = self._tree[2]
 
     def placed(self, q: Array) -> Placed | PlacedByLoops:
         """The solids in states.
 
         Args:
-            q: positions of the model's joints, shape (N, n_joints) [rad or m].
+            q: positions of the robot's joints, shape (N, n_joints) [rad or m].
         """
+        q = self.coordinates.positions(q)
         if jit.can_compile() and q.dtype == np.float64:
             return self._placed_by_loops(q)
         frames = self._frames(_blocks(q))[self.carriers]
@@ -147,11 +151,12 @@ class Bodies:
         return moved
 
     def joint_frames(self, q: Array) -> Array:
-        """Axis and origin of every joint in the base frame, shape (N, 2, n_joints, 3) [1 and m].
+        """Axis and origin of every joint of the model in the base frame, shape (N, 2, n_model, 3) [1 and m].
 
         Args:
-            q: positions of the model's joints, shape (N, n_joints) [rad or m].
+            q: positions of the robot's joints, shape (N, n_joints) [rad or m].
         """
+        q = self.coordinates.positions(q)
         frames = self._frames(_blocks(q))[1:, :, :, 2:]
         placed: Array = np.moveaxis(frames, (1, 4, 3, 0, 2), (0, 1, 2, 3, 4)).reshape(-1, 2, len(frames), 3)
         return placed[: len(q)]

@@ -14,7 +14,15 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.formulation.constraints.broad_phase import loops
 from trajevo.formulation.constraints.broad_phase.bodies import Bodies, Placed, PlacedByLoops
-from trajevo.formulation.constraints.scene import Box, Cylinder, Mesh, Obstacle, Sphere
+from trajevo.formulation.constraints.scenes.obstacles import (
+    Box,
+    Capsule,
+    Cornered,
+    Cylinder,
+    Obstacle,
+    Plane,
+    Sphere,
+)
 
 
 @final
@@ -34,7 +42,7 @@ class LowerBounds:
         self._radii, (self._first, second) = bodies.radii.T, ends.T
         self._obstacle = second - len(bodies.radii)  # below 0 for pairs of the robot's own solids
         self._second = np.where(self._obstacle < 0, second, 0)
-        kinds = [_KINDS.index(Sphere if isinstance(each, Mesh) else type(each)) for each in obstacles]
+        kinds = [_KINDS.index(_kind(obstacle)) for obstacle in obstacles]
         rows = np.array([_numbers(obstacle) for obstacle in obstacles]).reshape(-1, _SIZE)
         self._numbers = rows.T
         self._kind = np.array([*kinds, -1])[self._obstacle.clip(-1)]
@@ -103,6 +111,22 @@ _KINDS: list[type[Obstacle]] = [Box, Cylinder, Sphere]
 #: Number of numbers that tell where an obstacle is.
 _SIZE = 15
 
+#: Half the width, and half the depth, of the box that stands for what is behind a plane [m]: in the reach of any robot
+#: it is as far away, but for rounding far below the slack of bounds.
+_WIDE, _DEEP = 1e6, 1e3
+
+
+def _kind(obstacle: Obstacle) -> type[Obstacle]:
+    """The kind of solid that contains an obstacle here."""
+    match obstacle:
+        case Cornered():
+            return Sphere
+        case Capsule():
+            return Cylinder
+        case Plane():
+            return Box
+    return type(obstacle)
+
 
 def _numbers(obstacle: Obstacle) -> list[float]:
     """What tells where an obstacle is: its rotation by rows, minus its position in its own frame, and its sizes."""
@@ -114,10 +138,17 @@ def _numbers(obstacle: Obstacle) -> list[float]:
             sizes = [obstacle.radius, 0.5 * obstacle.length, 0.0]
         case Sphere():
             sizes = [obstacle.radius, 0.0, 0.0]
-        case Mesh():  # the ball around it
+        case Capsule():
+            sizes = [obstacle.radius, 0.5 * obstacle.length + obstacle.radius, 0.0]
+        case Plane():
+            middle, sizes = np.array([0.0, 0.0, -_DEEP]), [_WIDE, _WIDE, _DEEP]
+        case Cornered():  # the ball around it
             middle = obstacle.middle
-            sizes = [float(np.linalg.norm(obstacle.points - middle, axis=1).max()), 0.0, 0.0]
+            sizes = [float(np.linalg.norm(obstacle.corners - middle, axis=1).max()), 0.0, 0.0]
     rotation = obstacle.rotation
+    if isinstance(obstacle, Plane):  # any of its points, so that the nearest one to the base
+        at = rotation[:, 2] * float(rotation[:, 2] @ obstacle.position)
+        return [*rotation.ravel().tolist(), *(-rotation.T @ at - middle).tolist(), *sizes]
     return [*rotation.ravel().tolist(), *(-rotation.T @ obstacle.position - middle).tolist(), *sizes]
 
 

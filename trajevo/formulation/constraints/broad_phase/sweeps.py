@@ -42,7 +42,8 @@ class Sweeps:
         self._inner = first[inner], second[inner]
         bounds = trajectory.extremes(0)
         own, peaks = collision.solid_reach(*bounds), [trajectory.segment_peaks(order) for order in (1, 2)]
-        self._bending, self._peak = _bending(self.bodies.turning, own[:, None], *peaks), peaks[1]
+        of_model = map(self.bodies.coordinates.sizes, peaks)
+        self._bending, self._peak = _bending(self.bodies.turning, own[:, None], *of_model), peaks[1]
         # Only between links, which may move together.
         self._reach = collision.reach(*bounds)[:, inner] if len(inner) else np.empty((0, 0, collision.robot.dof))
 

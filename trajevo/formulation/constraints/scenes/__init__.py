@@ -1,0 +1,1 @@
+"""Obstacles, what is attached to a robot's links, and the files that hold scenes."""
