@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.helpers import assert_exact_gradients, refused
-from trajevo import Passing, ViaPointProblem, certify, optimise
+from trajevo import Passing, ViaPointProblem, ViaPoints, certify, optimise
+from trajevo.trajectory.interpolants import stop_and_go
 
 #: Six joints between three points, at rest at both ends.
 ROWS = [
@@ -53,13 +54,18 @@ def test_gradients_agree_with_differences(interpolant):
     )
 
 
-def test_freedom_is_faster_and_proven():
-    plain, free = (
-        optimise(problem(extra_points=count), seed=1, population=20, generations=10, progress=False) for count in (0, 2)
-    )
-    assert free.F[:, 0].min() < 0.95 * plain.F[:, 0].min()
-    best = certify(free.pick("0"))
-    assert best.proven, best
+@pytest.mark.parametrize(("jerk", "by_b_spline"), [(200.0, 1.346), pytest.param(2000.0, 1.278, marks=pytest.mark.long)])
+def test_least_time_is_below_that_of_an_even_b_spline(jerk, by_b_spline):
+    """By default settings; the B-spline of degree 5 with 24 control points was optimised by another package."""
+    limits = ARM["limits"] | {"jerk": jerk}
+    made = problem(robot=ARM | {"limits": limits}, duration_bounds=(0.02, 3.0))
+    best = optimise(made, seed=1, progress=False).pick("0")
+    stopping = stop_and_go(ViaPoints(np.array(ROWS)), made.robot.limits, profile="double_s", straight=False)
+    assert best.F["time"] < by_b_spline < float(stopping.duration[0])
+    assert certify(best).proven
+    t = np.linspace(0.0, best.F["time"], 5001)
+    for order, limit in enumerate((limits["velocity"], limits["acceleration"], jerk), start=1):
+        assert (np.abs(best.trajectory.evaluate(t, order)[0]) <= limit).all()
 
 
 def test_points_keep_their_numbers():

@@ -130,3 +130,20 @@ def neighbours(f: Array, count: int) -> Array:
     nearest = found[~own].reshape(len(f), -1)
     rows = np.repeat(np.arange(len(f)), nearest.shape[1])
     return np.unique(np.sort(np.stack([rows, nearest.ravel()], axis=1), axis=1), axis=0)
+
+
+def between(y: Array, pairs: Array, most: int) -> Array:
+    """Points evenly spread between the members of each pair: the middle, or more where there are few pairs.
+
+    Args:
+        y: what belongs to each member, shape (N, n).
+        pairs: pairs of members, shape (P, 2).
+        most: greatest number of points if there are fewer pairs than this.
+
+    Returns:
+        Shape (points, n).
+    """
+    parts = 1 + max(1, most // len(pairs))
+    shares = (np.arange(1, parts) / parts)[:, None, None]
+    points: Array = (1.0 - shares) * y[pairs[:, 0]] + shares * y[pairs[:, 1]]
+    return points.reshape(-1, y.shape[1])

@@ -11,8 +11,8 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.solvers.gradient.scaling import Scaled
 from trajevo.solvers.gradient.sqp import OutOfEvaluations, WeightedSum
 
-#: Points that SLSQP evaluates for an anchor, and its tolerance on the logarithm of the value.
-_MOST, _TOLERANCE = 600, 1e-6
+#: Points that SLSQP evaluates for an anchor and variable, and its tolerance on the logarithm of the value.
+_MOST, _TOLERANCE = 40, 1e-6
 
 #: Factor of all times from one slower copy of an anchor to the next, and number of copies.
 _SLOWER, _COPIES = 1.045, 16
@@ -36,7 +36,7 @@ def ended(
         The end, or the best point within all limits where there is no end soon enough, shape (n_var,), None if there is
         neither; and the number of points at which gradients were evaluated.
     """
-    search = WeightedSum(problem, weights, most=_MOST, stop=stop)
+    search = WeightedSum(problem, weights, most=_MOST * int(problem.n_var), stop=stop)
     try:
         return search.run(start, _TOLERANCE), search.evaluations
     except OutOfEvaluations:

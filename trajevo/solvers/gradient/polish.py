@@ -21,7 +21,7 @@ from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.archive import Archive
-from trajevo.front.covering import ReferenceBox, covering, gaps, neighbours
+from trajevo.front.covering import ReferenceBox, between, covering, gaps, neighbours
 from trajevo.front.front import Front
 from trajevo.solvers.gradient.anchors import ended, slowed
 from trajevo.solvers.gradient.batch_sqp import Lockstep
@@ -121,7 +121,7 @@ class Refinement:
         y, f = self._inside(self.archive.X[chosen]), self._scaled.columns(self.archive.F[chosen])
         if number and len(chosen) > 1:
             within = self._scaled.columns(np.minimum(self.archive.F[chosen], self.box.corner))
-            y = np.concatenate([y, _between(y, gaps(within, members), members)])
+            y = np.concatenate([y, between(y, gaps(within, members), members)])
             f = np.concatenate([f, self._scaled.values(y[len(f) :])[0]])
         single = np.arange(f.shape[1]) < self._problem.n_obj
         parts = [_Part(y, np.where(single, f, np.inf), _SHARE, _STEPS, _TOLERANCE, 0)]
@@ -237,14 +237,6 @@ class Refinement:
     def _outside(self, y: Array) -> Array:
         x, form = self._scaled.outside(y), self._problem.smooth
         return np.clip(x if form is None else form.back(x), self._problem.xl, self._problem.xu)
-
-
-def _between(y: Array, pairs: Array, most: int) -> Array:
-    """Points evenly spread between the members of each pair: the middle, or more where there are few pairs."""
-    parts = 1 + max(1, most // len(pairs))
-    shares = (np.arange(1, parts) / parts)[:, None, None]
-    points: Array = (1.0 - shares) * y[pairs[:, 0]] + shares * y[pairs[:, 1]]
-    return points.reshape(-1, y.shape[1])
 
 
 #: How often gaps are filled in every round.
