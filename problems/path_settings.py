@@ -16,6 +16,7 @@ from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.path.curve import GeometricPath
 from trajevo.path.point_files import joint_columns
 from trajevo.path.tables import read_table
+from trajevo.robot.joints import DIRECTED
 from trajevo.robot.robot import Robot, length_unit, robot_of
 
 from .gemini_and_s import EXAMPLE_PATHS, ExamplePath
@@ -93,7 +94,7 @@ def _limited(robot: Robot, example: ExamplePath | None, given: Mapping[str, Any]
         elif example is not None and not own:
             found[name] = np.full(robot.dof, getattr(example, name))
         elif own:
-            found[name] = getattr(robot.limits, name)
+            continue  # in both directions as the robot has it
         else:
             si = per_time(robot.joint_units[0], _DERIVATIVES[name])
             unit, _ = display(si, angle="deg", length=length_unit(robot))
@@ -101,7 +102,8 @@ def _limited(robot: Robot, example: ExamplePath | None, given: Mapping[str, Any]
                 f"{name}: a path of your own needs a limit for every axis: {name}='100 {unit}', "
                 f"or name a robot whose limits apply"
             )
-    return replace(robot, limits=replace(robot.limits, **found))
+    directed: dict[str, Any] = {f"{name}_backward": None for name in found if name in DIRECTED}
+    return replace(robot, limits=replace(robot.limits, **found, **directed))
 
 
 def _longest(longest: Any, example: ExamplePath | None) -> float:

@@ -132,15 +132,24 @@ class Draw:
         ]
         return self.choice(forms)()
 
+    def directed_limit(self, low, high, names, unit):
+        """A limit that may differ by direction, for all joints or for each."""
+
+        def pair():
+            return {"backward": self.number(low, high), "forward": f"{self.random.uniform(low, high):.17g} {unit}"}
+
+        forms = [pair, lambda: [pair() for _ in names], lambda: {names[0]: pair()} | dict.fromkeys(names[1:], high)]
+        return self.choice(forms)() if self.chance(0.4) else self.limit(low, high, names, unit)
+
     def limits(self, names):
         found = {
-            "acceleration": self.limit(8.0, 20.0, names, "rad/s^2"),
+            "acceleration": self.directed_limit(8.0, 20.0, names, "rad/s^2"),
             "jerk": self.limit(80.0, 300.0, names, "rad/s^3"),
         }
         if self.chance():
-            found["velocity"] = self.limit(1.0, 4.0, names, "rad/s")
+            found["velocity"] = self.directed_limit(1.0, 4.0, names, "rad/s")
         if self.chance(0.3):
-            found["effort"] = self.limit(100.0, 200.0, names, "N*m")
+            found["effort"] = self.directed_limit(100.0, 200.0, names, "N*m")
         if self.chance(0.3):
             pairs = np.stack(
                 [self.random.uniform(-3.1, -2.9, len(names)), self.random.uniform(2.9, 3.1, len(names))], 1

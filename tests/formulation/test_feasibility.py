@@ -26,6 +26,7 @@ from trajevo.formulation.constraints.scene import Box, Scene
 from trajevo.formulation.feasibility.findings import at_least, at_most, of
 from trajevo.formulation.feasibility.known_points import known_points
 from trajevo.formulation.feasibility.least_times import SpeedLimits, from_rest, least_times
+from trajevo.robot.joints import Sides
 from trajevo.robot.payload import Payload, carrying
 from trajevo.solvers.run.runs import standing
 from trajevo.trajectory.interpolants import THROUGH_POINTS
@@ -272,14 +273,14 @@ def test_no_motion_from_rest_to_rest_is_faster_than_the_least_time():
     rng = np.random.default_rng(2)
     for _ in range(100):
         D, V, A, J = 10.0 ** rng.uniform(-2, 2, 4)
-        free = SpeedLimits(np.array([V]), np.array([A]), np.array([np.inf]), np.inf)
+        free = SpeedLimits(*(Sides.of(np.array([x])) for x in (V, A, np.inf)), np.inf)
         trapezoid = D / V + V / A if D > V**2 / A else 2.0 * np.sqrt(D / A)
         assert free.least(np.array([D]), rests=2)[0] == pytest.approx(trapezoid, rel=1e-9)
         inputs, found = ruckig.InputParameter(1), ruckig.Trajectory(1)
         inputs.current_position, inputs.target_position = [0.0], [D]
         inputs.max_velocity, inputs.max_acceleration, inputs.max_jerk = [V], [A], [J]
         ruckig.Ruckig(1).calculate(inputs, found)
-        bound = replace(free, jerk=np.array([J])).least(np.array([D]), rests=2)[0]
+        bound = replace(free, jerk=Sides.of(np.array([J]))).least(np.array([D]), rests=2)[0]
         assert trapezoid * (1.0 - 1e-9) <= bound <= found.duration * (1.0 + 1e-9)
 
 

@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.robot.joints import Sides
 
 #: How a capacity was found.
 GUARANTEED, SAMPLED, ITERATED = "guaranteed", "sampled", "iterated"
@@ -191,6 +192,7 @@ class EffortAlong:
         unloaded: effort without payload, shape (T, n_joints) [N·m or N].
         per_kilogram: effort that every kilogram of the payload adds, shape (T, n_joints) [N·m/kg or N/kg].
         limit: effort limits that the motion's problem keeps, shape (n_joints,) [N·m or N]; inf for none.
+        limit_backward: those of negative efforts; None if they are the same.
         mass: mass of the payload that is carried [kg].
         capacity: the largest payload; its ``times`` are those above.
         joint_names: names of the robot's joints.
@@ -205,3 +207,9 @@ class EffortAlong:
     capacity: Capacity
     joint_names: tuple[str, ...]
     robot: str
+    limit_backward: Array | None = None
+
+    @property
+    def sides(self) -> Sides:
+        """The limits in both directions."""
+        return Sides(self.limit, self.limit if self.limit_backward is None else self.limit_backward)

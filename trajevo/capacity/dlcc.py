@@ -23,7 +23,7 @@ from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front, Solution
-from trajevo.robot.joints import least_share
+from trajevo.robot.joints import Sides
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 #: Default number of instants per segment at which efforts are sampled; optimisation uses fewer.
@@ -49,7 +49,8 @@ def effort_along(motion: Solution | Rollout | WeightedOptimum, *, samples: int =
         times=efforts.times,
         unloaded=efforts.unloaded,
         per_kilogram=efforts.per_kilogram,
-        limit=efforts.limit,
+        limit=efforts.limit.forward,
+        limit_backward=None if efforts.limit.agree else efforts.limit.backward,
         mass=rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0]),
         capacity=_and_at_full_limit(capacity, rollout, dlcc),
         joint_names=rollout.robot.joint_names,
@@ -151,7 +152,7 @@ def capacities(motions: Front | Rollout, *, tolerance: float = TOLERANCE, sample
     if given.dynamics.schedule is not None:
         given.dynamics.schedule.check_varied("a capacity")
     fine = replace(given, dynamics=given.dynamics.sampled(samples))
-    found = enclose_masses(fine, given.limits.effort, tolerance=_share(tolerance))
+    found = enclose_masses(fine, given.limits.sides("effort"), tolerance=_share(tolerance))
     joint = np.where(found.proven & np.isfinite(found.most), found.joint, -1)
     joint.setflags(write=False)
     one = Capacities(
@@ -163,7 +164,7 @@ def capacities(motions: Front | Rollout, *, tolerance: float = TOLERANCE, sample
         joint_names=given.robot.joint_names,
         payload_model=given.dynamics.payload.model,
     )
-    kept = least_share(given.limits.effort, given.robot.limits.effort)
+    kept = given.effort_kept
     if kept == 1.0:
         return one
     full = capacities(replace(given, kept_limits=None), tolerance=tolerance, samples=samples)
@@ -177,7 +178,7 @@ class _Efforts:
     unloaded: Array
     per_kilogram: Array
     times: Array
-    limit: Array
+    limit: Sides
     dynamics: Dynamics
 
     @classmethod
@@ -196,12 +197,11 @@ class _Efforts:
             )
             each = fine.dynamics.effort_per_kilogram(q, v, a, segments, axis=1)[0]
             per_kilogram = frozen(np.insert(per_kilogram, place, each, axis=0))
-        return cls(unloaded, per_kilogram, times, fine.limits.effort, fine.dynamics)
+        return cls(unloaded, per_kilogram, times, fine.limits.sides("effort"), fine.dynamics)
 
     def used(self, mass: float) -> Array:
         """Effort over limit with a payload [kg], shape (T, n_joints)."""
-        share: Array = np.abs(self.unloaded + mass * self.per_kilogram) / self.limit
-        return share
+        return self.limit.share(self.unloaded + mass * self.per_kilogram)
 
     def most_used(self, mass: float) -> tuple[int, float, float]:
         """The joint (index) that uses most of its limit with a payload [kg], the instant [s], and the share used."""
@@ -236,7 +236,7 @@ def _share(tolerance: Any) -> float:
 
 def _and_at_full_limit(found: Capacity, rollout: Rollout, again: Callable[[Rollout], Capacity]) -> Capacity:
     """The capacity with that at the robot's full limits, where the problem keeps less of them."""
-    kept = least_share(rollout.limits.effort, rollout.robot.limits.effort)
+    kept = rollout.effort_kept
     if kept == 1.0:
         return found
     return replace(found, kept=kept, at_full_limit=again(replace(rollout, kept_limits=None)).mass)
@@ -245,7 +245,7 @@ def _and_at_full_limit(found: Capacity, rollout: Rollout, again: Callable[[Rollo
 def _guaranteed(motion: Any, tolerance: float, samples: int) -> tuple[_Efforts, Capacity]:
     """Efforts of a motion at samples and binding instants, and its guaranteed capacity."""
     fine = sampled_motion(motion, samples)
-    found = enclose_masses(fine, fine.limits.effort, tolerance=_share(tolerance))
+    found = enclose_masses(fine, fine.limits.sides("effort"), tolerance=_share(tolerance))
     efforts = _Efforts.of(fine, found.instants[0])
     proven = bool(found.proven[0])
     most, least = (float(found.most[0]), float(found.least[0])) if proven else (0.0, np.nan)

@@ -25,7 +25,7 @@ from trajevo.dynamics.payload_masses import NEGLIGIBLE
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
-from trajevo.robot.joints import least_share
+from trajevo.robot.joints import Sides, least_share
 from trajevo.robot.payload import Payload, com_features, entries_of, quadratic_forms
 from trajevo.robot.robot import Robot
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
@@ -120,6 +120,7 @@ class PayloadEffort:
         above: what the effort may exceed ``base`` by, shape (T, n_joints) [N·m or N]; 0 at samples.
         below: what it may fall short of it by, the same shape.
         each: what either may be more by for each kilogram, the same shape [N·m/kg or N/kg].
+        limit_backward: limits of negative efforts; None if they are as :attr:`limit`.
     """
 
     robot: Robot
@@ -133,16 +134,23 @@ class PayloadEffort:
     above: Array
     below: Array
     each: Array
+    limit_backward: Array | None = None
+
+    @property
+    def sides(self) -> Sides:
+        """The limits in both directions."""
+        return Sides(self.limit, self.limit if self.limit_backward is None else self.limit_backward)
 
     @property
     def kept(self) -> float:
         """Share of the robot's effort limits that :attr:`limit` keeps."""
-        return least_share(self.limit, self.robot.limits.effort)
+        return least_share(self.sides.lesser, self.robot.limits.sides("effort").lesser)
 
     @property
     def at_full_limit(self) -> PayloadEffort:
         """The same with the robot's full effort limits."""
-        return replace(self, limit=self.robot.limits.effort)
+        limits = self.robot.limits
+        return replace(self, limit=limits.effort, limit_backward=limits.effort_backward)
 
     def effort(self, payload: Payload) -> Array:
         """Effort with a payload, shape (T, n_joints) [N·m or N].
@@ -291,6 +299,7 @@ def payload_effort(motion: Solution | Rollout | WeightedOptimum, *, samples: int
         above=none,
         below=none,
         each=none,
+        limit_backward=fine.limits.effort_backward,
     )
 
 
@@ -315,7 +324,7 @@ def payload_bounds(motion: Solution | Rollout | WeightedOptimum, *, tolerance: f
         )
     one = sampled_motion(motion, 2)
     inertia = _per_kilogram(one.dynamics.payload)
-    found = bound_payloads(one, one.limits.effort, inertia=inertia, tolerance=share)
+    found = bound_payloads(one, one.limits.sides("effort"), inertia=inertia, tolerance=share)
     return PayloadEffort(
         robot=one.robot,
         times=found.times,
@@ -328,6 +337,7 @@ def payload_bounds(motion: Solution | Rollout | WeightedOptimum, *, tolerance: f
         above=found.above,
         below=found.below,
         each=found.each,
+        limit_backward=one.limits.effort_backward,
     )
 
 
@@ -393,7 +403,8 @@ def limited_efforts(effort: PayloadEffort) -> LimitedEfforts:
     Raises:
         InvalidInputError: no joint has a limit.
     """
-    limited = np.flatnonzero(np.isfinite(effort.limit))
+    sides = effort.sides
+    limited = np.flatnonzero(sides.limited)
     if not len(limited):
         raise InvalidInputError(f"robot {effort.robot.name!r} has no effort limits, so nothing bounds its payload")
     instants, joint = (grid.ravel() for grid in np.indices((len(effort.times), len(limited))))
@@ -402,13 +413,15 @@ def limited_efforts(effort: PayloadEffort) -> LimitedEfforts:
     slopes = _without_rounding(effort.slopes)[instants, joint]
     both = np.concatenate([slopes, -slopes])
     both[:, 0] += np.tile(each, 2)
-    return LimitedEfforts(
+    columns = (
         np.concatenate([base + above, below - base]),
         both,
-        np.tile(effort.limit[joint], 2),
+        np.concatenate([sides.forward[joint], sides.backward[joint]]),
         np.tile(joint, 2),
         np.tile(effort.times[instants], 2),
     )
+    finite = np.isfinite(columns[2])  # of a joint with a limit in one direction the other rows bound nothing
+    return LimitedEfforts(*(columns if finite.all() else (x[finite] for x in columns)))
 
 
 def _greatest(rows: Array, features: Array) -> tuple[Array, Array]:

@@ -26,6 +26,7 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.front.front import Solution
 from trajevo.robot.payload import Payload
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
+from trajevo.trajectory.peak_shares import peak_shares
 
 #: Limits of joints that can bound the speed, in the order of a slowdown's utilisation.
 SCALED_LIMITS = ("velocity", "acceleration", "jerk", "effort")
@@ -91,16 +92,20 @@ class ScaledPath:
         self.t: Array = self.rollout.t[0]
         v = self.rollout.without_rounding(self.rollout.v)
         self.effort = EffortOfPath.of(self.rollout, self.rollout.q[0], v[0], self.rollout.a[0], self.rollout.segments)
-        limit = np.stack([self.limits.velocity, self.limits.acceleration, self.limits.jerk])
-        peaks = np.concatenate([self.rollout.trajectory.peak(order) for order in (1, 2, 3)])
+        trajectory = self.rollout.trajectory
         #: Share of the limit at the original speed, rows velocity, acceleration, jerk.
-        self.shares = peaks / limit
+        self.shares = np.concatenate(
+            [
+                peak_shares(trajectory, order, self.limits.sides(name))
+                for order, name in enumerate(SCALED_LIMITS[:3], start=1)
+            ]
+        )
         with np.errstate(divide="ignore"):
             self.greatest_speeds = self.shares ** (-1.0 / np.array([[1.0], [2.0], [3.0]]))
 
     @property
     def _masses_at_rest(self) -> tuple[Array, Array]:
-        return mass_bounds(self.effort.held, self.effort.held_per_kilogram, self.limits.effort)
+        return mass_bounds(self.effort.held, self.effort.held_per_kilogram, self.limits.sides("effort"))
 
     @cached_property
     def static_bound(self) -> float:
@@ -111,7 +116,7 @@ class ScaledPath:
     def held(self, mass: float) -> bool:
         """Whether a payload [kg] can be held at rest at all instants."""
         held = self.effort.held + mass * self.effort.held_per_kilogram
-        return bool((np.abs(held) <= self.limits.effort * (1.0 + _ROUNDING)).all())
+        return bool((np.abs(held) <= self.limits.sides("effort").toward(held) * (1.0 + _ROUNDING)).all())
 
     def not_held(self, mass: float) -> str:
         """Text that says which mass the robot cannot hold at rest, and which it can."""
@@ -159,7 +164,7 @@ class ScaledPath:
 
     def _speeds(self, mass: float) -> tuple[Array, int]:
         """Allowed speeds, and the index of the binding interval: joints first, then constraints, then efforts."""
-        lower, upper = self.effort.carrying(mass).excluded(self.limits.effort * (1.0 + _ROUNDING))
+        lower, upper = self.effort.carrying(mass).excluded(self.limits.sides("effort").times(1.0 + _ROUNDING))
         others = [scaling.greatest_speed for scaling in self.constraints.scalings]
         bounded = np.concatenate([self.greatest_speeds.ravel(), others])
         return allowed_speeds(
@@ -171,7 +176,8 @@ class ScaledPath:
         if index < self.shares.size:
             kind, joint = divmod(index, len(names))
             derivative = self.rollout.trajectory.evaluate(self.t[None], kind + 1)[0, :, joint]
-            return Bound(SCALED_LIMITS[kind], names[joint], float(self.t[np.abs(derivative).argmax()]))
+            counted = self.limits.sides(SCALED_LIMITS[kind])[joint].as_lesser(derivative)
+            return Bound(SCALED_LIMITS[kind], names[joint], float(self.t[counted.argmax()]))
         index -= self.shares.size
         if index < len(scalings):
             return Bound(scalings[index].name, "", scalings[index].time)
@@ -181,12 +187,12 @@ class ScaledPath:
 
     def utilisation(self, mass: float, speed: float) -> Array:
         """Share of each limit of each joint at a speed, rows as :data:`SCALED_LIMITS`; effort at the instants."""
-        used = np.abs(self.effort.carrying(mass).at(speed)) / self.limits.effort
+        used = self.limits.sides("effort").share(self.effort.carrying(mass).at(speed))
         return np.vstack([self.shares * speed ** np.array([[1.0], [2.0], [3.0]]), used.max(axis=0)])
 
     def _look_closer(self, mass: float, speed: float) -> None:
         """Add instants around the greatest peaks of effort at a speed."""
-        used = np.abs(self.effort.carrying(mass).at(speed)) / self.limits.effort
+        used = self.limits.sides("effort").share(self.effort.carrying(mass).at(speed))
         padded = np.pad(used, ((1, 1), (0, 0)), constant_values=-np.inf)
         peaks = np.where((used >= padded[:-2]) & (used >= padded[2:]) & (used >= _NEAR), used, -np.inf).max(axis=1)
         order = np.argsort(-peaks, kind="stable")[:_PEAKS]
@@ -219,7 +225,7 @@ class ScaledPath:
             motion: the original motion with a payload, see :meth:`carrying`.
             factor: factor of time.
         """
-        limits = self.limits.effort
+        limits = self.limits.sides("effort").lesser
         if np.isinf(limits).all():
             return True
         slower = replace(motion, trajectory=motion.trajectory.slowed(factor))

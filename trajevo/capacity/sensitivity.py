@@ -67,10 +67,11 @@ def sensitivity(motion: Solution | Rollout | WeightedOptimum, *, samples: int = 
         raise InvalidInputError(f"motion: expected one whose capacity a joint sets, got {capacity}")
     rollout = sampled_motion(motion, samples)
     joint = rollout.robot.joint_names.index(capacity.joint)
-    limit = float(rollout.limits.effort[joint])
-    masses = mass_bounds(rollout.unloaded_effort[0], rollout.effort_per_kilogram[0], rollout.limits.effort)[1]
+    sides = rollout.limits.sides("effort")
+    masses = mass_bounds(rollout.unloaded_effort[0], rollout.effort_per_kilogram[0], sides)[1]
     instant = int(masses[:, joint].argmin())
     per_kilogram = float(rollout.effort_per_kilogram[0, instant, joint])
+    limit = float(sides.toward(rollout.effort_per_kilogram[0, instant])[joint])
     here = slice(instant, instant + 1)
     q, v, a = (values[0, here] for values in (rollout.q, rollout.v, rollout.a))
     effort = EffortOfPath.of(rollout, q, v, a, rollout.segments[here])

@@ -21,6 +21,7 @@ from trajevo.formulation.constraints.constraint import share_kept_free
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.postures import Postures, find_postures
+from trajevo.robot.joints import Sides
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
@@ -210,7 +211,7 @@ def _capacity(
     search: Mapping[str, Any],
 ) -> WorkspaceCapacity:
     """As :func:`workspace_capacity`, with one margin."""
-    limit = (1.0 - margin) * robot.limits.effort
+    limit = robot.limits.sides("effort").times(1.0 - margin)
     dynamics, turning = Dynamics(robot, payload or Payload(1.0)), plane.pose.rotation is None
     carried, start = _Carried(robot, dynamics, acceleration, turning, limit), search["start"]
     positions = plane.positions
@@ -280,7 +281,7 @@ class _Carried:
     dynamics: Dynamics
     acceleration: Array
     turning: bool
-    limit: Array
+    limit: Sides
 
     def __call__(self, q: Array) -> Array:
         """Largest payload by each joint alone, (P, n_joints) [kg]; NaN if the tool cannot have the acceleration."""

@@ -43,6 +43,9 @@ _FINEST = 1e-9
 class Enclosure:
     """Magnitudes over whole motions, in columns: efforts of the joints, their mechanical powers, the tool's speed.
 
+    The effort of a joint whose limit differs by direction is what uses as much of the lesser limit as the effort does
+    of its own, see :meth:`~trajevo.robot.joints.Sides.as_lesser`.
+
     Attributes:
         bound: upper bound at all instants, shape (B, 2 n_joints + 1) [N·m or N, W, m/s].
         exhibited: the greatest value of any sample, the same shape.
@@ -65,7 +68,7 @@ def enclose(rollout: Rollout, limits: Array, *, tolerance: float) -> Enclosure:
 
     Args:
         rollout: one robot on B motions.
-        limits: limits of the columns, inf for none, shape (2 n_joints + 1,).
+        limits: limits of the columns, inf for none, shape (2 n_joints + 1,); where directions differ, the lesser.
         tolerance: how far a bound may lie above the samples, as a share of :attr:`Enclosure.scale`. Where the samples
             keep a limit that the bound still exceeds, pieces are halved further.
 

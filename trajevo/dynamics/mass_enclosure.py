@@ -29,6 +29,7 @@ from trajevo.dynamics.piece_bounds import (
     motion_bounds,
 )
 from trajevo.dynamics.rollout import Rollout
+from trajevo.robot.joints import Sides
 from trajevo.trajectory.bernstein import bernstein_halves, gauss, hull
 
 #: Number of nodes of a piece.
@@ -74,19 +75,20 @@ class MassEnclosure:
         return np.asarray(self.least <= self.most)
 
 
-def enclose_masses(rollout: Rollout, effort_limits: Array, *, tolerance: float) -> MassEnclosure:
+def enclose_masses(rollout: Rollout, effort_limits: Array | Sides, *, tolerance: float) -> MassEnclosure:
     """Enclose the masses with which motions keep effort limits, by adaptive subdivision.
 
     Args:
         rollout: one robot on B motions; its samples give the first outer bounds. Which masses it carries does not
             matter.
-        effort_limits: limits, inf for none, shape (n_joints,) [N·m or N].
+        effort_limits: limits of both directions or of each, inf for none, shape (n_joints,) [N·m or N].
         tolerance: greatest gap between either proven end of the interval and the outer bound, as a share of the bound;
             masses whose effort is below 1e-8 of a limit are not told apart. The gap is wider only where rounding or the
             greatest number of pieces ends the search.
     """
     count = len(rollout.trajectory)
-    outer, inner = _OuterMasses(rollout, effort_limits), _InnerMasses(rollout, effort_limits)
+    sides = Sides.of(effort_limits)
+    outer, inner = _OuterMasses(rollout, sides), _InnerMasses(rollout, sides)
     least, most, used = np.zeros(count), np.full(count, np.inf), np.zeros(count, dtype=np.intp)
     shortest = LEAST_WIDTH * rollout.trajectory.duration.real
     pieces = Pieces.of(rollout, _NODES)
@@ -115,7 +117,7 @@ def enclose_masses(rollout: Rollout, effort_limits: Array, *, tolerance: float) 
 class _OuterMasses:
     """The masses that the samples so far allow: attributes as those of :class:`MassEnclosure`."""
 
-    def __init__(self, rollout: Rollout, effort_limits: Array) -> None:
+    def __init__(self, rollout: Rollout, effort_limits: Sides) -> None:
         count = len(rollout.trajectory)
         self.effort_limits = effort_limits
         self.lower, self.upper = np.zeros(count), np.full(count, np.inf)
@@ -124,7 +126,7 @@ class _OuterMasses:
         per_kilogram = rollout.effort_per_kilogram.real
         self.update(np.arange(count), rollout.t, rollout.unloaded_effort.real, per_kilogram)
         with np.errstate(divide="ignore"):
-            scale = (effort_limits / np.abs(per_kilogram).max(axis=1)).min(axis=1)
+            scale = (effort_limits.lesser / np.abs(per_kilogram).max(axis=1)).min(axis=1)
         self.finest = _FINEST * np.where(np.isfinite(scale), scale, 0.0)
 
     def update(self, owner: Array, t: Array, unloaded: Array, per_kilogram: Array) -> None:
@@ -155,11 +157,11 @@ class _OuterMasses:
 class _InnerMasses:
     """The masses that are proven over pieces of motions."""
 
-    def __init__(self, rollout: Rollout, effort_limits: Array) -> None:
+    def __init__(self, rollout: Rollout, effort_limits: Sides) -> None:
         self.dynamics, self.friction = rollout.dynamics, rollout.robot.friction
         self.reach = EffortReach(rollout.dynamics, any_mass=True)
         self.standing, self.degree = rollout.standing, rollout.trajectory.degree
-        self.limited = np.flatnonzero(np.isfinite(effort_limits))
+        self.limited = np.flatnonzero(effort_limits.limited)
         self.limits = effort_limits[self.limited]
 
     def over(self, pieces: Pieces, outer: _OuterMasses) -> tuple[Array, Array]:
@@ -193,9 +195,9 @@ class _InnerMasses:
             _allowed(
                 sign * constant.coefficients + more[..., None],
                 sign * slope.coefficients + slope.error[..., None],
-                self.limits,
+                limits,
             )
-            for sign, more in ((1.0, above), (-1.0, below))
+            for sign, more, limits in ((1.0, above, self.limits.forward), (-1.0, below, self.limits.backward))
         )
         (low, high), (other_low, other_high) = sides
         return np.maximum(low, other_low), np.minimum(high, other_high)

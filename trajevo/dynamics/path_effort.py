@@ -19,6 +19,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
+from trajevo.robot.joints import Sides
 
 
 @final
@@ -41,18 +42,21 @@ class Effort:
         effort: Array = self.constant + speed * (self.linear + speed * self.quadratic)
         return effort
 
-    def excluded(self, limit: Array) -> tuple[Array, Array]:
-        """Speeds at which the effort exceeds a limit of shape (n_joints,), which may be inf.
+    def excluded(self, limit: Array | Sides) -> tuple[Array, Array]:
+        """Speeds at which the effort exceeds a limit of shape (n_joints,), of both directions or each; it may be inf.
 
         Returns:
             Lower and upper ends of open intervals, two for each side of the limit, shapes (4, ..., T, n_joints); an
             interval whose ends are equal is empty.
         """
-        bounded = np.where(np.isfinite(limit), limit, 0.0)
-        above = _positive(self.constant - bounded, self.linear, self.quadratic)
-        below = _positive(-self.constant - bounded, -self.linear, -self.quadratic)
-        lower, upper = (np.concatenate(ends) for ends in zip(above, below, strict=True))
-        return np.where(np.isfinite(limit), lower, 0.0), np.where(np.isfinite(limit), upper, 0.0)
+        sides = Sides.of(limit)
+        ends = []
+        for sign, side in ((1.0, sides.forward), (-1.0, sides.backward)):
+            bounded = np.where(np.isfinite(side), side, 0.0)
+            found = _positive(sign * self.constant - bounded, sign * self.linear, sign * self.quadratic)
+            ends.append([np.where(np.isfinite(side), each, 0.0) for each in found])
+        lower, upper = (np.concatenate(each) for each in zip(*ends, strict=True))
+        return lower, upper
 
 
 @final

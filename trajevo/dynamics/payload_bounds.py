@@ -22,6 +22,7 @@ from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.complex_bounds import EffortReach
 from trajevo.dynamics.piece_bounds import Pieces, dry_range, interpolation_errors, motion_bounds
 from trajevo.dynamics.rollout import Rollout
+from trajevo.robot.joints import Sides
 from trajevo.robot.payload import Payload, entries_of
 from trajevo.trajectory.bernstein import bernstein_halves, hull
 
@@ -63,24 +64,27 @@ class PayloadBounds:
 _FIELDS = tuple(field.name for field in fields(PayloadBounds))
 
 
-def bound_payloads(rollout: Rollout, effort_limits: Array, *, inertia: Array, tolerance: float) -> PayloadBounds:
+def bound_payloads(
+    rollout: Rollout, effort_limits: Array | Sides, *, inertia: Array, tolerance: float
+) -> PayloadBounds:
     """Bound the effort along one motion for every payload.
 
     Args:
         rollout: one robot on one motion; its payload gives the model alone.
-        effort_limits: inf for none, shape (n_joints,) [N·m or N].
+        effort_limits: of both directions or of each, inf for none, shape (n_joints,) [N·m or N].
         inertia: inertia about the centre of mass per kilogram along the tool's axes, shape (3, 3) [m²].
         tolerance: pieces are halved until the coefficients near a limit are no further from the effort than this share
             of the limit, for payloads whose centre of mass is within 0.3 m of the tool's origin.
     """
-    limited = np.isfinite(effort_limits)
+    sides = Sides.of(effort_limits)
+    limited = sides.limited
     reach, mass = _reach(rollout, inertia), np.inf
     closed: list[PayloadBounds] = []
     pieces, count = Pieces.of(rollout, _NODES), 0
     while len(pieces.owner):
         found, loose = _over(rollout, pieces, reach, inertia)
-        mass = min(mass, _reference(found, effort_limits, inertia))
-        loose = _looseness(found, loose, mass, effort_limits, inertia)[:, limited].max(axis=1, initial=0.0)
+        mass = min(mass, _reference(found, sides, inertia))
+        loose = _looseness(found, loose, mass, sides.lesser, inertia)[:, limited].max(axis=1, initial=0.0)
         open_ = ~(loose <= tolerance)
         if count + 2 * open_.sum() > _MOST_PIECES:
             open_[:] = False
@@ -144,11 +148,12 @@ def _over(rollout: Rollout, pieces: Pieces, reach: EffortReach, inertia: Array) 
     return found, _Loose(error + slack, highest > lowest)
 
 
-def _reference(found: PayloadBounds, effort_limits: Array, inertia: Array) -> float:
+def _reference(found: PayloadBounds, limits: Sides, inertia: Array) -> float:
     """The mass [kg] that first uses a limit up, with its centre at the tool's origin."""
-    own = np.abs(found.slopes @ np.concatenate([[1.0, 0.0, 0.0, 0.0], entries_of(inertia)]))
-    room = np.maximum(effort_limits - np.abs(found.base), 0.0)
-    return float((room / np.maximum(own, 1e-200)).min(initial=np.inf))
+    push = found.slopes @ np.concatenate([[1.0, 0.0, 0.0, 0.0], entries_of(inertia)])
+    used = np.abs(found.base) if limits.agree else found.base * np.where(push < 0.0, -1.0, 1.0)
+    room = np.maximum(limits.toward(push) - used, 0.0)
+    return float((room / np.maximum(np.abs(push), 1e-200)).min(initial=np.inf))
 
 
 def _looseness(found: PayloadBounds, loose: _Loose, mass: float, effort_limits: Array, inertia: Array) -> Array:

@@ -9,18 +9,19 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.robot.joints import Sides
 
 #: Share of the greatest effort per kilogram below which the effort per kilogram of a joint is mere rounding.
 NEGLIGIBLE = 1e-12
 
 
-def mass_bounds(unloaded: Array, per_kilogram: Array, limit: Array) -> tuple[Array, Array]:
+def mass_bounds(unloaded: Array, per_kilogram: Array, limit: Array | Sides) -> tuple[Array, Array]:
     """Least and greatest mass, 0 or more, that each effort limit allows.
 
     Args:
         unloaded: effort without payload τ₀, shape (..., n_joints) [N·m or N].
         per_kilogram: effort τ₁ that each kilogram adds, the same shape [N·m/kg or N/kg].
-        limit: effort limit of every joint, may be inf, shape (n_joints,) [N·m or N].
+        limit: effort limit of every joint, of both directions or of each, may be inf, shape (n_joints,) [N·m or N].
 
     Returns:
         Two arrays of shape (..., n_joints) [kg]. The lower one is above 0 where the limit is broken without payload and
@@ -29,12 +30,14 @@ def mass_bounds(unloaded: Array, per_kilogram: Array, limit: Array) -> tuple[Arr
     felt = np.abs(per_kilogram)
     felt_at_all = felt > NEGLIGIBLE * felt.max(initial=0.0)
     slope = np.where(felt_at_all, felt, 1.0)
+    sides = Sides.of(limit)
     # (limit - τ₀)/τ₁ where the payload pushes up, (limit + τ₀)/(-τ₁) where it pushes down.
-    room = limit - np.copysign(unloaded, unloaded * per_kilogram)
+    room = sides.toward(per_kilogram) - np.copysign(unloaded, unloaded * per_kilogram)
     upper = np.where(felt_at_all, room / slope, np.inf)
-    broken = np.abs(unloaded) > limit
+    own = sides.toward(unloaded)
+    broken = np.abs(unloaded) > own
     relieved = felt_at_all & (unloaded * per_kilogram < 0.0)
-    excess = np.where(broken, np.abs(unloaded) - limit, 0.0)
+    excess = np.where(broken, np.abs(unloaded) - own, 0.0)
     lower = np.where(broken, np.where(relieved, excess / slope, np.inf), 0.0)
     return lower, np.where(broken & ~relieved, -np.inf, upper)
 
@@ -52,5 +55,5 @@ def masses_held(dynamics: Dynamics, q: Array, segments: Array | None = None) -> 
     still = np.zeros_like(q)
     unloaded = dynamics.unloaded_effort(q, still, still, segments)
     per_kilogram = dynamics.effort_per_kilogram(q, still, still, segments)
-    lower, upper = mass_bounds(unloaded, per_kilogram, dynamics.robot.limits.effort)
+    lower, upper = mass_bounds(unloaded, per_kilogram, dynamics.robot.limits.sides("effort"))
     return float(lower.max()), float(upper.min())

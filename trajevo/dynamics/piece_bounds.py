@@ -29,7 +29,7 @@ from trajevo.dynamics.complex_bounds import Bounds, EffortReach
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.path.tool_ways import ToolWay
-from trajevo.robot.joints import Friction
+from trajevo.robot.joints import Friction, Sides
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.trajectory.bernstein import gauss, halving, hull, interpolation_error, to_chebyshev
 
@@ -114,6 +114,8 @@ class PieceBounds:
         standing: greatest speeds at which joints count as at rest, shape (B, n_joints) [rad/s or m/s].
         masses: payload mass of each motion, shape (B,) [kg]; the payload's own if None.
         degree: degree of the motions' polynomials.
+        limits: effort limits; of a joint whose limit differs by direction, the bound of the effort is what uses as much
+            of the lesser limit as the effort does of its own, see :meth:`~trajevo.robot.joints.Sides.as_lesser`.
     """
 
     smooth: Dynamics
@@ -123,6 +125,7 @@ class PieceBounds:
     standing: Array
     masses: Array | None
     degree: int
+    limits: Sides
 
     @classmethod
     def of(cls, rollout: Rollout) -> PieceBounds:
@@ -139,6 +142,7 @@ class PieceBounds:
             rollout.standing,
             None if masses is None else masses.real,
             rollout.trajectory.degree,
+            robot.limits.sides("effort"),
         )
 
     def everything(self, pieces: Pieces) -> Over:
@@ -238,8 +242,20 @@ class PieceBounds:
         lower, upper = lower - error, upper + error
         self._add_dry(lower, upper, least, greatest, standing)
         total = effort + self.friction.dry(np.where(np.abs(v) <= standing[:, None], 0.0, v))
+        if not self.limits.agree:
+            return self._measured(Over(upper, slack, total), lower, v, powers=powers)
         found = np.abs(np.concatenate([total, total * v] if powers else [total], axis=-1))
         return Over(np.maximum(upper, -lower), slack, found)
+
+    def _measured(self, over: Over, lower: Array, v: Array, *, powers: bool) -> Over:
+        """Magnitudes from upper and lower bounds and signed efforts, those of efforts by their limits."""
+        n, (upper, slack, total) = v.shape[-1], over
+        ahead, behind = (self.limits.weights(np.full(n, sign)) for sign in (1.0, -1.0))
+        above = np.maximum(upper, -lower)
+        above[:, :n] = np.maximum(upper[:, :n] * ahead, -lower[:, :n] * behind)
+        efforts = self.limits.as_lesser(total)
+        found = np.concatenate([efforts, np.abs(total * v)], axis=-1) if powers else efforts
+        return Over(above, slack, found)
 
     def _tool(self, pieces: Pieces, reach: Bounds) -> Over:
         q, v, _ = np.split(pieces.states, 3, axis=-1)

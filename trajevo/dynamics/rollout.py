@@ -74,7 +74,12 @@ class Rollout:
     @property
     def effort_margin(self) -> float:
         """Greatest share of a joint's effort limit that is kept free, 0 for none."""
-        return 1.0 - least_share(self.limits.effort, self.robot.limits.effort)
+        return 1.0 - self.effort_kept
+
+    @property
+    def effort_kept(self) -> float:
+        """Least share of the robot's effort limits that the motions are measured against, 1 without a margin."""
+        return least_share(*(each.sides("effort").lesser for each in (self.limits, self.robot.limits)))
 
     @property
     def keeps_margins(self) -> bool:

@@ -178,8 +178,8 @@ def urscript(solution: Solution, step: float) -> str:
     duration = float(trajectory.duration[0])
     t = _fixed_rate(duration + _LOOKAHEAD, step)
     q = np.round(trajectory.evaluate(np.minimum(t, duration))[0], _DIGITS) + 0.0  # no -0.0
-    acceleration = min(_MOVEJ_ACCELERATION, float(robot.limits.acceleration.min()))
-    speed = min(_MOVEJ_SPEED, float(robot.limits.velocity.min()))
+    acceleration = min(_MOVEJ_ACCELERATION, float(robot.limits.sides("acceleration").lesser.min()))
+    speed = min(_MOVEJ_SPEED, float(robot.limits.sides("velocity").lesser.min()))
     cycle = f"t={_decimal(step)}, lookahead_time={_LOOKAHEAD}, gain={_GAIN}"
     carrying, tool = carried(solution.rollout), _at_flange(robot)
     changes, gripper = (

@@ -238,10 +238,14 @@ def _limits(robot: Robot) -> dict[str, _Variable]:
     named = {"lower": ("position_lower", "least position"), "upper": ("position_upper", "greatest position")}
     variables = {}
     for field in fields(JointLimits):
-        name, long_name = named.get(field.name, (field.name, f"greatest magnitude of {field.name}"))
-        unit = units["position" if field.name in named else field.name]
+        quantity = field.name.removesuffix("_backward")
+        direction = "" if quantity == field.name else "negative "
+        name, long_name = named.get(field.name, (field.name, f"greatest magnitude of {direction}{quantity}"))
+        unit = units["position" if field.name in named else quantity]
         about: dict[str, Any] = {"comment": "infinite where there is none", "reference": robot.reference}
         values = getattr(robot.limits, field.name)
+        if values is None:  # as the positive direction
+            continue
         variables[f"limit_{name}"] = _reals(("joint",), values, unit, f"{long_name} of the joint", **about)
     return variables
 

@@ -24,6 +24,7 @@ from trajevo.exporters.events import Carrying, Stretch, carried, stretches
 from trajevo.exporters.exporter import Exporter
 from trajevo.front.front import Solution
 from trajevo.robot.payload import Payload
+from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
 from trajevo.verification.certify import certify
 
@@ -248,7 +249,7 @@ def _check(solution: Solution, format: str, *, speeds: bool = False) -> None:
             f"{robot.name!r} with {robot.dof}"
         )
     endless = [
-        name for name, speed in zip(robot.joint_names, robot.limits.velocity, strict=True) if not math.isfinite(speed)
+        name for name, speed in zip(robot.joint_names, _greatest_speeds(robot), strict=True) if not math.isfinite(speed)
     ]
     if speeds and endless:
         raise InvalidInputError(
@@ -272,7 +273,7 @@ def _moves(solution: Solution, stretch: Stretch) -> Iterator[_Move]:
     """Moves to every point of a stretch but its first."""
     times = np.diff(stretch.t)
     speeds = np.abs(np.diff(stretch.q, axis=0)) / times[:, None]
-    shares = (speeds / solution.front.problem.robot.limits.velocity).max(axis=1)
+    shares = (speeds / _greatest_speeds(solution.front.problem.robot)).max(axis=1)
     percents = np.clip(np.ceil(100.0 * shares), *_PERCENT).astype(int).tolist()
     rests = np.append(np.zeros(len(times) - 1, dtype=bool), stretch.rests).tolist()
     for given in zip(_shown(solution, stretch.q)[1:], times.tolist(), rests, percents, strict=True):
@@ -283,6 +284,11 @@ def _start(solution: Solution) -> Array:
     """The first point in deg and mm, shape (n_joints,)."""
     first: Array = _shown(solution, solution.trajectory.evaluate(np.zeros(1))[0])[0]
     return first
+
+
+def _greatest_speeds(robot: Robot) -> Array:
+    """Greatest speeds of the axes, of both directions the greater, as controllers have one [rad/s or m/s]."""
+    return robot.limits.sides("velocity").greater
 
 
 def _shown(solution: Solution, q: Array) -> Array:

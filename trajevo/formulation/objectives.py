@@ -126,7 +126,7 @@ def times_duration(function: Callable[[Rollout], Array], power: int) -> Callable
 
 def effort_ratio(rollout: Rollout) -> Array:
     """Greatest ratio of |effort| to its limit over all joints and the whole motion, shape (B,) [1]."""
-    limit = rollout.robot.limits.effort
+    limit = rollout.robot.limits.sides("effort").lesser
     kept = np.isfinite(limit)
     greatest: Array = (greatest_efforts(rollout)[:, kept] / limit[kept]).max(axis=1)
     return greatest
@@ -328,7 +328,7 @@ def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> N
         robot.check_body(objective.name)
     if "masses" in objective.needs:
         robot.check_masses(objective.name)
-    if "effort limits" in objective.needs and not np.isfinite(robot.limits.effort).any():
+    if "effort limits" in objective.needs and not robot.limits.sides("effort").limited.any():
         raise InvalidInputError(f"objectives: {objective.name} needs effort limits, robot {robot.name!r} has none")
     if "payload variable" in objective.needs and not with_payload:
         raise InvalidInputError(f"objectives: {objective.name} needs the payload's mass as a variable")

@@ -87,10 +87,9 @@ def check_velocities(
     limits, kept = kept_limits(robot, constraints), {each.quantity for each in constraints if each.of_joints}
     ends = [at for at in points.on_limits(robot) if at.point in (0, len(points) - 1)]
     for one in passing:
-        for order, (key, limit) in enumerate(
-            (("velocity", limits.velocity), ("acceleration", limits.acceleration)), start=1
-        ):
-            values = np.abs(one.vectors.get(key, np.zeros(robot.dof)))
+        for order, key in enumerate(("velocity", "acceleration"), start=1):
+            signed = np.asarray(one.vectors.get(key, np.zeros(robot.dof)))
+            values, limit = np.abs(signed), limits.sides(key).toward(signed)
             for joint in np.flatnonzero(values > limit).tolist() if key in kept else []:
                 given, unit = float(values[joint]), pretty(per_time(robot.joint_units[joint], order))
                 likely = if_degrees(given) if robot.joint_units[joint] == "rad" else ""

@@ -18,6 +18,10 @@ from trajevo.robot.loading.dh_keys import DhKeys
 _Number = Annotated[float, pydantic.Strict()]
 _Values = _Number | str | list[_Number | str] | dict[str, _Number | str]
 
+#: The same, each of which may be a table with the limits of both directions.
+_Side = dict[str, _Number | str]
+_Directed = _Number | str | list[_Number | str | _Side] | dict[str, _Number | str | _Side]
+
 
 class _Strict(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
@@ -59,14 +63,15 @@ class _Robot(_Strict):
 class _Limits(_Strict):
     """Joint limits: one for all joints, a list with one per joint, or a table by joint name.
 
-    A limit is a number in SI units or a text with a unit; a position limit is a pair of the lower and the upper end.
+    A limit is a number in SI units or a text with a unit; a position limit is a pair of the lower and the upper end. A
+    limit of velocity, acceleration or effort may also be a table with the magnitudes ``backward`` and ``forward``.
     """
 
     position: list[_Number | str | list[_Number | str]] | dict[str, list[_Number | str]] | None = None
-    velocity: _Values | None = None
-    acceleration: _Values | None = None
+    velocity: _Directed | None = None
+    acceleration: _Directed | None = None
     jerk: _Values | None = None
-    effort: _Values | None = None
+    effort: _Directed | None = None
 
 
 class _Load(_Strict):

@@ -21,6 +21,7 @@ from trajevo.errors import InvalidInputError, NotRegisteredError, one_line
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.registry import list_problems, load_problem
 from trajevo.front.hypervolume import Volumes
+from trajevo.robot.joints import JointLimits
 from trajevo.robot.payload import LOAD_MODELS
 
 #: Packages whose versions affect the results of a run.
@@ -103,7 +104,8 @@ class ObjectiveRecord(Record):
 class ProblemRecord(Record):
     """What was solved. A registered problem can be made again from ``name`` and ``settings``.
 
-    Joint limits are in SI units, None where a joint has no limit. ``payload["model"]`` says how the payload acts.
+    Joint limits are in SI units, None where a joint has no limit; those of the negative direction, which end in
+    ``_backward``, are there only if they differ. ``payload["model"]`` says how the payload acts.
     """
 
     name: str
@@ -144,7 +146,7 @@ class ProblemRecord(Record):
             "angle": problem.angle,
             "length": problem.length,
             "payload": problem.dynamics.payload.settings,
-            "limits": {name: _finite(values) for name, values in vars(problem.robot.limits).items()},
+            "limits": _limits(problem.robot.limits),
             "variables": tuple(
                 VariableRecord(name=v.name, unit=v.unit, lower=v.lower, upper=v.upper) for v in problem.variables
             ),
@@ -351,6 +353,11 @@ def _versions() -> dict[str, str]:
     with suppress(PackageNotFoundError):
         found["numba"] = version("numba")
     return found
+
+
+def _limits(limits: JointLimits) -> dict[str, tuple[float | None, ...]]:
+    """Limits by name; those of the negative direction only where they differ."""
+    return {name: _finite(values) for name, values in vars(limits).items() if values is not None}
 
 
 def _finite(values: Iterable[float]) -> tuple[float | None, ...]:

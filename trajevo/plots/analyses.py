@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from trajevo.capacity.payload_studies import PAYLOAD_STUDIES, Studied
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front.front import Front
@@ -44,7 +42,7 @@ def analysed(front: Front, kind: str = "full") -> tuple[str, ...]:
     if not wanted or not len(front):
         return ()
     problem = front.problem
-    limited = problem.robot.gives_effort and bool(np.isfinite(problem.robot.limits.effort).any())
+    limited = problem.robot.gives_effort and bool(problem.robot.limits.sides("effort").limited.any())
     schedule = problem.dynamics.schedule
     limited = limited and (schedule is None or schedule.varied is not None)  # else no payload is asked about
     suits = {"certificate": True, "rivals": problem.compares_rivals}

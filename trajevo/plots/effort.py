@@ -37,13 +37,15 @@ def effort_utilisation(
         the effort with ``mass``. With a margin, lines mark the robot's full limits.
     """
     found = motion if isinstance(motion, EffortAlong) else effort_along(motion)
-    if not np.isfinite(found.limit).any():
+    limits = found.sides
+    if not limits.limited.any():
         raise InvalidInputError(f"effort_utilisation: robot {found.robot!r} has no effort limits")
     carried = found.mass if mass is None else mass
-    share = (found.unloaded + carried * found.per_kilogram) / found.limit
+    effort = found.unloaded + carried * found.per_kilogram
+    share = effort / limits.toward(effort)
     ax = ax or plt.subplots(figsize=(7.6, 4.2), layout="constrained")[1]
     for joint, name in enumerate(found.joint_names):
-        if np.isfinite(found.limit[joint]):
+        if limits.limited[joint]:
             ax.plot(found.times, share[:, joint], label=name)
     capacity = found.capacity
     if capacity.joint:

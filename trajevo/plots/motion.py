@@ -97,8 +97,7 @@ def _joint_axis(rollout: Rollout, order: int, angle: str, length: str) -> tuple[
     Joints of one unit are shown in this unit; joints of different units as a share of each joint's limit.
     """
     limits, robot = rollout.limits, rollout.robot
-    peak = (limits.upper, limits.velocity, limits.acceleration, limits.jerk)[order]
-    bounds = (limits.lower, peak) if order == 0 else (-peak, peak)
+    bounds = limits.bounds(DERIVATIVES[order])
     units = [display(per_time(unit, order), angle=angle, length=length) for unit in robot.joint_units]
     if len(set(units)) == 1:
         unit, factor = units[0]

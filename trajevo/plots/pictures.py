@@ -240,7 +240,7 @@ def _drawings(front: Front, analyses: Mapping[str, Any]) -> Iterator[_Drawing]:
     if analyses.get("rivals"):
         caption = "Interpolants at their least times under the same limits"
         yield "rivals", caption, lambda: plots.plot_rivals(analyses["rivals"])[0].figure
-    if front.problem.robot.gives_effort and np.isfinite(front.problem.robot.limits.effort).any():
+    if front.problem.robot.gives_effort and front.problem.robot.limits.sides("effort").limited.any():
         yield from _payload_drawings(front, analyses)
 
 

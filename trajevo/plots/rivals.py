@@ -41,8 +41,7 @@ def plot_rivals(rivals: Iterable[Rival], *, joint: str | None = None, samples: i
             trajectory = rival.rollout.trajectory[0]
             t = np.linspace(0.0, float(trajectory.duration[0]), samples)
             panel.plot(t, trajectory.evaluate(t, order)[0, :, chosen], label=rival.title, linewidth=1.2)
-        limit = getattr(robot.limits, name)[chosen] if order else np.inf
-        for bound in (-limit, limit):
+        for bound in (end[chosen] for end in (robot.limits.bounds(name) if order else ())):
             if np.isfinite(bound):
                 panel.axhline(bound, color="black", linestyle="--", linewidth=0.8)
         unit = display(per_time(robot.joint_units[chosen], order), angle="rad")[0]

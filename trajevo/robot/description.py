@@ -16,8 +16,9 @@ class Description:
         text: the URDF, checked.
         kind: format of the file, such as ``"URDF"`` or ``"MJCF"``.
         as_written: whether the text is the file itself, which can be read again.
-        limits: of joints, by name and then ``lower``, ``upper``, ``velocity`` or ``effort`` [SI], in place of those of
-            the text; NaN for what the format cannot hold or the file does not say.
+        limits: of joints, by name and then ``lower``, ``upper``, ``velocity``, ``effort`` or, where it differs,
+            ``effort_backward`` [SI], in place of those of the text; NaN for what the format cannot hold or the file
+            does not say.
         armature: inertia of motor and gear at joints, by name [kg·m² or kg].
         gravity: in the base frame, shape (3,) [m/s²]; None if the file does not say.
         between: links without mass between joints of one body, which no body lacks.

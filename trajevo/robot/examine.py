@@ -16,6 +16,7 @@ from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.robot.description import Description
 from trajevo.robot.files.formats import described
 from trajevo.robot.files.xacro_files import ENDING
+from trajevo.robot.joints import DIRECTED
 from trajevo.robot.limit_files import A_FORMAT, per_joint, tighten, unit_of
 from trajevo.robot.loading.arguments import package_folders
 from trajevo.robot.locate import RobotSource, other_robot, robot_source
@@ -49,6 +50,9 @@ class JointRow:
         acceleration: limit [unit/s²], which a URDF cannot hold.
         jerk: limit [unit/s³], which a URDF cannot hold.
         effort: limit [N·m or N].
+        velocity_backward: that of the negative direction; None if it is the same, as the next ones.
+        acceleration_backward: the same.
+        effort_backward: the same.
     """
 
     name: str
@@ -60,6 +64,9 @@ class JointRow:
     acceleration: float
     jerk: float
     effort: float
+    velocity_backward: float | None = None
+    acceleration_backward: float | None = None
+    effort_backward: float | None = None
 
 
 @dataclass(frozen=True)
@@ -278,8 +285,7 @@ def _rows_of_file(file: RobotFile, rows: list[JointRow], errors: list[str], lock
             errors.append(str(error))
             found.append(row)
             continue
-        shown = (limits[key] for key in ("lower", "upper", "velocity", "acceleration", "jerk", "effort"))
-        found.append(JointRow(name, kind, unit, *shown))
+        found.append(JointRow(name, kind, unit, **limits))
     return found
 
 
@@ -305,7 +311,8 @@ def _rows_with_limits(
         table = per_joint(limit, given, names + led, si, size=len(keys))
         for k, row in enumerate(rows):
             if row.name in given:
-                rows[k] = replace(row, **dict(zip(keys, table[k].tolist(), strict=True)))
+                of_both: dict[str, Any] = {f"{limit}_backward": None} if limit in DIRECTED else {}
+                rows[k] = replace(row, **dict(zip(keys, table[k].tolist(), strict=True)), **of_both)
                 errors += _limit_problems_of(file, rows[k], limit)
         columns = {key: np.array([getattr(row, key) for row in rows]) for key in keys}
         for follower, values in zip(following, table[len(names) :], strict=True):

@@ -2,20 +2,115 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any, final
 
 import numpy as np
 
 from trajevo.base.arrays import Array, read_only
 from trajevo.errors import InvalidInputError
 
+#: Limits that may differ by the direction of the joint, and what ends the names of those of the negative one.
+DIRECTED, _BACKWARD = ("velocity", "acceleration", "effort"), "_backward"
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """What a quantity of each joint may be at most forward and backward, both magnitudes, arrays of one shape.
+
+    Attributes:
+        forward: greatest positive value, inf for none [as the quantity].
+        backward: greatest magnitude of a negative value, inf for none; the same array if both directions agree.
+    """
+
+    forward: Array
+    backward: Array
+
+    @classmethod
+    def of(cls, limit: Array | Sides) -> Sides:
+        """Sides from a limit of both directions; sides stay as they are."""
+        return limit if isinstance(limit, Sides) else cls(limit, limit)
+
+    @property
+    def agree(self) -> bool:
+        """Whether every joint has one limit for both directions."""
+        return self.backward is self.forward
+
+    @cached_property
+    def lesser(self) -> Array:
+        """The lesser of both directions."""
+        return self.forward if self.agree else np.minimum(self.forward, self.backward)
+
+    @cached_property
+    def greater(self) -> Array:
+        """The greater of both directions."""
+        return self.forward if self.agree else np.maximum(self.forward, self.backward)
+
+    @property
+    def limited(self) -> Array:
+        """Which joints have a limit in a direction at least."""
+        return np.isfinite(self.lesser)
+
+    @property
+    def both(self) -> Array:
+        """Forward and backward along a new first axis."""
+        return np.stack([self.forward, self.backward])
+
+    def __getitem__(self, chosen: Any) -> Sides:
+        """The sides of chosen joints."""
+        forward: Array = self.forward[chosen]
+        return Sides(forward, forward if self.agree else self.backward[chosen])
+
+    def times(self, factor: float | Array) -> Sides:
+        """Both directions times a factor."""
+        forward = self.forward * factor
+        return Sides(forward, forward if self.agree else self.backward * factor)
+
+    def told(self, values: Array) -> Array:
+        """The limit in the direction of each value; if only the other direction is limited, that of the other."""
+        toward = self.toward(values)
+        return toward if self.agree else np.where(np.isfinite(toward), toward, self.lesser)
+
+    def opposite(self) -> Sides:
+        """The sides of a joint that turns the other way."""
+        return Sides(self.backward, self.forward)
+
+    def toward(self, values: Array) -> Array:
+        """The limit in the direction of each value of shape (..., n_joints); of complex ones the real parts count."""
+        return self.forward if self.agree else np.where(values.real < 0.0, self.backward, self.forward)
+
+    def share(self, values: Array) -> Array:
+        """Share of the limit in its direction that each real value uses, shape (..., n_joints)."""
+        used: Array = np.abs(values) / self.toward(values)
+        return used
+
+    def share_between(self, least: Array, greatest: Array) -> Array:
+        """Greatest share that least and greatest values use, shape (..., n_joints), complex steps kept."""
+        up, down = greatest / self.forward, -least / self.backward
+        return np.where(up.real >= down.real, up, down)
+
+    def as_lesser(self, values: Array) -> Array:
+        """Magnitudes that use the same share of the lesser limit as values do of the limit in their direction.
+
+        Where no direction is limited, and where both agree, these are the plain magnitudes.
+        """
+        return np.asarray(np.abs(values) if self.agree else np.abs(values) * self.weights(values))
+
+    def weights(self, values: Array) -> Array:
+        """What the magnitude of each value is multiplied by in :meth:`as_lesser`, shape (..., n_joints)."""
+        toward = np.where(self.limited, self.toward(values), 1.0)
+        return np.where(self.limited, self.lesser / toward, 1.0)
+
 
 @dataclass(frozen=True, eq=False)
 class JointLimits:
     """Limits of each joint, arrays of shape (n_joints,), SI: rad or m, s, N·m or N.
 
-    Every limit is a number or an explicit ``inf``; none has a default.
+    Every limit is a number or an explicit ``inf``; none has a default. Limits of velocity, acceleration and effort are
+    magnitudes for both directions, unless those of the negative direction are given apart.
 
     Attributes:
         lower: least position [rad or m].
@@ -24,6 +119,9 @@ class JointLimits:
         acceleration: greatest acceleration [rad/s² or m/s²].
         jerk: greatest jerk [rad/s³ or m/s³].
         effort: greatest torque or force [N·m or N].
+        velocity_backward: greatest speed of a joint that moves backward [rad/s or m/s]; None if as forward.
+        acceleration_backward: greatest magnitude of a negative acceleration [rad/s² or m/s²]; None if as forward.
+        effort_backward: greatest magnitude of a negative effort [N·m or N]; None if as forward.
 
     Raises:
         InvalidInputError: shapes differ, a limit is NaN or not positive, or lower is not below upper.
@@ -35,9 +133,14 @@ class JointLimits:
     acceleration: Array
     jerk: Array
     effort: Array
+    velocity_backward: Array | None = None
+    acceleration_backward: Array | None = None
+    effort_backward: Array | None = None
 
     def __post_init__(self) -> None:
         for field in fields(self):
+            if getattr(self, field.name) is None and field.name.endswith(_BACKWARD):
+                continue
             values = read_only(getattr(self, field.name))
             object.__setattr__(self, field.name, values)
             if values.shape != self.lower.shape or values.ndim != 1:
@@ -50,6 +153,31 @@ class JointLimits:
             raise InvalidInputError(
                 f"limits: lower must be below upper, got {self.lower.tolist()} and {self.upper.tolist()}"
             )
+        for name in DIRECTED:  # limits that agree are one limit, so that replacing it replaces both
+            if np.array_equal(getattr(self, name), getattr(self, name + _BACKWARD)):
+                object.__setattr__(self, name + _BACKWARD, None)
+
+    def sides(self, name: str) -> Sides:
+        """Limits of ``"velocity"``, ``"acceleration"``, ``"jerk"`` or ``"effort"`` in both directions."""
+        forward: Array = getattr(self, name)
+        backward: Array | None = getattr(self, name + _BACKWARD) if name in DIRECTED else None
+        return Sides(forward, forward if backward is None else backward)
+
+    def bounds(self, name: str) -> tuple[Array, Array]:
+        """Least and greatest value that a position or another quantity of each joint may have."""
+        if name == "position":
+            return self.lower, self.upper
+        sides = self.sides(name)
+        return -sides.backward, sides.forward
+
+    def scaled(self, shares: Mapping[str, float]) -> JointLimits:
+        """The same with shares of limits, by name, of which both directions are scaled."""
+        changed = {name: getattr(self, name) * share for name, share in shares.items()}
+        for name, share in shares.items():
+            backward = getattr(self, name + _BACKWARD) if name in DIRECTED else None
+            if backward is not None:
+                changed[name + _BACKWARD] = backward * share
+        return replace(self, **changed)
 
     def range_used(self, q: Array) -> Array:
         """Share of its range that every joint uses at positions of shape (..., n_joints): 1 at an end of the range.

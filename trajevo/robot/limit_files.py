@@ -14,7 +14,9 @@ import numpy as np
 
 from trajevo.base.arrays import Array, real_number
 from trajevo.base.units import believed, per_time, quantity
-from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
+from trajevo.errors import InvalidInputError, UnknownNameError, checked_name, known_names
+from trajevo.robot.description import Description
+from trajevo.robot.joints import DIRECTED
 from trajevo.robot.moveit_limits import read_joint_limits
 from trajevo.robot.urdf.joints import Follower
 
@@ -22,6 +24,9 @@ from trajevo.robot.urdf.joints import Follower
 A_FORMAT = {"URDF": "a URDF", "xacro": "a URDF", "MJCF": "MJCF"}
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk", "effort")
+
+#: Keys of a limit that differs by direction, both of them magnitudes.
+WAYS = ("backward", "forward")
 
 
 def declared_limits(
@@ -33,21 +38,20 @@ def declared_limits(
     urdf: Path,
     followers: Sequence[Follower] = (),
     *,
-    kind: str = "URDF",
+    source: Description,
 ) -> dict[str, Array]:
     """Columns of JointLimits, SI: limits of ``robot.toml``, or else of the file, overridden by those of the caller.
 
     What limits a joint that follows another limits that one as well: as its URDF has it, unless there is a
     ``robot.toml``, which says what the leader may do, and as the caller has it.
     """
-    columns = dict(declared) if declared is not None else _of_urdf(model, names, followers, urdf)
+    columns = dict(declared) if declared is not None else _of_urdf(model, names, followers, urdf, source.limits)
     _replace(columns, given, names, units, followers, urdf)
     for key in QUANTITIES[1:]:
         missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
         if missing:
-            lacking = (
-                "for which the file has no forcerange" if key == "effort" else f"which {A_FORMAT[kind]} cannot hold"
-            )
+            held = f"which {A_FORMAT[source.kind]} cannot hold"
+            lacking = "for which the file has no forcerange" if key == "effort" else held
             raise InvalidInputError(
                 f"{urdf}: no {key} limit for {', '.join(missing)}, {lacking}: give it in robot.toml "
                 f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "
@@ -89,11 +93,15 @@ def _replace(
             )
         else:
             si = [unit_of(key, unit) for unit in units]
-            columns[key] = _merged(columns.get(key), per_joint(f"limits.{key}", own, names, si)[:, 0])
+            _merge_sides(columns, key, per_side(f"limits.{key}", own, names, si))
         for follower in (each for each in followers if each.name in led):
-            size, unit = 2 if key == "position" else 1, unit_of(key, follower.unit)
-            limit = per_joint(f"limits.{key}", {follower.name: led[follower.name]}, [follower.name], [unit], size=size)
-            tighten(columns, names.index(follower.leader), follower, {key: limit[0]}, where)
+            chosen, unit = {follower.name: led[follower.name]}, unit_of(key, follower.unit)
+            limit = (
+                per_joint(f"limits.{key}", chosen, [follower.name], [unit], size=2)[0]
+                if key == "position"
+                else per_side(f"limits.{key}", chosen, [follower.name], [unit])[:, 0]
+            )
+            tighten(columns, names.index(follower.leader), follower, {key: limit}, where)
 
 
 def given_limits(
@@ -119,7 +127,8 @@ def given_limits(
 def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path | str) -> None:
     """Refuse limits of zero, which mean "not known" in many URDFs, and empty ranges."""
     for key in QUANTITIES[1:]:
-        for name, value in zip(names, columns[key].tolist(), strict=True):
+        backward = columns.get(f"{key}_backward", columns[key])
+        for name, value in zip(names, np.minimum(columns[key], backward).tolist(), strict=True):
             if not value > 0.0:
                 raise InvalidInputError(
                     f"{urdf}: joint {name!r}: {key}: expected a positive limit, got {value:g}: give it in robot.toml, "
@@ -133,8 +142,14 @@ def _check(columns: Mapping[str, Array], names: tuple[str, ...], urdf: Path | st
             )
 
 
-def _of_urdf(model: Any, names: tuple[str, ...], followers: Sequence[Follower], urdf: Path) -> dict[str, Array]:
-    """Limits of the joints of a URDF that move by themselves."""
+def _of_urdf(
+    model: Any,
+    names: tuple[str, ...],
+    followers: Sequence[Follower],
+    urdf: Path,
+    of_file: Mapping[str, Mapping[str, float]],
+) -> dict[str, Array]:
+    """Limits of the joints of a URDF that move by themselves, and what its source says of negative efforts."""
     of_model = {
         "lower": np.array(model.lowerPositionLimit),
         "upper": np.array(model.upperPositionLimit),
@@ -143,6 +158,10 @@ def _of_urdf(model: Any, names: tuple[str, ...], followers: Sequence[Follower], 
     }
     places = list(model.names)[1:]
     columns = {key: column[[places.index(name) for name in names]] for key, column in of_model.items()}
+    if any("effort_backward" in of_file.get(name, {}) for name in names):
+        efforts = zip(names, columns["effort"].tolist(), strict=True)
+        backward = [of_file.get(name, {}).get("effort_backward", forward) for name, forward in efforts]
+        columns["effort_backward"] = np.array(backward)
     for follower in followers:
         at = places.index(follower.name)
         own = {"position": np.array([of_model["lower"][at], of_model["upper"][at]])}
@@ -162,7 +181,14 @@ def tighten(
                 f"effort: limit that of {follower.leader!r}"
             )
         if key != "position":
-            columns[key][leader] = np.fmin(columns[key][leader], limit[0] / abs(follower.multiplier))
+            forward, backward = limit[[0, -1]] / abs(follower.multiplier)
+            if follower.multiplier < 0.0:
+                forward, backward = backward, forward
+            other = f"{key}_backward"
+            if forward != backward or other in columns:
+                columns[other] = np.array(columns.get(other, columns[key]))
+                columns[other][leader] = np.fmin(columns[other][leader], backward)
+            columns[key][leader] = np.fmin(columns[key][leader], forward)
             continue
         ends = np.sort((limit - follower.offset) / follower.multiplier)
         columns["lower"][leader] = np.fmax(columns["lower"][leader], ends[0])
@@ -172,6 +198,62 @@ def tighten(
                 f"{where}: joint {follower.leader!r}: position: no range is left, as {follower} and may go "
                 f"from {limit[0]:g} to {limit[1]:g} {follower.unit}"
             )
+
+
+def _merge_sides(columns: dict[str, Array], key: str, sides: Array) -> None:
+    """Replace a limit by what is given, forward and backward, shape (2, n_joints), NaN where nothing is."""
+    other = f"{key}_backward"
+    before = columns.get(other, columns.get(key))
+    if other in columns or not np.array_equal(sides[0], sides[1], equal_nan=True):
+        columns[other] = _merged(before, sides[1])
+    columns[key] = _merged(columns.get(key), sides[0])
+
+
+def per_side(key: str, value: Any, names: Sequence[str], units: Sequence[str]) -> Array:
+    """Limits forward and backward, shape (2, n_joints) [SI], NaN where nothing was given; as :func:`per_joint`.
+
+    In the place of a number may stand a mapping ``{"backward": 60.0, "forward": 80.0}``: two numbers in a list would be
+    read as one for each of two joints.
+
+    Raises:
+        InvalidInputError: only one of both directions, or a quantity that has one limit for both.
+    """
+    found = [per_joint(key, _side(key, value, way, names), names, units)[:, 0] for way in WAYS]
+    return np.array(found[::-1])
+
+
+def is_pair(value: Any, names: Sequence[str] = ()) -> bool:
+    """Whether a value is a limit for each direction, and no mapping from joints."""
+    return isinstance(value, Mapping) and bool(value) and set(value) <= set(WAYS) and not set(value) & set(names)
+
+
+def _side(key: str, value: Any, way: str, names: Sequence[str]) -> Any:
+    """A limit as given, with the number of one direction in the place of those of both."""
+    if is_pair(value, names):
+        return _chosen(key, value, way)
+    if isinstance(value, list | tuple):
+        return [_chosen(key, entry, way) for entry in value]
+    if isinstance(value, Mapping):
+        return {joint: _chosen(f"{key}.{joint}", entry, way) for joint, entry in value.items()}
+    return value
+
+
+def _chosen(key: str, entry: Any, way: str) -> Any:
+    if not isinstance(entry, Mapping):
+        return entry
+    quantity_of = key.removeprefix("limits.").split(".")[0]
+    if quantity_of not in DIRECTED:
+        raise InvalidInputError(
+            f"{key}: expected one limit for both directions, which only {', '.join(DIRECTED[:-1])} and {DIRECTED[-1]} "
+            f"may have apart, got {dict(entry)!r}"
+        )
+    unknown = next((name for name in entry if name not in WAYS), None)
+    if unknown is not None:
+        raise InvalidInputError(f"{key}: unknown direction {unknown!r}; {known_names(str(unknown), WAYS)}")
+    missing = next((name for name in WAYS if name not in entry), None)
+    if missing is not None:
+        raise InvalidInputError(f"{key}: expected backward and forward, got no {missing}")
+    return entry[way]
 
 
 def _merged(before: Array | None, after: Array) -> Array:

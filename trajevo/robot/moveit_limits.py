@@ -18,7 +18,7 @@ from trajevo.base.files import read_bytes, why_not
 from trajevo.base.toml import shortened
 from trajevo.base.units import believed, per_time, quantity, to_si, with_unit
 from trajevo.errors import InvalidInputError, known_names, no_such_file
-from trajevo.robot.joints import JointLimits
+from trajevo.robot.joints import DIRECTED, JointLimits
 
 #: Limit of trajevo -> MoveIt's flag and keys.
 _KEYS = {
@@ -335,17 +335,32 @@ class _Reader:
 
 
 def write_joint_limits(limits: JointLimits, names: tuple[str, ...]) -> str:
-    """Limits as a MoveIt file; an infinite one is written as ``has_...: false``. MoveIt ignores jerk and effort."""
+    """Limits as a MoveIt file; an infinite one is written as ``has_...: false``. MoveIt ignores jerk and effort.
+
+    Of a limit that differs by direction, which the format cannot hold, the lesser is written and a comment says so.
+    """
     import yaml  # imported where it reads and writes, since that takes long
 
     joints: dict[str, dict[str, Any]] = {}
     for k, name in enumerate(names):
         joint = joints.setdefault(name, {})
         for limit, (flag, keys) in _KEYS.items():
-            columns = (limits.lower, limits.upper) if limit == "position" else (getattr(limits, limit),)
+            columns = (limits.lower, limits.upper) if limit == "position" else (limits.sides(limit).lesser,)
             values = [float(column[k]) for column in columns]
             joint[flag] = all(map(math.isfinite, values))
             if joint[flag]:
                 joint |= dict(zip(keys, values, strict=True))
     text: str = yaml.safe_dump({"joint_limits": joints}, sort_keys=False)
-    return text
+    return "".join(f"# {told}\n" for told in _one_of_both(limits, names)) + text
+
+
+def _one_of_both(limits: JointLimits, names: tuple[str, ...]) -> Iterator[str]:
+    """Sentences about the limits that differ by direction."""
+    for limit in DIRECTED:
+        sides = limits.sides(limit)
+        for name, backward, forward in zip(names, sides.backward.tolist(), sides.forward.tolist(), strict=True):
+            if backward != forward:
+                yield (
+                    f"{limit} of {name}: {backward:g} backward and {forward:g} forward; MoveIt has one limit for both "
+                    "directions, so that the lesser is written"
+                )

@@ -288,7 +288,9 @@ def load_robot(
         limits: limits that complete or replace those of the files, a mapping from ``position``, ``velocity``,
             ``acceleration``, ``jerk`` or ``effort`` to one number for all joints, to one per joint in order, or to a
             mapping from joints to numbers; for positions, pairs of numbers. Numbers are SI, or text with a unit such as
-            ``"180 deg/s"``; ``inf`` means no limit. Or the path of a MoveIt ``joint_limits.yaml``.
+            ``"180 deg/s"``; ``inf`` means no limit. A number for velocity, acceleration or effort may be
+            ``{"backward": 60.0, "forward": 80.0}``, the magnitudes for both directions. Or the path of a MoveIt
+            ``joint_limits.yaml``.
         gravity: in the frame of the cell, which is the base frame unless ``base`` is given, shape (3,) [m/s²]; if
             None, that of ``robot.toml``, of MJCF, or 9.80665 along -z.
         allow_massless: whether it is meant that links that a joint moves have no mass, so that efforts leave them out;
@@ -352,7 +354,7 @@ def load_robot(
         name=files.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
-        limits=JointLimits(**declared_limits(model, names, units, declared, given, where, following, kind=found.kind)),
+        limits=JointLimits(**declared_limits(model, names, units, declared, given, where, following, source=found)),
         friction=rubbing.friction,
         joint_names=names,
         joint_units=units,

@@ -42,6 +42,22 @@ class _Limit(_Strict):
     unit: str
 
 
+class _DirectedLimit(_Strict):
+    """One limit for both directions of motion, or one for each; all are magnitudes."""
+
+    limit: Annotated[_Number, pydantic.Field(gt=0.0)] | None = None
+    forward: Annotated[_Number, pydantic.Field(gt=0.0)] | None = None
+    backward: Annotated[_Number, pydantic.Field(gt=0.0)] | None = None
+    unit: str
+
+    @pydantic.model_validator(mode="after")
+    def _one_or_both(self) -> _DirectedLimit:
+        given = [name for name in ("limit", "forward", "backward") if getattr(self, name) is not None]
+        if given not in (["limit"], ["forward", "backward"]):
+            raise ValueError("expected either limit, or forward and backward")
+        return self
+
+
 class _Range(_Strict):
     lower: _Number
     upper: _Number
@@ -76,10 +92,10 @@ class _Vector(_Strict):
 
 class _Joint(_Strict):
     position: _Range
-    velocity: _Limit
-    acceleration: _Limit
+    velocity: _DirectedLimit
+    acceleration: _DirectedLimit
     jerk: _Limit
-    effort: _Limit
+    effort: _DirectedLimit
     viscous_friction: _Amount | None = None
     coulomb_friction: _DryFriction | None = None
     armature: _Amount | None = None
@@ -245,18 +261,27 @@ class RobotFile:
             missing = next(name for name in names if name not in self.settings.joints)
             raise InvalidInputError(f"{self.path}: expected a table [joints.{missing}] with the limits of that joint")
         rows = [self.joint_limits(name, unit) for name, unit in zip(names, units, strict=True)]
-        return {key: np.array([row[key] for row in rows]) for key in rows[0]}
+        keys = dict.fromkeys(key for row in rows for key in row)
+        return {key: np.array([row.get(key, row[key.removesuffix("_backward")]) for row in rows]) for key in keys}
 
     def joint_limits(self, name: str, unit: str) -> dict[str, float]:
-        """Limits of one actuator of the file, SI: lower, upper, velocity, acceleration, jerk, effort."""
+        """Limits of one actuator of the file, SI: lower, upper, velocity, acceleration, jerk, effort.
+
+        Where they differ by direction, also those of the negative one, as ``velocity_backward``.
+        """
         joint = self.settings.joints[name]
         lower, upper = self._range(joint.position, unit, ("joints", name, "position"))
         row = {"lower": lower, "upper": upper}
-        for order, key in enumerate(("velocity", "acceleration", "jerk"), start=1):
-            given: _Limit = getattr(joint, key)
-            row[key] = self._si(given.limit, given.unit, per_time(unit, order), ("joints", name, key))
-        effort_unit = "N" if unit == "m" else "N*m"
-        row["effort"] = self._si(joint.effort.limit, joint.effort.unit, effort_unit, ("joints", name, "effort"))
+        si = {key: per_time(unit, order) for order, key in enumerate(("velocity", "acceleration", "jerk"), start=1)}
+        si["effort"] = "N" if unit == "m" else "N*m"
+        for key, expected in si.items():
+            given: _Limit | _DirectedLimit = getattr(joint, key)
+            place = ("joints", name, key)
+            if given.limit is not None:
+                row[key] = self._si(given.limit, given.unit, expected, place)
+            elif isinstance(given, _DirectedLimit) and given.forward is not None and given.backward is not None:
+                row[key] = self._si(given.forward, given.unit, expected, place)
+                row[f"{key}_backward"] = self._si(given.backward, given.unit, expected, place)
         return row
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:

@@ -27,8 +27,9 @@ from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_tim
 from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.path.via_points import ViaPoints
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
-from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch
 from trajevo.trajectory.interpolants import THROUGH_POINTS, stop_and_go
+from trajevo.trajectory.peak_shares import peak_shares
 
 #: Interpolants of ``THROUGH_POINTS`` with free times, whose least time is found by SLSQP: name -> title.
 FREE = {
@@ -224,11 +225,12 @@ def _measured(name: str, title: str, rollout: Rollout, points: ViaPoints, instan
     trajectory, limits = rollout.trajectory, rollout.robot.limits
     ends = np.abs(trajectory.at_shares(np.array([0.0, 1.0]), 2)[0, [0, -1]])
     steps = np.concatenate([np.abs(trajectory.jump(2)[0]), ends])
-    jerky = bool((steps > _STEP * np.where(np.isfinite(limits.acceleration), limits.acceleration, 1.0)).any())
-    effort = np.abs(rollout.effort[0]).max(axis=0) / limits.effort
+    least = limits.sides("acceleration").lesser
+    jerky = bool((steps > _STEP * np.where(np.isfinite(least), least, 1.0)).any())
+    effort = limits.sides("effort").share(rollout.effort[0]).max(axis=0)
     used = [
-        float((trajectory.peak(order)[0] / limit).max())
-        for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), start=1)
+        float(peak_shares(trajectory, order, limits.sides(name))[0].max())
+        for order, name in enumerate(DERIVATIVES[1:], start=1)
     ]
     last = np.abs(trajectory.at_shares(np.array([0.0, 1.0]), 3)[0, [0, -1]])
     return Rival(

@@ -118,7 +118,7 @@ def _computable(rollout: Rollout) -> Rollout:
 def _without_effort(rollout: Rollout) -> tuple[Uncovered, ...]:
     """Effort, if it is limited but cannot be computed."""
     robot = rollout.robot
-    if robot.gives_effort or not np.isfinite(rollout.limits.effort).any():
+    if robot.gives_effort or not rollout.limits.sides("effort").limited.any():
         return ()
     return (Uncovered("effort", f"links without mass: {', '.join(robot.massless)}", float("nan"), 0),)
 
@@ -144,14 +144,14 @@ def _dynamic_proofs(rollout: Rollout, enclosure: Enclosure, motion: int, limits:
     ]
     carried = rollout.dynamics.loaded if rollout.masses is None else float(rollout.masses[motion]) > 0.0
     massless = not robot.gives_effort or (robot.mass == 0.0 and not carried and robot.friction.none)
-    own = np.concatenate([robot.limits.effort, limits[robot.dof :]])
+    kept, own, scales = _by_direction(rollout, enclosure, motion, limits)
     for k, (quantity, joint, unit) in enumerate(columns):
         if (massless and joint is not None) or not robot.has_body:
             continue
         # Adding 0 makes the -0.0 of a joint that stands a plain 0.
-        bound, shown = float(enclosure.bound[motion, k]) + 0.0, float(enclosure.exhibited[motion, k]) + 0.0
-        limit = float(limits[k])
-        scale = float(enclosure.scale[motion, k])
+        bound, shown = (float((x[motion, k] + 0.0) * scales[k]) for x in (enclosure.bound, enclosure.exhibited))
+        limit = float(kept[k])
+        scale = float(enclosure.scale[motion, k] * scales[k])
         yield Proof(
             quantity=quantity,
             joint=joint,
@@ -165,6 +165,34 @@ def _dynamic_proofs(rollout: Rollout, enclosure: Enclosure, motion: int, limits:
             gap=(bound - shown) / scale if bound > shown and scale > 0.0 else 0.0,
             full_limit=float(own[k]),
         )
+
+
+def _by_direction(rollout: Rollout, enclosure: Enclosure, motion: int, limits: Array) -> tuple[Array, Array, Array]:
+    """Limits of the columns, the robot's own, and what enclosed magnitudes are multiplied by, (2 n_joints + 1,) each.
+
+    The effort of a joint whose limit differs by direction is told in the direction of the greatest share of a limit
+    that was found.
+    """
+    robot, sides = rollout.robot, rollout.limits.sides("effort")
+    kept, own, scales = limits.copy(), limits.copy(), np.ones(len(limits))
+    own[: robot.dof] = robot.limits.effort
+    if sides.agree:
+        return kept, own, scales
+    t, joints = enclosure.instants[motion, : robot.dof], np.arange(robot.dof)
+    one = _one_motion(rollout, motion)
+    q, v, a = (one.trajectory.evaluate(t[None], order) for order in range(3))
+    effort = one.effort_in(q, v, a, t)[0, joints, joints]
+    kept[: robot.dof] = sides.told(effort)
+    own[: robot.dof] = robot.limits.sides("effort").told(effort)
+    limited = np.flatnonzero(np.isfinite(kept[: robot.dof]))
+    scales[limited] = kept[limited] / sides.lesser[limited]
+    return kept, own, scales
+
+
+def _one_motion(rollout: Rollout, motion: int) -> Rollout:
+    """One motion of a rollout."""
+    masses = None if rollout.masses is None else rollout.masses[motion : motion + 1]
+    return replace(_computable(rollout), trajectory=rollout.trajectory[motion], masses=masses)
 
 
 def _limits(rollout: Rollout, motion: Any, tolerance: float, tool_speed: float | None, power: Any) -> Array:
@@ -186,7 +214,7 @@ def _limits(rollout: Rollout, motion: Any, tolerance: float, tool_speed: float |
         speed = np.array([min(limited, default=np.inf)])
     else:
         speed = _positive(tool_speed, "tool_speed", 1)
-    return np.concatenate([rollout.limits.effort, powers, speed])
+    return np.concatenate([rollout.limits.sides("effort").lesser, powers, speed])
 
 
 def _positive(given: Any, name: str, count: int) -> Array:

@@ -35,9 +35,14 @@ def kinematic_proofs(rollout: Rollout) -> list[tuple[Proof, ...]]:
     rows: list[list[Proof]] = [[] for _ in range(len(trajectory))]
     for order, quantity in enumerate(DERIVATIVES):
         share = _share_of(limits, order)
-        outermost, ends = _outermost(trajectory, order, limits)
-        used = share(outermost)
-        instants, shown = _exhibited(trajectory, order, share)
+        instants, signed = _exhibited(trajectory, order, share)
+        shown_share, shown = share(signed), signed if order == 0 else np.abs(signed)
+        outermost, ends, used = _outermost(trajectory, order, limits, signed)
+        full = ends
+        if order:
+            full = np.broadcast_to(own.sides(quantity).told(signed), ends.shape)
+            if not limits.sides(quantity).agree:
+                shown = np.where(np.isfinite(ends), shown_share * np.where(np.isfinite(ends), ends, 0.0), shown)
         for motion, joint in zip(*np.nonzero(np.isfinite(used) & (used > 0.0) | np.isfinite(ends)), strict=True):
             at = motion, joint
             rows[motion].append(
@@ -50,9 +55,9 @@ def kinematic_proofs(rollout: Rollout) -> list[tuple[Proof, ...]]:
                     exhibited=float(shown[at]),
                     instant=float(instants[at]),
                     share=float(used[at]),
-                    exhibited_share=float(share(shown)[at]),
-                    gap=float(used[at] - share(shown)[at]),
-                    full_limit=float(getattr(own, quantity)[joint]) if order else float(ends[at]),
+                    exhibited_share=float(shown_share[at]),
+                    gap=float(used[at] - shown_share[at]),
+                    full_limit=float(full[at]),
                 )
             )
     return [tuple(each) for each in rows]
@@ -61,25 +66,40 @@ def kinematic_proofs(rollout: Rollout) -> list[tuple[Proof, ...]]:
 def _share_of(limits: JointLimits, order: int) -> _Share:
     if order == 0:
         return limits.range_used
-    limit = getattr(limits, DERIVATIVES[order])
-    return lambda values: np.abs(values) / limit
+    return limits.sides(DERIVATIVES[order]).share
 
 
-def _outermost(trajectory: TrajectoryBatch, order: int, limits: JointLimits) -> tuple[Array, Array]:
-    """The proven extreme that uses most of the limit, and that limit, each (B, n_joints)."""
+def _outermost(
+    trajectory: TrajectoryBatch, order: int, limits: JointLimits, shown: Array
+) -> tuple[Array, Array, Array]:
+    """The proven extreme that uses most of the limit, that limit, and the share of it, each (B, n_joints).
+
+    If a limit differs by direction, it is that in the direction of the value shown, and the extreme is what uses the
+    share of it that no instant exceeds in either direction.
+    """
     peak = trajectory.peak(order)
     slack = _ROUNDING * peak
     if order:
-        return peak + slack, np.broadcast_to(getattr(limits, DERIVATIVES[order]), peak.shape)
+        sides = limits.sides(DERIVATIVES[order])
+        limit = np.broadcast_to(sides.told(shown), peak.shape)
+        if sides.agree:
+            return peak + slack, limit, sides.share(peak + slack)
+        least, greatest = trajectory.extremes(order)
+        used = sides.share_between(least - slack, greatest + slack)
+        return np.where(sides.limited, used * np.where(sides.limited, limit, 0.0), peak + slack), limit, used
     least, greatest = trajectory.extremes(0)
     least, greatest = least - slack, greatest + slack
     high = limits.range_used(greatest) >= limits.range_used(least)
     high = np.where(np.isfinite(limits.upper) & np.isfinite(limits.lower), high, np.isfinite(limits.upper))
-    return np.where(high, greatest, least), np.where(high, limits.upper, limits.lower)
+    outermost = np.where(high, greatest, least)
+    return outermost, np.where(high, limits.upper, limits.lower), limits.range_used(outermost)
 
 
 def _exhibited(trajectory: TrajectoryBatch, order: int, share: _Share) -> tuple[Array, Array]:
-    """Instants [s] and values of samples that use nearly as much of a limit as any instant does, each (B, n_joints)."""
+    """Instants [s] and values of samples that use nearly as much of a limit as any instant does, each (B, n_joints).
+
+    Values have their signs.
+    """
     shares = np.linspace(0.0, 1.0, _SAMPLES)
     values, count = trajectory.at_shares(shares, order), trajectory.n_joints
     best = _crests(_score(share(values)), _SAMPLES).argmax(axis=1)[:, None]
@@ -101,7 +121,7 @@ def _exhibited(trajectory: TrajectoryBatch, order: int, share: _Share) -> tuple[
         gained = _score(share(candidate)) > _score(share(shown))
         shown, instants = np.where(gained, candidate, shown), np.where(gained, when, instants)
         cell = cell / _ZOOM
-    return instants, shown if order == 0 else np.abs(shown)
+    return instants, shown
 
 
 def _crests(used: Array, samples: int) -> Array:

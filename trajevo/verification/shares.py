@@ -64,7 +64,7 @@ def _near(constraint: Constraint, rollout: Rollout) -> Array:
     if constraint.quantity == "tool speed":
         limits[-1] = constraint.limit
     else:
-        limits[:dof] = rollout.robot.limits.effort * constraint.share
+        limits[:dof] = rollout.robot.limits.sides("effort").lesser * constraint.share
     limited = np.isfinite(limits)
     bound = enclose(rollout, limits, tolerance=_TOLERANCE).bound[:, limited]
     return np.asarray(bound / limits[limited] - 1.0)

@@ -269,8 +269,8 @@ def _robot_rows(rollout: Rollout, motion: Motion, effort: Array) -> Iterator[Uti
     for name, values in zip(
         ("velocity", "acceleration", "jerk", "effort"), (motion.v, motion.a, motion.j, effort), strict=True
     ):
-        limit = getattr(limits, name)
-        used[name] = np.where(np.isfinite(limit), np.abs(values) / limit, -np.inf)
+        sides = limits.sides(name)
+        used[name] = np.where(sides.limited, sides.share(values), -np.inf)
     if not robot.gives_effort:
         del used["effort"]
     for name, share in used.items():
@@ -283,7 +283,7 @@ def _robot_rows(rollout: Rollout, motion: Motion, effort: Array) -> Iterator[Uti
 
 
 def _share_kept(rollout: Rollout, name: str, joint: int) -> float:
-    kept, own = (float(getattr(limits, name)[joint]) for limits in (rollout.limits, rollout.robot.limits))
+    kept, own = (float(limits.sides(name).lesser[joint]) for limits in (rollout.limits, rollout.robot.limits))
     return kept / own
 
 

@@ -45,7 +45,7 @@ def print_list(out: Console) -> None:
         robot = load_robot(name)
         limits = {
             "position": np.concatenate([robot.limits.lower, robot.limits.upper]),
-            **{kind: getattr(robot.limits, kind) for kind in ("velocity", "acceleration", "jerk", "effort")},
+            **{kind: robot.limits.sides(kind).greater for kind in ("velocity", "acceleration", "jerk", "effort")},
         }
         given = [kind for kind, values in limits.items() if np.isfinite(values).all()]
         missing = [kind for kind in limits if kind not in given]
@@ -232,6 +232,13 @@ def print_examination(out: Console, examination: RobotExamination) -> None:
     out.print(", ".join(f"{count} {what}{'' if count == 1 else 's'}" for count, what in counts))
 
 
+def _limit_shown(limit: float, backward: float | None) -> str:
+    """A limit, with that of the negative direction before it if there is one."""
+    if backward is not None and backward != limit:
+        return f"-{backward:.6g} to {limit:.6g}"
+    return "-" if np.isnan(limit) else f"{limit:.6g}"
+
+
 def _joints(rows: Sequence[JointRow], unit: str) -> Listing:
     """Joints with limits in the same units; their types only if they are of several."""
     several = len({row.type for row in rows}) > 1
@@ -241,7 +248,8 @@ def _joints(rows: Sequence[JointRow], unit: str) -> Listing:
     )
     for row in rows:
         limits = (row.lower, row.upper, row.velocity, row.acceleration, row.jerk, row.effort)
-        shown = ["-" if np.isnan(value) else f"{value:.6g}" for value in limits]
+        backward = (None, None, row.velocity_backward, row.acceleration_backward, None, row.effort_backward)
+        shown = [_limit_shown(value, other) for value, other in zip(limits, backward, strict=True)]
         if np.isneginf(row.lower) and np.isposinf(row.upper):
             shown[:2] = "no range", "no range"
         table.add(row.name, *([row.type] if several else []), *shown)

@@ -23,6 +23,7 @@ from trajevo.dynamics.integrals import loops
 from trajevo.dynamics.integrals.nodes import Nodes, for_squares
 from trajevo.dynamics.integrals.resolved import Resolved, combined
 from trajevo.dynamics.rollout import Rollout
+from trajevo.robot.joints import Sides
 
 #: Gauss-Legendre nodes on [-1, 1] and weights, exact for a product of two cubics, and for its square.
 _PRODUCT, _SQUARE = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(7)
@@ -116,12 +117,17 @@ def integrated_square_effort_rate(rollout: Rollout) -> Array:
 
 
 def greatest_efforts(rollout: Rollout) -> Array:
-    """Greatest |effort| of every joint over the whole motion, not only at samples, shape (B, n_joints) [N·m or N]."""
+    """Greatest |effort| of every joint over the whole motion, not only at samples, shape (B, n_joints) [N·m or N].
+
+    Of a joint whose limit differs by direction, it is what uses as much of the lesser limit as the effort does of its
+    own, see :meth:`~trajevo.robot.joints.Sides.as_lesser`.
+    """
+    limits = rollout.robot.limits.sides("effort")
     per_segment = np.empty((rollout.trajectory.segment_durations.size, rollout.robot.dof), dtype=rollout.effort.dtype)
     for group in rollout.resolved_for_peaks:
         cells, values = _cells(rollout, group), group.values
         ends = np.stack([values[:, :-1] + cells.dry, values[:, 1:] + cells.dry])
-        peaks = (ends * np.sign(ends.real)).max(axis=0)
+        peaks = (ends * _signs(ends, limits)).max(axis=0)
         rates = np.matmul(group.nodes.slopes, values).real
         inside = cells.turns | (rates[:, :-1] * rates[:, 1:] < 0.0)
         if inside.any():
@@ -354,5 +360,12 @@ def _peaks(rollout: Rollout, group: Resolved, cells: _Cells, chosen: Array) -> A
     within = polynomials.shifted(cubics.effort[:, which], lower) * (upper - lower) ** np.arange(4)[:, None]
     effort = np.concatenate(polynomials.extremes(within, 1)) + dry
     found = np.zeros(len(cubics.spans), dtype=effort.dtype)
-    np.maximum.at(found, which, (effort * np.sign(effort.real)).max(axis=0))
+    signs = _signs(effort, rollout.robot.limits.sides("effort")[cubics.joints[which]])
+    np.maximum.at(found, which, (effort * signs).max(axis=0))
     return found
+
+
+def _signs(effort: Array, limits: Sides) -> Array:
+    """What efforts (..., K) are multiplied by to count in either direction, with limits (K,)."""
+    signs: Array = np.sign(effort.real)
+    return signs if limits.agree else signs * limits.weights(effort)

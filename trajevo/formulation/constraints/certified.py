@@ -19,6 +19,7 @@ from trajevo.dynamics.piece_bounds import PieceBounds, Pieces
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import checked_name
 from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.robot.joints import Sides
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.trajectory.bernstein import gauss, local_greatest
 
@@ -77,24 +78,25 @@ class _Proof:
         if self._of_tool:
             peaks = _speed_peaks(rollout)
         else:
-            peaks = _effort_peaks(rollout, np.flatnonzero(np.isfinite(rollout.robot.limits.effort)))
+            peaks = _effort_peaks(rollout, np.flatnonzero(rollout.robot.limits.sides("effort").limited))
         limits = self._limits(rollout)
-        excess: Array = peaks / limits[np.isfinite(limits)] - 1.0 + RETREAT
+        kept: Array = limits.forward[limits.limited] if limits.agree else limits[limits.limited].both
+        excess: Array = peaks / kept - 1.0 + RETREAT
         return excess.reshape(len(excess), -1)
 
     def _decided(self, rollout: Rollout, asked: Array) -> Array:
         """Excess of the motions that are to be decided, shape (B, columns)."""
-        pieces, bounds, limits = Pieces.of(rollout, DECIDING), PieceBounds.of(rollout), self._limits(rollout)
+        pieces, bounds, limits = Pieces.of(rollout, DECIDING), PieceBounds.of(rollout), self._limits(rollout).lesser
         over = bounds.tool_speed if self._of_tool else bounds.efforts
         found = decide(over, pieces.rows(asked[pieces.owner]), limits, motions=len(asked))
         limited = np.isfinite(limits)
         return np.minimum(found[:, limited] / limits[limited] - 1.0, MOST_EXCESS)
 
-    def _limits(self, rollout: Rollout) -> Array:
+    def _limits(self, rollout: Rollout) -> Sides:
         """Limit of the tool speed, or of the effort of every joint; inf for none."""
         if self._of_tool:
-            return np.array([self.sampled.limit])
-        return np.asarray(rollout.robot.limits.effort * self.sampled.share)
+            return Sides.of(np.array([self.sampled.limit]))
+        return rollout.robot.limits.sides("effort").times(np.asarray(self.sampled.share))
 
     @property
     def _of_tool(self) -> bool:

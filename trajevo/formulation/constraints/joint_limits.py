@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -13,7 +12,7 @@ from trajevo.base.arrays import Array, scaled
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter, share_kept_free
 from trajevo.path.via_points import ViaPoints
-from trajevo.robot.joints import JointLimits
+from trajevo.robot.joints import JointLimits, Sides
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import DERIVATIVES
 
@@ -61,7 +60,10 @@ def position_limits(robot: Robot, points: ViaPoints | None = None) -> Constraint
 
 
 def velocity_limits(robot: Robot) -> Constraint:
-    """Peak of |v| of every joint, exact or bounded from above, divided by its limit, minus 1."""
+    """Peak of |v| of every joint, exact or bounded from above, divided by its limit, minus 1.
+
+    If the limit differs by direction, each direction is measured by its own; so with the other limits.
+    """
     return _peak_limits(robot, 1)
 
 
@@ -92,7 +94,8 @@ def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
             :meth:`~trajevo.robot.robot.Robot.check_masses`.
     """
     robot.check_body("a limit of effort")
-    kept = np.flatnonzero(np.isfinite(robot.limits.effort))
+    sides = robot.limits.sides("effort")
+    kept = np.flatnonzero(sides.limited)
     if len(kept):
         robot.check_masses("a limit of effort")
     share = 1.0 - share_kept_free("effort_margin", margin, "1")
@@ -103,7 +106,7 @@ def effort_limits(robot: Robot, *, margin: float = 0.0) -> Constraint:
         excess,
         terms,
         quantity="effort",
-        limit=tuple((robot.limits.effort * share)[kept].tolist()),
+        limit=tuple((sides.lesser * share)[kept].tolist()),
         share=share,
     )
 
@@ -118,28 +121,31 @@ def kept_limits(robot: Robot, constraints: Iterable[Constraint]) -> JointLimits:
         field = LIMITED_BY.get(constraint.quantity)
         if field is not None and constraint.share is not None:
             shares[field] = min(constraint.share, shares.get(field, 1.0))
-    changed = {field: getattr(robot.limits, field) * share for field, share in shares.items() if share < 1.0}
-    return replace(robot.limits, **changed) if changed else robot.limits
+    changed = {field: share for field, share in shares.items() if share < 1.0}
+    return robot.limits.scaled(changed) if changed else robot.limits
 
 
 def _effort_excess(rollout: Rollout, *, share: float) -> Array:
-    limit = rollout.robot.limits.effort * share
-    kept = np.isfinite(limit)
+    limit = rollout.robot.limits.sides("effort").times(share)
+    kept = limit.limited
     if not kept.any():
         return np.empty((len(rollout.trajectory), 0))
     effort = np.ascontiguousarray(np.moveaxis(rollout.effort, 1, 0))  # numpy's extremes are fast along the first axis
-    peak = np.maximum(effort.max(axis=0), -effort.min(axis=0))
-    excess: Array = peak[:, kept] / limit[kept] - 1.0
+    greatest, least = effort.max(axis=0), effort.min(axis=0)
+    if not limit.agree:
+        return limit[kept].share_between(least[:, kept], greatest[:, kept]) - 1.0
+    peak = np.maximum(greatest, -least)
+    excess: Array = peak[:, kept] / limit.forward[kept] - 1.0
     return excess
 
 
 def _effort_terms(rollout: Rollout, *, share: float) -> Array:
-    limit = rollout.robot.limits.effort * share
-    kept = np.isfinite(limit)
+    limit = rollout.robot.limits.sides("effort").times(share)
+    kept = limit.limited
     if not kept.any():
         return np.empty((len(rollout.trajectory), 0))
     effort = rollout.effort if kept.all() else rollout.effort[..., kept]
-    excess = scaled(effort, np.sign(effort.real) / limit[kept]) - 1.0
+    excess = scaled(effort, np.sign(effort.real) / limit[kept].toward(effort)) - 1.0
     return excess.reshape(len(excess), -1)
 
 
@@ -153,7 +159,7 @@ def _peak_limits(robot: Robot, derivative: int) -> Constraint:
         excess,
         terms,
         quantity=DERIVATIVES[derivative],
-        limit=tuple(limit_of(robot, derivative)[kept].tolist()),
+        limit=tuple(limit_of(robot, derivative).lesser[kept].tolist()),
         share=1.0,
         proof="extremes",
     )
@@ -195,16 +201,23 @@ def _size(lower: Array, upper: Array) -> Array:
 
 
 def _peak_excess(rollout: Rollout, *, derivative: int) -> Array:
-    limit = limit_of(rollout.robot, derivative)
-    kept = np.isfinite(limit)
-    excess: Array = rollout.trajectory.peak(derivative)[:, kept] / limit[kept] - 1.0
+    limit, trajectory = limit_of(rollout.robot, derivative), rollout.trajectory
+    kept = limit.limited
+    if not limit.agree:
+        least, greatest = trajectory.extremes(derivative)
+        return limit[kept].share_between(least[:, kept], greatest[:, kept]) - 1.0
+    excess: Array = trajectory.peak(derivative)[:, kept] / limit.forward[kept] - 1.0
     return excess
 
 
 def _peak_terms(rollout: Rollout, *, derivative: int) -> Array:
-    limit = limit_of(rollout.robot, derivative)
-    kept = np.isfinite(limit)
-    excess = scaled(rollout.trajectory.segment_peaks(derivative)[..., kept], 1.0 / limit[kept]) - 1.0
+    limit, trajectory = limit_of(rollout.robot, derivative), rollout.trajectory
+    kept = limit.limited
+    if limit.agree:
+        excess = scaled(trajectory.segment_peaks(derivative)[..., kept], 1.0 / limit.forward[kept]) - 1.0
+    else:
+        least, greatest = trajectory.segment_extremes(derivative)
+        excess = limit[kept].share_between(least[..., kept], greatest[..., kept]) - 1.0
     return excess.reshape(len(excess), -1)
 
 
@@ -214,13 +227,12 @@ def _bounded(robot: Robot) -> np.ndarray[Any, np.dtype[np.intp]]:
 
 def limited_joints(robot: Robot, derivative: int) -> np.ndarray[Any, np.dtype[np.intp]]:
     """Indices of the joints whose derivative of this order is limited."""
-    return np.flatnonzero(np.isfinite(limit_of(robot, derivative)))
+    return np.flatnonzero(limit_of(robot, derivative).limited)
 
 
-def limit_of(robot: Robot, derivative: int) -> Array:
-    """Limits of a derivative, shape (n_joints,)."""
-    limit: Array = getattr(robot.limits, DERIVATIVES[derivative])
-    return limit
+def limit_of(robot: Robot, derivative: int) -> Sides:
+    """Limits of a derivative of every joint."""
+    return robot.limits.sides(DERIVATIVES[derivative])
 
 
 def limit_names(quantity: str, robot: Robot, kept: Iterable[int]) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ def mean_velocity_limits(robot: Robot) -> Constraint:
 def _mean_velocity_excess(rollout: Rollout) -> Array:
     q = rollout.q.reshape(len(rollout.trajectory), -1, rollout.dynamics.samples, rollout.robot.dof)
     mean = (q[:, :, -1] - q[:, :, 0]) / rollout.trajectory.segment_durations[:, :, None]
-    share = mean * np.sign(mean.real) / rollout.robot.limits.velocity
+    share = mean * np.sign(mean.real) / rollout.robot.limits.sides("velocity").toward(mean)
     worst: Array = share.reshape(len(share), -1).max(axis=1, keepdims=True) - 1.0
     return worst
 

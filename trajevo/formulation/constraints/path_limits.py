@@ -22,14 +22,17 @@ from trajevo.trajectory.parameterisation import ORDERS, Course
 
 
 def hull_limits(robot: Robot) -> tuple[Constraint, ...]:
-    """Bounds (20)-(25) of Paing 2021 of velocity, acceleration and jerk along a path, over the limits, minus 1."""
+    """Bounds (20)-(25) of Paing 2021 of velocity, acceleration and jerk along a path, over the limits, minus 1.
+
+    They bound magnitudes: of a limit that differs by direction the lesser counts.
+    """
     return tuple(
         Constraint(
             limit_names(DERIVATIVES[order], robot, limited_joints(robot, order)),
             robot.reference,
             partial(_hull_excess, derivative=order),
             quantity=DERIVATIVES[order],
-            limit=tuple(limit_of(robot, order)[limited_joints(robot, order)].tolist()),
+            limit=tuple(limit_of(robot, order).lesser[limited_joints(robot, order)].tolist()),
             share=1.0,
             proof="bound",
         )
@@ -58,14 +61,14 @@ def smooth_path_limits(robot: Robot, bound: str, like: Course) -> tuple[Constrai
 
 
 def _hull_excess(rollout: Rollout, *, derivative: int) -> Array:
-    limit = limit_of(rollout.robot, derivative)
+    limit = limit_of(rollout.robot, derivative).lesser
     kept = np.isfinite(limit)
     excess: Array = along_path(rollout).hull_peak(derivative)[:, kept] / limit[kept] - 1.0
     return excess
 
 
 def _smooth_excess(rollout: Rollout, *, derivative: int, bound: str) -> Array:
-    limit = limit_of(rollout.robot, derivative)
+    limit = limit_of(rollout.robot, derivative).lesser
     kept, batch = np.isfinite(limit), along_path(rollout)
     terms = _terms(batch.course, derivative, bound)[:, kept]
     scale = batch.durations ** float(-derivative)

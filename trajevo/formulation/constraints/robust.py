@@ -152,7 +152,7 @@ def _terms(rollout: Rollout, *, box: PayloadBox, share: float) -> Array:
 
 def _over_limit(rollout: Rollout, box: PayloadBox, share: float) -> Array:
     """Greatest efforts divided by the usable share of the limits, minus 1, shape (B, T, K, 2)."""
-    limit = rollout.robot.limits.effort * share
-    kept = np.flatnonzero(np.isfinite(limit))
-    over: Array = box.greatest_efforts(rollout, kept) / limit[kept][:, None] - 1.0
+    limit = rollout.robot.limits.sides("effort").times(share)
+    kept = np.flatnonzero(limit.limited)
+    over: Array = box.greatest_efforts(rollout, kept) / limit[kept].both.T - 1.0
     return over

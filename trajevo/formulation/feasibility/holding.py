@@ -27,6 +27,7 @@ from trajevo.formulation.feasibility.findings import (
 )
 from trajevo.formulation.feasibility.known_points import KnownPoints, segments_at_points
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.robot.joints import Sides
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 
@@ -40,13 +41,16 @@ class Holding:
         given: what its motions have in common.
         needed: effort of every joint with the payload, of several payloads the greatest, and the least that any mass of
             a variable payload needs, shape (K, n_joints) [N·m or N].
-        available: limit that the problem keeps, inf for none, shape (n_joints,) [N·m or N].
+        limits: limits that the problem keeps, inf for none, shape (n_joints,) [N·m or N].
+        directions: efforts at rest of the nominal payload, whose signs say which limit counts, shape (K, n_joints)
+            [N·m or N].
     """
 
     problem: TrajectoryProblem
     given: KnownPoints
     needed: Array
-    available: Array
+    limits: Sides
+    directions: Array
 
     @classmethod
     def of(cls, problem: TrajectoryProblem, given: KnownPoints) -> Holding | None:
@@ -54,11 +58,21 @@ class Holding:
         held = [c for c in problem.constraints if LIMITED_BY.get(c.quantity) == "effort" and c.share is not None]
         if not any(c.names for c in held):
             return None
-        needed = np.zeros(given.positions.shape)
+        needed, limits = np.zeros(given.positions.shape), problem.kept_limits.sides("effort")
         for constraint in held:
             if constraint.names:
                 needed = np.maximum(needed, _needed(problem, given, constraint))
-        return cls(problem, given, needed, problem.kept_limits.effort)
+        if limits.agree:
+            return cls(problem, given, needed, limits, np.zeros_like(needed))
+        directions = _directions(problem, given, limits)
+        told, limited = limits.told(directions), limits.limited
+        scale = np.where(limited, told, 1.0) / np.where(limited, limits.lesser, 1.0)
+        return cls(problem, given, needed * scale, limits, directions)
+
+    @property
+    def available(self) -> Array:
+        """Limit in the direction that counts, inf for none, shape (K, n_joints) [N·m or N]."""
+        return np.broadcast_to(self.limits.told(self.directions), self.needed.shape)
 
     @property
     def used(self) -> Array:
@@ -101,7 +115,7 @@ class Holding:
             point=k,
             joint=self.problem.robot.joint_names[joint],
             needed=float(self.needed[k, joint]),
-            available=float(self.available[joint]),
+            available=float(self.available[k, joint]),
             unit=effort_unit(self.problem.robot, joint),
             severity=severity,
             sentence=sentence,
@@ -110,17 +124,21 @@ class Holding:
 
     def _told(self, k: int, joint: int) -> str:
         robot, unit = self.problem.robot, effort_unit(self.problem.robot, joint)
-        full, kept = robot.limits.effort[joint], self.available[joint]
+        full, kept = self._full(k)[joint], self.available[k, joint]
         margin = "" if full == kept else f" ({number(full)} {unit} less the margin)"
         return f"{of(self.needed[k, joint], kept, unit)} on {robot.joint_names[joint]}{margin}"
+
+    def _full(self, k: int) -> Array:
+        """The robot's own limits in the direction that counts at a point, shape (n_joints,) [N·m or N]."""
+        return self.problem.robot.limits.sides("effort").told(self.directions[k])
 
     def _remedy(self, k: int, joint: int) -> str:
         """What makes the point easy to hold."""
         robot = self.problem.robot
-        of_full = float((self.needed[k] / robot.limits.effort).max())
+        of_full = float((self.needed[k] / self._full(k)).max())
         helps = [] if of_full > 1.0 else [f"an effort_margin of at most {at_most(1.0 - of_full)}"]
         helps += self._payload(k)
-        unit, share = effort_unit(robot, joint), self.available[joint] / robot.limits.effort[joint]
+        unit, share = effort_unit(robot, joint), self.available[k, joint] / self._full(k)[joint]
         helps.append(f"another posture there, or a limit of at least {at_least(self.needed[k, joint] / share)} {unit}")
         return f"remedy: {', or '.join(helps)}"
 
@@ -140,7 +158,7 @@ class Holding:
         """Least and greatest payload that every joint can hold, shape (K, n_joints) [kg]."""
         lower, upper = np.zeros(self.needed.shape), np.full(self.needed.shape, np.inf)
         for points, unloaded, each in _efforts(self.problem, self.given):
-            least, greatest = mass_bounds(unloaded, each, self.available)
+            least, greatest = mass_bounds(unloaded, each, self.limits)
             lower[points], upper[points] = np.maximum(lower[points], least), np.minimum(upper[points], greatest)
         return lower, upper
 
@@ -209,16 +227,36 @@ def _efforts(problem: TrajectoryProblem, given: KnownPoints) -> Iterator[tuple[A
         yield carried.points, dynamics.unloaded_effort(*states), dynamics.effort_per_kilogram(*states)
 
 
+def _directions(problem: TrajectoryProblem, given: KnownPoints, limits: Sides) -> Array:
+    """The effort at rest at each point, of several loads that which uses most of a limit, shape (K, n_joints)."""
+    found = np.zeros(given.positions.shape)
+    for points, unloaded, each in _efforts(problem, given):
+        effort = unloaded + _lightest(problem, unloaded, each) * each
+        more = limits.share(effort) > limits.share(found[points])
+        found[points] = np.where(more, effort, found[points])
+    return found
+
+
+def _lightest(problem: TrajectoryProblem, unloaded: Array, each: Array) -> Array:
+    """The payload, or that of a variable one with which each joint bears least, shape (K', n_joints) [kg]."""
+    if problem.payload_range is None:
+        return np.full(each.shape, problem.dynamics.payload.mass)
+    best = np.divide(-unloaded, each, out=np.zeros_like(each), where=each != 0.0)
+    return np.clip(best, *problem.payload_range)
+
+
 def _needed(problem: TrajectoryProblem, given: KnownPoints, constraint: Constraint) -> Array:
-    """Efforts at rest by which a constraint judges, shape (K, n_joints) [N·m or N]."""
-    needed = np.zeros(given.positions.shape)
+    """Efforts at rest by which a constraint judges, shape (K, n_joints) [N·m or N].
+
+    Where limits differ by direction, they are what uses as much of the lesser limit as the effort does of its own.
+    """
+    needed, limits = np.zeros(given.positions.shape), problem.robot.limits.sides("effort")
     if problem.payload_range is not None:
         for points, unloaded, each in _efforts(problem, given):
-            best = np.divide(-unloaded, each, out=np.zeros_like(each), where=each != 0.0)
-            lightest = np.abs(unloaded + np.clip(best, *problem.payload_range) * each)
+            lightest = limits.as_lesser(unloaded + _lightest(problem, unloaded, each) * each)
             needed[points] = np.maximum(needed[points], lightest)
         return needed
-    limited = np.isfinite(problem.robot.limits.effort)
+    limited = limits.limited
     for carried in _carried(problem, given):
         positions = given.positions[carried.points]
         standing = PolynomialBatch(np.tile([0.0, 1.0], (len(positions), 1)), positions[:, None, :, None])

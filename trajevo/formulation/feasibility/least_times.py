@@ -8,7 +8,8 @@ time. The bounds hold for every motion; the fastest is slower wherever joints mu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import final
 
@@ -19,6 +20,7 @@ from trajevo.formulation.constraints.joint_limits import LIMITED_BY
 from trajevo.formulation.feasibility.known_points import SAME_POSITION, KnownPoints
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.path.curve import GeometricPath
+from trajevo.robot.joints import Sides
 
 #: Number of chords by which the length of a path is bounded from below.
 _CHORDS = 256
@@ -51,15 +53,15 @@ class SpeedLimits:
     """What limits the speeds of every motion of a problem; inf where nothing does.
 
     Attributes:
-        velocity: of each joint, shape (n_joints,) [rad/s or m/s].
+        velocity: of each joint and direction, shape (n_joints,) [rad/s or m/s].
         acceleration: the same [rad/s² or m/s²]; of no effect if velocities may jump.
         jerk: the same [rad/s³ or m/s³]; of no effect if accelerations may jump.
         tool: greatest speed of the tool [m/s].
     """
 
-    velocity: Array
-    acceleration: Array
-    jerk: Array
+    velocity: Sides
+    acceleration: Sides
+    jerk: Sides
     tool: float
 
     @classmethod
@@ -67,20 +69,40 @@ class SpeedLimits:
         """The limits that a problem's constraints hold at every instant of motions with that many derivatives."""
         held = [c for c in problem.constraints if c.names and c.proof != "samples"]
         kept = {LIMITED_BY.get(c.quantity) for c in held if c.share is not None}
-        free = np.full(problem.robot.dof, np.inf)
+        free = Sides.of(np.full(problem.robot.dof, np.inf))
         velocity, acceleration, jerk = (
-            getattr(problem.kept_limits, name) if name in kept and smooth >= order else free
+            problem.kept_limits.sides(name) if name in kept and smooth >= order else free
             for order, name in enumerate(("velocity", "acceleration", "jerk"))
         )
         tool = [c.limit for c in held if c.quantity == "tool speed" and isinstance(c.limit, float)]
         return cls(velocity, acceleration, jerk, min(tool, default=np.inf))
 
-    def least(self, distance: Array, *, rests: int) -> Array:
-        """Least times in which joints cover distances (..., n_joints) with rest at none, one or both ends [s]."""
+    def least(self, moved: Array, *, rests: int) -> Array:
+        """Least times in which joints move by signed distances (..., n_joints) with rest at none, one or both ends [s].
+
+        A joint speeds up with the acceleration of its direction and slows down with that of the other one. Between two
+        rests, the greater of both bounds the time under a limit of jerk, and both together that without one.
+        """
+        distance, velocity = np.abs(moved), self.velocity.toward(moved)
         if not rests:
-            return distance / self.velocity
-        whole: Array = rests * from_rest(distance / rests, self.velocity, self.acceleration, self.jerk)
-        return whole
+            return distance / velocity
+        whole: Array = rests * from_rest(distance / rests, velocity, self.acceleration.greater, self.jerk.forward)
+        if rests < 2 or self.acceleration.agree:
+            return whole
+        mean = 2.0 / (1.0 / self.acceleration.forward + 1.0 / self.acceleration.backward)
+        return np.maximum(whole, 2.0 * from_rest(0.5 * distance, velocity, mean, np.full(len(mean), np.inf)))
+
+    def along(self, steps: Sequence[Array], *, rests: int) -> Array:
+        """Least times in which joints cover the longest of ways, each of signed steps (K, n_joints) [s]."""
+        way = np.max([np.abs(each).sum(axis=0) for each in steps], axis=0)
+        if self.velocity.agree and self.acceleration.agree:
+            return self.least(way, rests=rests)
+        fastest = replace(
+            self, velocity=Sides.of(self.velocity.greater), acceleration=Sides.of(self.acceleration.greater)
+        )
+        directed = [self.velocity.share(each).sum(axis=0) for each in steps]
+        longest: Array = np.max([fastest.least(way, rests=rests), *directed], axis=0)
+        return longest
 
 
 def from_rest(distance: Array, velocity: Array, acceleration: Array, jerk: Array) -> Array:
@@ -108,10 +130,10 @@ def least_times(problem: TrajectoryProblem, given: KnownPoints) -> tuple[LeastTi
     tool = problem.robot.tool_poses(given.positions[known])[0] if np.isfinite(limits.tool) and known else None
     found = []
     for n, (first, last) in enumerate(pairwise(known)):
-        distance = _apart(given.positions[first], given.positions[last])
+        moved = _apart(given.positions[first], given.positions[last])
         passed = given.passed[first] and given.passed[last]
         rests = int(given.resting[first]) + int(given.resting[last]) if passed else 0
-        least = limits.least(distance, rests=rests)
+        least = limits.least(moved, rests=rests)
         curve = getattr(problem.interpolant, "curves", {}).get(first)
         if curve is not None and last == first + 1:
             along = curve.least_times(limits.velocity, limits.acceleration, limits.jerk)
@@ -130,14 +152,14 @@ def _whole(problem: TrajectoryProblem, given: KnownPoints, limits: SpeedLimits, 
     """Least time of the whole motion: the sum of its parts, or that in which one joint covers all its ways."""
     last, rests = len(given.positions) - 1, int(given.resting[0]) + int(given.resting[-1])
     passed = given.positions[given.passed]
-    ways = _apart(passed[:-1], passed[1:]).sum(axis=0) if len(passed) else np.zeros(problem.robot.dof)
+    steps = [_apart(passed[:-1], passed[1:]) if len(passed) else np.zeros((0, problem.robot.dof))]
     path = getattr(problem.interpolant, "path", None)
     along = 0.0
     if isinstance(path, GeometricPath) and path.n_axes == problem.robot.dof:
-        chords = np.abs(np.diff(path(np.linspace(0.0, 1.0, _CHORDS + 1)), axis=0))
-        ways = np.maximum(ways, chords.sum(axis=0))
-        along = float((chords / limits.velocity).max(axis=1).sum())
-    joint, seconds = _greatest(limits.least(ways, rests=rests))
+        chords = np.diff(path(np.linspace(0.0, 1.0, _CHORDS + 1)), axis=0)
+        steps.append(chords)
+        along = float(limits.velocity.share(chords).max(axis=1).sum())
+    joint, seconds = _greatest(limits.along(steps, rests=rests))
     seconds += float(given.waits.sum())
     summed = max(sum(part.seconds for part in parts), along)
     by_bounds = float(given.shortest.sum())
@@ -147,9 +169,10 @@ def _whole(problem: TrajectoryProblem, given: KnownPoints, limits: SpeedLimits, 
 
 
 def _apart(start: Array, end: Array) -> Array:
-    """How far every joint is at least from one known point to the other [rad or m]."""
+    """How far every joint moves at least from one known point to the other, backward below 0 [rad or m]."""
     distance: Array = np.maximum(np.abs(end - start) - 2.0 * SAME_POSITION, 0.0)
-    return distance
+    signed: Array = np.copysign(distance, end - start)
+    return signed
 
 
 def _greatest(seconds: Array) -> tuple[int | None, float]:

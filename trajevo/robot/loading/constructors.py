@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.robot.limit_files import is_pair
 from trajevo.robot.loading.arguments import STANDARD_GRAVITY, checked_gravity, plain_settings
 from trajevo.robot.loading.chain import DhStep, Pose6, Segment, chain_urdf
 from trajevo.robot.loading.dh import KINDS, DhTable, joint_names, planar_rows
@@ -184,9 +185,10 @@ class WithoutUrdf(ABC):
 
         Args:
             velocity: limits, one number for all joints, one for each, or a mapping from names to numbers, SI or text
-                with a unit such as ``"100 deg/s"``; ``inf`` means no limit.
+                with a unit such as ``"100 deg/s"``; ``inf`` means no limit. In the place of a number may stand
+                ``{"backward": 60.0, "forward": 80.0}``, the magnitudes for both directions.
             acceleration: the same.
-            jerk: the same.
+            jerk: the same, with one number for both directions.
             position: pairs of a lower and an upper limit, in the same ways; unlimited if None.
             names: of the joints; if None, ``joint_1`` and so on, as many as limits or kinds are listed.
             kind: ``"revolute"`` or ``"prismatic"``, for all joints or for each.
@@ -207,7 +209,8 @@ class WithoutUrdf(ABC):
         for one in kinds:
             checked_name("kind of joint", one, KINDS)
         for key, values in limits.items():
-            lacking = [joint for joint in called if isinstance(values, Mapping) and joint not in values]
+            by_joint = isinstance(values, Mapping) and not is_pair(values, called)
+            lacking = [joint for joint in called if by_joint and joint not in values]
             if lacking:
                 raise InvalidInputError(f"{key}: expected a limit for {', '.join(lacking)}, got none; inf is no limit")
         nothing = 0.0, np.zeros(3), np.zeros((3, 3))
@@ -234,7 +237,7 @@ def _check_name(name: Any) -> None:
 def _count(names: Any, kind: Any, limits: Mapping[str, Any]) -> int:
     """Number of joints: as many as are named, or else as limits or kinds are listed."""
     for given in (names, *(limits[key] for key in ("velocity", "acceleration", "jerk")), kind):
-        if isinstance(given, list | tuple | np.ndarray | Mapping) and len(given):
+        if isinstance(given, list | tuple | np.ndarray | Mapping) and len(given) and not is_pair(given):
             return len(given)
     raise InvalidInputError("names: expected the names of the joints, as no limit is given for each of them, got none")
 

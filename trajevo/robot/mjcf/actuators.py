@@ -20,11 +20,12 @@ class Efforts(NamedTuple):
     """What actuators and joints say of efforts.
 
     Attributes:
-        limits: greatest effort that a joint has in both directions [N·m or N], by name; NaN if nothing limits it.
+        limits: greatest efforts of a joint backward and forward, both magnitudes [N·m or N], by name; NaN if nothing
+            limits them.
         notes: what cannot be used as it is said, one clause each.
     """
 
-    limits: dict[str, float]
+    limits: dict[str, tuple[float, float]]
     notes: tuple[str, ...]
 
 
@@ -63,9 +64,9 @@ def efforts_of(
         least = min(-backward, forward)
         if least <= 0.0:
             raise InvalidInputError(f"{where}: expected efforts in both directions, got {backward:g} to {forward:g}")
-        limits[name] = math.nan if math.isinf(least) else least
-        if not math.isclose(-backward, forward, rel_tol=1e-9):
-            notes.append(f"effort of joint {name!r} from {backward:g} to {forward:g} is used as {least:g} either way")
+        if math.isclose(-backward, forward, rel_tol=1e-9):
+            backward, forward = -least, least
+        limits[name] = (math.nan, math.nan) if math.isinf(least) else (-backward, forward)
     return Efforts(limits, tuple(notes))
 
 

@@ -79,8 +79,10 @@ class _Reader:
         efforts = efforts_of(
             self._root, self._joints, self._classes, str(self._file), autolimits=self._settings.autolimits
         )
-        for name, effort in efforts.limits.items():
-            self._limits[name]["effort"] = effort
+        for name, (backward, forward) in efforts.limits.items():
+            self._limits[name]["effort"] = forward
+            if backward < forward or backward > forward:  # both NaN where nothing limits them
+                self._limits[name]["effort_backward"] = backward
         self._couple()
         for name in [name for name in self._lock if name in self._limits]:
             self._armature.pop(name, None)

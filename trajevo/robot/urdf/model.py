@@ -60,7 +60,8 @@ def build_model(
         text: the URDF.
         file: where it is from, for messages.
         lock: positions of the joints to lock [rad or m].
-        limits: limits in place of those of the text, by joint and then ``lower``, ``upper``, ``velocity``, ``effort``.
+        limits: limits in place of those of the text, by joint and then ``lower``, ``upper``, ``velocity``, ``effort``;
+            others are no part of a model.
     """
     model = _locked(read_model(text, file), file, lock)
     columns = {
@@ -71,7 +72,8 @@ def build_model(
     }
     for place, name in enumerate(list(model.names)[1:]):
         for key, value in (limits or {}).get(name, {}).items():
-            columns[key][place] = value
+            if key in columns:
+                columns[key][place] = value
     return model, tuple("m" if _slides(joint) else "rad" for joint in list(model.joints)[1:])
 
 

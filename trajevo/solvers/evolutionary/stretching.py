@@ -197,7 +197,7 @@ class Stretching:
         effort = path.carrying(masses)
         lower, upper = [none], [none]
         for _, share in self.efforts:
-            limit = rollout.robot.limits.effort * share * (1.0 - _MARGIN)
+            limit = rollout.robot.limits.sides("effort").times(share).times(1.0 - _MARGIN)
             for ends, found in zip((lower, upper), effort.excluded(limit), strict=True):
                 ends.append(np.moveaxis(found, 1, 0).reshape(len(X), -1))
         return np.concatenate(lower, axis=1), np.concatenate(upper, axis=1)

@@ -20,9 +20,11 @@ from trajevo.errors import UnreachableError
 from trajevo.path.segments import ToolSegment
 from trajevo.path.tool_ways import ToolWay, WayPostures
 from trajevo.path.via_points import ViaPoints
+from trajevo.robot.joints import Sides
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.interpolants.interpolant import Interpolant, Variable, check_durations, checked_bounds
 from trajevo.trajectory.interpolants.splines import QuinticSpline, SepticSpline
+from trajevo.trajectory.peak_shares import peak_shares
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Shares of the way as ascending powers of the share of time, by the spline along it.
@@ -100,7 +102,7 @@ class FixedCurve(Interpolant):
         """Share of the way by the share of time, any shape."""
         return np.asarray(polynomials.values(np.array(self.law), u))
 
-    def least_times(self, velocity: Array, acceleration: Array, jerk: Array) -> Array:
+    def least_times(self, velocity: Sides, acceleration: Sides, jerk: Sides) -> Array:
         """Least time that each joint needs within limits, which may be inf, shapes (n_joints,) [s].
 
         Args:
@@ -110,7 +112,7 @@ class FixedCurve(Interpolant):
         """
         unit = self(np.ones((1, 1)))
         needed = [
-            (unit.peak(order)[0] / limit) ** (1.0 / order)
+            peak_shares(unit, order, limit)[0] ** (1.0 / order)
             for order, limit in enumerate((velocity, acceleration, jerk), start=1)
         ]
         least: Array = np.max(needed, axis=0)

@@ -255,6 +255,14 @@ def _check(path: GeometricPath, limits: JointLimits, longest_time: Any) -> None:
         raise InvalidInputError(f"limits: expected {path.n_axes} axes as in the path, got {len(limits.velocity)}")
     if not (isinstance(longest_time, int | float) and np.isfinite(longest_time) and longest_time > 0.0):
         raise InvalidInputError(f"longest_time: expected a positive time [s], got {longest_time!r}")
+    for name in DERIVATIVES[1:]:
+        sides = limits.sides(name)
+        if not sides.agree:
+            raise InvalidInputError(
+                f"limits: expected one limit of {name} for both directions, as motions along a path are planned by "
+                f"bounds of magnitudes, got {sides.forward.tolist()} forward and {sides.backward.tolist()} backward; "
+                f"give the lesser as {name}"
+            )
     if not any(np.isfinite(_limit(limits, order)).any() for order in ORDERS):
         raise InvalidInputError("limits: expected a finite velocity, acceleration or jerk limit, got inf alone")
 

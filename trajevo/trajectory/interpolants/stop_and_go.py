@@ -32,7 +32,8 @@ def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str, straigh
 
     Args:
         points: via points; two of them give one rest-to-rest motion.
-        limits: joint limits, SI.
+        limits: joint limits, SI. With limits of acceleration that differ by direction, joints speed up with one and
+            slow down with the other; ``"septic"``, whose halves mirror each other, keeps the lesser.
         profile: ``"trapezoid"`` (velocity and acceleration limits; its jerk is infinite at the corners and is not
             checked), ``"double_s"`` (velocity, acceleration and jerk limits, by Ruckig) or ``"septic"`` (polynomial
             of degree 7, under all three).
@@ -64,7 +65,7 @@ def _line(start: Array, end: Array, limits: JointLimits, profile: str) -> tuple[
     """Phases of a straight chord: durations (P,) [s] and coefficients (P, n_joints, degree + 1)."""
     chord = end - start
     with np.errstate(divide="ignore"):
-        share = [float(np.min(bound / np.abs(chord))) for bound in (limits.velocity, limits.acceleration, limits.jerk)]
+        share = [float(np.min(bound / np.abs(chord))) for bound in _bounds(chord, limits)]
     durations, s = _lasting(*_PROFILES[profile](*share))
     segment = chord[:, None] * s[:, None, :]
     segment[..., 0] += start
@@ -77,7 +78,7 @@ def _apart(start: Array, end: Array, limits: JointLimits, profile: str) -> tuple
     moving = np.flatnonzero(chord)
     own = []
     for joint in moving:
-        bounds = (limits.velocity[joint], limits.acceleration[joint], limits.jerk[joint])
+        bounds = (bound[joint] for bound in _bounds(chord, limits))
         own.append(_lasting(*_PROFILES[profile](*(float(bound / abs(chord[joint])) for bound in bounds))))
     total = max(float(durations.sum()) for durations, _ in own)
     ends = [np.concatenate([[0.0], np.cumsum(d) / d.sum()]) for d, _ in own]
@@ -93,30 +94,48 @@ def _apart(start: Array, end: Array, limits: JointLimits, profile: str) -> tuple
     return total * np.diff(cuts), segment
 
 
+def _bounds(chord: Array, limits: JointLimits) -> tuple[Array, Array, Array, Array]:
+    """Limits along a chord: velocity, acceleration when speeding up and when slowing down, jerk, each (n_joints,)."""
+    acceleration = limits.sides("acceleration")
+    return (
+        limits.sides("velocity").toward(chord),
+        acceleration.toward(chord),
+        acceleration.toward(-chord),
+        limits.jerk,
+    )
+
+
 def _lasting(durations: Array, s: Array) -> _Phases:
     """The phases that are more than rounding."""
     kept = durations > _NEGLIGIBLE * durations.sum()
     return durations[kept], s[kept]
 
 
-def _trapezoid(velocity: float, acceleration: float, jerk: float) -> _Phases:
+def _trapezoid(velocity: float, speeding: float, slowing: float, jerk: float) -> _Phases:
     del jerk
-    _require(acceleration, "acceleration", "trapezoid")
-    ramp = min(velocity / acceleration, acceleration**-0.5)
-    speed = acceleration * ramp
+    _require(max(speeding, slowing), "acceleration", "trapezoid")
+    mean = speeding if speeding == slowing else 2.0 / (1.0 / speeding + 1.0 / slowing)
+    ramp = min(velocity / mean, mean**-0.5)  # the mean of both ramps
+    speed = mean * ramp
     cruise = max(1.0 / speed - ramp, 0.0)
-    half = 0.5 * acceleration
-    return np.array([ramp, cruise, ramp]), np.array(
-        [[0.0, 0.0, half], [half * ramp**2, speed, 0.0], [1.0 - half * ramp**2, speed, -half]]
+    up, down = ramp * (mean / speeding), ramp * (mean / slowing)
+    return np.array([up, cruise, down]), np.array(
+        [
+            [0.0, 0.0, 0.5 * speeding],
+            [0.5 * speeding * up**2, speed, 0.0],
+            [1.0 - 0.5 * slowing * down**2, speed, -0.5 * slowing],
+        ]
     )
 
 
-def _double_s(velocity: float, acceleration: float, jerk: float) -> _Phases:
-    for value, name in ((velocity, "velocity"), (acceleration, "acceleration"), (jerk, "jerk")):
+def _double_s(velocity: float, speeding: float, slowing: float, jerk: float) -> _Phases:
+    for value, name in ((velocity, "velocity"), (max(speeding, slowing), "acceleration"), (jerk, "jerk")):
         _require(value, name, "double_s")
     inputs, found = ruckig.InputParameter(1), ruckig.Trajectory(1)
     inputs.current_position, inputs.target_position = [0.0], [1.0]
-    inputs.max_velocity, inputs.max_acceleration, inputs.max_jerk = [velocity], [acceleration], [jerk]
+    inputs.max_velocity, inputs.max_acceleration, inputs.max_jerk = [velocity], [speeding], [jerk]
+    if slowing != speeding:
+        inputs.min_acceleration = [-slowing]
     outcome = ruckig.Ruckig(1).calculate(inputs, found)
     if outcome not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise InvalidInputError(f"profile 'double_s': Ruckig found no motion for these limits: {outcome}")
@@ -125,7 +144,7 @@ def _double_s(velocity: float, acceleration: float, jerk: float) -> _Phases:
     return np.array(phases.t), np.array(rows)
 
 
-def _septic(velocity: float, acceleration: float, jerk: float) -> _Phases:
+def _septic(velocity: float, speeding: float, slowing: float, jerk: float) -> _Phases:
     rest = np.zeros((1, 1, 1, 4))
     there = rest.copy()
     there[..., 0] = 1.0
@@ -133,7 +152,7 @@ def _septic(velocity: float, acceleration: float, jerk: float) -> _Phases:
     peaks = [float(unit.peak(order)[0, 0]) for order in (1, 2, 3)]
     duration = max(
         (peak / limit) ** (1.0 / order)
-        for order, peak, limit in zip((1, 2, 3), peaks, (velocity, acceleration, jerk), strict=True)
+        for order, peak, limit in zip((1, 2, 3), peaks, (velocity, min(speeding, slowing), jerk), strict=True)
     )
     if not duration > 0.0:
         raise InvalidInputError("profile 'septic': needs a finite velocity, acceleration or jerk limit")
@@ -147,7 +166,7 @@ def _require(value: float, name: str, profile: str) -> None:
         )
 
 
-_PROFILES: dict[str, Callable[[float, float, float], _Phases]] = {
+_PROFILES: dict[str, Callable[[float, float, float, float], _Phases]] = {
     "trapezoid": _trapezoid,
     "double_s": _double_s,
     "septic": _septic,
