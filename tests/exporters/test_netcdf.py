@@ -129,6 +129,9 @@ def test_limits_are_those_of_the_robot(front, file):
     limits = front.problem.robot.limits
     with netCDF4.Dataset(file) as content:
         for name, values in vars(limits).items():
+            if values is None:  # a direction that agrees with the other one
+                assert f"limit_{name}" not in content.variables
+                continue
             found = content[f"limit_{ {'lower': 'position_lower', 'upper': 'position_upper'}.get(name, name) }"]
             np.testing.assert_array_equal(found[:].data, values)
             assert (

@@ -1,4 +1,4 @@
-"""Fourteen kinds of files that strangers may send, and what trajevo does with each; and a fifteenth, kept analyses."""
+"""Kinds of files that strangers may send, and what trajevo does with each."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from random import Random
 
 import numpy as np
 
+from tests.formulation.test_scene_files import NEW, OLD, WORLD
 from trajevo import Front, load_problem, load_robot, load_task, optimise
 from trajevo.base.files import SCRATCH
 from trajevo.cli.console import Terminal
@@ -23,6 +24,7 @@ from trajevo.cli.screen.printed import print_examination, print_run
 from trajevo.exporters.export import export, is_exported
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene, Sphere
+from trajevo.formulation.constraints.solids import solid_of
 from trajevo.formulation.feasibility.check import check
 from trajevo.path.tables import read_table
 from trajevo.path.via_points import joint_points
@@ -183,6 +185,11 @@ def _read_netcdf(folder: Path) -> None:
 def _read_mesh(folder: Path) -> None:
     robot = load_robot(folder / "two.urdf", limits=LIMITS)
     Collision(robot, Scene((Sphere(position=(1.0, 1.0, 1.0), radius=0.1),))).distances(np.zeros((2, robot.dof)))
+
+
+def _read_scene(folder: Path) -> None:
+    for obstacle in Scene.read(folder / "cell.scene").obstacles:
+        solid_of(obstacle)
 
 
 URDF = """<?xml version="1.0"?>
@@ -485,6 +492,13 @@ def kinds(folder: Path) -> dict[str, Kind]:
         ),
         Kind("points", "points.csv", POINTS, two, _read_points),
         Kind("netCDF", "front.nc", ((folder / "knee.nc").read_bytes(),), {}, _read_netcdf, written=True),
+        Kind(
+            "scene",
+            "cell.scene",
+            (NEW.encode(), OLD.encode(), WORLD.encode()),
+            {"parts/corner.obj": _obj()},
+            _read_scene,
+        ),
         _mesh_kind("stl", _stl(), _stl_text()),
         _mesh_kind("obj", _obj()),
         _mesh_kind("dae", _dae()),

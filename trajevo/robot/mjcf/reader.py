@@ -70,7 +70,7 @@ class _Reader:
             raise InvalidInputError(f"{self._file}: expected <worldbody> with the bodies of a robot, got none")
         ElementTree.SubElement(self._robot, "link", name=WORLD)
         if any(True for world in worlds for _ in _parts(world, "geom", HERE, "", self._settings)):
-            self._notes.append("geoms of <worldbody> are no part of the robot: a scene is given by the task")
+            self._notes.append("geoms of <worldbody> are no part of the robot: [scene] file takes them as obstacles")
         for world in worlds:
             self._inside(world, WORLD, HERE, "")
         self._add_sites()
