@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from tests.helpers import assert_exact_gradients, refused
-from trajevo import Load, Passing, Payload, ViaPointProblem, certify, check, load_robot, optimise
+from trajevo import Load, Passing, Payload, ViaPointProblem, certify, check, load_problem, load_robot, optimise
+from trajevo.base.files import opening_robots_only
 from trajevo.formulation.constraints.clearance import ProvenClearance
-from trajevo.formulation.constraints.scene import Box, Sphere
+from trajevo.formulation.constraints.scene import Box, Scene, Sphere
 from trajevo.solvers.optimise import load_task
 
 ARM = {"name": "xarm7", "limits": {"acceleration": 14.0, "jerk": 140.0}}
@@ -242,7 +243,7 @@ def test_meshes_that_cannot_be_used_are_refused_with_their_file(tmp_path):
         ),
         ({"shape": "mesh", "file": str(large)}, "payload.0.shape: scale: .*looks as if its file were in mm"),
         ({"shape": "mesh", "file": str(large), "scale": 0.0}, "payload.0.shape: scale: expected a number above 0"),
-        ({"shape": "mesh", "file": str(flat)}, "flat.obj: expected a solid, got 4 vertices in one plane"),
+        ({"shape": "mesh", "file": str(flat)}, "flat.obj: expected a solid, got 4 corners in one plane"),
     ):
         refused(lambda shape=shape: made(load | {"shape": shape}, [load_below(2, 0.1)]), sentence)
 
@@ -255,9 +256,20 @@ def test_files_of_meshes_are_beside_the_task(tmp_path):
     text = text.replace('shape = "box", size = [0.1, 0.1, 0.1]', 'shape = "mesh", file = "parts/box.stl"')
     assert text.count("parts/box.stl") == 2
     (tmp_path / "task.toml").write_text(text, encoding="utf-8")
-    settings = load_task(tmp_path / "task.toml").problem.settings
-    expected = str(tmp_path / "parts" / "box.stl")
-    assert settings["scene"]["obstacles"][0]["file"] == settings["payload"][0]["shape"]["file"] == expected
+    problem = load_task(tmp_path / "task.toml").problem
+    (tmp_path / "parts" / "box.stl").unlink()
+    settings = json.loads(json.dumps(problem.settings))
+    for solid in (settings["scene"]["obstacles"][0], settings["payload"][0]["shape"]):
+        assert solid["shape"] == "hull", "runs need no file"
+        np.testing.assert_allclose(np.ptp(solid["points"], axis=0), [0.1, 0.08, 0.06], atol=1e-7)
+        assert len(solid["points"]) == 8
+    again, x = load_problem("via-points", **settings), 0.5 * (problem.xl + problem.xu)[None]
+    np.testing.assert_array_equal(again.evaluate(x)[1], problem.evaluate(x)[1])
+    mesh = {"shape": "mesh", "file": "box.stl", "position": [0.5, 0.0, 0.0]}
+    with opening_robots_only("the data"):
+        refused(
+            lambda: Scene.of({"obstacles": [mesh]}), "file: the data names a file to read, 'box.stl'; the data of a run"
+        )
 
 
 def test_a_shape_without_a_scene_is_told_to_be_of_no_effect(problem):

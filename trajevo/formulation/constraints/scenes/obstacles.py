@@ -14,7 +14,9 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.files import source_of_names
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.formulation.constraints.scenes.hulls import hull_points
 from trajevo.robot.meshes import mesh_points
 
 Triple = tuple[float, float, float]
@@ -291,7 +293,7 @@ class Hull(Cornered):
 @final
 @dataclass(frozen=True, kw_only=True)
 class Mesh(Cornered):
-    """The convex hull of a mesh.
+    """The convex hull of a mesh, whose settings are those of a :class:`Hull`.
 
     Attributes:
         file: a file as STL, OBJ or DAE.
@@ -305,6 +307,12 @@ class Mesh(Cornered):
         super().__post_init__()
         if not isinstance(self.file, str | PathLike):
             raise InvalidInputError(f"{self._where('file')}: expected the path of a mesh, got {self.file!r}")
+        source = source_of_names()
+        if source:
+            raise InvalidInputError(
+                f"{self._where('file')}: {source} names a file to read, {str(self.file)!r}; "
+                "the data of a run holds hulls"
+            )
         object.__setattr__(self, "file", str(self.file))
         self._check_lengths("scale")
         try:
@@ -319,8 +327,14 @@ class Mesh(Cornered):
 
     @cached_property
     def corners(self) -> Array:
-        """Vertices of the mesh in its own frame, shape (N, 3) [m]."""
-        return frozen(mesh_points(Path(self.file), self.scale))
+        """Corners of the convex hull in its own frame, shape (N, 3) [m]."""
+        return frozen(hull_points(mesh_points(Path(self.file), self.scale), self.file))
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Plain data of an equal hull, so that runs need no file, which may change or be anywhere."""
+        values = {key.name: getattr(self, key.name) for key in fields(Obstacle)}
+        return Hull(**values, points=tuple(map(tuple, self.corners.tolist()))).settings
 
 
 #: Name of a shape in plain data -> class.
