@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
@@ -19,6 +18,8 @@ def hull_points(points: Array, where: str) -> Array:
     Raises:
         InvalidInputError: they are in one plane.
     """
+    from scipy.spatial import ConvexHull, QhullError  # takes as long to import as all else together
+
     if len(points) > 3:
         try:
             kept: Array = points[np.sort(ConvexHull(points).vertices)]
