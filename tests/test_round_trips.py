@@ -298,6 +298,11 @@ class Draw:
                 angles = self.random.uniform(-3.0, 3.0, 3)
                 plain = SHAPES[shape](**{k: v for k, v in entry.items() if k != "shape"} | {"rpy": tuple(angles)})
                 entry |= self.choice([{"rpy": self.listed(angles)}, {"rotation": self.listed(plain.rotation)}])
+            if shape != "plane" and self.chance():
+                poses = [{"t": t, "position": self.vector(1.5, 2.0, 3)} for t in (self.number(-1.0, 0.0), 0.5, 1.5)]
+                turned = [one | {"rpy": self.listed(self.random.uniform(-1.0, 1.0, 3))} for one in poses]
+                entry["motion"] = self.choice([list, tuple])(self.choice([poses, turned]))
+                entry["position"] = self.vector(-0.1, 0.1, 3)
             obstacles.append(entry)
         data = {"obstacles": self.choice([list, tuple])(obstacles), "clearance": self.number(0.0, 0.02)}
         if self.chance():

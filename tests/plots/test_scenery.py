@@ -50,8 +50,8 @@ def test_triangles_enclose_the_volume_of_their_solid(best):
 def test_animations_show_what_stands_and_what_is_carried(best, tmp_path):
     paths = [each["path"] for each in commands_of(plots.animate(best, tmp_path / "arm.html", rate=5.0))["set_object"]]
     found = [path.removeprefix("/meshcat/arm/") for path in paths]
-    assert [path for path in found if "solid" in path] == ["solid_0", "frame_0/solid_1", "frame_1/solid_2"]
-    assert [path for path in found if "obstacle" in path] == [f"obstacle_{k}" for k in range(6)]
+    assert [path for path in found if "attached" in path] == ["frame_0/attached_7", "frame_1/attached_8"]
+    assert [path for path in found if "obstacle" in path] == [f"obstacle_{k}" for k in range(7)]
 
 
 def test_stick_figures_show_them_too(best):

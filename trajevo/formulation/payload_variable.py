@@ -80,6 +80,8 @@ def _with_solid(place: int, load: Load) -> Load:
         raise InvalidInputError(f"{where}: {said}") from error
     if isinstance(solid, Plane):
         raise InvalidInputError(f"{where}: expected a solid that can be carried, got a plane, which has no end")
+    if solid.motion is not None:
+        raise InvalidInputError(f"{where}.motion: expected none, as a load moves with the tool")
     if solid.touches:
         raise InvalidInputError(f"{where}.touches: expected the names in payload.{place}.touches, beside the shape")
     away = float(np.linalg.norm(solid.position)) + solid.radius_around

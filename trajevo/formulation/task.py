@@ -78,7 +78,7 @@ def _limits_kept(settings: TaskSettings, robot: Robot) -> list[str]:
 
 
 def _beside(given: Any, folder: Path, *, names_file: bool = False) -> Any:
-    """The same data with the files of meshes and scenes relative to the task's folder."""
+    """The same data with the files of meshes, scenes and motions relative to the task's folder."""
     if isinstance(given, list):
         return [_beside(entry, folder) for entry in given]
     if not isinstance(given, dict):
@@ -87,7 +87,7 @@ def _beside(given: Any, folder: Path, *, names_file: bool = False) -> Any:
     return {
         key: str(folder / value)
         if named and key == "file" and isinstance(value, str)
-        else _beside(value, folder, names_file=key == "scene")
+        else _beside(value, folder, names_file=key in ("scene", "motion"))
         for key, value in given.items()
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.path.tables import Table, read_table
 from trajevo.robot.robot import Robot
 
+_TIME = {"t": "s"}
 _POSITION = {"x": "m", "y": "m", "z": "m"}
 
 #: Columns of an orientation, each with its SI unit, by the key of a pose.
@@ -42,20 +44,44 @@ def read_points(file: str | Path, robot: Robot) -> tuple[Array | list[dict[str, 
     return (_poses(table) if _holds_poses(table, robot) else table.si(joints)), angle
 
 
-def _poses(table: Table) -> list[dict[str, Any]]:
-    known = (*_POSITION, *(name for columns in _ORIENTATIONS.values() for name in columns))
+def read_timed_poses(file: str | Path) -> list[dict[str, Any]]:
+    """Poses over time from a table, see :mod:`trajevo.path.tables`.
+
+    Args:
+        file: its columns, each with its unit and in any order, are ``t``, ``x``, ``y``, ``z``, and those of an
+            orientation as for :func:`read_points`, or none.
+
+    Returns:
+        For every row ``t`` [s], ``position`` [m] and the orientation by the key of a pose.
+
+    Raises:
+        InvalidInputError: the file cannot be read, or has other columns; the message names the column.
+    """
+    return _poses(read_table(file, example="t [s], x [m], y [m], z [m], yaw [deg]"), _TIME)
+
+
+def _poses(table: Table, before: Mapping[str, str] | None = None) -> list[dict[str, Any]]:
+    """Settings of poses.
+
+    Args:
+        table: the table.
+        before: further columns, and their SI units, that become keys of the settings.
+    """
+    more = before or {}
+    known = (*more, *_POSITION, *(name for columns in _ORIENTATIONS.values() for name in columns))
     table = table.renamed({name: name.casefold() for name in table.names if name.casefold() in known})
     given = [key for key, columns in _ORIENTATIONS.items() if set(columns) & set(table.names)]
     if len(given) > 1:
         one, other = (", ".join(_ORIENTATIONS[key]) for key in given[:2])
         raise InvalidInputError(f"{table.file}: line {table.line}: expected one orientation, got {one} and {other}")
-    columns = _POSITION | (_ORIENTATIONS[given[0]] if given else {})
+    columns = {**more, **_POSITION, **(_ORIENTATIONS[given[0]] if given else {})}
     if not set(table.names) <= set(columns):  # all columns that a table of poses may have are told
-        columns = _POSITION | {name: unit for one in _ORIENTATIONS.values() for name, unit in one.items()}
-    numbers = table.si(columns)
-    if not given:
-        return [{"position": row.tolist()} for row in numbers]
-    return [{"position": row[:3].tolist(), given[0]: row[3:].tolist()} for row in numbers]
+        columns |= {name: unit for one in _ORIENTATIONS.values() for name, unit in one.items()}
+    found = []
+    for row in table.si(columns).tolist():
+        pose = dict(zip(more, row, strict=False)) | {"position": row[len(more) : len(more) + 3]}
+        found.append(pose | ({given[0]: row[len(more) + 3 :]} if given else {}))
+    return found
 
 
 def joint_columns(robot: Robot) -> dict[str, str]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import html
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, final
 
@@ -20,11 +21,10 @@ from trajevo.base.arrays import Array
 from trajevo.base.files import why_not, write_whole
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.scene import Obstacle
 from trajevo.front.front import Solution
+from trajevo.plots.loads import add_loads, poses_of
 from trajevo.plots.motion import equal_axes
-from trajevo.plots.scenery import Surface, scenery
-from trajevo.plots.solids import add_loads, add_obstacles, obstacles_of, poses_of
+from trajevo.plots.scenery import Surface, mesh_of, pose_matrix, scenery
 from trajevo.robot.robot import Robot
 
 #: The content security policy makes the browser refuse any network access.
@@ -166,9 +166,9 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     """Write the arm's motion in real time as one HTML file that needs no network.
 
     Revolute joints are cylinders along their axis, prismatic joints are boxes, the tool is a triad, and its path is a
-    line. Obstacles stand where they are, of planes a part, and what is attached moves with its link; loads with a shape
-    are where they are picked up, at the tool, and where they are put down. The up direction is opposite to gravity. The
-    motion repeats; the panel plays, pauses and shows any instant.
+    line. Obstacles are where they stand or move, of planes a part, and what is attached moves with its link; loads with
+    a shape are where they are picked up, at the tool, and where they are put down. The up direction is opposite to
+    gravity. The motion repeats; the panel plays, pauses and shows any instant.
 
     Args:
         motion: a solution of a front, or the first trajectory of a rollout.
@@ -189,8 +189,7 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float = 25.0)
     times = _instants(float(rollout.trajectory.duration[0]), rate)
     page = Page(f"{rollout.robot.name}, {times[-1]:.3f} s")
     view = page.visualizer()
-    _draw(view, rollout, times, rate, obstacles_of(motion))
-    _add_surroundings(view, motion, rollout)
+    _draw(view, motion, rollout, times, rate)
     try:
         write_whole(Path(file), page.get_scene().encode())
     except OSError as error:
@@ -226,7 +225,7 @@ def _stand_upright(ax: Any, robot: Robot) -> None:
         ax.view_init(elev=20, azim=-60, vertical_axis="xyz"[vertical])
 
 
-def _draw(view: Any, rollout: Rollout, times: Array, rate: float, obstacles: tuple[Obstacle, ...]) -> None:
+def _draw(view: Any, motion: Any, rollout: Rollout, times: Array, rate: float) -> None:
     """Set up the scene and its animation: shapes once, then their poses at every instant."""
     from meshcat.animation import Animation
 
@@ -238,24 +237,24 @@ def _draw(view: Any, rollout: Rollout, times: Array, rate: float, obstacles: tup
     _set_stage(view, robot, chains, extent)
     path, _ = robot.tool_poses(trajectory.sample(400).q[0])
     _add_shapes(view, robot, path, extent)
-    add_obstacles(view["arm"], obstacles)
+    moved = [*_add_surroundings(view["arm"], motion, rollout, times)]
     loads = add_loads(view["arm"], rollout, f"frame_{positions.shape[1] - 1}")
-    moved = [(name, poses_of(rollout, load, times)) for name, load in loads]
-    motion = Animation(default_framerate=rate)
+    moved += [(name, poses_of(rollout, load, times)) for name, load in loads]
+    played = Animation(default_framerate=rate)
     spans = np.diff(chains, axis=1)
     # A link of length zero has no orientation that the viewer could compute.
     lengths = np.maximum(np.linalg.norm(spans, axis=2), 1e-6 * extent)
     turned, middles = _from_y_axis(spans), chains[:, :-1] + 0.5 * spans
     for i, time in enumerate(times):
-        frame = motion.at_frame(view["arm"], float(time * rate))
+        frame = played.at_frame(view["arm"], float(time * rate))
         for k in range(positions.shape[1]):
-            frame[f"frame_{k}"].set_transform(_matrix(rotations[i, k], positions[i, k]))
+            frame[f"frame_{k}"].set_transform(pose_matrix(rotations[i, k], positions[i, k]))
             link = frame[f"link_{k}"]
-            link.set_transform(_matrix(turned[i, k], middles[i, k]))
+            link.set_transform(pose_matrix(turned[i, k], middles[i, k]))
             link.set_property("scale", "vector3", [1.0, float(lengths[i, k]), 1.0])
         for name, poses in moved:
             frame[name].set_transform(poses[i])
-    view.set_animation(motion, repetitions=float("inf"))
+    view.set_animation(played, repetitions=float("inf"))
 
 
 def _set_stage(view: Any, robot: Robot, chains: Array, extent: float) -> None:
@@ -271,7 +270,7 @@ def _set_stage(view: Any, robot: Robot, chains: Array, extent: float) -> None:
     scaled = _SHOWN / extent * upright
     corners = chains.reshape(-1, 3)
     middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-    view["arm"].set_transform(_matrix(scaled, -scaled @ middle))
+    view["arm"].set_transform(pose_matrix(scaled, -scaled @ middle))
 
 
 def _add_shapes(view: Any, robot: Robot, path: Array, extent: float) -> None:
@@ -287,25 +286,26 @@ def _add_shapes(view: Any, robot: Robot, path: Array, extent: float) -> None:
         shape = geometry.Cylinder(2.0 * size, 0.7 * size) if turning else geometry.Box([size, 2.0 * size, size])
         colour = _BLUE if turning else _ORANGE
         arm[f"frame_{k}/shape"].set_object(shape, geometry.MeshLambertMaterial(color=colour))
-        arm[f"frame_{k}/shape"].set_transform(_matrix(_from_y_axis(axis), np.zeros(3)))
+        arm[f"frame_{k}/shape"].set_transform(pose_matrix(_from_y_axis(axis), np.zeros(3)))
     arm[f"frame_{len(axes)}/triad"].set_object(geometry.triad(_TRIAD * extent))
     arm["base"].set_object(geometry.triad(_TRIAD * extent))
     arm["path"].set_object(geometry.Line(geometry.PointsGeometry(path.T), geometry.LineBasicMaterial(color=_DARK)))
 
 
-def _add_surroundings(view: Any, motion: Any, rollout: Rollout) -> None:
-    """Planes, and what links carry along."""
+def _add_surroundings(arm: Any, motion: Any, rollout: Rollout, times: Array) -> Iterator[tuple[str, list[Array]]]:
+    """Draw obstacles, and what links carry along; names of those that move by themselves, and their poses."""
     from meshcat import geometry
 
     chains = _chains(rollout.robot, rollout.trajectory[0].sample(100).q[0])
-    chosen = [surface for surface in _surfaces(motion, chains) if surface.endless or surface.attached]
-    for number, surface in enumerate(chosen):
-        corners = surface.triangles.reshape(-1, 3)
-        shape = geometry.TriangularMeshGeometry(corners, np.arange(len(corners)).reshape(-1, 3))
-        colour, opacity = (_GROUND, 1.0) if surface.endless else (_BLUE, 0.75)
+    for number, surface in enumerate(_surfaces(motion, chains)):
+        colour, opacity = (_GROUND, 1.0) if surface.endless else (_BLUE, 0.75) if surface.attached else (_SOLID, 0.6)
         material = geometry.MeshLambertMaterial(color=colour, opacity=opacity, transparent=opacity < 1.0)
-        carrier = view["arm"][f"frame_{surface.joint - 1}"] if surface.joint else view["arm"]
-        carrier[f"solid_{number}"].set_object(shape, material)
+        kind = "attached" if surface.attached else "obstacle"
+        name = f"{f'frame_{surface.joint - 1}/' if surface.joint else ''}{kind}_{number}"
+        arm[name].set_object(mesh_of(surface.triangles), material)
+        if surface.motion is not None:
+            poses = zip(*surface.motion.poses(times), strict=True)
+            yield name, [pose_matrix(rotation, position) for rotation, position in poses]
 
 
 def _surroundings(ax: Any, motion: Any, rollout: Rollout, chains: Array) -> list[Array]:
@@ -317,6 +317,9 @@ def _surroundings(ax: Any, motion: Any, rollout: Rollout, chains: Array) -> list
     seen = []
     for surface in _surfaces(motion, chains):
         drawn, k = surface.triangles, surface.joint - 1
+        if surface.motion is not None:
+            (rotation,), (position,) = surface.motion.poses(rollout.trajectory[0].duration)
+            drawn = drawn @ rotation.T + position
         if surface.joint:
             drawn = drawn @ rotations[0, k].T + positions[0, k]
         colour = f"#{_GROUND if surface.endless else _BLUE if surface.attached else _SOLID:06x}"
@@ -330,12 +333,6 @@ def _surfaces(motion: Any, chains: Array) -> list[Surface]:
     corners = chains.reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
     return scenery(motion, 0.5 * (low + high), _WIDE * float(np.linalg.norm(high - low)))
-
-
-def _matrix(rotation: Array, position: Array) -> Array:
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = rotation, position
-    return matrix
 
 
 def _from_y_axis(directions: Array) -> Array:

@@ -11,6 +11,7 @@ from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.clearance import scene_of
 from trajevo.formulation.constraints.scene import Box, Capsule, Cylinder, Obstacle, Plane, Sphere
+from trajevo.formulation.constraints.scenes.motions import ObstacleMotion
 from trajevo.formulation.constraints.scenes.obstacles import Cornered
 from trajevo.formulation.constraints.solids import attached_to
 
@@ -22,16 +23,18 @@ class Surface(NamedTuple):
     """A solid for pictures.
 
     Attributes:
-        triangles: corners, in the frame of the joint that carries it, counter-clockwise from outside, (M, 3, 3) [m].
-        joint: number of this joint, 0 for the base.
+        triangles: corners, in the frame that carries it, counter-clockwise from outside, (M, 3, 3) [m].
+        joint: number of the joint that carries it, 0 for the base.
         endless: whether it is part of a plane.
         attached: whether it is attached to a link.
+        motion: how the frame that carries it moves by itself; None for a joint's frame or the base.
     """
 
     triangles: Array
     joint: int
     endless: bool = False
     attached: bool = False
+    motion: ObstacleMotion | None = None
 
 
 def scenery(motion: Any, middle: Array, width: float) -> list[Surface]:
@@ -47,7 +50,12 @@ def scenery(motion: Any, middle: Array, width: float) -> list[Surface]:
     if scene is None:
         return []
     drawn = [
-        Surface(_placed(solid, solid.rotation, np.array(solid.position), middle, width), 0, isinstance(solid, Plane))
+        Surface(
+            _placed(solid, solid.rotation, np.array(solid.position), middle, width),
+            0,
+            endless=isinstance(solid, Plane),
+            motion=solid.motion,
+        )
         for solid in scene.obstacles
     ]
     for solid, place in zip(
@@ -81,6 +89,21 @@ def triangles_of(solid: Obstacle, width: float = 1.0) -> Array:
     inward = np.sum(across * hull.equations[:, :3], axis=1) < 0.0
     corners[inward] = corners[inward][:, ::-1]
     return corners
+
+
+def mesh_of(triangles: Array) -> Any:
+    """Triangles (M, 3, 3) [m] as a mesh for meshcat."""
+    from meshcat import geometry
+
+    corners = triangles.reshape(-1, 3)
+    return geometry.TriangularMeshGeometry(corners, np.arange(len(corners)).reshape(-1, 3))
+
+
+def pose_matrix(rotation: Array, position: Array) -> Array:
+    """A pose as a matrix of homogeneous coordinates, shape (4, 4)."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation, position
+    return matrix
 
 
 def _points(solid: Obstacle, width: float) -> Array:

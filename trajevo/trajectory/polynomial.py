@@ -93,6 +93,14 @@ class PolynomialBatch(TrajectoryBatch):
         powers = stretch ** np.arange(self.coefficients.shape[-1])
         return PolynomialBatch(self.breaks * stretch, self.coefficients / powers)
 
+    def with_time(self) -> PolynomialBatch:
+        """The same trajectories with one more column, the time itself [s]."""
+        shape = (*self.coefficients.shape[:2], 1, max(self.coefficients.shape[3], 2))
+        clock = np.zeros(shape, dtype=self._kind)
+        clock[:, :, 0, 0], clock[:, :, 0, 1] = self.breaks[:, :-1], 1.0
+        own = np.pad(self.coefficients, ((0, 0), (0, 0), (0, 0), (0, shape[3] - self.coefficients.shape[3])))
+        return PolynomialBatch(self.breaks, np.concatenate([own, clock], axis=2))
+
     @property
     def n_joints(self) -> int:
         """Number of joints."""

@@ -161,7 +161,7 @@ class ProvenClearance:
 
         For complex steps it is the distance of the real parts, with the derivative of the sample or bound that decides.
         """
-        trajectory = part_of(trajectory, self.part)
+        trajectory = self._states(trajectory)
         if not takes_steps(trajectory):
             return self._searched(trajectory)[0]
         first, which = real_parts(trajectory)
@@ -174,7 +174,7 @@ class ProvenClearance:
 
     def closest(self, trajectory: TrajectoryBatch) -> tuple[Closest, ...]:
         """The least distance of every kind of pair, sampled and proven to the tolerance, however much room there is."""
-        search = self._search(part_of(trajectory, self.part), to_the_end=True)
+        search = self._search(self._states(trajectory), to_the_end=True)
         return tuple(
             Closest(
                 name=self.name(kind),
@@ -186,6 +186,10 @@ class ProvenClearance:
             )
             for kind in self.kinds
         )
+
+    def _states(self, trajectory: TrajectoryBatch) -> TrajectoryBatch:
+        """The states that the motions pass on the segments on which the clearance is kept."""
+        return part_of(self.collision.with_time(trajectory), self.part)
 
     def _instants(self, trajectory: TrajectoryBatch, t: Array) -> Array:
         """Instants of the whole motions, from those of the part, (B,) [s]."""
@@ -274,9 +278,10 @@ def clearance_along(motion: Any, scene: Scene, *, density: int = 50) -> Clearanc
     if not isinstance(density, int) or isinstance(density, bool) or density < 1:
         raise InvalidInputError(f"density: expected a whole number from 1 on, got {density!r}")
     rollout = rollout_of(motion)
-    collision, trajectory = Collision(rollout.robot, scene), rollout.trajectory
-    samples = trajectory.sample(density * (trajectory.breaks.shape[1] - 1) + 1)
-    distances = collision.distances(samples.q.reshape(-1, trajectory.n_joints))
+    collision = Collision(rollout.robot, scene)
+    states = collision.with_time(rollout.trajectory)
+    samples = states.sample(density * (states.breaks.shape[1] - 1) + 1)
+    distances = collision.distances(samples.q.reshape(-1, states.n_joints))
     return ClearanceProfile(samples.t, frozen(distances.reshape(*samples.t.shape, -1)), collision.pairs)
 
 

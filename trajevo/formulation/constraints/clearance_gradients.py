@@ -147,7 +147,8 @@ class ClearanceTerms:
 
     def __call__(self, rollout: Rollout) -> Array:
         """Missing clearance divided by the clearance."""
-        trajectory, kinds = part_of(rollout.trajectory, self.part), kinds_of(self.collision)
+        trajectory = part_of(self.collision.with_time(rollout.trajectory), self.part)
+        kinds = kinds_of(self.collision)
         wanted = wanted_clearances(self.collision.scene)[kinds]
         least = self._least(trajectory) - DISTANCE_ERROR - _KEPT * self.tolerance
         return missing(wanted, least).reshape(len(trajectory), -1)

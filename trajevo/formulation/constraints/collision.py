@@ -7,7 +7,7 @@ solids that are attached to links.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, final
@@ -20,6 +20,7 @@ from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.broad_phase.bodies import Bodies
 from trajevo.formulation.constraints.broad_phase.lower_bounds import LowerBounds
+from trajevo.formulation.constraints.broad_phase.movers import Movers
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.formulation.constraints.scenes.obstacles import Obstacle
 from trajevo.formulation.constraints.solids import (
@@ -30,6 +31,8 @@ from trajevo.formulation.constraints.solids import (
     solid_reach,
 )
 from trajevo.robot.robot import Robot
+from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Number of random configurations, and the share of them in which a pair touches to be skipped (as MoveIt's assistant).
 _DRAWN, _ALWAYS = 200, 0.95
@@ -111,6 +114,9 @@ class Collision:
 
     With a carried solid, only this solid is checked, against obstacles and against the robot's geometries.
 
+    Where an obstacle of the scene moves, the last number of a state is the instant [s], see :meth:`with_time`: the
+    state has n_columns = n_joints + 1 numbers, otherwise n_joints.
+
     Attributes:
         robot: the robot.
         scene: obstacles and clearances.
@@ -141,85 +147,135 @@ class Collision:
         """Pairs of links that are not checked because they touch in nearly every configuration."""
         return self._made().skipped
 
-    def distances(self, q: Array) -> Array:
+    @property
+    def timed(self) -> bool:
+        """Whether distances depend on the time, since an obstacle of the scene moves."""
+        return bool(self.scene.moving)
+
+    def with_time(self, trajectory: TrajectoryBatch) -> TrajectoryBatch:
+        """Motions whose values are states: with the time as a last column if distances depend on it.
+
+        Raises:
+            InvalidInputError: an obstacle moves, and motions are no piecewise polynomials.
+        """
+        if not self.timed:
+            return trajectory
+        if not isinstance(trajectory, PolynomialBatch):
+            name = self.scene.moving[0].name
+            raise InvalidInputError(
+                f"scene: obstacle {name!r}: motion: expected an interpolant of piecewise polynomials, for which the "
+                f"distance to what moves is proven, got motions along a fixed path ({type(trajectory).__name__})"
+            )
+        return trajectory.with_time()
+
+    def distances(self, states: Array) -> Array:
         """Signed distances of all pairs; minus the depth where two solids overlap.
 
         To the bit, a distance depends on the state and the pair alone.
 
         Args:
-            q: joint positions, shape (N, n_joints) [rad or m].
+            states: positions of the joints [rad or m], and the instant if an obstacle moves [s], shape (N, n_columns).
 
         Returns:
             Shape (N, n_pairs) [m].
         """
-        configurations = self._configurations(q)
+        configurations, frames = self._configurations(states), self._frames(states)
         distances = np.empty((len(configurations), len(self.pairs)))
         with self._buffers() as (geometry, places, data):
             # One call in C++ per state: neither Pinocchio nor coal returns distances of a batch.
-            for row, configuration in zip(distances, configurations, strict=True):
-                pin.computeDistances(self.robot.model, places, geometry, data, configuration)
-                row[:] = [result.min_distance for result in data.distanceResults]
+            for row, (own, configuration) in enumerate(zip(distances, configurations, strict=True)):
+                pin.updateGeometryPlacements(self.robot.model, places, geometry, data, configuration)
+                self._place(data, frames, row)
+                pin.computeDistances(geometry, data)
+                own[:] = [result.min_distance for result in data.distanceResults]
         return _plausible(distances)
 
-    def distances_of(self, q: Array, state: Array, pair: Array) -> Array:
+    def distances_of(self, states: Array, state: Array, pair: Array) -> Array:
         """Signed distances of some pairs in some states: the same as all distances, cheaper if they are few.
 
         Args:
-            q: joint positions, shape (N, n_joints) [rad or m].
-            state: rows of ``q``, shape (K,); cheapest if equal ones are next to each other.
+            states: as for :meth:`distances`, shape (N, n_columns).
+            state: rows of ``states``, shape (K,); cheapest if equal ones are next to each other.
             pair: indices of pairs, shape (K,).
 
         Returns:
             Shape (K,) [m].
         """
-        compute, found, last = pin.computeDistance, [], -1
-        configurations, model = self._configurations(q), self.robot.model
-        with self._buffers() as (geometry, places, data):
-            for row, watched in zip(state.tolist(), pair.tolist(), strict=True):
-                if row != last:
-                    pin.updateGeometryPlacements(model, places, geometry, data, configurations[row])
-                    last = row
-                found.append(compute(geometry, data, watched).min_distance)
+        found = [result.min_distance for result, _ in self._results(states, state, pair)]
         return _plausible(np.array(found, dtype=np.float64))
 
-    def slopes_of(self, q: Array, state: Array, pair: Array) -> Array:
-        """Derivatives of signed distances with respect to the positions of the robot's joints, depths included.
+    def slopes_of(self, states: Array, state: Array, pair: Array) -> Array:
+        """Derivatives of signed distances with respect to the numbers of a state, depths included.
 
         If two solids overlap and coal does not find the depth, the distance of their centres is used instead.
 
         Args:
-            q: joint positions, shape (N, n_joints) [rad or m].
-            state: rows of ``q``, shape (K,); cheapest if equal ones are next to each other.
+            states: as for :meth:`distances`, shape (N, n_columns).
+            state: rows of ``states``, shape (K,); cheapest if equal ones are next to each other.
             pair: indices of pairs, shape (K,).
 
         Returns:
-            Shape (K, n_joints) [m/rad or 1].
+            Shape (K, n_columns) [m/rad or 1, and m/s for the time].
         """
         made = self._made()
         entries, own = made.geometry.geometryObjects, made.ends[pair]
         carriers = np.array([entry.parentJoint for entry in entries], dtype=np.intp)[own]
         points, normals = np.empty((len(state), 2, 3)), np.empty((len(state), 3))
-        for k, (result, places) in enumerate(self._results(q, state, pair)):
+        for k, (result, carrier) in enumerate(self._results(states, state, pair)):
             points[k, 0], points[k, 1], normals[k] = result.getNearestPoint1(), result.getNearestPoint2(), result.normal
             x, y, z = normals[k].tolist()
             if result.min_distance < -_DEEPEST or not abs(x * x + y * y + z * z - 1.0) < _UNIT:
-                solids = (entries[i] for i in own[k].tolist())
-                points[k] = [places.oMi[solid.parentJoint].act(bounding_ball(solid)[0]) for solid in solids]
+                points[k] = [carrier(i).act(bounding_ball(entries[i])[0]) for i in own[k].tolist()]
                 apart = points[k, 1] - points[k, 0]
                 normals[k] = apart / max(float(np.linalg.norm(apart)), _TOLERANCE)
-        frames = self.bodies.joint_frames(numbers(q, name="q", shape=("N", self.robot.dof)))[state]
-        slopes = parting(self.robot, frames, Witnesses(carriers, points, normals))
-        return frozen(self.bodies.coordinates.slopes(slopes))
+        q, t = self.bodies.split(self._checked(states))
+        witnesses = Witnesses(carriers, points, normals)
+        slopes = self.bodies.coordinates.slopes(parting(self.robot, self.bodies.joint_frames(q)[state], witnesses))
+        if t is not None:
+            slopes = np.column_stack([slopes, self._drifts(t[state], own[:, 1], witnesses)])
+        return frozen(slopes)
 
-    def _results(self, q: Array, state: Array, pair: Array) -> Iterator[tuple[Any, Any]]:
-        """The result of coal for each pair in its state, and Pinocchio's data of that state."""
-        configurations, last_row = self._configurations(q), -1
+    def _drifts(self, t: Array, second: Array, witnesses: Witnesses) -> Array:
+        """How fast distances grow because the second solids of K pairs move by themselves, shape (K,) [m/s]."""
+        drifts, count = np.zeros(len(t)), self.bodies.count
+        for k, motion in enumerate(self.bodies.movers.motions):
+            chosen = np.flatnonzero(second == count + k)
+            (_, origins), (velocities, turning) = motion.poses(t[chosen]), motion.rates(t[chosen])
+            speeds = velocities + np.cross(turning, witnesses.points[chosen, 1] - origins)
+            drifts[chosen] = np.sum(witnesses.normals[chosen] * speeds, axis=1)
+        return drifts
+
+    def _results(self, states: Array, state: Array, pair: Array) -> Iterator[tuple[Any, Callable[[int], Any]]]:
+        """The result of coal for each pair in its state, and what gives the frame that carries a solid there."""
+        configurations, frames, last_row = self._configurations(states), self._frames(states), -1
         with self._buffers() as (geometry, places, data):
+
+            def carrier(number: int) -> Any:
+                entry, count = geometry.geometryObjects[number], self.bodies.count
+                if count <= number < count + len(frames):
+                    return data.oMg[number] * entry.placement.inverse()
+                return places.oMi[entry.parentJoint]
+
             for row, watched in zip(state.tolist(), pair.tolist(), strict=True):
                 if row != last_row:
                     pin.updateGeometryPlacements(self.robot.model, places, geometry, data, configurations[row])
+                    self._place(data, frames, row)
                     last_row = row
-                yield pin.computeDistance(geometry, data, watched), places
+                yield pin.computeDistance(geometry, data, watched), carrier
+
+    def _place(self, data: Any, frames: list[tuple[Any, Array, Array]], row: int) -> None:
+        """Place the obstacles that move, from their own places in their frames, and these frames in states."""
+        for number, (own, rotations, positions) in enumerate(frames, self.bodies.count):
+            data.oMg[number] = pin.SE3(rotations[row], positions[row]) * own
+
+    def _frames(self, states: Array) -> list[tuple[Any, Array, Array]]:
+        """Of each obstacle that moves its place in its frame, and this frame in states, (N, 3, 3) and (N, 3) [m]."""
+        t = self.bodies.split(states)[1]
+        if t is None:
+            return []
+        own = list(self._made().geometry.geometryObjects)[self.bodies.count :]
+        movers = self.bodies.movers.motions
+        return [(entry.placement, *motion.poses(t)) for entry, motion in zip(own, movers, strict=False)]
 
     def reach(self, lower: Array, upper: Array) -> Array:
         """Bound of the rate of change of each pair's distance per unit of joint speed, in every configuration.
@@ -254,10 +310,10 @@ class Collision:
         robot, derived = self.robot, self._made().derived
         if not self.bodies.turning.all():
             lower, upper = self.bodies.coordinates.ranges(lower, upper)
-            return np.stack([solid_reach(robot, entry, lower, upper) for entry in self._own], axis=1)
+            return np.stack([solid_reach(robot, entry, lower, upper) for entry in self._own()], axis=1)
         if "reach" not in derived:
             still = np.zeros((1, robot.model.nv))
-            derived["reach"] = np.stack([solid_reach(robot, entry, still, still) for entry in self._own], axis=1)
+            derived["reach"] = np.stack([solid_reach(robot, entry, still, still) for entry in self._own()], axis=1)
         found: Array = derived["reach"]
         return found
 
@@ -268,10 +324,12 @@ class Collision:
 
     @property
     def bodies(self) -> Bodies:
-        """The robot's solids in balls."""
+        """The robot's solids, and obstacles that move, in balls."""
         derived = self._made().derived
         if "bodies" not in derived:
-            derived["bodies"] = Bodies(self.robot, self._own)
+            own, motions = self._own(), [obstacle.motion for obstacle in self.scene.moving if obstacle.motion]
+            moving = list(self._made().geometry.geometryObjects)[len(own) : len(own) + len(motions)]
+            derived["bodies"] = Bodies(self.robot, own, Movers.of(motions, moving))
         found: Bodies = derived["bodies"]
         return found
 
@@ -279,20 +337,24 @@ class Collision:
     def lower_bounds(self) -> LowerBounds:
         """Lower bounds of the distances, for many states at once."""
         if "bounds" not in self._cache:
-            self._cache["bounds"] = LowerBounds(self.bodies, self.scene.obstacles, self.ends)
+            self._cache["bounds"] = LowerBounds(self.bodies, self.scene.still, self.ends)
         found: LowerBounds = self._cache["bounds"]
         return found
 
-    @property
     def _own(self) -> list[Any]:
         """The robot's geometry objects."""
         entries = list(self._made().geometry.geometryObjects)
         return entries[: len(entries) - len(self.scene.obstacles)]
 
-    def _configurations(self, q: Array) -> Array:
-        actuated = numbers(q, name="q", shape=("N", self.robot.dof))
-        still = np.zeros_like(actuated)
-        return self.robot.transmission.motion(actuated, still, still)[0]
+    def _checked(self, states: Array) -> Array:
+        return numbers(states, name="states" if self.timed else "q", shape=("N", self.robot.dof + self.timed))
+
+    def _configurations(self, states: Array) -> Array:
+        return self._of_model(self.bodies.split(self._checked(states))[0])
+
+    def _of_model(self, q: Array) -> Array:
+        still = np.zeros_like(q)
+        return self.robot.transmission.motion(q, still, still)[0]
 
     @contextmanager
     def _buffers(self) -> Iterator[tuple[Any, Any, Any]]:
@@ -345,7 +407,7 @@ class Collision:
         drawn = np.random.default_rng(0).uniform(lower, upper, (_DRAWN, self.robot.dof))
         _watch(geometry, inside)
         data, places, contacts = _distance_data(geometry), self.robot.model.createData(), np.zeros(len(inside))
-        for configuration in self._configurations(drawn):
+        for configuration in self._of_model(drawn):
             pin.computeDistances(self.robot.model, places, geometry, data, configuration)
             contacts += [result.min_distance <= 0.0 for result in data.distanceResults]
         return [pair for pair, count in zip(inside, contacts, strict=True) if count >= _ALWAYS * _DRAWN]

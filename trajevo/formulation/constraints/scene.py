@@ -64,6 +64,11 @@ class Attached:
         if not isinstance(self.solid, Obstacle) or isinstance(self.solid, Plane):
             known = ", ".join(sorted(set(SHAPES) - {"plane"}))
             raise InvalidInputError(f"attached: expected a solid, one of {known}, got {self.solid!r}")
+        if self.solid.motion is not None:
+            raise InvalidInputError(
+                f"attached {self.solid.name!r}: motion: expected none, as it moves with its link; poses over time are "
+                "those of an obstacle"
+            )
         if not isinstance(self.on, str) or not self.on:
             raise InvalidInputError(f"attached {self.solid.name!r}: on: expected the name of a link, got {self.on!r}")
 
@@ -145,9 +150,9 @@ class Scene:
         Args:
             given: ``obstacles``, a list of mappings with ``shape`` (a key of
                 :data:`~trajevo.formulation.constraints.scenes.obstacles.SHAPES`), ``position``, ``rpy`` or ``rotation``
-                (3 x 3), ``name``, ``touches`` and the sizes of the shape; ``file``, a file with more of them, see
-                :meth:`read`; ``attached``, such mappings with ``on``, the name of a link; ``clearance`` and
-                ``self_clearance``.
+                (3 x 3), ``name``, ``touches``, ``motion`` (poses over time) and the sizes of the shape; ``file``, a
+                file with more of them, see :meth:`read`; ``attached``, such mappings with ``on``, the name of a link;
+                ``clearance`` and ``self_clearance``.
 
         Raises:
             UnknownNameError: no such shape.
@@ -193,6 +198,16 @@ class Scene:
         """
         given = {"file": file, "clearance": clearance, "self_clearance": self_clearance}
         return cls.of({**given, "obstacles": list(obstacles), "attached": list(attached)})
+
+    @property
+    def moving(self) -> tuple[Obstacle, ...]:
+        """The obstacles that move."""
+        return tuple(obstacle for obstacle in self.obstacles if obstacle.motion is not None)
+
+    @property
+    def still(self) -> tuple[Obstacle, ...]:
+        """The obstacles that stand still."""
+        return tuple(obstacle for obstacle in self.obstacles if obstacle.motion is None)
 
     @property
     def settings(self) -> dict[str, Any]:

@@ -201,7 +201,8 @@ class Assembly:
     """The solids of a robot, what is attached to it and carried, and the obstacles around it.
 
     Attributes:
-        geometry: Pinocchio's geometry model of all of them, in this order.
+        geometry: Pinocchio's geometry model of all of them, in this order; of the obstacles, those that move come
+            first, placed in the frames that move.
         derived: see :func:`robot_geometry`; of its own where something is attached or carried.
         names: a name of each for messages.
         count: number of those that belong to the robot, what is attached and carried included.
@@ -244,7 +245,8 @@ def assembled(robot: Robot, scene: Scene, carried: tuple[Obstacle, tuple[str, ..
         geometry.addGeometryObject(_on_frame(robot, carried[0], robot.tool, "carried"))
         added.append((carried[0].name, carried[1]))
     count = len(geometry.geometryObjects)
-    for obstacle in scene.obstacles:
+    around = (*scene.moving, *scene.still)
+    for obstacle in around:
         placement = pin.SE3(obstacle.rotation, np.array(obstacle.position))
         # Obstacles may have the names of links, but Pinocchio needs unique names.
         entry = pin.GeometryObject(f"obstacle {obstacle.name}", 0, placement, solid_of(obstacle))
@@ -252,11 +254,12 @@ def assembled(robot: Robot, scene: Scene, carried: tuple[Obstacle, tuple[str, ..
     for entry in geometry.geometryObjects:
         entry.geometry.computeLocalAABB()
     _check_touches(robot, scene)
-    rest = [*added, *((obstacle.name, obstacle.touches) for obstacle in scene.obstacles)]
+    rest = [*added, *((obstacle.name, obstacle.touches) for obstacle in around)]
     own: list[tuple[str, ...]] = [()] * len(labels)
     return Assembly(
         geometry,
-        {} if added else derived,  # what is kept with the robot's geometry is that of the robot alone
+        # What is kept with the robot's geometry is that of the robot alone.
+        {} if added or scene.moving else derived,
         [*names, *(name for name, _ in rest)],
         count,
         [*labels, *(name for name, _ in rest)],

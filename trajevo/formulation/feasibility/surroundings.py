@@ -90,8 +90,17 @@ class Nearest:
 
 
 def _distances(clearance: ProvenClearance, given: KnownPoints, touching: list[list[int]] | None) -> Array:
-    """Distances of all pairs at the points, inf where a load is not carried, shape (K, n_pairs) [m]."""
-    distances = np.array(clearance.collision.distances(given.positions))
+    """Distances of all pairs at the points, shape (K, n_pairs) [m].
+
+    They are inf where a load is not carried, and to what moves, but at the first point: when the others are passed is
+    not known.
+    """
+    collision, states = clearance.collision, given.positions
+    if collision.timed:
+        states = np.column_stack([states, np.zeros(len(states))])
+    distances = np.array(collision.distances(states))
+    moving = {obstacle.name for obstacle in collision.scene.moving}
+    distances[1:, [not pair.itself and pair.second in moving for pair in collision.pairs]] = np.inf
     if clearance.part is not None and touching is not None:
         away = [not set(clearance.part) & set(segments) for segments in touching]
         distances[away] = np.inf

@@ -1,7 +1,8 @@
 """Lower bounds of the distances of a robot's solids to obstacles and to each other, for many states at once.
 
-Links are replaced by the balls of their covers, obstacles are taken as they are. Where two solids may overlap, the
-depth is bounded by the one ball around each link. Bounds only decide which distances are computed exactly.
+Links, and obstacles that move, are replaced by the balls of their covers, other obstacles are taken as they are. Where
+two solids may overlap, the depth is bounded by the one ball around each link. Bounds only decide which distances are
+computed exactly.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ class LowerBounds:
     """Lower bounds of the distances of pairs of solids.
 
     Args:
-        bodies: the robot's G solids.
-        obstacles: the obstacles of its scene.
+        bodies: G solids, those of the robot and obstacles that move.
+        obstacles: the obstacles of its scene that stand still.
         ends: first and second solid of every pair, shape (n_pairs, 2); obstacles are numbered from G on.
 
     Attributes:
@@ -40,7 +41,7 @@ class LowerBounds:
 
     def __init__(self, bodies: Bodies, obstacles: Sequence[Obstacle], ends: Array) -> None:
         self._radii, (self._first, second) = bodies.radii.T, ends.T
-        self._obstacle = second - len(bodies.radii)  # below 0 for pairs of the robot's own solids
+        self._obstacle = second - len(bodies.radii)  # below 0 for pairs of these solids
         self._second = np.where(self._obstacle < 0, second, 0)
         kinds = [_KINDS.index(_kind(obstacle)) for obstacle in obstacles]
         rows = np.array([_numbers(obstacle) for obstacle in obstacles]).reshape(-1, _SIZE)

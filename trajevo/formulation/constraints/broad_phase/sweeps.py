@@ -3,7 +3,7 @@
 A point p of a solid stays within max|p''| Δt²/8 of the straight line between where it is at both ends of the interval,
 so that the solid moves at most as far as from one end to the other, and max|p''| Δt²/4. Two links that move together
 may hardly move relative to each other: for them, the paths of the joints between them times their reach count if that
-is less.
+is less. An obstacle that moves adds the length of its own path.
 """
 
 from __future__ import annotations
@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 
 @final
 class Sweeps:
-    """Bounds for a batch of motions. A bound has a column per link for obstacles, and one per pair of links.
+    """Bounds for a batch of motions.
+
+    A bound has a column per link for obstacles that stand still, one per pair of links, and one per pair of a link and
+    an obstacle that moves.
 
     To the bit, the bounds of an interval do not depend on other intervals; complex steps are kept.
 
@@ -34,18 +37,21 @@ class Sweeps:
     """
 
     def __init__(self, collision: Collision, trajectory: TrajectoryBatch) -> None:
-        self.bodies, solids = collision.bodies, len(collision.bodies.radii)
+        self.bodies, own = collision.bodies, collision.bodies.count
         first, second = collision.ends.T
-        inner = np.flatnonzero(second < solids)
+        inner = np.flatnonzero(second < own)
+        moving = np.flatnonzero((second >= own) & (second < len(collision.bodies.radii)))
         self.column = first.copy()
-        self.column[inner] = solids + np.arange(len(inner))
-        self._inner = first[inner], second[inner]
-        bounds = trajectory.extremes(0)
-        own, peaks = collision.solid_reach(*bounds), [trajectory.segment_peaks(order) for order in (1, 2)]
-        of_model = map(self.bodies.coordinates.sizes, peaks)
-        self._bending, self._peak = _bending(self.bodies.turning, own[:, None], *of_model), peaks[1]
+        self.column[inner] = own + np.arange(len(inner))
+        self.column[moving] = own + len(inner) + np.arange(len(moving))
+        self._inner, self._moving = (first[inner], second[inner]), (first[moving], second[moving])
+        joints = slice(collision.robot.dof)  # without the time
+        lower, upper = (bound[..., joints] for bound in trajectory.extremes(0))
+        peaks = [trajectory.segment_peaks(order)[..., joints] for order in (1, 2)]
+        of_model, reached = map(self.bodies.coordinates.sizes, peaks), collision.solid_reach(lower, upper)
+        self._bending, self._peak = _bending(self.bodies.turning, reached[:, None], *of_model), peaks[1]
         # Only between links, which may move together.
-        self._reach = collision.reach(*bounds)[:, inner] if len(inner) else np.empty((0, 0, collision.robot.dof))
+        self._reach = collision.reach(lower, upper)[:, inner] if len(inner) else np.empty((0, 0, collision.robot.dof))
 
     @property
     def need_velocities(self) -> bool:
@@ -57,21 +63,25 @@ class Sweeps:
 
         Args:
             where: motion and segment of each interval, (J,) each.
-            moved: how far each solid is moved from one end to the other, shape (J, G) [m].
-            v: joint velocities at both ends, within the segment, shape (2, J, n_joints) [rad/s or m/s]; not looked at
-                unless they are needed.
+            moved: how far each solid is moved from one end to the other, see :meth:`Bodies.moved`, shape (J, G) [m].
+            v: rates of states at both ends, within the segment, first those of the joints, shape (2, J, n_columns)
+                [rad/s or m/s]; not looked at unless they are needed.
             dt: length of the interval, shape (J,) [s].
         """
         row, segment = where
         part = np.minimum(segment, self._peak.shape[1] - 1)
-        single: Array = moved + self._bending[row, part] * (0.25 * dt * dt)[:, None]
-        if not self.need_velocities:
-            return single
-        straight = single[:, self._inner[0]] + single[:, self._inner[1]]
-        # Joint by joint, so that the digits of an interval are its own.
-        most, reach = furthest(v, self._peak[row, part], dt[:, None]), self._reach[row]
-        swept = sum(most[:, joint, None] * reach[:, :, joint] for joint in range(most.shape[1]))
-        return np.concatenate([single, np.where(swept.real < straight.real, swept, straight)], axis=1)
+        single: Array = moved[:, : self.bodies.count] + self._bending[row, part] * (0.25 * dt * dt)[:, None]
+        columns = [single]
+        if self.need_velocities:
+            straight = single[:, self._inner[0]] + single[:, self._inner[1]]
+            # Joint by joint, so that the digits of an interval are its own.
+            peak, reach = self._peak[row, part], self._reach[row]
+            most = furthest(v[..., : peak.shape[1]], peak, dt[:, None])
+            swept = sum(most[:, joint, None] * reach[:, :, joint] for joint in range(most.shape[1]))
+            columns.append(np.where(swept.real < straight.real, swept, straight))
+        if len(self._moving[0]):
+            columns.append(single[:, self._moving[0]] + moved[:, self._moving[1]])
+        return np.concatenate(columns, axis=1) if len(columns) > 1 else single
 
 
 def furthest(v: Array, peak: Array, dt: Array) -> Array:

@@ -17,9 +17,9 @@ from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.files import source_of_names
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.scenes.hulls import hull_points
+from trajevo.formulation.constraints.scenes.motions import ObstacleMotion
+from trajevo.formulation.constraints.scenes.rotations import Triple, matrix_of, rpy_of
 from trajevo.robot.meshes import mesh_points
-
-Triple = tuple[float, float, float]
 
 #: Distance of an obstacle from the base, and size of a mesh, above which numbers are not believed [m].
 FARTHEST = 100.0
@@ -33,13 +33,16 @@ _SHORT = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Obstacle:
-    """A solid that stands still in the base frame of the robot.
+    """A solid that stands still in the base frame of the robot, or in a frame that moves.
 
     Attributes:
-        position: position of its centre [m].
-        rpy: roll, pitch and yaw about the fixed axes x, y and z, as in a URDF [rad].
+        position: position of its centre; with a motion in the frame that moves [m].
+        rpy: roll, pitch and yaw about the fixed axes x, y and z, as in a URDF; with a motion in the frame that moves
+            [rad].
         name: its name in messages and pictures; a scene numbers obstacles that have none.
         touches: names of links, or of bodies attached to them, that need not stay away from it.
+        motion: poses over time of the frame that carries it, or what :meth:`ObstacleMotion.of` takes; None for the base
+            frame.
 
     Raises:
         InvalidInputError: a number that is missing, not finite or, for a size, not positive.
@@ -49,6 +52,7 @@ class Obstacle:
     rpy: Triple = (0.0, 0.0, 0.0)
     name: str = ""
     touches: tuple[str, ...] = ()
+    motion: ObstacleMotion | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):
@@ -67,6 +71,12 @@ class Obstacle:
                 f"{self._where('rpy')}: expected angles within ±2π rad, got {list(self.rpy)}, which looks like "
                 "degrees: angles of obstacles are in rad, whatever the unit of the points"
             )
+        if self.motion is not None:
+            try:
+                object.__setattr__(self, "motion", ObstacleMotion.of(self.motion))
+            except InvalidInputError as error:
+                where = f"obstacle {self.name!r}" if self.name else "obstacle"
+                raise InvalidInputError(f"{where}: {error}") from error
 
     @property
     def radius_around(self) -> float:
@@ -75,20 +85,16 @@ class Obstacle:
 
     @property
     def away(self) -> float:
-        """Distance of the base's origin from it, at least [m]."""
-        return math.hypot(*self.position) - self.radius_around
+        """Distance of the base's origin from it, at least; with a motion at its farthest [m]."""
+        if self.motion is None:
+            return math.hypot(*self.position) - self.radius_around
+        farthest = max(math.hypot(*position) for position in self.motion.positions)
+        return farthest - math.hypot(*self.position) - self.radius_around
 
     @property
     def rotation(self) -> Array:
-        """Rotation matrix from its axes to those of the base, (3, 3)."""
-        (sr, sp, sy), (cr, cp, cy) = np.sin(self.rpy), np.cos(self.rpy)
-        return np.array(
-            [
-                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-                [-sp, cp * sr, cp * cr],
-            ]
-        )
+        """Rotation matrix from its axes to those of the base, or of the frame that moves, (3, 3)."""
+        return matrix_of(self.rpy)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -215,6 +221,10 @@ class Plane(Obstacle):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.motion is not None:
+            raise InvalidInputError(
+                f"{self._where('motion')}: expected a solid that moves, such as a box, got a plane, which has no end"
+            )
         if self.normal is None:
             return
         if any(self.rpy):
@@ -353,6 +363,8 @@ _ALWAYS = ("name", "position", "rpy", "scale")
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, ObstacleMotion):
+        return value.settings
     return [_plain(entry) for entry in value] if isinstance(value, tuple) else value
 
 
@@ -384,12 +396,14 @@ def obstacle_of(given: Any, place: int) -> Obstacle:
     kind = SHAPES[checked_name(f"shape of {where}", given["shape"], SHAPES)]
     known = {key.name for key in fields(kind)}
     sizes = {key.name for key in fields(kind) if key.default is MISSING} - {key.name for key in fields(Obstacle)}
+    if given.get("motion") is not None:
+        given = {"position": (0.0, 0.0, 0.0)} | dict(given)
     check_keys(given, known | {"shape", "rotation"}, sizes | {"position"}, where)
     if "rotation" in given and "rpy" in given:
         raise InvalidInputError(f"{where}: rotation: expected either rpy or rotation, got both")
     values = {key: value for key, value in given.items() if key not in ("shape", "rotation")}
     if "rotation" in given:
-        values["rpy"] = _rpy(given["rotation"], f"{where}: rotation")
+        values["rpy"] = rpy_of(given["rotation"], f"{where}: rotation")
     return kind(**({"name": str(place)} | values))
 
 
@@ -406,16 +420,6 @@ def check_keys(given: Mapping[str, Any], known: set[str], needed: set[str], wher
     if missing:
         expected = {"file": "the path of a mesh", "on": "the name of a link"}.get(missing[0], "a value [m]")
         raise InvalidInputError(f"{where}: {missing[0]}: expected {expected}, got none")
-
-
-def _rpy(rotation: Any, where: str) -> Triple:
-    matrix = numbers(rotation, name=where, shape=(3, 3))
-    if not (np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-6) and np.linalg.det(matrix) > 0.0):
-        raise InvalidInputError(f"{where}: expected a rotation matrix, got {matrix.tolist()}")
-    pitch = math.atan2(-matrix[2, 0], math.hypot(matrix[0, 0], matrix[1, 0]))
-    if math.hypot(matrix[0, 0], matrix[1, 0]) < 1e-9:  # x points up or down: only roll and yaw together are defined
-        return math.atan2(-matrix[1, 2], matrix[1, 1]), pitch, 0.0
-    return math.atan2(matrix[2, 1], matrix[2, 2]), pitch, math.atan2(matrix[1, 0], matrix[0, 0])
 
 
 def length_of(value: Any, where: str, *, least: str) -> float:
