@@ -8,8 +8,8 @@ import pytest
 import umsgpack
 
 from trajevo import ViaPointProblem, optimise
-from trajevo.plots.animation import animate
 from trajevo.formulation.constraints.clearance import scene_of
+from trajevo.plots.animation import animate
 from trajevo.plots.loads import poses_of
 
 pytest.importorskip("meshcat", reason="meshcat is not installed: pip install 'trajevo[animation]'")

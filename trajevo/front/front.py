@@ -23,6 +23,7 @@ from trajevo.front.checked import RecordCheck
 from trajevo.front.quantities import Quantities, with_unit
 from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run, told
 from trajevo.front.selection import Choice
+from trajevo.front.sensitivity import ON_LIMIT, Sensitivity, sensitivity
 from trajevo.front.thinning import MOST_SHOWN, thinned
 from trajevo.trajectory.batch import TrajectoryBatch
 
@@ -76,6 +77,19 @@ class Solution:
     def known_to(self) -> Quantities:
         """How far each objective is known, SI: how much it changes when segments have twice as many samples."""
         return self._quantities(self.front.known_to([self.index])[0])
+
+    def sensitivity(self, objective: str | None = None, *, within: float = ON_LIMIT) -> Sensitivity:
+        """What holds an objective back, and what a little more of it would buy.
+
+        Args:
+            objective: name of the objective that should fall; the first one if None.
+            within: share of a limit below it that counts as being on it.
+
+        Raises:
+            UnknownNameError: no such objective.
+            InvalidInputError: ``within`` is not a number from 0 to 1.
+        """
+        return sensitivity(self, objective, within=within)
 
     def _quantities(self, row: Array) -> Quantities:
         objectives = self.front.record.objectives

@@ -76,7 +76,8 @@ def _limit(clearance: ProvenClearance) -> Constraint:
     """The constraint of a clearance."""
     terms = ClearanceTerms(clearance.collision, clearance.tolerance, clearance.part)
     names = tuple(clearance.name(kind) for kind in clearance.kinds)
-    return Constraint(names, "scene", clearance, terms, quantity="clearance", proof="pieces")
+    columns = tuple(clearance.kinds.index(int(pair.itself)) for pair in clearance.collision.pairs)
+    return Constraint(names, "scene", clearance, terms, quantity="clearance", proof="pieces", terms_of=columns)
 
 
 def load_clearances(constraints: Sequence[Constraint], schedule: Schedule | None) -> tuple[Constraint, ...]:

@@ -36,7 +36,9 @@ class Constraint:
         function: rollout of B trajectories -> (B, len(names)).
         terms: rollout -> the smooth values whose maxima are the columns, (B, K); None if the columns are smooth
             themselves. Gradient solvers need the terms, since a maximum has a kink where it passes from one term to
-            another.
+            another. They are in the order of the segments if there are terms for each.
+        terms_of: columns of the first terms, in the order of the terms, which is that of all further terms as well; if
+            empty, the terms go through the columns one after another.
         sampled: the same limit at the samples alone, if this one is proven between them; otherwise None.
         quantity: the limited quantity, as certificates name it: ``"position"``, ``"velocity"``, ``"acceleration"``,
             ``"jerk"``, ``"effort"``, ``"tool speed"``, ``"clearance"`` and the like; ``""`` for a problem's own
@@ -59,6 +61,17 @@ class Constraint:
     unit: str = "1"
     share: float | None = None
     proof: Guarantee = "samples"
+    terms_of: tuple[int, ...] = ()
+
+    @property
+    def term_period(self) -> int:
+        """Number of terms after which their columns repeat."""
+        return len(self.terms_of or self.names)
+
+    def column_of_term(self, term: int) -> int:
+        """Number of the column to whose maximum a term belongs."""
+        place = term % self.term_period
+        return self.terms_of[place] if self.terms_of else place
 
     @property
     def of_joints(self) -> bool:

@@ -46,7 +46,8 @@ def robust_effort_limits(dynamics: Dynamics, *, mass: Any, com: Any, margin: flo
     ordinary = effort_limits(dynamics.robot, margin=margin)
     box = PayloadBox.of(dynamics, mass, com)
     excess, terms = (partial(function, box=box, share=1.0 - margin) for function in (_excess, _terms))
-    return replace(ordinary, function=excess, terms=terms, quantity="effort of every payload")
+    columns = tuple(np.repeat(np.arange(len(ordinary.names)), 2).tolist())  # one term for each direction
+    return replace(ordinary, function=excess, terms=terms, quantity="effort of every payload", terms_of=columns)
 
 
 @final

@@ -1,0 +1,191 @@
+"""What holds a solution back, and what a little more of it would buy: multipliers as exchange rates.
+
+At a solution that is optimal among its neighbours, the slopes of its objectives and of the limits on which it lies
+balance. The weights of this balance, the multipliers of Karush, Kuhn and Tucker, are rates of exchange: by how much an
+objective falls if a limit is relaxed or another objective may be larger (Nocedal and Wright 2006, section 12.8). They
+are found by non-negative least squares; what does not balance tells how far from optimal the solution is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, final
+
+import numpy as np
+
+from trajevo.base.arrays import Array, real_number
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.front.quantities import with_unit
+
+if TYPE_CHECKING:
+    from trajevo.formulation.constraints.constraint import Constraint
+    from trajevo.front.front import Solution
+
+#: What can be exchanged for an objective.
+Kind = Literal["limit", "objective", "variable"]
+
+#: How far below a limit, as a share of it, a solution may stay and yet count as being on it: gradient solvers stop a
+#: little before. The same for a variable, as a share of its range.
+ON_LIMIT, _ON_BOUND = 1e-3, 1e-6
+
+#: Share of the greatest gain below which none is told, and least value of another objective that has shares.
+_TOLD, _LEAST = 1e-3, 1e-12
+
+
+@final
+@dataclass(frozen=True)
+class Exchange:
+    """Something on which a solution lies.
+
+    Attributes:
+        name: name of the limit, of the other objective or of the variable.
+        kind: ``"limit"``, ``"objective"`` or ``"variable"``.
+        gain: by how much the objective falls for each unit of relaxation, to first order: for a limit and another
+            objective per share of it that it is raised (of a least distance, lowered), for a variable per share of its
+            range [unit of the objective].
+        segments: numbers of the segments in which the limit is touched, as far as its terms tell; else empty.
+    """
+
+    name: str
+    kind: Kind
+    gain: float
+    segments: tuple[int, ...] = ()
+
+
+@final
+@dataclass(frozen=True)
+class Sensitivity:
+    """What an objective of a solution depends on.
+
+    Attributes:
+        solution: name of the solution.
+        objective: name of the objective.
+        value: its value [unit].
+        unit: its SI unit.
+        imbalance: share of the objective's slope that nothing balances: 0 at an optimum, 1 where the objective can be
+            lowered freely. The gains are as good as this is small.
+        exchanges: what the solution lies on, the greatest gain first.
+    """
+
+    solution: str
+    objective: str
+    value: float
+    unit: str
+    imbalance: float
+    exchanges: tuple[Exchange, ...]
+
+    def buys(self, share: float = 0.05) -> dict[str, float]:
+        """By how much the objective falls if one thing alone is relaxed by a share, to first order.
+
+        Args:
+            share: share by which a limit or another objective is relaxed, 0.05 for 5 %.
+
+        Returns:
+            Name -> decrease of the objective [unit], of limits and objectives, the greatest first.
+
+        Raises:
+            InvalidInputError: a share that is not above 0 and at most 1.
+        """
+        checked = real_number(share)
+        if checked is None or not 0.0 < checked <= 1.0:
+            likely = f"; {0.01 * checked:g} if it is percent" if checked is not None and 1.0 < checked <= 100.0 else ""
+            raise InvalidInputError(f"share: expected a number above 0 and at most 1, got {share!r}{likely}")
+        return {each.name: checked * each.gain for each in self.exchanges if each.kind != "variable"}
+
+    def __str__(self) -> str:
+        head = f"{self.objective} {with_unit(f'{self.value:.5g}', self.unit)} of {self.solution}"
+        lines = [f"{head}, balanced to {100.0 * self.imbalance:.2g} %"]
+        for name, gain in self.buys().items():
+            lines.append(f"  {name} relaxed by 5 % buys {with_unit(f'{gain:.3g}', self.unit)}")
+        held = [each.name for each in self.exchanges if each.kind == "variable"]
+        if held:
+            lines.append(f"  at an end of its range: {', '.join(held)}")
+        return "\n".join(lines)
+
+
+def sensitivity(solution: Solution, objective: str | None = None, *, within: float = ON_LIMIT) -> Sensitivity:
+    """What holds an objective of a solution back.
+
+    Args:
+        solution: a solution of a front.
+        objective: name of the objective that should fall; the first one if None.
+        within: share of a limit below it that counts as being on it.
+
+    Returns:
+        The exchange rates with all limits on which it lies, with the other objectives unless no solution of the front
+        has less of this one, and the variables at an end of their range.
+
+    Raises:
+        UnknownNameError: no such objective.
+        InvalidInputError: ``within`` is not a number from 0 to 1.
+    """
+    problem, names = solution.front.problem, list(solution.F)
+    wanted = checked_name("objective", names[0] if objective is None else objective, names)
+    near = real_number(within)
+    if near is None or not 0.0 <= near <= 1.0:
+        raise InvalidInputError(f"within: expected a share from 0 to 1, got {within!r}")
+    k, values = names.index(wanted), solution.front.F[solution.index]
+    in_terms = problem.in_terms()
+    _, (slopes,), (G,), (of_limits,) = in_terms.evaluate_with_gradients(solution.x[None])
+    width = problem.xu - problem.xl
+    balance = _Balance(slopes[k] * width)
+    held = solution.front.F[:, k].min() < values[k]  # the least of all is not held by other objectives
+    for other, name in enumerate(names):
+        if held and other != k:
+            balance.add(name, "objective", slopes[other] * width / max(abs(values[other]), _LEAST))
+    counts = [len(constraint.names) for constraint in in_terms.constraints]
+    first = np.cumsum([0, *counts])
+    for constraint, start, count in zip(problem.constraints, first, counts, strict=False):
+        parts = _parts(constraint, count, solution.trajectory.breaks.shape[1] - 1)
+        for term in np.flatnonzero(G[start : start + count] > -near).tolist():
+            name = constraint.names[constraint.column_of_term(term)]
+            balance.add(name, "limit", of_limits[start + term] * width, parts[term])
+    shares = (solution.x - problem.xl) / np.where(width > 0.0, width, 1.0)
+    for place, variable in enumerate(problem.variables):
+        for end, side in ((0.0, -1.0), (1.0, 1.0)):
+            if width[place] > 0.0 and abs(shares[place] - end) <= _ON_BOUND:
+                balance.add(variable.name, "variable", side * np.eye(len(width))[place])
+    exchanges, imbalance = balance.solved()
+    return Sensitivity(solution.rule, wanted, float(values[k]), solution.F.units[wanted], imbalance, exchanges)
+
+
+def _parts(constraint: Constraint, count: int, segments: int) -> list[int | None]:
+    """The segment of each of a constraint's terms, None where they are not in the order of the segments."""
+    rows, rest = divmod(count, constraint.term_period)
+    if constraint.terms is None or rest or rows % segments:
+        return [None] * count
+    return [term // constraint.term_period // (rows // segments) for term in range(count)]
+
+
+@final
+class _Balance:
+    """What balances the slope of an objective, shape (n_var,), per share of the variables' ranges."""
+
+    def __init__(self, slope: Array) -> None:
+        self._slope, self._columns = slope, list[tuple[str, Kind, int | None, Array]]()
+
+    def add(self, name: str, kind: Kind, slope: Array, segment: int | None = None) -> None:
+        """Take in something whose relaxation by a share has this slope; without one it has no influence."""
+        if np.linalg.norm(slope) > 0.0:
+            self._columns.append((name, kind, segment, slope))
+
+    def solved(self) -> tuple[tuple[Exchange, ...], float]:
+        """The exchange rates, the greatest first, and the share of the slope that is not balanced."""
+        from scipy.optimize import nnls  # imported where it computes, since that takes long
+
+        size = float(np.linalg.norm(self._slope))
+        if not self._columns or not size:
+            return (), float(size > 0.0)
+        sizes = np.array([np.linalg.norm(slope) for *_, slope in self._columns])
+        matrix = np.stack([slope for *_, slope in self._columns], axis=1) / sizes
+        weights, left = nnls(matrix, -self._slope / size)
+        gains = size * weights / sizes
+        found: dict[tuple[str, Kind], tuple[float, set[int]]] = {}
+        for (name, kind, segment, _), gain in zip(self._columns, gains.tolist(), strict=True):
+            total, where = found.setdefault((name, kind), (0.0, set()))
+            if gain > 0.0 and segment is not None:
+                where.add(segment)
+            found[name, kind] = total + gain, where
+        listed = [Exchange(*key, gain, tuple(sorted(where))) for key, (gain, where) in found.items()]
+        told = [each for each in listed if each.gain > _TOLD * max(gains.max(initial=0.0), _LEAST)]
+        return tuple(sorted(told, key=lambda each: -each.gain)), float(left)
