@@ -12,7 +12,9 @@ DOCS = Path(__file__).parents[1] / "docs"
 LONG = pytest.param("payload_motion.md", marks=pytest.mark.long)
 
 
-@pytest.mark.parametrize("guide", ["check.md", "no_urdf.md", "payload.md", "robot_files.md", "tasks.md", LONG])
+@pytest.mark.parametrize(
+    "guide", ["check.md", "explain.md", "no_urdf.md", "payload.md", "robot_files.md", "tasks.md", LONG]
+)
 def test_the_python_of_a_guide_runs(guide, capsys):
     text, names = (DOCS / guide).read_text(encoding="utf-8"), {}
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

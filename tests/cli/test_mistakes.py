@@ -5,21 +5,17 @@ import pytest
 from tests.helpers import trajevo, trajevo_process
 
 SMALL = ("--generations", "3", "--population", "12", "--no-polish", "--no-pictures", "--report", "none", "--quiet")
-COMMANDS = (
-    "animate, capacity, certify, check, check-robot, examples, export, init, list, payload-diagram, payload-time, "
-    "polish, report, resume, show, slowdown, solve, study, verify, workspace-capacity"
-)
 FORMATS = "csv, fanuc, feed, gcode, json, krl, moveit, mujoco, netcdf, rapid, ros2, urscript"
 HELP = "; see trajevo solve --help"
 
 MISTAKES = {
     "a misspelt command": (
         "slove task.toml",
-        f"trajevo: unknown command 'slove'; known: {COMMANDS}; did you mean 'solve'?; see trajevo --help",
+        "trajevo: unknown command 'slove'; did you mean 'solve'?; see trajevo --help",
     ),
     "another program's command": (
         "optimise task.toml",
-        f"trajevo: unknown command 'optimise'; known: {COMMANDS}; did you mean 'solve'?; see trajevo --help",
+        "trajevo: unknown command 'optimise'; did you mean 'solve'?; see trajevo --help",
     ),
     "a command within a command": (
         "study start hybrid_payloads",

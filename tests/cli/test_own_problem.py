@@ -60,6 +60,7 @@ COMMANDS = [
     ("show",),
     ("verify",),
     ("certify",),
+    ("explain",),
     ("report", "--no-pictures", "--out", "r.html"),
     ("export", "--format", "csv"),
     ("capacity",),

@@ -63,6 +63,11 @@ COMMANDS = {
     ),
     "study": _Home("study", "app", "Many runs: the product of factors, on one machine or a cluster."),
     "show": _Home("show", "show", "Show a run in the terminal."),
+    "explain": _Home(
+        "show",
+        "explain",
+        "Show what holds a solution back, what a little more of each limit would buy, and draw both along the front.",
+    ),
     "report": _Home(
         "show", "report", "Write a run's report of what is kept of it, one HTML file that needs no network."
     ),

@@ -43,6 +43,7 @@ VerboseOption = Annotated[bool, typer.Option("--verbose", help="All settings too
 
 #: Pictures that commands write beside a front by default.
 SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE = "slowdown.png", "payload_diagram.png", "payload_time.png"
+EXCHANGE_PICTURE = "exchange_rates.png"
 
 
 #: Suffix of the stem of the picture with the price of uncertainty.

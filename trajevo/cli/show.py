@@ -1,4 +1,4 @@
-"""Commands that look at a run: ``trajevo show``, ``report``, ``export``, ``animate``, ``capacity`` and ``verify``."""
+"""Commands that look at a run: ``show``, ``explain``, ``report``, ``export``, ``animate``, ``verify`` and more."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from trajevo.cli import completion
 from trajevo.cli.console import Terminal
 from trajevo.cli.problem_options import ProblemOption
 from trajevo.cli.results import (
+    EXCHANGE_PICTURE,
     PLOTS_FOLDER,
     REPORT_FILE,
     PicturesOption,
@@ -34,6 +35,7 @@ from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
+from trajevo.front.quantities import with_unit
 from trajevo.plots.analyses import kept_kind
 from trajevo.plots.analyses_file import read_analyses
 from trajevo.plots.report import report as write_report
@@ -211,6 +213,43 @@ def certificate(
         _out.print(f"{kept} of {len(found)} solutions are proven to keep every limit at every instant.")
     if kept < len(found):
         raise typer.Exit(1)
+
+
+def explain(
+    run: RunArgument,
+    solution: SolutionOption = "knee",
+    objective: Annotated[
+        str | None, typer.Option(help="Objective that should be less; the first one if not given.")
+    ] = None,
+    relaxed: Annotated[float, typer.Option(help="Share by which a limit or another objective is relaxed.")] = 0.05,
+    out: Annotated[Path | None, typer.Option(help="Picture; exchange_rates.png beside the front if not given.")] = None,
+    pictures: PicturesOption = True,
+    problem: ProblemOption = None,
+) -> None:
+    """Show what holds a solution back, what a little more of each limit would buy, and draw both along the front."""
+    front = front_of(run, problem)
+    chosen = front.pick(solution)
+    rates = chosen.sensitivity(objective)
+    bought = rates.buys(relaxed)
+    table = Listing(f"relaxed by {100.0 * relaxed:g} %", "in segments", f"change of {rates.objective}")
+    for each in rates.exchanges:
+        if each.kind != "variable":
+            change = with_unit(f"-{bought[each.name]:.3g}", rates.unit)
+            table.add(each.name, ", ".join(map(str, each.segments)), change)
+    _out.print(f"{chosen.rule}: {rates.told}")
+    if bought:
+        _out.print(table)
+    ends = [each.name for each in rates.exchanges if each.kind == "variable"]
+    if ends:
+        _out.print(f"at an end of its range: {', '.join(ends)}")
+    if not rates.exchanges:
+        _out.print("nothing holds it: it lies on no limit, and no other objective is against it")
+    if pictures:
+        target = out or beside(run, EXCHANGE_PICTURE)
+        with Waiting("drawing", [target.name]) as shown:
+            shown.begin(target.name)
+            file = plots.save_figure(plots.exchange_rates(front.sensitivities(objective)).figure, target)
+        _out.written(file, then=f"trajevo certify {run} proves the limits on which it lies")
 
 
 def _table(certificate: Certificate) -> Listing:

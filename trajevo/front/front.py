@@ -20,10 +20,10 @@ from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.formulation.registry import problem_class
 from trajevo.front import selection
 from trajevo.front.checked import RecordCheck
+from trajevo.front.exchange_rates import ON_LIMIT, ExchangeRates, exchange_rates
 from trajevo.front.quantities import Quantities, with_unit
 from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run, told
 from trajevo.front.selection import Choice
-from trajevo.front.sensitivity import ON_LIMIT, Sensitivity, sensitivity
 from trajevo.front.thinning import MOST_SHOWN, thinned
 from trajevo.trajectory.batch import TrajectoryBatch
 
@@ -78,7 +78,7 @@ class Solution:
         """How far each objective is known, SI: how much it changes when segments have twice as many samples."""
         return self._quantities(self.front.known_to([self.index])[0])
 
-    def sensitivity(self, objective: str | None = None, *, within: float = ON_LIMIT) -> Sensitivity:
+    def sensitivity(self, objective: str | None = None, *, within: float = ON_LIMIT) -> ExchangeRates:
         """What holds an objective back, and what a little more of it would buy.
 
         Args:
@@ -89,7 +89,7 @@ class Solution:
             UnknownNameError: no such objective.
             InvalidInputError: ``within`` is not a number from 0 to 1.
         """
-        return sensitivity(self, objective, within=within)
+        return exchange_rates(self.front, [self.index], objective, within=within)[0]
 
     def _quantities(self, row: Array) -> Quantities:
         objectives = self.front.record.objectives
@@ -277,6 +277,22 @@ class Front:
             NoSolutionError: the front is empty.
         """
         return tuple(map(self._solution, self._best))
+
+    def sensitivities(self, objective: str | None = None, *, most: int = 24) -> tuple[ExchangeRates, ...]:
+        """What holds an objective back along the front.
+
+        Args:
+            objective: name of the objective that should fall; the first one if None.
+            most: greatest number of solutions, spread evenly over the front, with its choices and extremes.
+
+        Returns:
+            Rates of exchange by ascending value of the objective.
+
+        Raises:
+            UnknownNameError: no such objective.
+        """
+        rates = exchange_rates(self, self.thinned(most).tolist(), objective)
+        return tuple(sorted(rates, key=lambda each: each.value))
 
     def thinned(self, most: int = MOST_SHOWN) -> Array:
         """Rows that are spread evenly over a large front, with all its choices and the extremes of its objectives.

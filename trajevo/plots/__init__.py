@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     )
     from trajevo.plots.pictures import draw_all, save_figure, save_pictures
     from trajevo.plots.rivals import plot_rivals
+    from trajevo.plots.tradeoffs import exchange_rates
 
 #: Modules of the pictures; a module is imported when one of its pictures is used.
 _NAMES = {
@@ -55,6 +56,7 @@ _NAMES = {
         "workspace_capacity",
     ),
     "rivals": ("plot_rivals",),
+    "tradeoffs": ("exchange_rates",),
     "animation": ("animate", "stick_figure"),
     "pictures": ("draw_all", "save_figure", "save_pictures"),
 }
@@ -68,6 +70,7 @@ __all__ = [
     "dlcc_iteration",
     "draw_all",
     "effort_utilisation",
+    "exchange_rates",
     "front",
     "front_3d",
     "front_capacities",

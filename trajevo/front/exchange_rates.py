@@ -8,6 +8,7 @@ are found by non-negative least squares; what does not balance tells how far fro
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, final
 
@@ -18,8 +19,8 @@ from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front.quantities import with_unit
 
 if TYPE_CHECKING:
-    from trajevo.formulation.constraints.constraint import Constraint
-    from trajevo.front.front import Solution
+    from trajevo.formulation.problem import TrajectoryProblem
+    from trajevo.front.front import Front
 
 #: What can be exchanged for an objective.
 Kind = Literal["limit", "objective", "variable"]
@@ -54,11 +55,11 @@ class Exchange:
 
 @final
 @dataclass(frozen=True)
-class Sensitivity:
-    """What an objective of a solution depends on.
+class ExchangeRates:
+    """What holds an objective of a solution back, and what it would cost.
 
     Attributes:
-        solution: name of the solution.
+        row: number of the solution on its front.
         objective: name of the objective.
         value: its value [unit].
         unit: its SI unit.
@@ -67,7 +68,7 @@ class Sensitivity:
         exchanges: what the solution lies on, the greatest gain first.
     """
 
-    solution: str
+    row: int
     objective: str
     value: float
     unit: str
@@ -92,9 +93,14 @@ class Sensitivity:
             raise InvalidInputError(f"share: expected a number above 0 and at most 1, got {share!r}{likely}")
         return {each.name: checked * each.gain for each in self.exchanges if each.kind != "variable"}
 
+    @property
+    def told(self) -> str:
+        """The objective, its value, and how near the solution is to an optimum."""
+        head = f"{self.objective} {with_unit(f'{self.value:.5g}', self.unit)} of row {self.row}"
+        return f"{head}, optimal to first order but for {100.0 * self.imbalance:.2g} % of its slope"
+
     def __str__(self) -> str:
-        head = f"{self.objective} {with_unit(f'{self.value:.5g}', self.unit)} of {self.solution}"
-        lines = [f"{head}, balanced to {100.0 * self.imbalance:.2g} %"]
+        lines = [self.told]
         for name, gain in self.buys().items():
             lines.append(f"  {name} relaxed by 5 % buys {with_unit(f'{gain:.3g}', self.unit)}")
         held = [each.name for each in self.exchanges if each.kind == "variable"]
@@ -103,58 +109,88 @@ class Sensitivity:
         return "\n".join(lines)
 
 
-def sensitivity(solution: Solution, objective: str | None = None, *, within: float = ON_LIMIT) -> Sensitivity:
-    """What holds an objective of a solution back.
+def exchange_rates(
+    front: Front, rows: Sequence[int], objective: str | None = None, *, within: float = ON_LIMIT
+) -> tuple[ExchangeRates, ...]:
+    """What holds an objective of some solutions of a front back, in one batch of gradients.
 
     Args:
-        solution: a solution of a front.
+        front: the front.
+        rows: numbers of the solutions.
         objective: name of the objective that should fall; the first one if None.
         within: share of a limit below it that counts as being on it.
 
     Returns:
-        The exchange rates with all limits on which it lies, with the other objectives unless no solution of the front
-        has less of this one, and the variables at an end of their range.
+        For each solution the rates of exchange with all limits on which it lies, with the other objectives unless no
+        solution of the front has less of this one, and the variables at an end of their range.
 
     Raises:
         UnknownNameError: no such objective.
         InvalidInputError: ``within`` is not a number from 0 to 1.
     """
-    problem, names = solution.front.problem, list(solution.F)
-    wanted = checked_name("objective", names[0] if objective is None else objective, names)
+    names = list(front.objective_names)
+    wanted = names.index(checked_name("objective", names[0] if objective is None else objective, names))
     near = real_number(within)
     if near is None or not 0.0 <= near <= 1.0:
         raise InvalidInputError(f"within: expected a share from 0 to 1, got {within!r}")
-    k, values = names.index(wanted), solution.front.F[solution.index]
-    in_terms = problem.in_terms()
-    _, (slopes,), (G,), (of_limits,) = in_terms.evaluate_with_gradients(solution.x[None])
+    chosen = list(rows)
+    limits = _Limits.of(front.problem)
+    _, of_objectives, G, of_limits = limits.in_terms.evaluate_with_gradients(front.X[chosen])
+    slopes = zip(of_objectives, G, of_limits, strict=True)
+    return tuple(_rates(front, row, wanted, near, limits, *each) for row, each in zip(chosen, slopes, strict=True))
+
+
+def _rates(
+    front: Front, row: int, wanted: int, near: float, limits: _Limits, of_objectives: Array, G: Array, of_limits: Array
+) -> ExchangeRates:
+    """The rates of one solution, from slopes of objectives and limits, (n_obj, n_var) and (terms, n_var)."""
+    problem, values, x = front.problem, front.F[row], front.X[row]
     width = problem.xu - problem.xl
-    balance = _Balance(slopes[k] * width)
-    held = solution.front.F[:, k].min() < values[k]  # the least of all is not held by other objectives
-    for other, name in enumerate(names):
-        if held and other != k:
-            balance.add(name, "objective", slopes[other] * width / max(abs(values[other]), _LEAST))
-    counts = [len(constraint.names) for constraint in in_terms.constraints]
-    first = np.cumsum([0, *counts])
-    for constraint, start, count in zip(problem.constraints, first, counts, strict=False):
-        parts = _parts(constraint, count, solution.trajectory.breaks.shape[1] - 1)
-        for term in np.flatnonzero(G[start : start + count] > -near).tolist():
-            name = constraint.names[constraint.column_of_term(term)]
-            balance.add(name, "limit", of_limits[start + term] * width, parts[term])
-    shares = (solution.x - problem.xl) / np.where(width > 0.0, width, 1.0)
+    balance = _Balance(of_objectives[wanted] * width)
+    held = front.F[:, wanted].min() < values[wanted]  # the least of all is not held by other objectives
+    for other, name in enumerate(front.objective_names):
+        if held and other != wanted:
+            balance.add(name, "objective", of_objectives[other] * width / max(abs(values[other]), _LEAST))
+    for term in np.flatnonzero(-near < G).tolist():
+        balance.add(limits.names[term], "limit", of_limits[term] * width, limits.segments[term])
+    shares = (x - problem.xl) / np.where(width > 0.0, width, 1.0)
     for place, variable in enumerate(problem.variables):
         for end, side in ((0.0, -1.0), (1.0, 1.0)):
             if width[place] > 0.0 and abs(shares[place] - end) <= _ON_BOUND:
                 balance.add(variable.name, "variable", side * np.eye(len(width))[place])
     exchanges, imbalance = balance.solved()
-    return Sensitivity(solution.rule, wanted, float(values[k]), solution.F.units[wanted], imbalance, exchanges)
+    name = front.objective_names[wanted]
+    return ExchangeRates(row, name, float(values[wanted]), front.record.objectives[wanted].unit, imbalance, exchanges)
 
 
-def _parts(constraint: Constraint, count: int, segments: int) -> list[int | None]:
-    """The segment of each of a constraint's terms, None where they are not in the order of the segments."""
-    rows, rest = divmod(count, constraint.term_period)
-    if constraint.terms is None or rest or rows % segments:
-        return [None] * count
-    return [term // constraint.term_period // (rows // segments) for term in range(count)]
+@final
+@dataclass(frozen=True, eq=False)
+class _Limits:
+    """The limits of a problem in terms.
+
+    Attributes:
+        in_terms: the problem with a column for each term.
+        names: the limit to which each term belongs.
+        segments: the segment of each term, None where terms are not in the order of the segments.
+    """
+
+    in_terms: TrajectoryProblem
+    names: list[str]
+    segments: list[int | None]
+
+    @classmethod
+    def of(cls, problem: TrajectoryProblem) -> _Limits:
+        in_terms = problem.in_terms()
+        count = problem.decode(0.5 * (problem.xl + problem.xu)[None]).breaks.shape[1] - 1
+        names: list[str] = []
+        segments: list[int | None] = []
+        for own, each in zip(problem.constraints, in_terms.constraints, strict=True):
+            terms = range(len(each.names))
+            names += [own.names[own.column_of_term(term)] for term in terms]
+            rows, rest = divmod(len(terms), max(own.term_period, 1))
+            told = own.terms is not None and not rest and not rows % count
+            segments += [term // own.term_period // (rows // count) if told else None for term in terms]
+        return cls(in_terms, names, segments)
 
 
 @final

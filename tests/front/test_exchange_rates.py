@@ -1,11 +1,14 @@
 """Exchange rates along a front: closed forms, new optima with relaxed limits, and what is refused."""
 
+import re
+
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from tests.helpers import refused
-from trajevo import Robot, ViaPointProblem, optimise
+from tests.helpers import refused, trajevo
+from trajevo import Robot, ViaPointProblem, optimise, plots
 
 ONE = {"velocity": 2.0, "acceleration": 10.0, "jerk": 100.0}
 
@@ -100,7 +103,7 @@ def test_a_solution_that_is_no_optimum_says_so():
         polish=False,
     )
     assert rough.least("time").sensitivity().imbalance > 0.05
-    assert "balanced to" in str(front.knee().sensitivity())
+    assert "optimal to first order but for" in str(front.knee().sensitivity())
 
 
 def test_mistakes_are_told():
@@ -111,3 +114,26 @@ def test_mistakes_are_told():
         lambda: fastest.sensitivity().buys(5), "share: expected a number above 0 and at most 1, got 5; 0.05 if it is"
     )
     refused(lambda: fastest.sensitivity().buys("5 %"), "share: expected")
+
+
+def test_rates_along_a_front_are_those_of_its_solutions_and_drawn():
+    front, fastest = least(ONE)
+    along = front.sensitivities("time", most=10)
+    assert [each.value for each in along] == sorted(each.value for each in along)
+    assert along[0] == fastest.sensitivity("time")
+    ax = plots.exchange_rates(along)
+    names = [label.get_text() for label in ax.get_yticklabels()]
+    assert set(names) == {"jerk", along[0].exchanges[0].name}
+    plt.close(ax.figure)
+    refused(lambda: plots.exchange_rates([]), "rates: expected those of one objective, got none")
+    refused(lambda: plots.exchange_rates([along[0], fastest.sensitivity("jerk")]), "got .'jerk', 'time'.")
+
+
+def test_the_command_tells_and_draws(tmp_path):
+    problem = problem_of(ONE)
+    optimise(problem, seed=1, population=12, generations=5, progress=False, out=tmp_path / "run")
+    done = trajevo("explain", str(tmp_path / "run"), "--solution", "least_time")
+    assert done.returncode == 0
+    assert re.search(r"velocity of axis 0 +0 +-0.0469 s", done.stdout)
+    assert (tmp_path / "run" / "exchange_rates.png").is_file()
+    assert trajevo("explain", str(tmp_path / "run"), "--relaxed", "5", "--no-pictures").returncode == 2
