@@ -179,7 +179,8 @@ class Collision:
         Returns:
             Shape (N, n_pairs) [m].
         """
-        configurations, frames = self._configurations(states), self._frames(states)
+        checked = self._checked(states)
+        configurations, frames = self._configurations(checked), self._frames(checked)
         distances = np.empty((len(configurations), len(self.pairs)))
         with self._buffers() as (geometry, places, data):
             # One call in C++ per state: neither Pinocchio nor coal returns distances of a batch.
@@ -247,12 +248,13 @@ class Collision:
 
     def _results(self, states: Array, state: Array, pair: Array) -> Iterator[tuple[Any, Callable[[int], Any]]]:
         """The result of coal for each pair in its state, and what gives the frame that carries a solid there."""
-        configurations, frames, last_row = self._configurations(states), self._frames(states), -1
+        checked, last_row = self._checked(states), -1
+        configurations, frames = self._configurations(checked), self._frames(checked)
         with self._buffers() as (geometry, places, data):
 
             def carrier(number: int) -> Any:
-                entry, count = geometry.geometryObjects[number], self.bodies.count
-                if count <= number < count + len(frames):
+                entry = geometry.geometryObjects[number]
+                if any(number == moving for moving, *_ in frames):
                     return data.oMg[number] * entry.placement.inverse()
                 return places.oMi[entry.parentJoint]
 
@@ -263,19 +265,19 @@ class Collision:
                     last_row = row
                 yield pin.computeDistance(geometry, data, watched), carrier
 
-    def _place(self, data: Any, frames: list[tuple[Any, Array, Array]], row: int) -> None:
-        """Place the obstacles that move, from their own places in their frames, and these frames in states."""
-        for number, (own, rotations, positions) in enumerate(frames, self.bodies.count):
+    @staticmethod
+    def _place(data: Any, frames: list[tuple[int, Any, Array, Array]], row: int) -> None:
+        """Place the obstacles that move, by their numbers, their places in their frames, and these frames in states."""
+        for number, own, rotations, positions in frames:
             data.oMg[number] = pin.SE3(rotations[row], positions[row]) * own
 
-    def _frames(self, states: Array) -> list[tuple[Any, Array, Array]]:
-        """Of each obstacle that moves its place in its frame, and this frame in states, (N, 3, 3) and (N, 3) [m]."""
-        t = self.bodies.split(states)[1]
-        if t is None:
+    def _frames(self, states: Array) -> list[tuple[int, Any, Array, Array]]:
+        """Of each obstacle that moves its number, its place in its frame, and that frame in N states."""
+        if not self.timed:
             return []
-        own = list(self._made().geometry.geometryObjects)[self.bodies.count :]
-        movers = self.bodies.movers.motions
-        return [(entry.placement, *motion.poses(t)) for entry, motion in zip(own, movers, strict=False)]
+        entries, first = self._made().geometry.geometryObjects, self.bodies.count
+        moving = enumerate(self.bodies.movers.motions, first)
+        return [(number, entries[number].placement, *motion.poses(states[:, -1])) for number, motion in moving]
 
     def reach(self, lower: Array, upper: Array) -> Array:
         """Bound of the rate of change of each pair's distance per unit of joint speed, in every configuration.
@@ -350,7 +352,7 @@ class Collision:
         return numbers(states, name="states" if self.timed else "q", shape=("N", self.robot.dof + self.timed))
 
     def _configurations(self, states: Array) -> Array:
-        return self._of_model(self.bodies.split(self._checked(states))[0])
+        return self._of_model(states[:, : self.robot.dof])
 
     def _of_model(self, q: Array) -> Array:
         still = np.zeros_like(q)
