@@ -413,6 +413,7 @@ def via_points(draw):
         "points": points,
         "duration_bounds": durations(draw, count, interpolant),
         "interpolant": interpolant,
+        "pace": draw.choice([None, 0]),
         "extra_points": draw.whole(0, 2) if interpolant in ("quintic_spline", "septic_spline", "cubic") else 0,
         "passing": () if cyclic else passing(draw, dof, count, interpolant),
         "cyclic": cyclic,

@@ -48,6 +48,8 @@ from trajevo.trajectory.interpolants import (
     price_of_rest,
 )
 from trajevo.trajectory.interpolants.legs import checked_durations
+from trajevo.trajectory.pace.choice import notes_on_pace, with_pace
+from trajevo.trajectory.pace.paced import Paced
 
 #: Greatest number of characters of a problem's title, which stands above tables and pictures.
 LONGEST_TITLE = 120
@@ -75,6 +77,9 @@ class ViaPointProblem(TrajectoryProblem):
             package, your own class derived from :class:`~trajevo.trajectory.interpolants.Interpolant`, or its place.
         extra_points: number of free points between every two points, for ``quintic_spline``, ``septic_spline`` and
             ``cubic``: when they are passed, and where, are variables; 0 for none.
+        pace: number of variables of a smooth pace that all segment times follow, from 4 to 200, instead of a time for
+            each; 0 for none. If None, 24 where there are more than 40 points, and nothing but points, their times and
+            loads that are always carried are asked for.
         moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
             or mappings with the number of the ``point`` and the half widths ``joints`` (n_joints) [rad or m] or
             ``tool`` (3) [m].
@@ -124,6 +129,7 @@ class ViaPointProblem(TrajectoryProblem):
         duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
         interpolant: str | type[Interpolant] = "quintic_spline",
         extra_points: int = 0,
+        pace: int | None = None,
         moving: Sequence[Any] = (),
         passing: Sequence[Any] = (),
         segments: Sequence[Any] = (),
@@ -162,6 +168,10 @@ class ViaPointProblem(TrajectoryProblem):
         at_limits = left_open(on_limits, asked)
         extra = ExtraPoints.of(extra_points, named, via)
         decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves, extra)
+        besides = ("moving", boxes), ("extra_points", extra), ("passing", given_passing), ("segments", parts)
+        decoder = with_pace(
+            decoder, via, named, pace, besides=next((key for key, value in (*besides, ("cyclic", cyclic)) if value), "")
+        )
         dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
@@ -184,7 +194,7 @@ class ViaPointProblem(TrajectoryProblem):
             length=length_unit(named),
         )
         told = notes_on_turning(at_limits, named, kind, price_of_rest(kind))
-        told = (*told, *notes_on_shapes(held, dynamics.schedule))
+        told = (*told, *notes_on_shapes(held, dynamics.schedule), *notes_on_pace(decoder, pace))
         self._notes = (*told, *notes_on_height(via, named, held), *(named.friction_notes if named.gives_effort else ()))
         given = {
             "robot": named.settings,
@@ -193,6 +203,7 @@ class ViaPointProblem(TrajectoryProblem):
             "duration_bounds": bounds.tolist(),
             "interpolant": kind,
             **({} if extra is None else {"extra_points": extra.count}),
+            **({"pace": decoder.count} if isinstance(decoder, Paced) else {} if pace is None else {"pace": 0}),
             "moving": [_box_settings(box) for box in boxes],
             "passing": [one.settings for one in given_passing],
             **({"segments": [one.settings for one in parts]} if parts else {}),
