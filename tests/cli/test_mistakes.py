@@ -2,9 +2,9 @@
 
 import pytest
 
-from tests.helpers import trajevo, trajevo_process
+from tests.helpers import UNDRAWN, trajevo
 
-SMALL = ("--generations", "3", "--population", "12", "--no-polish", "--no-pictures", "--report", "none", "--quiet")
+SMALL = ("--generations", "3", "--population", "12", "--no-polish", *UNDRAWN, "--quiet")
 COMMANDS = (
     "animate, capacity, certify, check, check-robot, examples, export, init, list, payload-diagram, payload-time, "
     "polish, report, resume, show, slowdown, solve, study, verify, workspace-capacity"
@@ -116,7 +116,7 @@ MISTAKES = {
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("mistakes")
     assert trajevo("init", "task.toml", cwd=place).returncode == 0
-    done = trajevo_process("solve", "pointing", *SMALL, "--out", "run", cwd=place)
+    done = trajevo("solve", "pointing", *SMALL, "--out", "run", cwd=place)
     assert done.returncode == 0, done.stderr
     return place
 

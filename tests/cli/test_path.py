@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.helpers import trajevo
+from tests.helpers import UNDRAWN, trajevo
 from trajevo import Front
 from trajevo.problems.gemini_and_s import s_points
 
@@ -48,7 +48,7 @@ def test_points_limits_and_seeds_are_options(tmp_path):
     limits = ["velocity=80 mm/s", 'acceleration=["500 mm/s^2", 0.4]', "jerk=20", "longest_time=6 s"]
     pairs = [word for pair in limits for word in ("--set", pair)]
     options = ["--path", file, *pairs, "--encoding", "shape", "--sqp-seeds", "3"]
-    result = trajevo("solve", "reparam", *options, *SMALL, "--out", tmp_path / "run")
+    result = trajevo("solve", "reparam", *options, *SMALL, *UNDRAWN, "--out", tmp_path / "run")
     assert result.returncode == 0, result.stderr
     front = Front.load(tmp_path / "run" / "front.json")
     np.testing.assert_allclose(front.record.limits["acceleration"], [0.5, 0.4])
@@ -92,6 +92,7 @@ def test_normal_constraints_of_three_objectives_are_refused_before_anything_is_w
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long  # what its report tells and draws is in test_report.py too, of `trajevo report --full`
 def test_pick_and_place_shows_the_septic_beside_its_rivals(tmp_path):
     folder = tmp_path / "pick"
     result = trajevo("solve", "pick-place", "--payload", "2.5", "--report", "full", *SMALL, "--out", folder)
@@ -115,7 +116,7 @@ def test_any_robot_through_points_of_a_file(tmp_path):
     pairs = ["robot=feed_drive", "duration_bounds=[0.2, 5]", "interpolant=cubic", 'objectives=["time", "square_jerk"]']
     settings = [word for pair in pairs for word in ("--set", pair)]
     options = ["--points", file, *settings, "--method", "nnc", "--tolerance", "0.1"]
-    result = trajevo("solve", "via-points", *options, "--out", tmp_path / "run")
+    result = trajevo("solve", "via-points", *options, *UNDRAWN, "--out", tmp_path / "run")
     assert result.returncode == 0, result.stderr
     front = Front.load(tmp_path / "run" / "front.json")
     assert front.record.robot == "feed_drive"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.helpers import refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, refused, small_problem, trajevo
 from trajevo import load_problem, load_task, optimise
 from trajevo.formulation.search import Search
 from trajevo.front.front import Front
@@ -89,7 +89,7 @@ def test_a_task_names_its_algorithm(tmp_path):
 def test_the_command_line_names_its_algorithm(tmp_path):
     options = ["--algorithm", "rvea", "--generations", "2", "--population", "20", "--no-polish", "--quiet"]
     options += ["--out", tmp_path / "run"]
-    done = trajevo("solve", "hybrid", *options)
+    done = trajevo("solve", "hybrid", *options, *UNDRAWN)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     front = Front.load(tmp_path / "run" / "front.json")

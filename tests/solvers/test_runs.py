@@ -277,7 +277,7 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
         assert again.returncode == 2
         assert f"or go on with it: trajevo resume {run}" in again.stderr
     assert not (run / "report.html").exists()
-    resumed = trajevo("resume", run, "--quiet")
+    resumed = trajevo("resume", run, "--quiet", "--no-pictures")
     assert resumed.returncode == 0, resumed.stderr
     assert (run / "report.html").exists()
     settings = {"seed": 3, "generations": 600, "population": 40, "polish": polish, "progress": False}
