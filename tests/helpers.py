@@ -91,6 +91,12 @@ def trajevo_process(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True)
 
 
+def mostly_long(values, *often):
+    """Parameters of a sweep: `make test` takes those that are named, `make test-long` all others."""
+    assert set(often) <= set(values)
+    return [value if value in often else pytest.param(value, marks=pytest.mark.long) for value in values]
+
+
 def refused(call, says: str) -> None:
     """Assert that a call is refused with one sentence that matches a pattern."""
     with pytest.raises(TrajevoError, match=says) as caught:

@@ -3,40 +3,46 @@
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, trajevo
+from tests.helpers import UNDRAWN, mostly_long, trajevo
 from trajevo import Front
 from trajevo.problems.gemini_and_s import s_points
 
 SMALL = ["--generations", "8", "--population", "20", "--no-polish", "--quiet"]
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
+#: Sub-problems of the paper's method and a time in the table, by its tolerance: a few, and as many as without one.
+SUB_PROBLEMS = {"0.1": (8, "2.785 "), "0.01": (73, "3.6268")}
+
+
+@pytest.fixture(scope="module", params=mostly_long(SUB_PROBLEMS, "0.1"))
+def run(tmp_path_factory, request):
     folder = tmp_path_factory.mktemp("runs") / "s"
-    result = trajevo("solve", "reparam", "--path", "s", "--method", "nnc", "--limits", "hull", "--out", folder)
+    tolerance = [] if request.param == "0.01" else ["--tolerance", request.param]  # it is what there is without one
+    options = ["--method", "nnc", "--limits", "hull", *tolerance]
+    result = trajevo("solve", "reparam", "--path", "s", *options, "--out", folder)
     assert result.returncode == 0, result.stderr
     assert result.stderr == (
         "warning: the method nnc keeps no checkpoints: SIGINT keeps what was found, SIGKILL nothing\n"
     )
-    return folder, result.stdout
+    return folder, result.stdout, SUB_PROBLEMS[request.param]
 
 
 def test_the_papers_method_writes_front_pictures_and_report(run):
-    folder, said = run
+    folder, said, (count, time) = run
     front = Front.load(folder / "front.json")
     assert front.run.algorithm == "NNC"
-    assert len(front) == 73
+    assert len(front) == count
     names = {file.stem for file in (folder / "plots").iterdir()}
     assert names == {"front", "parallel", "hypervolume", "profiles", "path", "parameter"}
-    for expected in ("jerk [mm²/s⁵]", "3.6268", "sub-problems = 73", "levels"):
+    for expected in ("jerk [mm²/s⁵]", time, f"sub-problems = {count}", "levels"):
         assert expected in said
     report = (folder / "report.html").read_text()
     assert "control polygon" in report
-    assert "sub-problems = 73" in report
+    assert f"sub-problems = {count}" in report
 
 
 def test_g_code_is_written(run):
-    folder, _ = run
+    folder = run[0]
     result = trajevo("export", folder, "--solution", "utopia", "--format", "gcode", "--step", "0.02")
     assert result.returncode == 0, result.stderr
     assert (folder / "utopia.gcode").read_text().startswith("; trajevo: Time and jerk along a fixed path")

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, refused, trajevo
+from tests.helpers import UNDRAWN, mostly_long, refused, trajevo
 from tests.robot.arms import GEN3
 from tests.twin import Twin
 from trajevo import Dynamics, Payload, ViaPointProblem, certify, export, load_robot, optimise, verify
@@ -101,7 +101,12 @@ def test_a_pose_takes_the_turn_nearest_to_the_point_before(gen3):
     np.testing.assert_allclose(found, before, atol=1e-5)
 
 
-@pytest.mark.parametrize("interpolant", ["quintic_spline", "cubic", "hybrid", "linear_blends", "polynomial"])
+@pytest.mark.parametrize(
+    "interpolant",
+    mostly_long(
+        ["quintic_spline", "cubic", "hybrid", "linear_blends", "polynomial"], "quintic_spline", "linear_blends"
+    ),
+)
 def test_a_motion_over_several_turns_is_solved_proven_and_exported(gen3, interpolant, tmp_path):
     points = [[0.0, 0.5, 0.0, 0.5], [8.0, -0.5, -7.0, 1.0], [15.0, 0.5, 3.0, -1.0]]
     limits = ("position", "velocity", "acceleration", "jerk", "effort")

@@ -7,7 +7,7 @@ import signal
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, impossible, refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, impossible, mostly_long, refused, small_problem, trajevo
 from trajevo import optimise
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.joint_limits import kinematic_limits
@@ -98,6 +98,7 @@ def test_the_hypervolume_grows_and_the_gain_is_told(polished):
     assert len(front.run.cpu_seconds) == len(history.evaluations) == front.run.generations + 1
 
 
+@pytest.mark.parametrize("polished", mostly_long(PROBLEMS, "two", "two along a path", "three"), indirect=True)
 def test_every_objective_is_at_least_as_low_as_its_optimum_from_random_starts(polished):
     problem = polished.front.problem
     if isinstance(problem, TimeJerkReparameterisation):
