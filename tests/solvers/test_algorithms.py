@@ -1,5 +1,6 @@
 """Algorithms by name: all run on a problem of ours, repeat themselves, and refuse what they do not have."""
 
+import importlib
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ from trajevo import load_problem, load_task, optimise
 from trajevo.formulation.search import Search
 from trajevo.front.front import Front
 from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_for, reference_directions
+from trajevo.solvers.evolutionary.kinds import class_of
 
 DIRECTED = ("nsga3", "rvea", "u-nsga3")
 
@@ -34,6 +36,15 @@ def test_every_algorithm_solves_and_repeats_itself(hybrid, name):
     F, G = hybrid.evaluate(front.X)
     assert F.tobytes() == front.F.tobytes()
     assert (G <= 0.0).all()
+
+
+def test_what_numba_compiles_for_age_moea_2_is_kept():
+    """Else every process would compile it anew, for several seconds."""
+    pytest.importorskip("numba")
+    survival = class_of("AGEMOEA2")(pop_size=4).survival
+    module = importlib.import_module("pymoo.algorithms.moo.age")
+    for loop in (module.find_corner_solutions, module.point_2_line_distance, survival.pairwise_distances):
+        assert loop.stats.cache_path
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,6 @@ def _keep_compiled() -> None:
         for place in (module, *(found for found in classes if found.__module__ == module.__name__)):
             for found in vars(place).values():
                 loop = getattr(found, "__func__", found)
-                if isinstance(loop, Dispatcher) and not loop.signatures:
+                if isinstance(loop, Dispatcher):
                     with suppress(RuntimeError):  # no folder can be written to
                         loop.enable_caching()
