@@ -24,6 +24,9 @@ from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_tim
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.trajectory.interpolants import QuinticSpline
 
+#: Options of a run whose pictures and report nobody looks at: they take ten times as long as a small search.
+UNDRAWN = ("--no-pictures", "--report", "none")
+
 POINTS = ViaPoints(np.array([[0.2, 0.1], [0.0, 0.3], [-0.2, 0.0]]))
 
 
@@ -86,6 +89,12 @@ def trajevo_process(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
     """Run the command line in a process of its own."""
     command = [sys.executable, "-c", "from trajevo.cli.main import main; main()", *map(str, arguments)]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True)
+
+
+def mostly_long(values, *often):
+    """Parameters of a sweep: `make test` takes those that are named, `make test-long` all others."""
+    assert set(often) <= set(values)
+    return [value if value in often else pytest.param(value, marks=pytest.mark.long) for value in values]
 
 
 def refused(call, says: str) -> None:

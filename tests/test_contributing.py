@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import UNDRAWN, refused, trajevo
 from trajevo import Front, ViaPointProblem, export, load_problem, load_robot, load_task, optimise
 from trajevo.exporters.export import is_exported
 from trajevo.formulation.registry import list_problems
@@ -197,7 +197,7 @@ def test_the_examples_are_used_from_the_command_line(tmp_path):
     rows = [", ".join(map(repr, row)) for row in np.asarray(TABLE_1_JOINTS).tolist()]
     file.write_text("\n".join([headers, *rows]))
     given = ("--points", file, "--interpolant", "even", "--set", "most_power=1e4", *sizes, "--out", tmp_path / "set")
-    done = trajevo("solve", "via-points", *given, "--set", 'constraints=["velocity"]')
+    done = trajevo("solve", "via-points", *given, *UNDRAWN, "--set", 'constraints=["velocity"]')
     assert done.returncode == 0, done.stderr
     assert Front.load(tmp_path / "set/front.json").record.settings["most_power"] == 1e4
     listed = trajevo("list").stdout

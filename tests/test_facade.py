@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import trajevo
+from tests.helpers import mostly_long
 from trajevo import plots
 
 ROOT = Path(__file__).parents[1]
@@ -94,15 +95,20 @@ FIRST = [
 ]
 
 
-@pytest.mark.parametrize("name", FACADES)
-def test_every_name_is_there_whatever_was_imported_before(name):
-    run_in_fresh_processes([STAR.format(first=first, name=name) for first in FIRST])
+def test_every_name_is_there_whatever_was_imported_before():
+    run_in_fresh_processes([STAR.format(first=first, name=name) for name in FACADES for first in FIRST])
 
 
-def test_every_module_can_be_the_first_that_is_imported():
+#: Every module is imported by a process of its own, so that `make test` takes one of so many.
+PARTS = 8
+
+
+@pytest.mark.parametrize("part", mostly_long(range(PARTS), 0))
+def test_every_module_can_be_the_first_that_is_imported(part):
     homes = {f"{name}.{module}" for name, facade in FACADES.items() for module in facade._NAMES}
     papers = {f"trajevo.problems.{file.stem}" for file in (ROOT / "problems").glob("[!_]*.py")}
-    run_in_fresh_processes([f"import {module}" for module in sorted(homes | papers | {"trajevo.problems"})])
+    modules = sorted(homes | papers | {"trajevo.problems"})
+    run_in_fresh_processes([f"import {module}" for module in modules[part::PARTS]])
 
 
 def imported(code):

@@ -13,7 +13,7 @@ from trajevo.base import jit
 from trajevo.dynamics.rollout import Rollout
 
 #: How many problems an ordinary run and a long one solve.
-FEW, MANY = 10, 300
+FEW, MANY = 6, 300
 
 SMALL = {"population": 12, "generations": 5, "progress": False}
 

@@ -1,8 +1,9 @@
 """Speed of studies, as ratios of wall times measured in one run: `make bench-more`.
 
-The same 24 cells one after the other in this process; on a Dask cluster of two workers of this machine, its start and
-end included; and so again with one worker killed half-way. All fronts are compared to the bit. The ratios mean
-something on two idle cores; the load that others put on the machine is printed.
+First what a cell of each problem costs alone; then the same 24 cells one after the other in this process; on a Dask
+cluster of two workers of this machine, its start and end included; and so again with one worker killed half-way. All
+fronts are compared to the bit. The ratios mean something on two idle cores; the load that others put on the machine is
+printed.
 """
 
 from __future__ import annotations
@@ -31,6 +32,36 @@ STUDY = {
     "generations": 200,
     "population": 100,
 }
+
+
+#: Problems of the cells that are measured one by one, and their sizes: generations and individuals.
+PROBLEMS, SIZES = ("pointing", "hybrid", "reparam", "pick-place"), ((20, 40), (200, 100))
+
+#: CPU time of a cell with which two idle cores run four a second [s].
+ASKED = 0.5
+
+
+def each_cell() -> None:
+    """Print the CPU time of a cell of every problem, without and with polish; mean of three after one that warms up."""
+    print(f"CPU seconds of a cell; with at most {ASKED:g} s two idle cores run four a second")
+    print(
+        f"{'generations x population':26s}"
+        + "".join(f"{f'{g} x {p}{end}':>20s}" for g, p in SIZES for end in ("", ", polished"))
+    )
+    for problem in PROBLEMS:
+        spent = [cost(problem, size, polish=polish) for size in SIZES for polish in (False, True)]
+        print(f"{problem:26s}" + "".join(f"{seconds:20.2f}" for seconds in spent), flush=True)
+
+
+def cost(problem: str, size: tuple[int, int], *, polish: bool, repeats: int = 3) -> float:
+    """CPU time of a cell of a study in this process [s]."""
+    given = dict(zip(("generations", "population"), size, strict=True))
+    with tempfile.TemporaryDirectory() as scratch:
+        for name, count in (("warm", 1), ("measured", repeats)):
+            study = Study(problem, seed=1, repeats=count, fixed={"polish": polish}, **given)
+            began = time.process_time()
+            run_study(study, Path(scratch) / name, engine=InProcess(), progress=False)
+    return (time.process_time() - began) / repeats
 
 
 def timed(title: str, study: Study, folder: Path, engine: Engine) -> float:
@@ -63,6 +94,7 @@ def hash_of(study: Study, folder: Path) -> str:
 
 
 def main() -> None:
+    each_cell()
     study = Study(**STUDY)
     print(f"{len(study.cells)} cells, {os.cpu_count()} cores, load before: {os.getloadavg()[0]:.2f}")
     with tempfile.TemporaryDirectory() as scratch:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.capacity.test_guaranteed import ROBOTS, random_motions
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from trajevo import (
     Payload,
     allowed_centres,
@@ -32,7 +32,7 @@ def carrying(rollout, com, mass=1.0):
 
 
 @every_robot
-@pytest.mark.parametrize("model", ["rigid", "weight_only"])
+@pytest.mark.parametrize("model", mostly_long(["rigid", "weight_only"], "rigid"))
 def test_masses_are_guaranteed_and_close_to_the_capacity_wherever_the_centre_is(name, model):
     rng, compared = np.random.default_rng(1), 0
     for seed in range(4):
@@ -81,7 +81,7 @@ def test_diagram_box_and_worst_case_hold_at_many_samples(name):
     assert (bounds.used(2.0, BOX) <= sampled.used(2.0, BOX) + 0.01).all()
 
 
-@every_robot
+@pytest.mark.parametrize("name", mostly_long(ROBOTS, "ur5", "hybrid_manipulator"))
 def test_regions_for_a_known_inertia_are_inside_those_of_many_samples(name):
     rollout = random_motions(name, 1, 2)
     inertia = np.diag([0.05, 0.04, 0.03])

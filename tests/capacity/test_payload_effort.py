@@ -25,7 +25,8 @@ ROBOTS = {
     "hybrid_manipulator": load_robot("hybrid_manipulator"),
 }
 every_robot = pytest.mark.parametrize("name", ROBOTS)
-every_com_model = pytest.mark.parametrize("model", ["rigid", "weight_only"])
+COM_MODELS = ("rigid", "weight_only")
+every_com_model = pytest.mark.parametrize("model", COM_MODELS)
 
 
 def random_motion(robot, rng, *, speed=1.0, segments=2) -> PolynomialBatch:

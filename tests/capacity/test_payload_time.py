@@ -7,6 +7,7 @@ import pytest
 
 from tests.capacity.test_dlcc import with_effort
 from tests.guo2016 import GUO2016, TABLE_7
+from tests.helpers import mostly_long
 from trajevo import optimise, plots
 from trajevo.capacity import payload_time
 from trajevo.capacity.dlcc import dlcc
@@ -55,7 +56,7 @@ def test_bad_payloads_of_a_curve_are_refused(bad):
         capacity_front(HybridManipulator(), bad, seed=1)
 
 
-@pytest.mark.parametrize("model", ["rigid", "weight_only"])
+@pytest.mark.parametrize("model", mostly_long(["rigid", "weight_only"], "rigid"))
 def test_payload_time_curve(model):
     problem = HybridManipulator(payload_model=model)
     curve = capacity_front(problem, [0.0, 5.0, 10.0], seed=3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.guo2016 import TABLE_7
-from tests.helpers import refused, trajevo
+from tests.helpers import mostly_long, refused, trajevo
 from trajevo import PolynomialBatch, ViaPoints, load_robot, optimise, plots
 from trajevo.capacity.dlcc import dlcc, dlcc_sampled
 from trajevo.capacity.scaled_path import SCALED_LIMITS
@@ -109,8 +109,9 @@ def test_sampled_again_the_binding_joint_is_at_its_limit(model):
 
 
 @pytest.mark.parametrize("robot", [only_effort(PUMA), rubbing(PUMA), only_effort(rubbing(PUMA))], ids=range(3))
-def test_sampled_again_with_friction_of_every_kind(robot):
-    for seed in range(12):
+@pytest.mark.parametrize("count", mostly_long([3, 12], 3))
+def test_sampled_again_with_friction_of_every_kind(robot, count):
+    for seed in range(count):
         motion = random_motion(robot, seed)
         found = slowdown_for(motion, 1.0)
         assert_binding_joint_is_at_its_limit(found)

@@ -8,8 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from tests.capacity.test_payload_effort import every_com_model
-from tests.helpers import refused, small_problem
+from tests.capacity.test_payload_effort import COM_MODELS
+from tests.helpers import mostly_long, refused, small_problem
 from trajevo import Payload, optimise
 from trajevo.capacity.payload_effort import payload_effort
 from trajevo.capacity.payload_time import max_payload_problem
@@ -124,7 +124,7 @@ def test_an_evolutionary_algorithm_takes_a_robust_problem():
         assert worst_case(effort, mass=(7.5, 8.5), com=BOX).feasible
 
 
-@every_com_model
+@pytest.mark.parametrize("model", mostly_long(COM_MODELS, "rigid"))
 def test_slowed_down_every_payload_is_carried_and_one_binds(motion, model):
     unhurried = replace(motion.robot.limits, velocity=np.full(6, np.inf))
     robot = replace(motion.robot, limits=unhurried)

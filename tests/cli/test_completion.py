@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from tests.helpers import trajevo
 from trajevo.cli import completion
 from trajevo.cli.main import COMMANDS
 from trajevo.exporters.export import EXPORTERS
@@ -24,28 +25,35 @@ finally:
 """
 
 
-def offered(words, cwd, *, modules=False):
-    """What bash is offered for words, the last of which is begun."""
-    asked = {"_TRAJEVO_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT], cwd=cwd, env={**os.environ, **asked}, capture_output=True, text=True
-    )
-    return (done.stdout.split(), set(done.stderr.split())) if modules else done.stdout.split()
+def asked(words):
+    """The environment in which bash asks what there is for words, the last of which is begun."""
+    return {"_TRAJEVO_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
 
 
-def test_commands_are_offered_without_importing_any(tmp_path):
-    names, modules = offered(["trajevo", "s"], tmp_path, modules=True)
-    assert names == ["solve", "study", "show", "slowdown"]
-    assert modules & {"numpy", "trajevo.cli.solve", "trajevo.cli.show", "matplotlib"} == set()
-    assert offered(["trajevo", ""], tmp_path) == list(COMMANDS)
+def offered(*words):
+    """What bash is offered."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in asked(("trajevo", *words)).items():
+            patch.setenv(name, value)
+        return trajevo().stdout.split()
 
 
-def test_arguments_and_options_of_commands_that_are_imported_late(tmp_path):
-    assert offered(["trajevo", "solve", "po"], tmp_path) == ["pointing"]
-    assert offered(["trajevo", "solve", "pointing", "--pop"], tmp_path) == ["--population"]
-    assert offered(["trajevo", "solve", "pointing", "--algorithm", "nsga"], tmp_path) == ["nsga2", "nsga3"]
-    assert offered(["trajevo", "study", "c"], tmp_path) == ["collect"]
-    assert offered(["trajevo", "export", "run", "--format", "r"], tmp_path) == ["rapid", "ros2"]
+def test_commands_are_offered_without_importing_any(tmp_path, monkeypatch):
+    environment = os.environ | asked(["trajevo", "s"])
+    done = subprocess.run([sys.executable, "-c", SCRIPT], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.stdout.split() == ["solve", "study", "show", "slowdown"]
+    assert set(done.stderr.split()) & {"numpy", "trajevo.cli.solve", "trajevo.cli.show", "matplotlib"} == set()
+    monkeypatch.chdir(tmp_path)
+    assert offered("") == list(COMMANDS)
+
+
+def test_arguments_and_options_of_commands_that_are_imported_late(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert offered("solve", "po") == ["pointing"]
+    assert offered("solve", "pointing", "--pop") == ["--population"]
+    assert offered("solve", "pointing", "--algorithm", "nsga") == ["nsga2", "nsga3"]
+    assert offered("study", "c") == ["collect"]
+    assert offered("export", "run", "--format", "r") == ["rapid", "ros2"]
 
 
 def test_the_shell_gets_its_script(tmp_path):

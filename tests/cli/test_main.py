@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import shutil
 import subprocess
 import sys
 import time
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 import typer
 
-from tests.helpers import trajevo, trajevo_process
+from tests.helpers import UNDRAWN, trajevo, trajevo_process
 from trajevo import Front
 from trajevo.capacity.dlcc import dlcc
 from trajevo.cli.main import COMMANDS
@@ -76,7 +77,7 @@ def test_report_and_show_print_the_numbers_of_the_front(run):
 
 def test_overwriting_leaves_nothing_of_the_old_run(run, tmp_path):
     folder = tmp_path / "run"
-    assert trajevo("solve", "pointing", *SMALL, "--out", folder, "--quiet").returncode == 0
+    shutil.copytree(run, folder)
     for format in ("csv", "ros2", "mujoco"):
         assert trajevo("export", folder, "--format", format).returncode == 0
     mine = {"notes.txt", "2024.csv", "settings.json", "photo.png", "moves.yaml", "pick.script"}
@@ -158,7 +159,7 @@ def test_report_and_export_write_where_told(run, tmp_path):
 
 
 def test_the_same_seed_writes_the_same_points(run, tmp_path):
-    assert trajevo("solve", "pointing", "--seed", "1", *SMALL, "--out", tmp_path / "again").returncode == 0
+    assert trajevo("solve", "pointing", "--seed", "1", *SMALL, *UNDRAWN, "--out", tmp_path / "again").returncode == 0
     np.testing.assert_array_equal(Front.load(run / "front.json").X, Front.load(tmp_path / "again/front.json").X)
 
 
@@ -174,7 +175,7 @@ def test_algorithm_interpolant_and_points_are_options(tmp_path):
     points = tmp_path / "points.csv"
     points.write_text("azimuth [deg], pitch [deg]\n30, 30\n75, 15\n165, 15\n")
     options = ["--algorithm", "sms-emoa", "--interpolant", "quintic", "--points", points, "--quiet"]
-    result = trajevo("solve", "pointing", *SMALL, *options, "--out", tmp_path / "run")
+    result = trajevo("solve", "pointing", *SMALL, *options, *UNDRAWN, "--out", tmp_path / "run")
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""
     front = Front.load(tmp_path / "run" / "front.json")
@@ -266,7 +267,7 @@ def test_bad_input_gets_one_sentence_and_an_exit_code(tmp_path, arguments, says)
 
 def test_an_output_folder_without_write_permission_is_refused(tmp_path):
     locked = Path("/proc/trajevo")
-    result = trajevo_process("solve", "pointing", *SMALL, "--out", locked)
+    result = trajevo("solve", "pointing", *SMALL, "--out", locked)
     assert result.returncode == 2
     assert "the output folder cannot be written" in result.stderr
     assert "Traceback" not in result.stderr

@@ -2,9 +2,9 @@
 
 import pytest
 
-from tests.helpers import trajevo, trajevo_process
+from tests.helpers import UNDRAWN, trajevo
 
-SMALL = ("--generations", "3", "--population", "12", "--no-polish", "--no-pictures", "--report", "none", "--quiet")
+SMALL = ("--generations", "3", "--population", "12", "--no-polish", *UNDRAWN, "--quiet")
 FORMATS = "csv, fanuc, feed, gcode, json, krl, moveit, mujoco, netcdf, rapid, ros2, urscript"
 HELP = "; see trajevo solve --help"
 
@@ -112,7 +112,7 @@ MISTAKES = {
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("mistakes")
     assert trajevo("init", "task.toml", cwd=place).returncode == 0
-    done = trajevo_process("solve", "pointing", *SMALL, "--out", "run", cwd=place)
+    done = trajevo("solve", "pointing", *SMALL, "--out", "run", cwd=place)
     assert done.returncode == 0, done.stderr
     return place
 

@@ -3,40 +3,46 @@
 import numpy as np
 import pytest
 
-from tests.helpers import trajevo
+from tests.helpers import UNDRAWN, mostly_long, trajevo
 from trajevo import Front
 from trajevo.problems.gemini_and_s import s_points
 
 SMALL = ["--generations", "8", "--population", "20", "--no-polish", "--quiet"]
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
+#: Sub-problems of the paper's method and a time in the table, by its tolerance: a few, and as many as without one.
+SUB_PROBLEMS = {"0.1": (8, "2.785 "), "0.01": (73, "3.6268")}
+
+
+@pytest.fixture(scope="module", params=mostly_long(SUB_PROBLEMS, "0.1"))
+def run(tmp_path_factory, request):
     folder = tmp_path_factory.mktemp("runs") / "s"
-    result = trajevo("solve", "reparam", "--path", "s", "--method", "nnc", "--limits", "hull", "--out", folder)
+    tolerance = [] if request.param == "0.01" else ["--tolerance", request.param]  # it is what there is without one
+    options = ["--method", "nnc", "--limits", "hull", *tolerance]
+    result = trajevo("solve", "reparam", "--path", "s", *options, "--out", folder)
     assert result.returncode == 0, result.stderr
     assert result.stderr == (
         "warning: the method nnc keeps no checkpoints: SIGINT keeps what was found, SIGKILL nothing\n"
     )
-    return folder, result.stdout
+    return folder, result.stdout, SUB_PROBLEMS[request.param]
 
 
 def test_the_papers_method_writes_front_pictures_and_report(run):
-    folder, said = run
+    folder, said, (count, time) = run
     front = Front.load(folder / "front.json")
     assert front.run.algorithm == "NNC"
-    assert len(front) == 73
+    assert len(front) == count
     names = {file.stem for file in (folder / "plots").iterdir()}
     assert names == {"front", "parallel", "hypervolume", "profiles", "path", "parameter"}
-    for expected in ("jerk [mm²/s⁵]", "3.6268", "sub-problems = 73", "levels"):
+    for expected in ("jerk [mm²/s⁵]", time, f"sub-problems = {count}", "levels"):
         assert expected in said
     report = (folder / "report.html").read_text()
     assert "control polygon" in report
-    assert "sub-problems = 73" in report
+    assert f"sub-problems = {count}" in report
 
 
 def test_g_code_is_written(run):
-    folder, _ = run
+    folder = run[0]
     result = trajevo("export", folder, "--solution", "utopia", "--format", "gcode", "--step", "0.02")
     assert result.returncode == 0, result.stderr
     assert (folder / "utopia.gcode").read_text().startswith("; trajevo: Time and jerk along a fixed path")
@@ -48,7 +54,7 @@ def test_points_limits_and_seeds_are_options(tmp_path):
     limits = ["velocity=80 mm/s", 'acceleration=["500 mm/s^2", 0.4]', "jerk=20", "longest_time=6 s"]
     pairs = [word for pair in limits for word in ("--set", pair)]
     options = ["--path", file, *pairs, "--encoding", "shape", "--sqp-seeds", "3"]
-    result = trajevo("solve", "reparam", *options, *SMALL, "--out", tmp_path / "run")
+    result = trajevo("solve", "reparam", *options, *SMALL, *UNDRAWN, "--out", tmp_path / "run")
     assert result.returncode == 0, result.stderr
     front = Front.load(tmp_path / "run" / "front.json")
     np.testing.assert_allclose(front.record.limits["acceleration"], [0.5, 0.4])
@@ -92,6 +98,7 @@ def test_normal_constraints_of_three_objectives_are_refused_before_anything_is_w
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long  # what its report tells and draws is in test_report.py too, of `trajevo report --full`
 def test_pick_and_place_shows_the_septic_beside_its_rivals(tmp_path):
     folder = tmp_path / "pick"
     result = trajevo("solve", "pick-place", "--payload", "2.5", "--report", "full", *SMALL, "--out", folder)
@@ -115,7 +122,7 @@ def test_any_robot_through_points_of_a_file(tmp_path):
     pairs = ["robot=feed_drive", "duration_bounds=[0.2, 5]", "interpolant=cubic", 'objectives=["time", "square_jerk"]']
     settings = [word for pair in pairs for word in ("--set", pair)]
     options = ["--points", file, *settings, "--method", "nnc", "--tolerance", "0.1"]
-    result = trajevo("solve", "via-points", *options, "--out", tmp_path / "run")
+    result = trajevo("solve", "via-points", *options, *UNDRAWN, "--out", tmp_path / "run")
     assert result.returncode == 0, result.stderr
     front = Front.load(tmp_path / "run" / "front.json")
     assert front.record.robot == "feed_drive"

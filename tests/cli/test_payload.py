@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers import trajevo
+from tests.helpers import UNDRAWN, trajevo
 from trajevo.cli.results import PICTURES
 
 SMALL = ("--generations", "25", "--population", "20", "--no-polish", "--quiet")
@@ -27,7 +27,7 @@ def test_pictures_of_commands_go_with_the_run_they_are_of(tmp_path):
 
 def test_payload_time_says_what_it_cannot_do(tmp_path):
     run = tmp_path / "p"
-    assert trajevo("solve", "pointing", *SMALL, "--out", run).returncode == 0
+    assert trajevo("solve", "pointing", *SMALL, *UNDRAWN, "--out", run).returncode == 0
     for options, says in (
         (("--tolerance", "0"), "--tolerance: expected a positive length"),
         ((), "no effort limit bounds what 'pointing_mechanism' can hold"),

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers import trajevo, trajevo_process
+from tests.helpers import trajevo
 from trajevo import Front
 from trajevo.plots.analyses_file import read_analyses
 from trajevo.solvers.gradient import polish as polishing
@@ -73,7 +73,15 @@ def test_a_full_report_computes_once_and_show_and_later_reports_read_it(run, mon
     assert FRONT_PICTURES | VIEWS | {"effort", "margins", "rivals", "slowdown", "workspace"} <= pictures(again)
     text = (again / "report.html").read_text()
     assert "Interpolants at their least times under the same limits" in text
-    assert "one polynomial" in told.stdout
+    for expected in ("Least times under the same limits", "one polynomial", "4.4737", "double-S, stops", "4.7509"):
+        assert expected in told.stdout
+    assert "An infinite jerk is a step of the acceleration" in text
+    moving = trajevo("animate", again, "--solution", "least_time", "--rate", "10")
+    assert moving.returncode == 0, moving.stderr
+    assert "<title>puma560" in (again / "least_time.html").read_text()
+    carried = trajevo("capacity", again)
+    assert carried.returncode == 0, carried.stderr
+    assert "limited by joint_" in carried.stdout
 
     def never(*_, **__):
         raise AssertionError("something was optimised")
@@ -116,6 +124,14 @@ def test_report_and_pictures_can_be_left_out(tmp_path, options, report, drawn):
         assert "data:image" not in (folder / "report.html").read_text()
 
 
+def test_solve_makes_a_full_report_where_it_is_asked_for(tmp_path):
+    folder = tmp_path / "run"
+    solved = trajevo("solve", "pointing", *TINY, "--report", "full", "--out", folder)
+    assert solved.returncode == 0, solved.stderr
+    assert pictures(folder) >= FRONT_PICTURES | VIEWS
+    assert "--full" not in solved.stdout
+
+
 def test_polished_and_resumed_fronts_are_analysed_again(tmp_path):
     folder = tmp_path / "run"
     assert trajevo("solve", "hybrid", "--payload", "8", *TINY, "--out", folder).returncode == 0
@@ -135,7 +151,7 @@ def test_polished_and_resumed_fronts_are_analysed_again(tmp_path):
 
 @pytest.mark.parametrize("command", [["solve", "pointing"], ["resume", "run"], ["polish", "run"]])
 def test_another_kind_of_report_is_refused_before_anything_is_done(tmp_path, command):
-    refused = trajevo_process(*command, "--report", "long", cwd=tmp_path)
+    refused = trajevo(*command, "--report", "long", cwd=tmp_path)
     assert refused.returncode == 2
     assert refused.stderr == "error: unknown report 'long'; known: full, none, short\n"
     assert not list(tmp_path.iterdir())

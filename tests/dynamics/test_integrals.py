@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.helpers import mostly_long
 from trajevo import ViaPointProblem, load_robot
 from trajevo.base import polynomials
 from trajevo.dynamics.integrals import efforts, travel
@@ -90,7 +91,7 @@ def test_objectives_are_their_dense_sums(name, interpolant):
         np.testing.assert_allclose(column, expected[objective], rtol=APART.get(objective, 1e-4), err_msg=objective)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.3, 3.0])
+@pytest.mark.parametrize("share", mostly_long([0.0, 0.3, 3.0], 3.0))
 def test_dry_friction_of_any_size_that_differs_by_direction(share):
     bare = load_robot("z1", **ROBOTS["z1"])
     dry = share * np.array([2.0, 8.0, 5.0, 1.0, 0.5, 0.5, 0.1])
@@ -130,9 +131,10 @@ def test_derivatives_are_those_of_differences(name):
 
 
 @pytest.mark.parametrize("name", ["ur5", "puma560"])
-def test_a_motion_has_the_same_values_alone_and_among_others(name):
+@pytest.mark.parametrize("count", mostly_long([40, 150], 40))
+def test_a_motion_has_the_same_values_alone_and_among_others(name, count):
     problem = problem_of(name)
-    x = motions(problem, 150)
+    x = motions(problem, count)
     together = problem.evaluate(x)[0]
     for size in (1, 2, 3, 7):
         parts = [problem.evaluate(x[begin : begin + size])[0] for begin in range(0, len(x), size)]

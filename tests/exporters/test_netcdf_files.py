@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from tests.helpers import impossible, refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, impossible, refused, small_problem, trajevo
 from trajevo import Front, load_robot, optimise
 from trajevo.exporters.export import export, extension, is_exported
 from trajevo.exporters.netcdf import MAGIC, dataset
@@ -182,7 +182,7 @@ def test_the_command_refuses_with_a_sentence(pointing, tmp_path, options, says):
 
 
 def test_a_new_run_removes_the_old_netcdf_and_keeps_others(tmp_path):
-    small = ("--generations", "2", "--population", "20", "--no-polish", "--quiet")
+    small = ("--generations", "2", "--population", "20", "--no-polish", *UNDRAWN, "--quiet")
     assert trajevo("solve", "pointing", "--out", tmp_path, *small).returncode == 0
     assert trajevo("export", tmp_path, "--format", "netcdf").returncode == 0
     with netCDF4.Dataset(tmp_path / "mine.nc", "w") as mine:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from tests.helpers import any_problem
+from tests.helpers import any_problem, mostly_long
 from trajevo import TrajectoryProblem, load_robot
 from trajevo.base.arrays import row_products
 from trajevo.formulation.constraints.collision import Collision
@@ -134,9 +134,10 @@ def in_batches(problem, x, size) -> np.ndarray:
     return np.concatenate([bits(problem, x[start : start + size]) for start in range(0, len(x), size)])
 
 
-def test_no_bit_depends_on_the_batch(problem, x):
+@pytest.mark.parametrize("sizes", mostly_long([(1, 7), (2, 3)], (1, 7)))
+def test_no_bit_depends_on_the_batch(problem, x, sizes):
     whole = bits(problem, x)
-    for size in (1, 2, 3, 7):
+    for size in sizes:
         np.testing.assert_array_equal(in_batches(problem, x, size), whole, err_msg=f"batches of {size}")
     np.testing.assert_array_equal(bits(problem, x[::-1])[::-1], whole, err_msg="reversed")
     np.testing.assert_array_equal(bits(problem, np.asfortranarray(x)), whole, err_msg="columns in memory")

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from tests.helpers import any_problem, assert_exact_gradients, refused, trajevo
+from tests.helpers import UNDRAWN, any_problem, assert_exact_gradients, refused, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, optimise
 from trajevo.capacity.uncertainty import robust_problem
 from trajevo.dynamics.rollout import Rollout
@@ -269,7 +269,7 @@ def test_a_task_says_it_in_its_file(tmp_path):
 
 
 def test_the_command_line_and_run_folders_know_it(tmp_path):
-    sizes = ("--generations", 2, "--population", 8)
+    sizes = ("--generations", 2, "--population", 8, *UNDRAWN)
     run = trajevo("solve", "pointing", "--limits", "certified", *sizes, "--out", tmp_path / "run")
     assert run.returncode == 0, run.stderr
     assert Front.load(tmp_path / "run" / FRONT_FILE).problem.settings["limits"] == "certified"

@@ -11,7 +11,7 @@ import warnings
 import numpy as np
 import pytest
 
-from tests.helpers import refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, refused, small_problem, trajevo
 from tests.killed import begin
 from trajevo import Front, optimise
 from trajevo.errors import InvalidInputError
@@ -247,7 +247,7 @@ def test_a_folder_that_cannot_be_made_is_told_before_anything_is_computed(tmp_pa
 
 
 def test_the_command_line_takes_a_time_limit(tmp_path):
-    small = ["--generations", "2", "--population", "8", "--quiet", "--out", tmp_path / "run"]
+    small = ["--generations", "2", "--population", "8", *UNDRAWN, "--quiet", "--out", tmp_path / "run"]
     done = trajevo("solve", "pointing", *small, "--time-limit", "20")
     assert done.returncode == 0, done.stderr
     assert RunFolder(tmp_path / "run").manifest().time_limit == 20.0

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo, trajevo_process
+from tests.helpers import UNDRAWN, refused, trajevo, trajevo_process
 from trajevo import Front, Objective, Payload, ViaPointProblem, certify, load_task, optimise, resume
 from trajevo.base.own.code import allow_module
 from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter
@@ -232,7 +232,7 @@ def test_a_module_of_the_same_name_elsewhere_is_not_taken_for_it(folder):
     refused(lambda: load_task(other / "task.toml"), "another one of this name is in use: .*give yours another name")
 
 
-QUIET = ("--quiet", "--report", "none", "--no-pictures")
+QUIET = ("--quiet", *UNDRAWN)
 
 
 def test_the_data_of_a_run_imports_nothing_until_it_is_allowed(folder):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import UNDRAWN, refused, trajevo
 from trajevo import Front, Payload, ViaPoints, load_problem, load_robot, optimise
 from trajevo.base.units import to_si
 from trajevo.problems import HybridManipulator, ViaPointProblem
@@ -261,7 +261,7 @@ def test_solve_refuses_what_the_task_decides(write, tmp_path):
         assert done.returncode == 2
         assert f"{option}: a task says this in its file" in done.stderr
     own = ("--algorithm", "sms-emoa", "--generations", "2", "--offsprings", "5", "--out", tmp_path / "own", "--quiet")
-    assert trajevo("solve", file, *own, cwd=tmp_path).returncode == 0
+    assert trajevo("solve", file, *own, *UNDRAWN, cwd=tmp_path).returncode == 0
     run = Front.load(tmp_path / "own" / "front.json").run
     assert (run.algorithm, run.settings["offsprings"], run.settings["population"]) == ("SMSEMOA", 5, 12)
 
@@ -308,7 +308,7 @@ def test_two_points_are_a_motion(write, tmp_path):
     file = write(SMALL.replace("  [45.0, -70.0, 80.0, -100.0, -90.0, 0.0],\n", ""))
     assert len(load_task(file).problem.interpolant.points) == 2
     run = tmp_path / "run"
-    options = ("--generations", "6", "--population", "12", "--report", "none", "--no-pictures", "--out", run, "--quiet")
+    options = ("--generations", "6", "--population", "12", *UNDRAWN, "--out", run, "--quiet")
     assert trajevo("solve", file, *options).returncode == 0
     for command in (["show"], ["certify"], ["verify"], ["capacity"], ["export", "--format", "csv"]):
         done = trajevo(command[0], run, *command[1:])

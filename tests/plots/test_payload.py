@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.capacity.test_payload_effort import random_effort
-from tests.helpers import refused, trajevo
+from tests.helpers import UNDRAWN, refused, trajevo
 from trajevo import Front
 from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
 from trajevo.capacity.payload_effort import payload_effort
@@ -113,7 +113,7 @@ def test_regions_that_are_no_polygons_are_contours_of_the_limit(effort):
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "hybrid"
     options = ["--payload", "8", "--generations", "12", "--population", "20"]
-    solved = trajevo("solve", "hybrid", *options, "--out", folder, "--quiet")
+    solved = trajevo("solve", "hybrid", *options, *UNDRAWN, "--out", folder, "--quiet")
     assert solved.returncode == 0, solved.stderr
     return folder
 
@@ -150,7 +150,7 @@ def test_command_overlays_and_turns(run, tmp_path):
 def test_command_refuses_bad_input_with_a_sentence(run, tmp_path):
     unlimited = tmp_path / "pointing"
     small = ("--generations", "5", "--population", "12", "--quiet")
-    assert trajevo("solve", "pointing", *small, "--out", unlimited).returncode == 0
+    assert trajevo("solve", "pointing", *small, *UNDRAWN, "--out", unlimited).returncode == 0
     for arguments, says in (
         ([unlimited], "robot 'pointing_mechanism' has no effort limits, so nothing bounds its payload"),
         ([run, "--offset-xy", "0"], "--offset-xy: expected a positive length [m], got 0.0"),

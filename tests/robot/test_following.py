@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import mostly_long, refused, trajevo
 from tests.robot.arms import JACO
 from tests.twin import Twin
 from trajevo import Dynamics, Payload, ViaPointProblem, certify, dlcc, export, load_robot, optimise, verify
@@ -240,7 +240,7 @@ def test_bounds_at_complex_instants_hold(jaco, model):
     assert (np.abs(effort) <= EffortReach(dynamics).effort(motion) * (1.0 + 1e-12)).all()
 
 
-@pytest.mark.parametrize("interpolant", ["quintic_spline", "cubic", "septic_spline"])
+@pytest.mark.parametrize("interpolant", mostly_long(["quintic_spline", "cubic", "septic_spline"], "cubic"))
 def test_a_motion_is_solved_proven_carries_and_is_exported(write, interpolant, tmp_path):
     robot = load_robot(write(), **TOOL)
     at = {name: k for k, name in enumerate(robot.joint_names)}

@@ -1,15 +1,17 @@
 """Algorithms by name: all run on a problem of ours, repeat themselves, and refuse what they do not have."""
 
+import importlib
 import math
 
 import numpy as np
 import pytest
 
-from tests.helpers import refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, refused, small_problem, trajevo
 from trajevo import load_problem, load_task, optimise
 from trajevo.formulation.search import Search
 from trajevo.front.front import Front
 from trajevo.solvers.evolutionary.algorithms import ALGORITHMS, algorithm_for, reference_directions
+from trajevo.solvers.evolutionary.kinds import class_of
 
 DIRECTED = ("nsga3", "rvea", "u-nsga3")
 
@@ -34,6 +36,15 @@ def test_every_algorithm_solves_and_repeats_itself(hybrid, name):
     F, G = hybrid.evaluate(front.X)
     assert F.tobytes() == front.F.tobytes()
     assert (G <= 0.0).all()
+
+
+def test_what_numba_compiles_for_age_moea_2_is_kept():
+    """Else every process would compile it anew, for several seconds."""
+    pytest.importorskip("numba")
+    survival = class_of("AGEMOEA2")(pop_size=4).survival
+    module = importlib.import_module("pymoo.algorithms.moo.age")
+    for loop in (module.find_corner_solutions, module.point_2_line_distance, survival.pairwise_distances):
+        assert loop.stats.cache_path
 
 
 @pytest.mark.parametrize(
@@ -89,7 +100,7 @@ def test_a_task_names_its_algorithm(tmp_path):
 def test_the_command_line_names_its_algorithm(tmp_path):
     options = ["--algorithm", "rvea", "--generations", "2", "--population", "20", "--no-polish", "--quiet"]
     options += ["--out", tmp_path / "run"]
-    done = trajevo("solve", "hybrid", *options)
+    done = trajevo("solve", "hybrid", *options, *UNDRAWN)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     front = Front.load(tmp_path / "run" / "front.json")

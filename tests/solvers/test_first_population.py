@@ -8,7 +8,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.util.ref_dirs import get_reference_directions
 
-from tests.helpers import any_problem, impossible, refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, any_problem, impossible, refused, small_problem, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, load_task, optimise
 from trajevo.dynamics.path_effort import allowed_speeds, greatest_allowed
 from trajevo.formulation.constraints.joint_limits import kinematic_limits
@@ -276,7 +276,7 @@ def test_time_limits_hold_for_starts_too():
 
 def test_command_line_and_tasks(tmp_path):
     options = ["--starts", "spread", "--generations", 3, "--population", 8, "--no-polish", "--quiet"]
-    options += ["--algorithm", "sms-emoa"]
+    options += ["--algorithm", "sms-emoa", *UNDRAWN]
     assert trajevo("solve", "pointing", *options, "--out", tmp_path / "run").returncode == 0
     assert Front.load(tmp_path / "run" / "front.json").run.settings["starts"] == "spread"
     text = Path("problems/tasks/panda_six_points.toml").read_text(encoding="utf-8")

@@ -16,7 +16,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 from pymoo.util.archive import MultiObjectiveArchive
 
-from tests.helpers import refused, small_problem
+from tests.helpers import mostly_long, refused, small_problem
 from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from trajevo.solvers.evolutionary.nsga2 import ArrayNSGA2, Individuals
 
@@ -94,7 +94,7 @@ def alike(problem: Problem, *, generations: int = 12, seed: int = 1, setup=lambd
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", mostly_long(range(3), 0))
 def test_every_individual_is_pymoo_s(name, seed):
     alike(PROBLEMS[name](), seed=seed, pop_size=24)
 

@@ -16,7 +16,7 @@ import pytest
 from distributed import LocalCluster
 from typer.testing import CliRunner
 
-from tests.helpers import refused, trajevo_process
+from tests.helpers import mostly_long, refused, trajevo_process
 from trajevo import Front, TrajevoError, load_problem, optimise
 from trajevo.base import jit
 from trajevo.cli.study import app
@@ -109,16 +109,37 @@ def test_a_cell_is_the_run_that_its_settings_and_seed_make(tmp_path):
         assert (front.X.tobytes(), front.F.tobytes()) == (alone.X.tobytes(), alone.F.tobytes())
 
 
-@pytest.mark.parametrize("start_method", ["spawn", "fork", "forkserver"])
+@pytest.mark.parametrize("start_method", mostly_long(["spawn", "fork", "forkserver"], "spawn", "fork"))
 def test_processes_give_the_fronts_of_one_process(tmp_path, expected, start_method):
     assert run(small(), tmp_path / "study", Processes(2, start_method=start_method)).finished
     assert hash_of(small(), tmp_path / "study") == expected
 
 
-def test_a_cluster_of_its_own_gives_the_fronts_of_one_process(tmp_path, expected):
+def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_this_machine_alone(tmp_path, expected):
+    """Listening sockets of this process and of all that it starts, while a study runs."""
+    psutil = pytest.importorskip("psutil")  # which distributed needs
+    seen = set()
+
+    def watch():
+        while not done:
+            for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
+                try:
+                    found = process.net_connections("inet")
+                except psutil.Error:  # it has ended meanwhile
+                    continue
+                own = {c.laddr.port for c in before}
+                seen.update(c.laddr.ip for c in found if c.status == "LISTEN" and c.laddr.port not in own)
+            time.sleep(0.2)
+
+    before, done = [c for c in psutil.Process().net_connections("inet") if c.status == "LISTEN"], []
     # With a time limit each worker needs a process for its evaluations.
     study = small(fixed={"time_limit": 30.0})
-    assert run(study, tmp_path / "study", DaskCluster(2)).finished
+    with meanwhile(watch):
+        try:
+            assert run(study, tmp_path / "study", DaskCluster(2)).finished
+        finally:
+            done.append(True)
+    assert seen == {"127.0.0.1"}
     assert hash_of(study, tmp_path / "study") == expected
 
 
@@ -253,31 +274,6 @@ def test_a_cell_whose_worker_dies_as_it_starts_fails_and_the_others_go_on(tmp_pa
     assert failed.failure.sentence == "the process that was to run it died 2 times as it started"
 
 
-def test_a_local_cluster_listens_to_this_machine_alone(tmp_path):
-    """Listening sockets of this process and of all that it starts, while a study runs."""
-    psutil = pytest.importorskip("psutil")  # which distributed needs
-    seen = set()
-
-    def watch():
-        while not done:
-            for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
-                try:
-                    found = process.net_connections("inet")
-                except psutil.Error:  # it has ended meanwhile
-                    continue
-                own = {c.laddr.port for c in before}
-                seen.update(c.laddr.ip for c in found if c.status == "LISTEN" and c.laddr.port not in own)
-            time.sleep(0.05)
-
-    before, done = [c for c in psutil.Process().net_connections("inet") if c.status == "LISTEN"], []
-    with meanwhile(watch):
-        try:
-            assert run(small(repeats=1), tmp_path / "study", DaskCluster(1)).finished
-        finally:
-            done.append(True)
-    assert seen == {"127.0.0.1"}
-
-
 def test_a_cluster_that_does_not_see_the_folder_is_told(tmp_path, cluster, monkeypatch):
     monkeypatch.setattr("trajevo.study.cluster.STUDY_FILE", "study.other")
     folder = tmp_path / "study"
@@ -368,7 +364,7 @@ def test_bad_engines_are_refused(tmp_path, monkeypatch):
     assert InProcess().workers == 1
 
 
-@pytest.mark.parametrize("engine", ["Processes(1)", "DaskCluster(1)"])
+@pytest.mark.parametrize("engine", mostly_long(["Processes(1)", "DaskCluster(1)"], "Processes(1)"))
 def test_a_script_that_lacks_its_guard_is_told(tmp_path, engine):
     script = tmp_path / "script.py"
     script.write_text(

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import pytest
 
+from tests.helpers import mostly_long
 from trajevo import Solution, ViaPointProblem, ViaPoints, certify, dlcc, export, load_robot, optimise
 from trajevo.base import jit
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -159,7 +160,7 @@ def replay_of(solution, folder):
 KINDS = ("qpos", "qvel", "qacc", "force")
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
+@pytest.fixture(scope="module", params=mostly_long(ROBOTS, "ur5", "puma560"))
 def moved(request, tmp_path_factory):
     return Moved.of(request.param, tmp_path_factory.mktemp(request.param))
 
@@ -296,7 +297,7 @@ def random_urdf(rng):
 ENTRIES = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", mostly_long(range(20), *range(6)))
 def test_random_robots(seed, tmp_path, monkeypatch):
     monkeypatch.setattr(jit, "can_compile", lambda: False)  # no robot comes twice
     rng = np.random.default_rng(seed)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+from contextlib import suppress
+from functools import cache
 
 from pymoo.core.algorithm import Algorithm
 
@@ -36,5 +38,22 @@ def class_of(name: str) -> type[Algorithm]:
             import numba  # noqa: F401 - pymoo raises a bare Exception without it
         except ImportError as error:
             raise InvalidInputError("algorithm: 'age-moea2' needs numba: pip install 'trajevo[fast]'") from error
+        _keep_compiled()
     found: type[Algorithm] = getattr(importlib.import_module(KINDS[name]), name)
     return found
+
+
+@cache
+def _keep_compiled() -> None:
+    """Let numba keep pymoo's loops for later processes, each of which would take 5 s of CPU time to compile them."""
+    from numba.core.dispatcher import Dispatcher  # imported where it is there
+
+    for name in ("age", "age2"):
+        module = importlib.import_module(f"pymoo.algorithms.moo.{name}")
+        classes = [found for found in vars(module).values() if isinstance(found, type)]
+        for place in (module, *(found for found in classes if found.__module__ == module.__name__)):
+            for found in vars(place).values():
+                loop = getattr(found, "__func__", found)
+                if isinstance(loop, Dispatcher):
+                    with suppress(RuntimeError):  # no folder can be written to
+                        loop.enable_caching()
