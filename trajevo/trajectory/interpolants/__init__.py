@@ -9,8 +9,6 @@ from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.along_way import FixedCurve, curve_along
-from trajevo.trajectory.interpolants.cubic import CubicSpline
-from trajevo.trajectory.interpolants.free_points import ExtraPoints, WithExtraPoints
 from trajevo.trajectory.interpolants.hybrid_quartic import HybridQuartic
 from trajevo.trajectory.interpolants.interpolant import AtRest, Interpolant, Variable
 from trajevo.trajectory.interpolants.legs import Legs, checked_durations
@@ -18,7 +16,9 @@ from trajevo.trajectory.interpolants.linear_blends import LinearBlends
 from trajevo.trajectory.interpolants.reparameterised import LinearReparameterisation, Reparameterisation, slowness
 from trajevo.trajectory.interpolants.septic import SepticPolynomial, State
 from trajevo.trajectory.interpolants.single_polynomial import SinglePolynomial
-from trajevo.trajectory.interpolants.splines import QuinticSpline, SepticSpline
+from trajevo.trajectory.interpolants.splines.cubic import CubicSpline
+from trajevo.trajectory.interpolants.splines.free_points import ExtraPoints, WithExtraPoints
+from trajevo.trajectory.interpolants.splines.odd_degree import QuinticSpline, SepticSpline
 from trajevo.trajectory.interpolants.stop_and_go import stop_and_go
 
 #: Interpolants through via points whose times are free: name -> class that takes points and ``duration_bounds``.
