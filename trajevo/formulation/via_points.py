@@ -41,6 +41,7 @@ from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
 from trajevo.trajectory.interpolants import (
     NAMED_INTERPOLANTS,
+    BSplineShape,
     ExtraPoints,
     FixedCurve,
     Interpolant,
@@ -75,6 +76,8 @@ class ViaPointProblem(TrajectoryProblem):
             package, your own class derived from :class:`~trajevo.trajectory.interpolants.Interpolant`, or its place.
         extra_points: number of free points between every two points, for ``quintic_spline``, ``septic_spline`` and
             ``cubic``: when they are passed, and where, are variables; 0 for none.
+        bspline: of the interpolant ``"bspline"``: ``degree`` 3, 5 or 7, ``control_points`` in every gap between two
+            points, ``knots`` ``"even"`` or ``"free"``, and the highest derivative held at both ``ends``, by name.
         moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
             or mappings with the number of the ``point`` and the half widths ``joints`` (n_joints) [rad or m] or
             ``tool`` (3) [m].
@@ -124,6 +127,7 @@ class ViaPointProblem(TrajectoryProblem):
         duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
         interpolant: str | type[Interpolant] = "quintic_spline",
         extra_points: int = 0,
+        bspline: Mapping[str, Any] | None = None,
         moving: Sequence[Any] = (),
         passing: Sequence[Any] = (),
         segments: Sequence[Any] = (),
@@ -160,7 +164,7 @@ class ViaPointProblem(TrajectoryProblem):
         asked, curves = with_stops(given_passing, parts, len(via)), curves_of(parts, named, via, kind)
         check_limits(parts, on_limits, named)
         at_limits = left_open(on_limits, asked)
-        extra = ExtraPoints.of(extra_points, named, via)
+        extra = _between(kind, extra_points, bspline, named, via)
         decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves, extra)
         dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
@@ -192,7 +196,8 @@ class ViaPointProblem(TrajectoryProblem):
             "turns": turns,
             "duration_bounds": bounds.tolist(),
             "interpolant": kind,
-            **({} if extra is None else {"extra_points": extra.count}),
+            **({"extra_points": extra.count} if isinstance(extra, ExtraPoints) else {}),
+            **({"bspline": extra.settings} if isinstance(extra, BSplineShape) else {}),
             "moving": [_box_settings(box) for box in boxes],
             "passing": [one.settings for one in given_passing],
             **({"segments": [one.settings for one in parts]} if parts else {}),
@@ -338,7 +343,7 @@ def _interpolant(
     passing: tuple[Passing, ...],
     cyclic: bool,
     curves: dict[int, FixedCurve],
-    extra: ExtraPoints | None,
+    extra: ExtraPoints | BSplineShape | None,
 ) -> Interpolant:
     """The interpolant, with joints at rest where they turn, if it can."""
     rests = () if price_of_rest(kind) is None else tuple((at.point, at.joint) for at in turns)
@@ -351,6 +356,18 @@ def _interpolant(
     )
     check_free(found)
     return found
+
+
+def _between(
+    kind: str, extra_points: Any, bspline: Any, robot: Robot, via: ViaPoints
+) -> ExtraPoints | BSplineShape | None:
+    """What is free between the points: points, or control points of B-splines."""
+    extra = ExtraPoints.of(extra_points, robot, via)
+    if bspline is None and kind != "bspline":
+        return extra
+    if extra is not None:
+        raise InvalidInputError("extra_points: 'bspline' takes none; its control_points are free, in [bspline]")
+    return BSplineShape.of(bspline, robot, via)
 
 
 def _boxes(moving: Sequence[Any]) -> list[JointBox | CartesianBox]:
