@@ -403,7 +403,7 @@ class BSplineShape:
 
     def __call__(self, points: ViaPoints, **given: Any) -> BSpline:
         """A B-spline through points."""
-        own = {"half_width": self.half_width, "joints": self.joints, "units": self.units}
+        own: dict[str, Any] = {"half_width": self.half_width, "joints": self.joints, "units": self.units}
         return BSpline(points, **self.settings, **own, **given)
 
 
