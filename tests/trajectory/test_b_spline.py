@@ -195,7 +195,7 @@ def test_names_and_widths_of_variables():
     assert names[4:12] == [f"weight of piece_{k}" for k in range(1, 9)]
     assert names[12:] == [f"{joint} of control point_{k}" for joint in "ab" for k in range(1, 5)]
     widths = [one.upper for one in interpolant.variables][12:]
-    np.testing.assert_allclose(widths, np.repeat(0.5 * np.ptp(POINTS.positions[:, :2], axis=0), 4))
+    np.testing.assert_allclose(widths, np.repeat(0.25 * np.ptp(POINTS.positions[:, :2], axis=0), 4))
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import AtRest, alike, breaks_of, known_velocities
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -58,7 +57,7 @@ def odd_spline(
     velocities: Mapping[int, Array] | None = None,
     ends: Array | None = None,
     cyclic: bool = False,
-) -> TrajectoryBatch:
+) -> PolynomialBatch:
     """The C^(2r-2) spline of degree 2r - 1 through the points, with given states at both ends up to derivative r - 1.
 
     The free states at the inner points follow from the continuity of derivatives r to 2r - 2 there: a block

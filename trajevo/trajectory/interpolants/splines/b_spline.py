@@ -54,7 +54,7 @@ KNOTS = ("even", "free")
 HELD = ("position", "velocity", "acceleration", "jerk")
 
 #: Half width of a control point's range as a share of the joint's range over the via points.
-_WIDTH = 0.5
+_WIDTH = 0.25
 
 #: Least and greatest weight of a piece between free knots: an optimal jerk may change its sign twice within a hundredth
 #: of a gap.
@@ -77,7 +77,7 @@ class BSpline(Interpolant):
         knots: ``"even"`` in every gap, or ``"free"``: how long the pieces between them are is free too.
         ends: the highest derivative held at both ends: ``"position"``, ``"velocity"``, ``"acceleration"``, ``"jerk"``.
         half_width: how far each control point of a joint may be to either side of that of the spline without free
-            control points, shape (n_joints,) [rad or m]; half its range over the points if None.
+            control points, shape (n_joints,) [rad or m]; a quarter of its range over the points if None.
         joints: names of the joints; numbered if None.
         units: their units; rad if None.
         at_rest: joints at rest at inner points, pairs (point, joint) from 0: one more control point follows from it.
@@ -278,7 +278,7 @@ class BSpline(Interpolant):
         else:
             moves = solve_block_tridiagonal(sides["left"][:, 1:], sides["here"], sides["right"][:, :-1], drive)
         for column in range(size):
-            controls[np.ix_(range(len(basis)), first + middle + column, members)] += moves[:, :, column]
+            controls[:, (first + middle + column)[:, None], members] += moves[:, :, column]
 
     def _states(self, end: str) -> Array:
         """Taylor coefficients at an end that are held or given, 0 for the others, shape (n_joints, 4)."""
