@@ -137,7 +137,7 @@ class BSpline(Interpolant):
         pieces, basis = self._without_offsets(rows, parts), basis_pieces(parts, self.degree)
         controls = self._controls(rows, pieces, basis, parts)
         for k in range(self.degree + 1):
-            pieces = pieces + basis[:, :, k, None, :] * controls[:, k : k + parts.shape[1], :, None]
+            pieces += basis[:, :, k, None, :] * controls[:, k : k + parts.shape[1], :, None]
         # Exactly: rounding would carry a joint past a point that lies on its limit.
         at, (known, velocities) = self._first_pieces, self._known
         pieces[..., 0][:, [0, *at]] = self.points.positions[:-1]
@@ -227,7 +227,8 @@ class BSpline(Interpolant):
         inside = parts.reshape(len(rows), gaps, each)
         begins = np.concatenate([np.zeros_like(inside[..., :1]), np.cumsum(inside[..., :-1], axis=2)], axis=2)
         whole = np.moveaxis(np.repeat(np.asarray(spline.coefficients), each, axis=1), -1, 0)
-        return np.moveaxis(polynomials.shifted(whole, begins.reshape(len(rows), -1, 1)), 0, -1)
+        shifted = polynomials.shifted(whole, begins.reshape(len(rows), -1, 1))
+        return np.ascontiguousarray(np.moveaxis(shifted, 0, -1))
 
     def _controls(self, rows: Array, pieces: Array, basis: Array, parts: Array) -> Array:
         """Control points of what is added to the spline, shape (B, S + degree, n_joints) [rad or m].
