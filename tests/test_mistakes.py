@@ -139,8 +139,8 @@ IN_THE_TASK = [
     (
         "seed = 1",
         'interpolant = "quintic"',
-        "task.toml: line 6: interpolant: unknown interpolant 'quintic'; known: cubic, hybrid, "
-        "linear_blends, polynomial, quintic_spline, septic_spline; did you mean 'quintic_spline'?",
+        "task.toml: line 6: interpolant: unknown interpolant 'quintic'; known: bspline, cubic, "
+        "hybrid, linear_blends, polynomial, quintic_spline, septic_spline; did you mean 'quintic_spline'?",
     ),
     (
         "seed = 1",

@@ -347,7 +347,7 @@ def passing(draw, dof, count, interpolant):
             found.append(
                 draw.choice([{"point": draw.whole(point, point), "dwell": draw.number(0.1, 0.5)}, Passing(point, True)])
             )
-    if draw.chance(0.3) and interpolant in ("quintic_spline", "septic_spline", "cubic"):
+    if draw.chance(0.3) and interpolant in ("bspline", "quintic_spline", "septic_spline", "cubic"):
         found.append(
             {"point": 0, "velocity": draw.vector(-0.02, 0.02, dof), "acceleration": draw.vector(-0.1, 0.1, dof)}
         )
@@ -372,9 +372,20 @@ def loads(draw, count, cyclic):
 
 def durations(draw, count, interpolant):
     """One pair of bounds, or one for each segment where the interpolant takes them."""
-    if draw.chance(0.3) and interpolant in ("quintic_spline", "septic_spline", "polynomial", "hybrid"):
+    if draw.chance(0.3) and interpolant in ("bspline", "quintic_spline", "septic_spline", "polynomial", "hybrid"):
         return draw.listed([[0.3, 4.0], *([[0.9, 0.9]] * (count - 2))])
     return draw.choice([(0.3, 4.0), [np.float64(0.1) * 3, 4], np.array([1, 3])])
+
+
+def shape(draw):
+    """How B-splines are: nothing, or some of their settings."""
+    given = {
+        "degree": draw.choice([5, 7]),
+        "control_points": draw.whole(2, 4),
+        "knots": draw.choice(["even", "free"]),
+        "ends": draw.choice(["acceleration", "jerk"]),
+    }
+    return draw.choice([None, {}, {key: given[key] for key in draw.subset(given)} | {"control_points": 4}])
 
 
 def segments(draw, robot, dof, interpolant, moving):
@@ -416,6 +427,7 @@ def via_points(draw):
         "interpolant": interpolant,
         "pace": draw.choice([None, 0]),
         "extra_points": draw.whole(0, 2) if interpolant in ("quintic_spline", "septic_spline", "cubic") else 0,
+        "bspline": shape(draw) if interpolant == "bspline" else None,
         "passing": () if cyclic else passing(draw, dof, count, interpolant),
         "cyclic": cyclic,
         "turns": draw.choice(["as_written", "shortest"]),
@@ -465,8 +477,8 @@ def hybrid(draw):
 
 def pick_place(draw):
     moved = TABLE_1_JOINTS + draw.random.uniform(-0.02, 0.0, np.shape(TABLE_1_JOINTS))
-    return {
-        "interpolant": draw.choice(["septic", *THROUGH_POINTS]),
+    given = {
+        "interpolant": draw.choice(["septic", *(name for name in THROUGH_POINTS if name != "bspline")]),
         "payload": draw.payload(),
         "points": draw.choice([None, draw.listed(moved)]),
         "duration_bounds": draw.listed([draw.random.uniform(0.3, 0.6), 6.0]),
@@ -476,6 +488,7 @@ def pick_place(draw):
         "samples": draw.whole(6, 12),
         "threads": draw.whole(1, 2),
     }
+    return given | ({"interpolant": "bspline"} if draw.chance(0.15) else {})  # hardly ever feasible at random
 
 
 def reparam(draw):

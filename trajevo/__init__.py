@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from trajevo.study.run import run_study, study_standing
     from trajevo.trajectory.batch import Motion, TrajectoryBatch
     from trajevo.trajectory.interpolants import (
+        BSpline,
         CubicSpline,
         HybridQuartic,
         Interpolant,
@@ -101,6 +102,7 @@ _NAMES = {
     "formulation.constraints.clearance": ("clearance_along",),
     # Motions
     "trajectory.interpolants": (
+        "BSpline",
         "CubicSpline",
         "HybridQuartic",
         "Interpolant",
@@ -165,6 +167,7 @@ _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 _ROOMS = ("plots", "problems")
 
 __all__ = [
+    "BSpline",
     "CartesianBox",
     "Constraint",
     "CubicSpline",

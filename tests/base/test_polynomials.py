@@ -50,3 +50,19 @@ def test_a_peak_between_samples_is_found():
 
 def test_derivative_past_the_degree_is_zero():
     assert polynomials.derivative(np.ones((3, 2)), 5).tolist() == [[0.0, 0.0]]
+
+
+def test_extremes_near_cubics_are_those_of_the_polynomials():
+    """Of quintics with the values, slopes and second derivatives of waves at both ends, a third of a wave long."""
+    phase = np.linspace(0.0, 2.0 * np.pi, 60)
+    start, end = ((np.sin(p), 2.0 * np.cos(p), -4.0 * np.sin(p)) for p in (phase, phase + 2.0))
+    quintics, cubics = polynomials.quintic(start, end), polynomials.cubic(*start[:2], *end[:2])
+    for order, (at_start, at_end) in enumerate(zip(start, end, strict=True)):
+        slopes = polynomials.derivative(quintics, order)
+        np.testing.assert_allclose(polynomials.values(slopes, np.zeros(1)), at_start, atol=1e-12)
+        np.testing.assert_allclose(polynomials.values(slopes, np.ones(1)), at_end, atol=1e-12)
+    found, (lower, upper) = polynomials.extremes_near_cubics(quintics, cubics), polynomials.extremes(quintics, 1)
+    np.testing.assert_allclose(found.max(axis=0), upper[0], atol=1e-5)
+    np.testing.assert_allclose(found.min(axis=0), lower[0], atol=1e-5)
+    assert (found <= upper[0] + 1e-14).all()
+    assert (found >= lower[0] - 1e-14).all()

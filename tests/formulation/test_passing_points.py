@@ -148,7 +148,7 @@ def test_first_populations_keep_the_limits_although_dwells_do_not_stretch(proble
 
 def test_a_motion_may_begin_and_end_in_motion(problem):
     passing = [Passing(0, velocity=[0.4, -0.3], acceleration=[1.0, 0.0]), Passing(3, velocity=[-0.2, 0.0])]
-    for interpolant in ("quintic_spline", "septic_spline", "cubic"):
+    for interpolant in ("quintic_spline", "septic_spline", "cubic", "bspline"):
         front = optimise(problem(passing=passing, interpolant=interpolant), seed=1, **SMALL)
         assert len(front), front.blocking
         fastest = front.pick("0")

@@ -153,7 +153,7 @@ def through(robot):
     return made
 
 
-@pytest.mark.parametrize("kind", ["quintic_spline", "septic_spline", "cubic"])
+@pytest.mark.parametrize("kind", ["quintic_spline", "septic_spline", "cubic", "bspline"])
 def test_lines_are_entered_and_left_without_a_stop(through, robot, kind):
     own = through(interpolant=kind)
     for x in np.random.default_rng(1).uniform(own.xl, own.xu, (3, own.n_var)):

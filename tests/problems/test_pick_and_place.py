@@ -262,7 +262,7 @@ def test_energy_is_the_integral_of_magnitudes():
 
 T1 = np.array(TABLE_1_JOINTS)
 BAD = {
-    "interpolant": (lambda: PickAndPlace(interpolant="spline"), "unknown interpolant 'spline'; known: cubic, hybrid"),
+    "interpolant": (lambda: PickAndPlace(interpolant="spline"), "unknown interpolant 'spline'; known: bspline, cubic"),
     "points": (lambda: PickAndPlace(points=T1[:, :5]), "robot 'puma560' has 6 joints, got points of 5"),
     "range": (lambda: PickAndPlace(points=T1 + 4.0), "point 0 puts 'joint_1' at 6.57 rad, outside its range"),
     "payload": (lambda: PickAndPlace(payload=-1.0), "payload.mass: expected a number from 0 on"),

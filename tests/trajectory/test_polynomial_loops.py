@@ -5,7 +5,7 @@ import pytest
 
 from trajevo.base import jit
 from trajevo.path.via_points import ViaPoints
-from trajevo.trajectory.interpolants.cubic import CubicSpline
+from trajevo.trajectory.interpolants.splines.cubic import CubicSpline
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 pytest.importorskip("numba")

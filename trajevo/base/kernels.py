@@ -30,7 +30,7 @@ MODULES = (
     "trajevo.trajectory.polynomial_loops",
     "trajevo.dynamics.rnea_loops",
     "trajevo.formulation.constraints.broad_phase.loops",
-    "trajevo.trajectory.interpolants.cubic",
+    "trajevo.trajectory.interpolants.splines.cubic",
     "trajevo.dynamics.integrals.loops",
     "trajevo.front.archive",
     "trajevo.formulation.constraints.broad_phase.search_loops",

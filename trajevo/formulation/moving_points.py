@@ -27,6 +27,7 @@ from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import (
     NAMED_INTERPOLANTS,
+    BSplineShape,
     ExtraPoints,
     FixedCurve,
     Interpolant,
@@ -68,7 +69,7 @@ class MovingPoints(Interpolant):
         passing: how points are passed, in their order.
         cyclic: whether the end meets the start.
         curves: fixed curves of the tool by the point at which they begin; no box is at their ends.
-        extra: free points between the via points, for interpolants that take them.
+        extra: free points between the via points, or the shape of B-splines, for interpolants that take them.
 
     Raises:
         UnknownNameError: no such interpolant.
@@ -87,7 +88,7 @@ class MovingPoints(Interpolant):
     passing: tuple[Passing, ...] = field(default=(), kw_only=True)
     cyclic: bool = field(default=False, kw_only=True)
     curves: Mapping[int, FixedCurve] = field(default_factory=dict, kw_only=True)
-    extra: ExtraPoints | None = field(default=None, kw_only=True)
+    extra: ExtraPoints | BSplineShape | None = field(default=None, kw_only=True)
     _inner: Interpolant = field(init=False, repr=False)
     _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
     _starts: tuple[int, ...] = field(init=False, repr=False)

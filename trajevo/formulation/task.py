@@ -50,6 +50,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         "interpolant": settings.interpolant,
         "extra_points": settings.extra_points,
         "pace": settings.pace,
+        "bspline": settings.bspline,
         "moving": [_box(box, robot, to_rad) for box in settings.moving],
         "passing": [_passing(one, robot, to_rad) for one in settings.passing],
         "segments": [_segment(one, to_rad) for one in settings.segment],

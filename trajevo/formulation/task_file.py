@@ -192,6 +192,7 @@ class TaskSettings(_Strict):
     interpolant: str = "quintic_spline"
     extra_points: Annotated[int, pydantic.Field(strict=True, ge=0)] = 0
     pace: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = None
+    bspline: dict[str, Any] | None = None
     duration_bounds: list[_Number] | list[tuple[_Number, _Number]]
     objectives: list[str] = ["time", "energy"]
     constraints: _Constraints = _Constraints()

@@ -41,6 +41,7 @@ from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit, robot_of
 from trajevo.trajectory.interpolants import (
     NAMED_INTERPOLANTS,
+    BSplineShape,
     ExtraPoints,
     FixedCurve,
     Interpolant,
@@ -80,6 +81,8 @@ class ViaPointProblem(TrajectoryProblem):
         pace: number of variables of a smooth pace that all segment times follow, from 4 to 200, instead of a time for
             each; 0 for none. If None, 24 where there are more than 40 points, and nothing but points, their times and
             loads that are always carried are asked for.
+        bspline: of the interpolant ``"bspline"``: ``degree`` 3, 5 or 7, ``control_points`` in every gap between two
+            points, ``knots`` ``"even"`` or ``"free"``, and the highest derivative held at both ``ends``, by name.
         moving: points that may move: :class:`~trajevo.path.boxes.JointBox`, :class:`~trajevo.path.boxes.CartesianBox`,
             or mappings with the number of the ``point`` and the half widths ``joints`` (n_joints) [rad or m] or
             ``tool`` (3) [m].
@@ -130,6 +133,7 @@ class ViaPointProblem(TrajectoryProblem):
         interpolant: str | type[Interpolant] = "quintic_spline",
         extra_points: int = 0,
         pace: int | None = None,
+        bspline: Mapping[str, Any] | None = None,
         moving: Sequence[Any] = (),
         passing: Sequence[Any] = (),
         segments: Sequence[Any] = (),
@@ -166,12 +170,12 @@ class ViaPointProblem(TrajectoryProblem):
         asked, curves = with_stops(given_passing, parts, len(via)), curves_of(parts, named, via, kind)
         check_limits(parts, on_limits, named)
         at_limits = left_open(on_limits, asked)
-        extra = ExtraPoints.of(extra_points, named, via)
+        extra = _between(kind, extra_points, bspline, named, via)
         decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves, extra)
-        besides = ("moving", boxes), ("extra_points", extra), ("passing", given_passing), ("segments", parts)
-        decoder = with_pace(
-            decoder, via, named, pace, besides=next((key for key, value in (*besides, ("cyclic", cyclic)) if value), "")
-        )
+        other: dict[str, Any] = {"moving": boxes, "bspline" if kind == "bspline" else "extra_points": extra}
+        other |= {"passing": given_passing, "segments": parts, "cyclic": cyclic}
+        besides = next((key for key, value in other.items() if value), "")
+        decoder = with_pace(decoder, via, named, pace, besides=besides)
         dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
@@ -202,7 +206,8 @@ class ViaPointProblem(TrajectoryProblem):
             "turns": turns,
             "duration_bounds": bounds.tolist(),
             "interpolant": kind,
-            **({} if extra is None else {"extra_points": extra.count}),
+            **({"extra_points": extra.count} if isinstance(extra, ExtraPoints) else {}),
+            **({"bspline": extra.settings} if isinstance(extra, BSplineShape) else {}),
             **({"pace": decoder.count} if isinstance(decoder, Paced) else {} if pace is None else {"pace": 0}),
             "moving": [_box_settings(box) for box in boxes],
             "passing": [one.settings for one in given_passing],
@@ -349,7 +354,7 @@ def _interpolant(
     passing: tuple[Passing, ...],
     cyclic: bool,
     curves: dict[int, FixedCurve],
-    extra: ExtraPoints | None,
+    extra: ExtraPoints | BSplineShape | None,
 ) -> Interpolant:
     """The interpolant, with joints at rest where they turn, if it can."""
     rests = () if price_of_rest(kind) is None else tuple((at.point, at.joint) for at in turns)
@@ -362,6 +367,18 @@ def _interpolant(
     )
     check_free(found)
     return found
+
+
+def _between(
+    kind: str, extra_points: Any, bspline: Any, robot: Robot, via: ViaPoints
+) -> ExtraPoints | BSplineShape | None:
+    """What is free between the points: points, or control points of B-splines."""
+    extra = ExtraPoints.of(extra_points, robot, via)
+    if bspline is None and kind != "bspline":
+        return extra
+    if extra is not None:
+        raise InvalidInputError("extra_points: 'bspline' takes none; its control_points are free, in [bspline]")
+    return BSplineShape.of(bspline, robot, via)
 
 
 def _boxes(moving: Sequence[Any]) -> list[JointBox | CartesianBox]:

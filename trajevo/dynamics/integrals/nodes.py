@@ -58,6 +58,11 @@ class Nodes:
         return frozen(at_nodes @ self._coefficients)
 
     @cached_property
+    def bends(self) -> Array:
+        """Matrix (M, M) from values at the nodes to the polynomial's second derivative there."""
+        return frozen(self.slopes @ self.slopes)
+
+    @cached_property
     def integrals(self) -> Array:
         """Matrix (M - 1, M) from values at the nodes to the polynomial's integral over every cell."""
         columns = [np.polynomial.Legendre(column).integ() for column in np.eye(len(self.shares))]

@@ -9,8 +9,6 @@ from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.along_way import FixedCurve, curve_along
-from trajevo.trajectory.interpolants.cubic import CubicSpline
-from trajevo.trajectory.interpolants.free_points import ExtraPoints, WithExtraPoints
 from trajevo.trajectory.interpolants.hybrid_quartic import HybridQuartic
 from trajevo.trajectory.interpolants.interpolant import AtRest, Interpolant, Variable
 from trajevo.trajectory.interpolants.legs import Legs, checked_durations
@@ -18,11 +16,15 @@ from trajevo.trajectory.interpolants.linear_blends import LinearBlends
 from trajevo.trajectory.interpolants.reparameterised import LinearReparameterisation, Reparameterisation, slowness
 from trajevo.trajectory.interpolants.septic import SepticPolynomial, State
 from trajevo.trajectory.interpolants.single_polynomial import SinglePolynomial
-from trajevo.trajectory.interpolants.splines import QuinticSpline, SepticSpline
+from trajevo.trajectory.interpolants.splines.b_spline import BSpline, BSplineShape
+from trajevo.trajectory.interpolants.splines.cubic import CubicSpline
+from trajevo.trajectory.interpolants.splines.free_points import ExtraPoints
+from trajevo.trajectory.interpolants.splines.odd_degree import QuinticSpline, SepticSpline
 from trajevo.trajectory.interpolants.stop_and_go import stop_and_go
 
 #: Interpolants through via points whose times are free: name -> class that takes points and ``duration_bounds``.
 THROUGH_POINTS: dict[str, Callable[..., Interpolant]] = {
+    "bspline": BSpline,
     "cubic": CubicSpline,
     "hybrid": HybridQuartic,
     "linear_blends": LinearBlends,
@@ -61,7 +63,7 @@ def interpolant_through(
     passing: Sequence[Passing] = (),
     cyclic: bool = False,
     curves: Mapping[int, FixedCurve] | None = None,
-    extra: ExtraPoints | None = None,
+    extra: ExtraPoints | BSplineShape | None = None,
 ) -> Interpolant:
     """The interpolant of a name through points, in legs if it stops or has other wishes on the way.
 
@@ -73,7 +75,7 @@ def interpolant_through(
         passing: how points are passed, in their order.
         cyclic: whether the end meets the start.
         curves: fixed curves of the tool by the point at which they begin, at whose ends the motion stops.
-        extra: free points between the given ones, for an interpolant that takes them.
+        extra: free points between the given ones, or the shape of B-splines, for an interpolant that takes them.
 
     Raises:
         UnknownNameError: no such interpolant.
@@ -84,7 +86,7 @@ def interpolant_through(
     if cyclic and not getattr(found, "takes_cycles", False):
         raise InvalidInputError(f"cyclic: {name!r} makes no cyclic motions; quintic_spline and septic_spline do")
     if extra is not None:
-        found = WithExtraPoints(name, found, extra)
+        found = extra.around(name, found)
     given: dict[str, Any] = ({"at_rest": at_rest} if at_rest else {}) | ({"cyclic": True} if cyclic else {})
     try:
         if bounds.ndim == 2 or curves or any(one.stop or one.vectors for one in passing):
@@ -102,6 +104,8 @@ def interpolant_through(
 __all__ = [
     "NAMED_INTERPOLANTS",
     "THROUGH_POINTS",
+    "BSpline",
+    "BSplineShape",
     "CubicSpline",
     "ExtraPoints",
     "FixedCurve",

@@ -23,7 +23,7 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.robot.joints import Sides
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.interpolants.interpolant import Interpolant, Variable, check_durations, checked_bounds
-from trajevo.trajectory.interpolants.splines import QuinticSpline, SepticSpline
+from trajevo.trajectory.interpolants.splines.odd_degree import QuinticSpline, SepticSpline
 from trajevo.trajectory.peak_shares import peak_shares
 from trajevo.trajectory.polynomial import PolynomialBatch
 

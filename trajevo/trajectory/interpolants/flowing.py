@@ -50,7 +50,7 @@ class Flowing(Interpolant):
         if not getattr(self.make, "takes_velocities", False):
             raise InvalidInputError(
                 f"segments: rest: {self.kind!r} begins and ends at rest, so that lines must too; quintic_spline, "
-                "septic_spline and cubic need not"
+                "septic_spline, cubic and bspline need not"
             )
         count, joints = len(self.points), self.points.n_joints
         groups, each = alike(self.given.get("at_rest", ()), joints), 2 * len(self.ends)

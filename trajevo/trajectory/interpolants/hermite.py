@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
-from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import AtRest, alike, breaks_of, known_velocities
 from trajevo.trajectory.polynomial import PolynomialBatch
 
@@ -58,7 +57,7 @@ def odd_spline(
     velocities: Mapping[int, Array] | None = None,
     ends: Array | None = None,
     cyclic: bool = False,
-) -> TrajectoryBatch:
+) -> PolynomialBatch:
     """The C^(2r-2) spline of degree 2r - 1 through the points, with given states at both ends up to derivative r - 1.
 
     The free states at the inner points follow from the continuity of derivatives r to 2r - 2 there: a block
@@ -68,7 +67,7 @@ def odd_spline(
     Args:
         points: K points, shape (K, n_joints), or of each motion (B, K, n_joints) [rad or m].
         durations: shape (B, K - 1) [s].
-        r: 3 for the quintic, 4 for the septic spline.
+        r: 2 for the cubic, 3 for the quintic, 4 for the septic spline.
         at_rest: joints at rest at inner points.
         velocities: velocities at inner points, shape (n_joints,) each [rad/s or m/s].
         ends: velocity and acceleration at the start, then at the end, shape (4, n_joints); at rest if None.
@@ -79,7 +78,8 @@ def odd_spline(
     states[..., 0] = points
     if ends is not None:
         for place, (velocity, acceleration) in ((0, ends[:2]), (-1, ends[2:])):
-            states[:, place, :, 1], states[:, place, :, 2] = velocity, 0.5 * acceleration
+            states[:, place, :, 1] = velocity
+            states[:, place, :, 2:3] = 0.5 * acceleration[:, None]  # nowhere in a cubic spline
     known, values = known_velocities(points.shape[-2:], at_rest, velocities or {})
     # A slice for all joints at once, which numpy does not copy.
     groups: list[tuple[Any, list[int]]] = [*alike(known, points.shape[-1])] if known else [(slice(None), [])]
@@ -178,11 +178,11 @@ def _inner_derivatives(
     for inner, velocity in ((point - 1, velocity) for point, velocity in zip(*known_at, strict=True)):
         diagonal[:, inner, -1], drive[:, inner, -1] = np.eye(r - 1)[0], scale[:, inner, None] * velocity
         left[:, inner - 1 : inner, -1] = right[:, inner : inner + 1, -1] = 0.0
-    unit = _solve_block_tridiagonal(left, diagonal, right, drive)
+    unit = solve_block_tridiagonal(left, diagonal, right, drive)
     return np.moveaxis(unit / (scale[..., None, None] ** known[:, None]), -1, -2)
 
 
-def _solve_block_tridiagonal(left: Array, diagonal: Array, right: Array, drive: Array) -> Array:
+def solve_block_tridiagonal(left: Array, diagonal: Array, right: Array, drive: Array) -> Array:
     """Block elimination along N; diagonal (B, N, m, m), left and right (B, N - 1, m, m), drive (B, N, m, n)."""
     count = diagonal.shape[1]
     reduced: list[Array] = []

@@ -188,7 +188,7 @@ class Legs(Interpolant):
         if at and not getattr(self.make, "takes_velocities", False):
             raise InvalidInputError(
                 f"passing: point {at[0].point}: {next(iter(at[0].vectors))}: {self.kind!r} takes none; "
-                "quintic_spline, septic_spline and cubic do"
+                "quintic_spline, septic_spline, cubic and bspline do"
             )
         found: dict[str, Any] = {}
         for one in at:

@@ -7,7 +7,7 @@ spline without free points: if all distances are 0, the motion is that spline, s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, final
@@ -70,11 +70,15 @@ class ExtraPoints:
         count = checked_count(given)
         if not count:
             return None
-        spans, units = np.ptp(points.positions, axis=0), np.array(robot.joint_units)
-        for unit in sorted(set(robot.joint_units)):
-            alike = units == unit
-            spans[alike] = np.maximum(spans[alike], _LEAST * spans[alike].max())
-        return cls(count, _WIDTH * np.where(spans > 0.0, spans, 1.0), robot.joint_names, robot.joint_units)
+        return cls(count, half_widths(points, robot.joint_units), robot.joint_names, robot.joint_units)
+
+    def around(self, kind: str, make: Any) -> WithExtraPoints:
+        """A class of interpolants of a name with these points.
+
+        Raises:
+            InvalidInputError: an interpolant that takes none.
+        """
+        return WithExtraPoints(kind, make, self)
 
 
 def checked_count(given: Any, *, least: int = 0) -> int:
@@ -86,6 +90,16 @@ def checked_count(given: Any, *, least: int = 0) -> int:
     if isinstance(given, bool) or not isinstance(given, int | np.integer) or not least <= given <= MOST:
         raise InvalidInputError(f"extra_points: expected a whole number from {least} to {MOST}, got {given!r}")
     return int(given)
+
+
+def half_widths(points: ViaPoints, units: Sequence[str], share: float = _WIDTH) -> Array:
+    """Half widths of what is free of every joint, as a share of its range over the points, (n_joints,) [rad or m]."""
+    spans, kinds = np.ptp(points.positions, axis=0), np.array(units)
+    for unit in sorted(set(units)):
+        alike = kinds == unit
+        spans[alike] = np.maximum(spans[alike], _LEAST * spans[alike].max())
+    widths: Array = share * np.where(spans > 0.0, spans, 1.0)
+    return widths
 
 
 @final

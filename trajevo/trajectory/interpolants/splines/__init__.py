@@ -1,0 +1,1 @@
+"""Splines through via points, and with free points or control points between them."""
