@@ -21,8 +21,8 @@ from trajevo.path.loads import told_loads
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
 from trajevo.robot.payload import LOAD_MODELS, Payload
-from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.solvers.gradient.optimality import anchors_told
+from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.shares import shares_used
 
