@@ -16,6 +16,7 @@ from trajevo.formulation.problem import Weights
 from trajevo.formulation.search import Search
 from trajevo.front.front import Front
 from trajevo.front.hypervolume import hypervolume
+from trajevo.plots.report import run_facts
 from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from trajevo.solvers.evolutionary.algorithms import ALGORITHMS
 from trajevo.solvers.gradient.batch_sqp import Lockstep
@@ -96,6 +97,16 @@ def test_the_hypervolume_grows_and_the_gain_is_told(polished):
     assert history.front_size[-1] == len(front)
     assert front.run.cpu_seconds[-1] == pytest.approx(original.run.cpu_seconds[-1] + polished.seconds)
     assert len(front.run.cpu_seconds) == len(history.evaluations) == front.run.generations + 1
+
+
+def test_how_near_the_anchors_are_is_told(polished):
+    told, front = polished.front.run.settings["polish"]["anchors"], polished.front
+    assert [one["objective"] for one in told[: front.problem.n_obj]] == list(front.objective_names)
+    for k, one in enumerate(told[: front.problem.n_obj]):
+        assert one["residual"] >= 0.0
+        assert one["value"] >= front.F[:, k].min()  # later rounds may find less
+        assert f"least {one['objective']}: residual" in dict(run_facts(front))["anchors"]
+    assert "anchors" not in dict(run_facts(polished.original))
 
 
 def test_every_objective_is_at_least_as_low_as_its_optimum_from_random_starts(polished):

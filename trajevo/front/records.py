@@ -29,7 +29,7 @@ _PACKAGES = ("trajevo", "pymoo", "pin", "numpy", "scipy", "moocore", "daqp", "ru
 
 #: Revision of the formulas of objectives and constraints, recorded with the versions. It is raised whenever numbers
 #: change by more than rounding, so that a front on record is told from a damaged one.
-FORMULAS = ("trajevo formulas", "4")
+FORMULAS = ("trajevo formulas", "5")
 
 #: Fields of a history with one entry per generation, and one more for each polishing.
 _BY_GENERATION = ("evaluations", "hypervolume", "least_violation", "front_size")

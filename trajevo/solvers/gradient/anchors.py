@@ -30,15 +30,16 @@ _SLOWER, _COPIES = 1.045, 16
 
 #: Starts of a search: anywhere on the scales of the variables, anywhere between the bounds but nearer to the middle of
 #: those that are no times, and members of the front.
-_ANYWHERE, _NEARER, _FROM_FRONT = 16, 8, 4
+_ANYWHERE, _NEARER, _FROM_FRONT = 32, 8, 4
 
 #: Shares of the starts that take steps, and how many steps, one after another; promised decrease that ends them.
-_STAGES, _SETTLED = ((1.0, 40), (0.5, 40), (0.25, 40)), 1e-6
+_STAGES, _SETTLED = ((1.0, 30), (0.5, 40), (0.25, 40)), 1e-6
 
-#: Times that the best is kicked, copies each time, their stages, spread of all variables on their scales, and greatest
-#: number of variables that are drawn anew.
-_KICKS, _COPIES_KICKED, _KICKED_STAGES = 2, 12, ((1.0, 30), (0.5, 30), (0.25, 40))
-_SHAKEN, _DRAWN_ANEW = 0.05, 3
+#: Times that the best are kicked, their number, their least distance on the scales of the variables, copies of each.
+_KICKS, _KICKED, _APART, _COPIES_KICKED = 2, 3, 0.3, 8
+
+#: Stages of what was kicked, spread of all its variables on their scales, and how many are drawn anew at most.
+_KICKED_STAGES, _SHAKEN, _DRAWN_ANEW = ((1.0, 30), (0.5, 30), (0.25, 40)), 0.05, 3
 
 #: Margin by which limits are tightened on the way, and restarts of every member.
 _MARGIN, _RESTARTS = 1e-7, 4
@@ -126,7 +127,7 @@ class AnchorSearch:
         """Ends of many starts in scaled variables, the best first, (S, n_var), and their merits (S,)."""
         y, merit = self._descended(self._starts(best, front), _STAGES)
         for _ in range(_KICKS):
-            kicked, others = self._descended(self._kicked(y[0]), _KICKED_STAGES)
+            kicked, others = self._descended(self._kicked(y), _KICKED_STAGES)
             y, merit = np.concatenate([y, kicked]), np.concatenate([merit, others])
             order = merit.argsort(kind="stable")
             y, merit = y[order], merit[order]
@@ -144,11 +145,15 @@ class AnchorSearch:
         return np.concatenate([known, anywhere])
 
     def _kicked(self, y: Array) -> Array:
-        """Copies of a point (n_var,) with a few variables drawn anew, and the others shaken a little."""
-        bounds = self._scaled.bounds
-        copies = y + _SHAKEN * self._random.standard_normal((_COPIES_KICKED, len(y)))
+        """Copies of the best of ends (S, n_var), in different valleys, with a few variables drawn anew."""
+        bounds, valleys = self._scaled.bounds, [y[0]]
+        for end in y[1:]:
+            if len(valleys) < _KICKED and np.abs(end - valleys).max(axis=1).min() > _APART:
+                valleys.append(end)
+        copies = np.repeat(np.stack(valleys), _COPIES_KICKED, axis=0)
+        copies = copies + _SHAKEN * self._random.standard_normal(copies.shape)
         for row in copies:
-            anew = self._random.integers(len(y), size=self._random.integers(1, _DRAWN_ANEW + 1))
+            anew = self._random.integers(len(row), size=self._random.integers(1, _DRAWN_ANEW + 1))
             row[anew] = self._random.uniform(*bounds[:, anew])
         return np.clip(copies, *bounds)
 

@@ -14,6 +14,9 @@ from trajevo.solvers.gradient.scaling import Scaled
 #: Distance from a bound, on a variable's scale, that counts as none; share of a limit within which it may bear.
 _AT_BOUND, _NEAR = 1e-6, 1e-2
 
+#: Slope of a limit, as a share of it per unit of the scaled variables, that is rounding.
+_FLAT = 1e-9
+
 #: Iterations for each multiplier.
 _MOST = 30
 
@@ -83,10 +86,11 @@ def residual(scaled: Scaled, y: Array, column: int) -> float:
     from scipy.optimize import lsq_linear  # imported where it computes, since that takes long
 
     _, df, G, dG = (values[0] for values in scaled.slopes(y[None]))
-    near = G > -_NEAR
+    lengths = np.linalg.norm(dG, axis=1)
+    near = (G > -_NEAR) & ~(lengths <= _FLAT)  # a limit that nothing moves, as that of a given point, bears nothing
     if not (np.isfinite(df[column]).all() and np.isfinite(dG[near]).all()):
         return float("nan")
-    lengths = np.maximum(np.linalg.norm(dG[near], axis=1), np.finfo(np.float64).tiny)
+    lengths = lengths[near]
     at_bounds = np.abs(y - scaled.bounds) < _AT_BOUND
     bounds = [sign * np.eye(len(y))[side] for sign, side in zip((-1.0, 1.0), at_bounds, strict=True)]
     columns = np.concatenate([dG[near] / lengths[:, None], *bounds])
