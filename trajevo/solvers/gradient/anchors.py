@@ -155,7 +155,8 @@ class AnchorSearch:
         for row in copies:
             anew = self._random.integers(len(row), size=self._random.integers(1, _DRAWN_ANEW + 1))
             row[anew] = self._random.uniform(*bounds[:, anew])
-        return np.clip(copies, *bounds)
+        within: Array = np.clip(copies, *bounds)
+        return within
 
     def _descended(self, y: Array, stages: tuple[tuple[float, int], ...]) -> tuple[Array, Array]:
         """The ends of starts (S, n_var) in scaled variables, the best first, and their merits (S,)."""
