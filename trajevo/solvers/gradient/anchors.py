@@ -30,7 +30,7 @@ _SLOWER, _COPIES = 1.045, 16
 
 #: Starts of a search: anywhere on the scales of the variables, anywhere between the bounds but nearer to the middle of
 #: those that are no times, and members of the front.
-_ANYWHERE, _NEARER, _FROM_FRONT = 32, 8, 4
+_ANYWHERE, _NEARER, _FROM_FRONT = 16, 8, 4
 
 #: Shares of the starts that take steps, and how many steps, one after another; promised decrease that ends them.
 _STAGES, _SETTLED = ((1.0, 30), (0.5, 40), (0.25, 40)), 1e-6
