@@ -15,8 +15,8 @@ from trajevo.solvers.gradient.exchange import at_samples, exchanged, proves
 from trajevo.solvers.gradient.sqp import OutOfEvaluations, WeightedSum, greatest_excess, random_starts
 from trajevo.trajectory.batch import TrajectoryBatch
 
-#: Points that SLSQP evaluates from a start under limits that are proven between samples, where exchange has failed.
-_MOST = 300
+#: Points that SLSQP evaluates under limits that are proven between samples, before they are exchanged.
+_MOST = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,19 +122,20 @@ def _end(problem: TrajectoryProblem, search: WeightedSum, start: Array, toleranc
     """The end of the search from a start.
 
     Under limits that are proven between samples, those at the samples are kept first, since peaks between them have
-    kinks; where the proof does not hold there, limits are exchanged.
+    kinks. Where the proof does not hold there, a few steps may mend it; else limits are exchanged.
     """
     if not proves(problem):
         return search.run(start, tolerance)
     sampled = at_samples(problem)
     first = WeightedSum(sampled.in_terms(), search.weights, excess=lambda x: greatest_excess(sampled, x))
-    end = first.run(start, tolerance)
-    if greatest_excess(problem, end) <= 0.0:
-        return end
-    found = exchanged(problem, search.weights, end, tolerance)
-    if found is not None:
-        return found
+    near = first.run(start, tolerance)
+    if greatest_excess(problem, near) <= 0.0:
+        return near
     try:
-        return search.run(start, tolerance)
+        end = search.run(near, tolerance)
+        if greatest_excess(problem, end) <= 0.0:
+            return end
     except OutOfEvaluations:
-        return end
+        pass
+    found = exchanged(problem, search.weights, near, tolerance)
+    return near if found is None else found
