@@ -45,7 +45,7 @@ def test_an_old_run_with_other_energies_is_not_gone_on_with(old):
     with pytest.warns(UserWarning, match="begun with other versions"):
         refused(
             lambda: resume(old / "ur5_pick_and_place", generations=4, progress=False),
-            r"begun with formulas \w+ of trajevo, here they are 4: energy of an individual on record is [\d.]+ J, here",
+            r"begun with formulas \w+ of trajevo, here they are 5: energy of an individual on record is [\d.]+ J, here",
         )
     front = read_run(old / "ur5_pick_and_place")
     with pytest.warns(UserWarning, match="energy differs by"):
