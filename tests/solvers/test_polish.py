@@ -16,6 +16,7 @@ from trajevo.formulation.problem import Weights
 from trajevo.formulation.search import Search
 from trajevo.front.front import Front
 from trajevo.front.hypervolume import hypervolume
+from trajevo.plots.report import run_facts
 from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from trajevo.solvers.evolutionary.algorithms import ALGORITHMS
 from trajevo.solvers.gradient.batch_sqp import Lockstep
@@ -96,6 +97,16 @@ def test_the_hypervolume_grows_and_the_gain_is_told(polished):
     assert history.front_size[-1] == len(front)
     assert front.run.cpu_seconds[-1] == pytest.approx(original.run.cpu_seconds[-1] + polished.seconds)
     assert len(front.run.cpu_seconds) == len(history.evaluations) == front.run.generations + 1
+
+
+def test_how_near_the_anchors_are_is_told(polished):
+    told, front = polished.front.run.settings["polish"]["anchors"], polished.front
+    assert [one["objective"] for one in told[: front.problem.n_obj]] == list(front.objective_names)
+    for k, one in enumerate(told[: front.problem.n_obj]):
+        assert one["residual"] >= 0.0
+        assert one["value"] >= front.F[:, k].min()  # later rounds may find less
+        assert f"least {one['objective']}: residual" in dict(run_facts(front))["anchors"]
+    assert "anchors" not in dict(run_facts(polished.original))
 
 
 @pytest.mark.parametrize("polished", mostly_long(PROBLEMS, "two", "two along a path", "three"), indirect=True)
@@ -197,7 +208,6 @@ def test_what_cannot_be_polished_is_refused_with_a_sentence():
     robot = front.problem.robot
     empty = evolved(small_problem(constraints=(*kinematic_limits(robot), impossible(robot, 0.1))), generations=2)
     refused(lambda: polish(empty), "the front is empty")
-    refused(lambda: polish(evolved(HybridManipulator(objectives="cost"), generations=2)), "two objectives or more")
     none = (Objective("time", "s", "t", total_time), Objective("jerk", "1", "t", without_gradients))
     blind = small_problem(objectives=none)
     refused(lambda: polish(evolved(blind, generations=2)), "polish: needs gradients.*a table has no derivative")
@@ -226,18 +236,12 @@ def test_optimise_polishes_unless_told_and_keeps_both_fronts(tmp_path):
 
 
 def test_what_cannot_be_polished_is_left_as_it_is_unless_it_was_asked_for():
-    front = optimise(HybridManipulator(objectives="cost"), seed=1, generations=2, population=8, progress=False)
-    assert front.run.settings["polish"] is False
     limited = optimise(small_problem(), seed=1, generations=2, population=8, time_limit=60.0, progress=False)
     assert limited.run.settings["polish"] is False
     for given in ({"polish": True}, {"polish_every": 2}):
         refused(
             lambda given=given: optimise(small_problem(), seed=1, time_limit=60.0, progress=False, **given),
             "polish: gradients cannot be evaluated in a separate process",
-        )
-        refused(
-            lambda given=given: optimise(HybridManipulator(objectives="cost"), seed=1, progress=False, **given),
-            "polish: a front needs two objectives",
         )
 
 
@@ -379,8 +383,19 @@ def test_the_command_line_solves_with_what_it_is_told(tmp_path):
     front = Front.load(run / "front.json")
     assert (front.run.settings["polish_every"], front.run.settings["cpu_time"]) == (3, 60.0)
     assert front.run.settings["polish"]["kept"] >= 0
-    done = trajevo("solve", "hybrid", "--set", "objectives='cost'", "--polish", "--out", tmp_path / "one")
-    assert (done.returncode, "polish: a front needs two objectives" in done.stderr) == (2, True)
+
+
+def test_a_single_objective_is_polished_to_the_optimum_of_its_valley():
+    problem = HybridManipulator(objectives="cost", convention="printed")
+    plain = evolved(problem, generations=30)
+    found = polish(plain)
+    assert len(found.front) == 1
+    assert found.front.F[0, 0] < plain.F[0, 0]
+    assert found.anchors[0].residual < 1e-3
+    other = minimise_weighted(problem, Weights((1.0,)), seed=1, initial=plain.X)
+    assert found.front.F[0, 0] <= other.cost * (1.0 + 1e-6)
+    told = optimise(problem, seed=1, generations=2, population=8, progress=False)
+    assert told.run.settings["polish"]["anchors"][0]["objective"] == "cost"
 
 
 @pytest.mark.long

@@ -21,6 +21,7 @@ from trajevo.path.loads import told_loads
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
 from trajevo.robot.payload import LOAD_MODELS, Payload
+from trajevo.solvers.gradient.optimality import anchors_told
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.shares import shares_used
@@ -74,6 +75,7 @@ def run_facts(front: Front, *, brief: bool = False) -> list[tuple[str, str]]:
         ("evaluations", f"{run.evaluations} in {run.seconds:.2f} s"),
         ("failed evaluations", failures + (f", first: {run.first_failure}" if run.failures else "")),
         ("front", f"{len(front)} non-dominated feasible solutions"),
+        *([("anchors", anchors_told(run.settings))] if anchors_told(run.settings) else []),
         ("hypervolume", f"{front.history.hypervolume[-1]:.6f} of the reference box" if len(front) else "0"),
         ("versions", ", ".join(f"{name} {number}" for name, number in run.versions.items())),
     ]

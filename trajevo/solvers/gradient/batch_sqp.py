@@ -114,6 +114,10 @@ _GROWTH, _LEAST, _MOST = 2.0, 1e-4, 1.0
 #: First penalty of an excess over a limit, in units of the scaled objectives, and its growth.
 _PENALTY, _HARDER = 10.0, 3.0
 
+#: The same first penalty of bold steps, how many merits before they are compared with, the least size of their trust
+#: region, that after a failure, and its shrinking where a step was shortened more than twice.
+_BOLD_PENALTY, _MEMORY, _BOLD_LEAST, _AFRESH, _SHRINKING = 3.0, 10, 1e-3, 0.1, 0.5
+
 
 #: Least share of the curvature along a step that remains after an update (Powell's damping).
 _DAMPING = 0.2
@@ -135,6 +139,10 @@ class Lockstep:
         radius: greatest change of a scaled variable in the first step.
         restarts: how often a member that has converged discards its curvature and continues, since a wrong curvature
             makes it stop early; shape (M,) or one number for all.
+        bold: whether steps may raise the merit for a while, limits may be broken at a lower price, the trust region
+            does not shrink with every step that is shortened, and a failure uses up a restart instead of ending a
+            member. Members from afar, under limits that bind everywhere, then come to an end where they would
+            creep along a limit and fail; near an optimum they take more steps.
 
     Attributes:
         y: current points, shape (M, n).
@@ -153,6 +161,7 @@ class Lockstep:
         curvature: Array | None = None,
         radius: float = 0.5,
         restarts: Array | int = 0,
+        bold: bool = False,
     ) -> None:
         self._scaled, self._reference, self._augmentation = scaled, reference, augmentation
         self.y = np.clip(y, *scaled.bounds)
@@ -160,7 +169,8 @@ class Lockstep:
         count, size = self.y.shape
         self._unscaled = np.full(count, curvature is None)
         self.curvature = np.repeat(np.eye(size)[None], count, axis=0) if curvature is None else curvature.copy()
-        self._penalty, self._radius = np.full(count, _PENALTY), np.full(count, radius)
+        self._penalty, self._radius = np.full(count, _BOLD_PENALTY if bold else _PENALTY), np.full(count, radius)
+        self._bold, self._passed = bold, [list[tuple[float, float]]() for _ in range(count)]
         self._restarts, self._failures = np.full(count, restarts), np.zeros(count, dtype=np.int64)
         self._f, self._df, self._g, self._dg = scaled.slopes(self.y)
         good = [np.isfinite(values.reshape(count, -1)).all(axis=1) for values in (self._f, self._df, self._g, self._dg)]
@@ -225,7 +235,7 @@ class Lockstep:
         """Shorten steps until they achieve enough of what they promise, and take them; count the failed ones."""
         d = np.stack([step.d for step in steps])
         share, todo = np.ones(len(going)), np.arange(len(going))
-        before = self._merit(going, self._f[going], self._g[going])
+        before = self._worst(going) if self._bold else self._merit(going, self._f[going], self._g[going])
         for _ in range(_TRIES):
             rows = going[todo]
             after = self._merit(rows, *self._scaled.values(self.y[rows] + share[todo, None] * d[todo]))
@@ -233,17 +243,43 @@ class Lockstep:
             if not len(todo):
                 break
             share[todo] *= _SHORTER
-        taken = share[:, None] * d
-        smallest = self._radius[going] == _LEAST
-        size = np.where(share == 1.0, self._radius[going], np.abs(taken).max(axis=1))
-        self._radius[going] = np.clip(_GROWTH * size, _LEAST, _MOST)
-        failed = np.isin(going, going[todo])
-        # With the smallest radius the same step would fail again and again.
-        self._failures[going] = np.where(failed, self._failures[going] + 1 + _FAILURES * smallest, 0)
-        self._live[going[self._failures[going] > _FAILURES]] = False
+        if self._bold:
+            self._resize(going, d, share, todo)
+        else:
+            self._resize_and_count(going, d, share, todo)
         moved = np.setdiff1d(np.arange(len(going)), todo)
         if len(moved):
-            self._move(going[moved], taken[moved], [steps[k] for k in moved])
+            self._move(going[moved], share[moved, None] * d[moved], [steps[k] for k in moved])
+
+    def _resize_and_count(self, going: Array, d: Array, share: Array, failed: Array) -> None:
+        """New trust regions, as large as the steps taken allow; members that have failed too often are done."""
+        smallest = self._radius[going] == _LEAST
+        size = np.where(share == 1.0, self._radius[going], np.abs(share[:, None] * d).max(axis=1))
+        self._radius[going] = np.clip(_GROWTH * size, _LEAST, _MOST)
+        vain = np.isin(np.arange(len(going)), failed)
+        # With the smallest radius the same step would fail again and again.
+        self._failures[going] = np.where(vain, self._failures[going] + 1 + _FAILURES * smallest, 0)
+        self._live[going[self._failures[going] > _FAILURES]] = False
+
+    def _resize(self, going: Array, d: Array, share: Array, failed: Array) -> None:
+        """New trust regions of bold steps; members that have failed begin afresh, or are done."""
+        reached = np.abs(d).max(axis=1) > 0.99 * self._radius[going]
+        shortened = np.where(share >= _SHORTER**2, 1.0, _SHRINKING)
+        factor = np.where(share == 1.0, np.where(reached, _GROWTH, 1.0), shortened)
+        self._radius[going] = np.clip(factor * self._radius[going], _BOLD_LEAST, _MOST)
+        for i in going[failed]:
+            self._live[i] = self._restarts[i] > 0
+            self._restarts[i] -= 1
+            self._forget(i)
+            self._passed[i], self._radius[i] = [], _AFRESH
+
+    def _worst(self, going: Array) -> Array:
+        """The greatest merit of the last points of every member, at its penalty of today."""
+        value = self._values(going, self._f[going])
+        excess = np.maximum(self._g[going].max(axis=1, initial=0.0), 0.0)
+        for k, i in enumerate(going):
+            self._passed[i] = [*self._passed[i], (float(value[k]), float(excess[k]))][-_MEMORY:]
+        return np.array([max(v + self._penalty[i] * e for v, e in self._passed[i]) for i in going])
 
     def _move(self, rows: Array, taken: Array, steps: list[Step]) -> None:
         y = np.clip(self.y[rows] + taken, *self._scaled.bounds)
@@ -282,10 +318,22 @@ class Lockstep:
             bent = share * bent + (1.0 - share) * ahead
         self.curvature[i] += np.outer(bent, bent) / (step @ bent) - np.outer(ahead, ahead) / along
 
+    @property
+    def merit(self) -> Array:
+        """What every member minimises at its current point, with the same penalty of an excess for all, shape (M,)."""
+        merit: Array = self._values(np.arange(len(self.y)), self._f) + _PENALTY * np.maximum(
+            self._g.max(axis=1, initial=0.0), 0.0
+        )
+        return np.where(np.isfinite(merit), merit, np.inf)
+
     def _merit(self, rows: Array, f: Array, g: Array) -> Array:
+        merit: Array = self._values(rows, f) + self._penalty[rows] * np.maximum(g.max(axis=1, initial=0.0), 0.0)
+        return merit
+
+    def _values(self, rows: Array, f: Array) -> Array:
+        """The greatest difference from the reference and the share of the sum, shape (rows,)."""
         reference, augmentation = self._reference[rows], self._augmentation[rows]
         played = np.isfinite(reference)
         top = np.where(played, f - np.where(played, reference, 0.0), -np.inf).max(axis=1)
-        added = np.where(augmentation > 0.0, augmentation * f, 0.0).sum(axis=1)
-        merit: Array = top + added + self._penalty[rows] * np.maximum(g.max(axis=1, initial=0.0), 0.0)
-        return merit
+        values: Array = top + np.where(augmentation > 0.0, augmentation * f, 0.0).sum(axis=1)
+        return values

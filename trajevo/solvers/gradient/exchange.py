@@ -18,7 +18,7 @@ from trajevo.base.arrays import Array
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.solvers.gradient.sqp import WeightedSum, greatest_excess
+from trajevo.solvers.gradient.sqp import WeightedSum, greatest_excess, with_objectives
 
 #: How often limits are tightened until the proof succeeds, and how often the room is halved again towards the last
 #: one at which it did not.
@@ -26,6 +26,9 @@ _TIGHTENED, _HALVED = 10, 8
 
 #: Share of the excess, and of a limit at least, that is taken off.
 _MORE, _LEAST = 1.1, 1e-6
+
+#: Samples of a segment while limits are exchanged, as a multiple of the problem's own.
+_FINER = 4
 
 #: Change of the cost, as a share, that ends the halving.
 _SETTLED = 1e-6
@@ -36,7 +39,23 @@ def proves(problem: TrajectoryProblem) -> bool:
     return any(constraint.sampled is not None for constraint in problem.constraints)
 
 
-def exchanged(problem: TrajectoryProblem, weights: Array, start: Array, tolerance: float) -> Array | None:
+def at_samples(problem: TrajectoryProblem) -> TrajectoryProblem:
+    """The same problem with all limits that are proven between samples kept at the samples alone."""
+    if not proves(problem):
+        return problem
+    other = copy.copy(problem)
+    other.constraints = tuple(constraint.at_samples for constraint in problem.constraints)
+    return other
+
+
+def exchanged(
+    problem: TrajectoryProblem,
+    weights: Array,
+    start: Array,
+    tolerance: float,
+    *,
+    stop: Callable[[int], bool] | None = None,
+) -> Array | None:
     """The end of the search from a start.
 
     Args:
@@ -44,13 +63,18 @@ def exchanged(problem: TrajectoryProblem, weights: Array, start: Array, toleranc
         weights: weights of the objectives, shape (n_obj,).
         start: decision vector, shape (n_var,).
         tolerance: SLSQP's tolerance on the cost's logarithm.
+        stop: called before every evaluation of a gradient; the search ends if it returns True.
 
     Returns:
         A decision vector (n_var,) that keeps every limit by the problem's own test; None if none is found in this way.
+
+    Raises:
+        OutOfEvaluations: the search was stopped.
     """
+    problem, weights = _finer(with_objectives(problem, weights != 0.0)), weights[weights != 0.0]
     few, rooms, x = np.zeros(len(problem.constraints)), np.zeros(len(problem.constraints)), start
     for _ in range(_TIGHTENED):
-        x, kept = _at_samples(_tightened(problem, rooms), weights, x, tolerance)
+        x, kept = _ended(_tightened(problem, rooms), weights, x, tolerance, stop)
         excess = _by_constraint(problem, x)
         if not kept:
             return None
@@ -63,7 +87,7 @@ def exchanged(problem: TrajectoryProblem, weights: Array, start: Array, toleranc
     best, least = x, _cost(problem, weights, x)
     for _ in range(_HALVED if rooms.any() else 0):
         middle = 0.5 * (few + rooms)
-        x, kept = _at_samples(_tightened(problem, middle), weights, best, tolerance)
+        x, kept = _ended(_tightened(problem, middle), weights, best, tolerance, stop)
         if not kept or greatest_excess(problem, x) > 0.0:
             few = middle
             continue
@@ -75,9 +99,22 @@ def exchanged(problem: TrajectoryProblem, weights: Array, start: Array, toleranc
     return best
 
 
-def _at_samples(tightened: TrajectoryProblem, weights: Array, start: Array, tolerance: float) -> tuple[Array, bool]:
+def _finer(problem: TrajectoryProblem) -> TrajectoryProblem:
+    """The same problem with more samples, so that little has to be taken off what is not near them."""
+    other = copy.copy(problem)
+    other.dynamics = replace(problem.dynamics, samples=_FINER * problem.dynamics.samples)
+    return other
+
+
+def _ended(
+    tightened: TrajectoryProblem,
+    weights: Array,
+    start: Array,
+    tolerance: float,
+    stop: Callable[[int], bool] | None,
+) -> tuple[Array, bool]:
     """The end of SLSQP from a start, and whether it keeps the limits at the samples."""
-    search = WeightedSum(tightened.in_terms(), weights, excess=partial(greatest_excess, tightened))
+    search = WeightedSum(tightened.in_terms(), weights, excess=partial(greatest_excess, tightened), stop=stop)
     x = search.run(start, tolerance)
     return x, greatest_excess(tightened, x) <= 0.0
 

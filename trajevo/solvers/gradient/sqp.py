@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 
 import numpy as np
@@ -62,7 +63,9 @@ class WeightedSum:
     ) -> None:
         self._stop = stop
         self._excess = excess or (lambda x: greatest_excess(problem, x))
-        self.problem, self.weights, self.tame = problem, weights, True
+        played = weights != 0.0 if half_space is None else np.full(len(weights), True)
+        self.problem, self.weights, self.tame = with_objectives(problem, played), weights, True
+        self._rates = weights[played]
         self.half_space, self.margin, self.evaluations = half_space, margin, 0
         self._most, self._left = most, most
         self._room = np.full(self.problem.n_ieq_constr, margin)
@@ -157,9 +160,9 @@ class WeightedSum:
                 normal, offset = self.half_space
                 G, dG = np.append(G, normal @ F - offset), np.vstack([dG, normal @ dF])
             stretch = np.where(self.logarithmic, x, 1.0)
-            if G.max(initial=-np.inf) <= 0.0 and F @ self.weights < self._least:
-                self.best, self._least = x, float(F @ self.weights)
-            cost, slope = float(F @ self.weights), (self.weights @ dF) * stretch
+            cost, slope = float(F @ self._rates), (self._rates @ dF) * stretch
+            if G.max(initial=-np.inf) <= 0.0 and cost < self._least:
+                self.best, self._least = x, cost
             # Costs of poor starts are many orders of magnitude above the optimum; their logarithm varies much less.
             value = (np.log(cost), slope / cost) if self.tame and cost > 0.0 else (cost, slope)
             self._values = float(value[0]), value[1], G, dG * stretch
@@ -171,6 +174,16 @@ class WeightedSum:
 
     def _outside(self, y: Array) -> Array:
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, y, 0.0)), y)
+
+
+def with_objectives(problem: TrajectoryProblem, played: Array) -> TrajectoryProblem:
+    """The same problem with some of its objectives, (n_obj,): others need not be evaluated, and energies take long."""
+    if played.all():
+        return problem
+    other = copy.copy(problem)
+    other.objectives = tuple(each for each, wanted in zip(problem.objectives, played, strict=True) if wanted)
+    other.n_obj = len(other.objectives)
+    return other
 
 
 def greatest_excess(problem: TrajectoryProblem, x: Array) -> float:

@@ -11,12 +11,12 @@ from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem, Weights
-from trajevo.solvers.gradient.exchange import exchanged, proves
+from trajevo.solvers.gradient.exchange import at_samples, exchanged, proves
 from trajevo.solvers.gradient.sqp import OutOfEvaluations, WeightedSum, greatest_excess, random_starts
 from trajevo.trajectory.batch import TrajectoryBatch
 
-#: Points that SLSQP evaluates from a start under limits that are proven between samples, before exchange is tried.
-_MOST = 300
+#: Points that SLSQP evaluates under limits that are proven between samples, before they are exchanged.
+_MOST = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +64,8 @@ def minimise_weighted(
     """Minimise Σ w F/ξ under the problem's limits by SLSQP, with exact gradients, from random starts.
 
     Decision variables with positive bounds have a logarithmic scale, and so has a positive cost. Random starts are
-    uniform between the bounds. Where limits that are proven between samples keep SLSQP from an end, it
-    goes by exchange, see :mod:`trajevo.solvers.gradient.exchange`.
+    uniform between the bounds. Limits that are proven between samples are kept by exchange, see
+    :mod:`trajevo.solvers.gradient.exchange`.
 
     Args:
         problem: what to solve.
@@ -119,12 +119,23 @@ def minimise_weighted(
 
 
 def _end(problem: TrajectoryProblem, search: WeightedSum, start: Array, tolerance: float) -> Array:
-    """The end of the search from a start; by exchange where proven limits keep SLSQP from coming to an end."""
+    """The end of the search from a start.
+
+    Under limits that are proven between samples, those at the samples are kept first, since peaks between them have
+    kinks. Where the proof does not hold there, a few steps may mend it; else limits are exchanged.
+    """
+    if not proves(problem):
+        return search.run(start, tolerance)
+    sampled = at_samples(problem)
+    first = WeightedSum(sampled.in_terms(), search.weights, excess=lambda x: greatest_excess(sampled, x))
+    near = first.run(start, tolerance)
+    if greatest_excess(problem, near) <= 0.0:
+        return near
     try:
-        end = search.run(start, tolerance)
-        if not proves(problem) or greatest_excess(problem, end) <= 0.0:
+        end = search.run(near, tolerance)
+        if greatest_excess(problem, end) <= 0.0:
             return end
     except OutOfEvaluations:
-        end = start
-    found = exchanged(problem, search.weights, start, tolerance)
-    return end if found is None else found
+        pass
+    found = exchanged(problem, search.weights, near, tolerance)
+    return near if found is None else found

@@ -19,6 +19,7 @@ from trajevo.front.records import FORMULAS, ProblemRecord, installed_versions
 from trajevo.solvers.evolutionary.algorithm_state import algorithm_of
 from trajevo.solvers.evolutionary.seeded_tournaments import seeded
 from trajevo.solvers.gradient.polish import polish
+from trajevo.solvers.gradient.restoration import restored
 from trajevo.solvers.run.evolution import evolve, front_so_far, nothing_searched
 from trajevo.solvers.run.folder import Manifest, RunFolder
 
@@ -50,7 +51,12 @@ class Standing:
 
 
 def polished(front: Front, manifest: Manifest, folder: RunFolder | None) -> Front:
-    """Polish the front of an evolution if the manifest says so; the folder also keeps the front before polishing."""
+    """Polish the front of an evolution if the manifest says so; the folder also keeps the front before polishing.
+
+    Where the evolution has found nothing feasible, gradients seek it from its nearest miss first.
+    """
+    if manifest.polish and not front.run.interrupted:
+        front = restored(front)
     if not manifest.polish or front.run.interrupted or not len(front):
         if folder is not None:
             removed(folder.evolved_file)
