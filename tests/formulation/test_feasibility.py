@@ -292,7 +292,8 @@ def test_no_feasible_motion_of_any_interpolant_beats_the_least_times(weak, inter
     )
     given = known_points(problem)
     times = least_times(problem, given)
-    x = np.random.default_rng(3).uniform(0.02, 1.5, (4000, problem.n_var))
+    drawn = 16_000 if interpolant == "bspline" else 4000  # most of its motions leave the ranges of the joints
+    x = np.random.default_rng(3).uniform(0.02, 1.5, (drawn, problem.n_var))
     x = np.clip(x, problem.xl, problem.xu)
     G = problem.evaluate(x, return_values_of=["G"])
     feasible = x[(G <= 0.0).all(axis=1)]

@@ -257,7 +257,7 @@ def test_bad_widths_are_refused(make, says):
 
 
 def test_other_bad_arguments_are_refused():
-    refused(lambda: moving("splines"), "unknown interpolant 'splines'; known: cubic")
+    refused(lambda: moving("splines"), "unknown interpolant 'splines'; known: bspline, cubic")
     refused(lambda: MovingPoints("cubic", POINTS.positions, BOXES, robot=UR5, duration_bounds=BOUNDS), "ViaPoints")
     far = ViaPoints(POINTS.positions + 10.0)
     refused(lambda: MovingPoints("cubic", far, BOXES, robot=UR5, duration_bounds=BOUNDS), "outside its range")

@@ -200,7 +200,10 @@ def obstacle(**given):
     [
         (obstacle(shape="plane", normal=[0, 0, 0]), "obstacle 'it': normal: expected a direction, got"),
         (obstacle(shape="plane", normal=[0, 0, 1], rpy=[0.1, 0, 0]), "normal: expected either normal or rpy, got both"),
-        (obstacle(shape="plane", size=[1, 1, 1]), "obstacle 'it': size: unknown key; known: name, normal, position"),
+        (
+            obstacle(shape="plane", size=[1, 1, 1]),
+            "obstacle 'it': size: unknown key; known: motion, name, normal",
+        ),
         (obstacle(shape="plane", position=[0, 0, 500]), "'it': expected an obstacle within 100 m of the base"),
         (obstacle(shape="capsule", radius=0.1), "obstacle 'it': length: expected a value"),
         (obstacle(shape="hull", points=[[0, 0, 0]]), "obstacle 'it': points: expected 4 to 100000 points, got 1"),

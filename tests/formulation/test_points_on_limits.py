@@ -8,7 +8,7 @@ import pytest
 from tests.helpers import trajevo
 from trajevo import CartesianBox, Front, JointBox, ViaPointProblem, ViaPoints, certify, load_robot, optimise
 from trajevo.formulation.moving_points import MovingPoints
-from trajevo.solvers.gradient import polish, sqp
+from trajevo.solvers.gradient import refinement, sqp
 from trajevo.trajectory.interpolants import THROUGH_POINTS, price_of_rest
 
 LIFT = """
@@ -86,7 +86,7 @@ def test_ends_on_a_limit_are_no_trap_and_need_no_note(lift, points):
 def test_the_margins_of_gradient_solvers_are_kept_where_a_joint_touches_its_limit(lift):
     problem = lift().in_terms()
     G = problem.evaluate(np.array([[2.5, 2.5]]), return_values_of=["F", "G"])[1]
-    assert G.max() < -max(polish._MARGIN, sqp.MARGIN)
+    assert G.max() < -max(refinement._MARGIN, sqp.MARGIN)
 
 
 def test_a_joint_that_stays_on_its_limit(lift):

@@ -62,7 +62,7 @@ def test_obstacles_without_a_name_are_numbered():
         (changed(0, position=None), "obstacle 'table': position: expected a value"),
         (changed(0, position="here"), "obstacle 'table': position: expected numbers"),
         (changed(0, position=[0, np.nan, 0]), "obstacle 'table': position: expected finite"),
-        (changed(0, colour="red"), "obstacle 'table': colour: unknown key; known: name, position"),
+        (changed(0, colour="red"), "obstacle 'table': colour: unknown key; known: motion, name, position"),
         (changed(0, radius=1.0), "obstacle 'table': radius: unknown key"),
         (changed(0, rotation=np.eye(3).tolist()), "obstacle 'table': rotation: expected either"),
         (changed(1, rotation=(2 * np.eye(3)).tolist()), "obstacle 'lamp': rotation: expected a rotation matrix"),

@@ -283,7 +283,7 @@ def test_mistakes_are_told_with_file_line_and_remedy(write, case):
 
 
 BAD_TASKS = {
-    "unknown key": ({"robots": ["ur5"]}, "factors.robots: unknown key of a task 'robots'; known: angle, "),
+    "unknown key": ({"robots": ["ur5"]}, "factors.robots: unknown key of a task 'robots'; did you mean 'robot'"),
     "unknown key in a table": (
         {"constraints.speed": [1]},
         "factors.constraints.speed: unknown key; known: ",
@@ -291,7 +291,10 @@ BAD_TASKS = {
     "no table": ({"points.x": [1]}, "factors.points.x: points is no table in this task"),
     "algorithm": ({"algorithm.population": [8]}, "factors.algorithm.population: this key of a task cannot vary"),
     "seed": ({"samples": [3], "seed": [1]}, "factors.seed: this name has a meaning of its own in studies"),
-    "value": ({"interpolant": ["cubits"]}, "factors.interpolant: unknown interpolant 'cubits'; known: cubic, "),
+    "value": (
+        {"interpolant": ["cubits"]},
+        "factors.interpolant: unknown interpolant 'cubits'; known: bspline, cubic",
+    ),
     "unit": ({"limits.jerk": ["9 deg/s"]}, r"factors.limits.jerk: .*converts to rad/s\^3, such as .*, got '9 deg/s'"),
 }
 

@@ -27,6 +27,7 @@ from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import (
     NAMED_INTERPOLANTS,
+    BSpline,
     BSplineShape,
     ExtraPoints,
     FixedCurve,
@@ -100,6 +101,9 @@ class MovingPoints(Interpolant):
             raise InvalidInputError(f"points: expected ViaPoints, got {type(self.points).__name__}")
         ViaPoints.for_robot(self.robot, self.points.positions)
         object.__setattr__(self, "boxes", tuple(self.boxes))
+        if self.extra is None and NAMED_INTERPOLANTS.find(self.kind) is BSpline:
+            # Their control points are free for the joints alone, not for the indicators beside them.
+            object.__setattr__(self, "extra", BSplineShape.of(None, self.robot, self.points))
         self._check_boxes()
         object.__setattr__(self, "_offsets", tuple(self._offsets_of(box) for box in self.boxes))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))

@@ -215,7 +215,7 @@ class BSpline(Interpolant):
         total = weights[..., 0]
         for k in range(1, count + 1):
             total = total + weights[..., k]
-        return (weights * (times / total)[..., None]).reshape(len(rows), -1)
+        return (weights * (times / total)[..., None]).reshape(len(rows), gaps * (count + 1))
 
     def _without_offsets(self, rows: Array, parts: Array) -> Array:
         """Coefficients of the spline without free control points on the pieces, (B, S, n_joints, degree + 1)."""
@@ -227,7 +227,7 @@ class BSpline(Interpolant):
         inside = parts.reshape(len(rows), gaps, each)
         begins = np.concatenate([np.zeros_like(inside[..., :1]), np.cumsum(inside[..., :-1], axis=2)], axis=2)
         whole = np.moveaxis(np.repeat(np.asarray(spline.coefficients), each, axis=1), -1, 0)
-        shifted = polynomials.shifted(whole, begins.reshape(len(rows), -1, 1))
+        shifted = polynomials.shifted(whole, begins.reshape(*parts.shape, 1))
         return np.ascontiguousarray(np.moveaxis(shifted, 0, -1))
 
     def _controls(self, rows: Array, pieces: Array, basis: Array, parts: Array) -> Array:
