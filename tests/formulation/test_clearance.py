@@ -38,18 +38,6 @@ BALL = """<robot name="ball">
 </robot>"""
 
 
-@pytest.fixture(scope="module")
-def xarm():
-    return load_robot("xarm7", limits=LIMITS)
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory):
-    file = tmp_path_factory.mktemp("ball") / "ball.urdf"
-    file.write_text(BALL)
-    return load_robot(file, limits=LIMITS)
-
-
 def states(robot, count: int, seed: int, most: float = 1.5):
     lower, upper = np.maximum(robot.limits.lower, -most), np.minimum(robot.limits.upper, most)
     return np.random.default_rng(seed).uniform(lower, upper, (count, robot.dof))

@@ -34,18 +34,6 @@ def interpreted():
 
 
 @pytest.fixture(scope="module")
-def xarm():
-    return load_robot("xarm7", limits=LIMITS)
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory):
-    file = tmp_path_factory.mktemp("ball") / "ball.urdf"
-    file.write_text(BALL)
-    return load_robot(file, limits=LIMITS)
-
-
-@pytest.fixture(scope="module")
 def problem():
     return load_task(OBSTACLE).problem
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from tests.formulation.test_broad_phase import Everything, decided
-from tests.formulation.test_clearance import BALL, LIMITS, centre, rollout, states
+from tests.formulation.test_clearance import LIMITS, centre, rollout, states
 from tests.helpers import assert_exact_gradients, refused
 from trajevo import ViaPointProblem, certify, check, load_problem, load_robot, optimise
 from trajevo.base import jit
@@ -38,18 +38,6 @@ SHAPES = (
     Sphere(position=(0.05, 0.0, 0.0), radius=0.06, motion=CART),
     Hull(position=(0, 0, 0), points=((0, 0, 0), (0.2, 0, 0), (0, 0.15, 0), (0, 0, 0.1)), motion=CART),
 )
-
-
-@pytest.fixture(scope="module")
-def xarm():
-    return load_robot("xarm7", limits=LIMITS)
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory):
-    file = tmp_path_factory.mktemp("ball") / "ball.urdf"
-    file.write_text(BALL)
-    return load_robot(file, limits=LIMITS)
 
 
 def scene(*shapes, itself=0.01):

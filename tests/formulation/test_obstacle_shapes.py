@@ -7,25 +7,12 @@ import numpy as np
 import pinocchio
 import pytest
 
-from tests.formulation.test_clearance import BALL, LIMITS, centre, rollout, states
+from tests.formulation.test_clearance import LIMITS, centre, rollout, states
 from tests.helpers import assert_exact_gradients, refused
-from trajevo import ViaPointProblem, certify, check, load_robot, optimise
+from trajevo import ViaPointProblem, certify, check, optimise
 from trajevo.formulation.constraints.clearance import clearance_along, clearance_limit
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Box, Capsule, Hull, Plane, Scene, Sphere
-
-
-@pytest.fixture(scope="module")
-def xarm():
-    return load_robot("xarm7", limits=LIMITS)
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory):
-    file = tmp_path_factory.mktemp("ball") / "ball.urdf"
-    file.write_text(BALL)
-    return load_robot(file, limits=LIMITS)
-
 
 SLANTED = Plane(name="ramp", position=(0.3, 0.1, 0.2), normal=(0.2, -0.4, 2.0))
 
