@@ -95,7 +95,10 @@ class PickAndPlace(TrajectoryProblem):
         samples: int = 40,
         threads: int = 1,
     ) -> None:
-        known = {"septic": THROUGH_POINTS["polynomial"]} | THROUGH_POINTS
+        smooth = {
+            name: made for name, made in THROUGH_POINTS.items() if getattr(made, "continuous", 2) > 1
+        }  # jerk is an objective
+        known = {"septic": THROUGH_POINTS["polynomial"]} | smooth
         checked_name("interpolant", interpolant, known)
         robot = load_robot("puma560")
         via = joint_points(TABLE_1_JOINTS if points is None else points, robot)

@@ -20,9 +20,9 @@ from trajevo.cli.main import main
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.joint_limits import kinematic_limits
-from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
+from trajevo.formulation.objectives import OBJECTIVES, Objective, summed_rms_jerk, total_time
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
-from trajevo.trajectory.interpolants import QuinticSpline
+from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, QuinticSpline
 
 #: Options of a run whose pictures and report nobody looks at: they take ten times as long as a small search.
 UNDRAWN = ("--no-pictures", "--report", "none")
@@ -95,6 +95,18 @@ def mostly_long(values, *often):
     """Parameters of a sweep: `make test` takes those that are named, `make test-long` all others."""
     assert set(often) <= set(values)
     return [value if value in often else pytest.param(value, marks=pytest.mark.long) for value in values]
+
+
+def suited(name: str, given: dict[str, Any]) -> dict[str, Any]:
+    """Arguments of a problem with an interpolant, without what is infinite where its accelerations jump."""
+    found = given | {"interpolant": name}
+    if getattr(NAMED_INTERPOLANTS.find(name), "continuous", 2) > 1:
+        return found
+    endless = {name for name, one in OBJECTIVES.items() if "continuous accelerations" in one.needs}
+    objectives = [one for one in given.get("objectives", ("time", "acceleration")) if one not in endless]
+    limits = given.get("constraints", ("position", "velocity", "acceleration"))
+    kept = {"objectives": objectives or ["time"], "constraints": [one for one in limits if one != "jerk"]}
+    return {key: value for key, value in (found | kept).items() if key != "effort_rate"}
 
 
 def refused(call, says: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tests.helpers import suited
 from trajevo import load_robot
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
@@ -78,7 +79,7 @@ def random_task(seed: int, folder: Path) -> dict[str, Any]:
         int(generator.integers(3))
     ]
     least = float(generator.choice([0.05, 0.2, 0.5]))
-    return {
+    given = {
         "robot": robot,
         "points": random_points(generator, file).tolist(),
         "duration_bounds": (least, float(generator.choice([6.0, 20.0]))),
@@ -88,6 +89,7 @@ def random_task(seed: int, folder: Path) -> dict[str, Any]:
         "payload": _payload(generator),
         "limits": str(generator.choice(["certified", "sampled"])),
     }
+    return suited(given["interpolant"], given)
 
 
 def random_points(generator: np.random.Generator, file: Path) -> np.ndarray[Any, Any]:

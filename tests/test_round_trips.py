@@ -11,7 +11,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.helpers import mostly_long
+from tests.helpers import mostly_long, suited
 from trajevo import Front, Load, Passing, Payload, Pose, ToolSegment, ViaPoints, load_problem, load_robot
 from trajevo.errors import TrajevoError
 from trajevo.formulation.constraints.kinds import KINDS, parameters_of
@@ -347,10 +347,9 @@ def passing(draw, dof, count, interpolant):
             found.append(
                 draw.choice([{"point": draw.whole(point, point), "dwell": draw.number(0.1, 0.5)}, Passing(point, True)])
             )
-    if draw.chance(0.3) and interpolant in ("bspline", "quintic_spline", "septic_spline", "cubic"):
-        found.append(
-            {"point": 0, "velocity": draw.vector(-0.02, 0.02, dof), "acceleration": draw.vector(-0.1, 0.1, dof)}
-        )
+    if draw.chance(0.3) and interpolant in ("bspline", "quintic_spline", "septic_spline", "cubic", "hermite"):
+        more = {} if interpolant == "hermite" else {"acceleration": draw.vector(-0.1, 0.1, dof)}
+        found.append({"point": 0, "velocity": draw.vector(-0.02, 0.02, dof)} | more)
     if draw.chance(0.3) and interpolant != "linear_blends":
         found.append({"point": count - 1, "window": draw.listed([draw.number(0.0, 1.0), 50.0])})
     return draw.choice([list, tuple])(found)
@@ -372,7 +371,14 @@ def loads(draw, count, cyclic):
 
 def durations(draw, count, interpolant):
     """One pair of bounds, or one for each segment where the interpolant takes them."""
-    if draw.chance(0.3) and interpolant in ("bspline", "quintic_spline", "septic_spline", "polynomial", "hybrid"):
+    if draw.chance(0.3) and interpolant in (
+        "bspline",
+        "hermite",
+        "quintic_spline",
+        "septic_spline",
+        "polynomial",
+        "hybrid",
+    ):
         return draw.listed([[0.3, 4.0], *([[0.9, 0.9]] * (count - 2))])
     return draw.choice([(0.3, 4.0), [np.float64(0.1) * 3, 4], np.array([1, 3])])
 
@@ -415,6 +421,8 @@ def via_points(draw):
     if unused and "effort" not in constraints:
         constraints = (*constraints, "effort")
     interpolant = draw.choice([*THROUGH_POINTS])
+    kept = suited(interpolant, {"objectives": objectives, "constraints": constraints})
+    objectives, constraints = kept["objectives"], kept["constraints"]
     cyclic = interpolant in ("quintic_spline", "septic_spline") and draw.chance(0.3)
     if cyclic:
         rows = draw.rows(dof)
@@ -426,7 +434,9 @@ def via_points(draw):
         "duration_bounds": durations(draw, count, interpolant),
         "interpolant": interpolant,
         "pace": draw.choice([None, 0]),
-        "extra_points": draw.whole(0, 2) if interpolant in ("quintic_spline", "septic_spline", "cubic") else 0,
+        "extra_points": draw.whole(0, 2)
+        if interpolant in ("quintic_spline", "septic_spline", "cubic", "hermite")
+        else 0,
         "bspline": shape(draw) if interpolant == "bspline" else None,
         "passing": () if cyclic else passing(draw, dof, count, interpolant),
         "cyclic": cyclic,
@@ -443,7 +453,7 @@ def via_points(draw):
         "threads": draw.whole(1, 2),
         "title": draw.choice([None, "Feeding press 3"]),
     }
-    return data | draw.parameters(constraints, robot, with_scene=dof > 2)
+    return suited(interpolant, data | draw.parameters(constraints, robot, with_scene=dof > 2))
 
 
 def pointing(draw):
@@ -478,7 +488,9 @@ def hybrid(draw):
 def pick_place(draw):
     moved = TABLE_1_JOINTS + draw.random.uniform(-0.02, 0.0, np.shape(TABLE_1_JOINTS))
     given = {
-        "interpolant": draw.choice(["septic", *(name for name in THROUGH_POINTS if name != "bspline")]),
+        "interpolant": draw.choice(
+            ["septic", *(name for name in THROUGH_POINTS if name not in ("bspline", "hermite"))]
+        ),
         "payload": draw.payload(),
         "points": draw.choice([None, draw.listed(moved)]),
         "duration_bounds": draw.listed([draw.random.uniform(0.3, 0.6), 6.0]),

@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from trajevo.trajectory.interpolants import (
         BSpline,
         CubicSpline,
+        HermiteSpline,
         HybridQuartic,
         Interpolant,
         LinearBlends,
@@ -104,6 +105,7 @@ _NAMES = {
     "trajectory.interpolants": (
         "BSpline",
         "CubicSpline",
+        "HermiteSpline",
         "HybridQuartic",
         "Interpolant",
         "LinearBlends",
@@ -177,6 +179,7 @@ __all__ = [
     "Exporter",
     "Front",
     "GeometricPath",
+    "HermiteSpline",
     "HybridQuartic",
     "InProcess",
     "Interpolant",

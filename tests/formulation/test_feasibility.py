@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 import ruckig
 
-from tests.helpers import POINTS, any_problem, mostly_long, refused, small_problem
+from tests.helpers import POINTS, any_problem, mostly_long, refused, small_problem, suited
 from trajevo import (
     TrajevoError,
     ViaPointProblem,
@@ -287,9 +287,8 @@ def test_no_motion_from_rest_to_rest_is_faster_than_the_least_time():
 @pytest.mark.parametrize("interpolant", THROUGH_POINTS)
 def test_no_feasible_motion_of_any_interpolant_beats_the_least_times(weak, interpolant):
     points = [[1.5, 0.0], [1.2, 0.9], [1.0, 0.2], [1.4, -0.6]]
-    problem = weak_problem(
-        weak, points, constraints=ALL[:4], interpolant=interpolant, duration_bounds=(0.02, 5.0), limits="sampled"
-    )
+    given = {"constraints": ALL[:4], "objectives": ["time"], "duration_bounds": (0.02, 5.0), "limits": "sampled"}
+    problem = weak_problem(weak, points, **suited(interpolant, given))
     given = known_points(problem)
     times = least_times(problem, given)
     drawn = 16_000 if interpolant == "bspline" else 4000  # most of its motions leave the ranges of the joints
@@ -312,7 +311,8 @@ def test_limits_that_a_motion_just_keeps_are_never_called_impossible(weak, seed)
     points = np.cumsum(rng.uniform(-0.5, 0.5, (int(rng.integers(4, 7)), 2)), axis=0)
     interpolant = list(THROUGH_POINTS)[seed % len(THROUGH_POINTS)]
     moving = [{"point": 1, "joints": [0.2, 0.1]}] if seed % 4 == 3 and interpolant != "polynomial" else []
-    given = {"interpolant": interpolant, "moving": moving, "constraints": ALL, "limits": "sampled", "payload": 0.4}
+    given = {"moving": moving, "constraints": ALL, "objectives": ["time"], "limits": "sampled", "payload": 0.4}
+    given = suited(interpolant, given)
     wide = ViaPointProblem(robot=weak, points=points, duration_bounds=(0.05, 3.0), **given)
     x = rng.uniform(wide.xl, wide.xu)
     rollout = wide.rollout(x[None])

@@ -98,6 +98,6 @@ def test_refusals():
     refused(lambda: problem(extra_points=-1), "extra_points: expected a whole number from 0 to 8, got -1")
     refused(
         lambda: problem(interpolant="hybrid"),
-        "extra_points: 'hybrid' takes none; quintic_spline, septic_spline and cubic do",
+        "extra_points: 'hybrid' takes none; quintic_spline, septic_spline, cubic and hermite do",
     )
     assert "extra_points" not in problem(extra_points=0).settings

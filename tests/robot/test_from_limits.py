@@ -11,7 +11,7 @@ import pickle
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import refused, suited, trajevo
 from trajevo import (
     Payload,
     Robot,
@@ -313,7 +313,8 @@ def test_every_objective_is_computed_or_refused(name):
 
 @pytest.mark.parametrize("name", THROUGH_POINTS)
 def test_every_interpolant_moves_it(name):
-    problem = ViaPointProblem(robot=two(), points=POINTS, interpolant=name, duration_bounds=(0.5, 4.0))
+    given = {"robot": two(), "points": POINTS, "duration_bounds": (0.5, 4.0)}
+    problem = ViaPointProblem(**suited(name, given))
     x = 0.5 * (problem.xl + problem.xu)
     F, G = problem.evaluate(x[None])
     assert np.isfinite(F).all()

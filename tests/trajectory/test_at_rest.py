@@ -128,8 +128,8 @@ def test_a_joint_that_turns_at_its_rest_stays_on_one_side():
 
 
 def test_which_interpolants_take_rests_is_told():
-    """Those of B-splines, which have control points as variables too, are tested by themselves."""
-    assert {name for name in THROUGH_POINTS if price_of_rest(name) is not None} == {*FAMILIES, "bspline"}
+    """Those which have other variables than times are tested by themselves."""
+    assert {name for name in THROUGH_POINTS if price_of_rest(name) is not None} == {*FAMILIES, "bspline", "hermite"}
 
 
 @pytest.mark.parametrize(

@@ -322,8 +322,14 @@ def test_no_peak_of_random_motions_passes_what_is_certified(name):
         points = middle + half * rng.uniform(-0.8, 0.8, (5, robot.dof))
         points[:, rng.integers(robot.dof)] = 0.1
         spline = interpolant(ViaPoints(points), duration_bounds=(0.1, 5.0))
-        lower, upper = np.array([(variable.lower, variable.upper) for variable in spline.variables]).T
-        trajectory = spline(lower * (upper / lower) ** rng.uniform(0.3, 0.9, (1, len(lower))))
+        shares = rng.uniform(0.3, 0.9, len(spline.variables))
+        drawn = [
+            one.lower * (one.upper / one.lower) ** share
+            if one.lower > 0.0
+            else one.lower + share * (one.upper - one.lower)
+            for one, share in zip(spline.variables, shares.tolist(), strict=True)
+        ]
+        trajectory = spline(np.array([drawn]))
         certificate = certify(Rollout(Dynamics(robot, payload), trajectory))
         t, q, v, a = states(trajectory.definition(0), DENSE)
         effort = twin.effort(q, v, a) + dry_friction(robot, t, q, v)

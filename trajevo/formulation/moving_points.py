@@ -31,6 +31,8 @@ from trajevo.trajectory.interpolants import (
     BSplineShape,
     ExtraPoints,
     FixedCurve,
+    HermiteShape,
+    HermiteSpline,
     Interpolant,
     LinearBlends,
     Variable,
@@ -70,7 +72,7 @@ class MovingPoints(Interpolant):
         passing: how points are passed, in their order.
         cyclic: whether the end meets the start.
         curves: fixed curves of the tool by the point at which they begin; no box is at their ends.
-        extra: free points between the via points, or the shape of B-splines, for interpolants that take them.
+        extra: free points between the via points, or the shape of B-splines or Hermite splines.
 
     Raises:
         UnknownNameError: no such interpolant.
@@ -89,7 +91,7 @@ class MovingPoints(Interpolant):
     passing: tuple[Passing, ...] = field(default=(), kw_only=True)
     cyclic: bool = field(default=False, kw_only=True)
     curves: Mapping[int, FixedCurve] = field(default_factory=dict, kw_only=True)
-    extra: ExtraPoints | BSplineShape | None = field(default=None, kw_only=True)
+    extra: ExtraPoints | BSplineShape | HermiteShape | None = field(default=None, kw_only=True)
     _inner: Interpolant = field(init=False, repr=False)
     _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
     _starts: tuple[int, ...] = field(init=False, repr=False)
@@ -101,9 +103,13 @@ class MovingPoints(Interpolant):
             raise InvalidInputError(f"points: expected ViaPoints, got {type(self.points).__name__}")
         ViaPoints.for_robot(self.robot, self.points.positions)
         object.__setattr__(self, "boxes", tuple(self.boxes))
-        if self.extra is None and NAMED_INTERPOLANTS.find(self.kind) is BSpline:
-            # Their control points are free for the joints alone, not for the indicators beside them.
-            object.__setattr__(self, "extra", BSplineShape.of(None, self.robot, self.points))
+        if self.extra is None:
+            # What is free of them is so for the joints alone, not for the indicators beside them.
+            found = NAMED_INTERPOLANTS.find(self.kind)
+            if found is BSpline:
+                object.__setattr__(self, "extra", BSplineShape.of(None, self.robot, self.points))
+            elif found is HermiteSpline:
+                object.__setattr__(self, "extra", HermiteShape.of(0, self.robot, self.points))
         self._check_boxes()
         object.__setattr__(self, "_offsets", tuple(self._offsets_of(box) for box in self.boxes))
         object.__setattr__(self, "at_rest", checked_rests(self.at_rest, self.points))

@@ -26,9 +26,9 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
 
-#: What an objective can need: the place of the tool, the masses of all links, a limit of some joint's effort, or the
-#: payload's mass as a decision variable.
-Need = Literal["tool", "masses", "effort limits", "payload variable"]
+#: What an objective can need: the place of the tool, the masses of all links, a limit of some joint's effort, the
+#: payload's mass as a decision variable, or accelerations that do not jump.
+Need = Literal["tool", "masses", "effort limits", "payload variable", "continuous accelerations"]
 
 #: Name of the objective that makes the payload's mass a variable.
 UNUSED_PAYLOAD = "unused_payload"
@@ -175,7 +175,14 @@ OBJECTIVES: dict[str, Objective] = {
         Objective(
             "acceleration", "{joint}/s^2", _BY_NAME, summed_rms_acceleration, help="Σ over joints of RMS acceleration"
         ),
-        Objective("jerk", "{joint}/s^3", _BY_NAME, summed_rms_jerk, help="Σ over joints of RMS jerk"),
+        Objective(
+            "jerk",
+            "{joint}/s^3",
+            _BY_NAME,
+            summed_rms_jerk,
+            needs=("continuous accelerations",),
+            help="Σ over joints of RMS jerk",
+        ),
         Objective(
             "square_acceleration",
             "{joint}^2/s^3",
@@ -183,7 +190,14 @@ OBJECTIVES: dict[str, Objective] = {
             integrated_square_acceleration,
             help="∫ Σ over joints of acceleration² dt",
         ),
-        Objective("square_jerk", "{joint}^2/s^5", _BY_NAME, integrated_square_jerk, help="∫ Σ over joints of jerk² dt"),
+        Objective(
+            "square_jerk",
+            "{joint}^2/s^5",
+            _BY_NAME,
+            integrated_square_jerk,
+            needs=("continuous accelerations",),
+            help="∫ Σ over joints of jerk² dt",
+        ),
         Objective(
             "energy",
             "J",
@@ -213,7 +227,7 @@ OBJECTIVES: dict[str, Objective] = {
             "{effort}^2/s",
             _BY_NAME,
             integrated_square_effort_rate,
-            needs=("masses",),
+            needs=("masses", "continuous accelerations"),
             help="∫ Σ over joints of (d effort / dt)² dt",
         ),
         Objective(
@@ -231,13 +245,20 @@ OBJECTIVES: dict[str, Objective] = {
             peak_acceleration,
             help="greatest acceleration of any joint at any instant",
         ),
-        Objective("peak_jerk", "{joint}/s^3", _BY_NAME, peak_jerk, help="greatest jerk of any joint at any instant"),
+        Objective(
+            "peak_jerk",
+            "{joint}/s^3",
+            _BY_NAME,
+            peak_jerk,
+            needs=("continuous accelerations",),
+            help="greatest jerk of any joint at any instant",
+        ),
         Objective(
             "peak_effort_rate",
             "{effort}/s",
             _BY_NAME,
             peak_effort_rate,
-            needs=("masses",),
+            needs=("masses", "continuous accelerations"),
             help="greatest d effort / dt of any joint",
         ),
         Objective("joint_travel", "{joint}", _BY_NAME, joint_travel, help="Σ over joints of ∫ |velocity| dt"),

@@ -13,14 +13,18 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.joint_limits import kept_limits
+from trajevo.formulation.objectives import NAMED_OBJECTIVES
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import OnLimit, ViaPoints
 from trajevo.robot.robot import Robot
-from trajevo.trajectory.interpolants import Interpolant
+from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, Interpolant
 from trajevo.trajectory.interpolants.interpolant import breaks_at_points
 
 #: Difference of two positions that counts as none, as poses are solved to [rad or m].
 _SAME = 1e-6
+
+#: Limited quantities that are infinite where accelerations jump.
+_INFINITE = ("jerk", "effort rate")
 
 
 def closed(points: ViaPoints, cyclic: bool) -> ViaPoints:
@@ -187,3 +191,32 @@ def check_free(interpolant: Interpolant) -> None:
     """
     if not interpolant.variables:
         raise InvalidInputError("duration_bounds: expected a duration or a point that may vary, got all of them fixed")
+
+
+def check_jumps(kind: str, objectives: Sequence[str], held: Sequence[Constraint]) -> None:
+    """Refuse what is infinite, or a finite limit of it, where the accelerations of an interpolant jump.
+
+    Raises:
+        InvalidInputError: an objective or a limit of jerk or of the rate of efforts.
+    """
+    if getattr(NAMED_INTERPOLANTS.find(kind), "continuous", 2) > 1:
+        return
+    instead = "expected others, or the interpolant 'cubic', 'bspline', 'quintic_spline' or 'septic_spline'"
+    for name in objectives:
+        if "continuous accelerations" in NAMED_OBJECTIVES.find(name).needs:
+            raise InvalidInputError(f"objectives: {name!r} is infinite where accelerations of {kind!r} jump; {instead}")
+    for limit in held:
+        if limit.names and limit.quantity in _INFINITE:
+            raise InvalidInputError(
+                f"constraints: {limit.names[0]!r} cannot be kept, as accelerations of {kind!r} jump; {instead}"
+            )
+
+
+def notes_on_jumps(kind: str, robot: Robot) -> tuple[str, ...]:
+    """One sentence where accelerations of an interpolant jump although the robot has limits of jerk."""
+    if getattr(NAMED_INTERPOLANTS.find(kind), "continuous", 2) > 1 or not robot.limits.sides("jerk").limited.any():
+        return ()
+    return (
+        f"accelerations of {kind!r} jump, which breaks the robot's limits of jerk, so that no motion is certified; if "
+        "it may jerk, set jerk = inf in [limits]",
+    )

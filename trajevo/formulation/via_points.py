@@ -22,10 +22,12 @@ from trajevo.formulation.moving_points import MovingPoints
 from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of
 from trajevo.formulation.passing_points import (
     check_free,
+    check_jumps,
     check_seam,
     check_velocities,
     closed,
     left_open,
+    notes_on_jumps,
     window_limits,
 )
 from trajevo.formulation.payload_variable import PayloadVariable, carrying
@@ -44,6 +46,7 @@ from trajevo.trajectory.interpolants import (
     BSplineShape,
     ExtraPoints,
     FixedCurve,
+    HermiteShape,
     Interpolant,
     interpolant_through,
     price_of_rest,
@@ -76,8 +79,8 @@ class ViaPointProblem(TrajectoryProblem):
             (K - 1, 2); a duration whose bounds are equal is fixed, and no variable.
         interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, an interpolant of another
             package, your own class derived from :class:`~trajevo.trajectory.interpolants.Interpolant`, or its place.
-        extra_points: number of free points between every two points, for ``quintic_spline``, ``septic_spline`` and
-            ``cubic``: when they are passed, and where, are variables; 0 for none.
+        extra_points: number of free points between every two points, for ``quintic_spline``, ``septic_spline``,
+            ``cubic`` and ``hermite``: when they are passed, and where, are variables; 0 for none.
         pace: number of variables of a smooth pace that all segment times follow, from 4 to 200, instead of a time for
             each; 0 for none. If None, 24 where there are more than 40 points, and nothing but points, their times and
             loads that are always carried are asked for.
@@ -172,7 +175,7 @@ class ViaPointProblem(TrajectoryProblem):
         at_limits = left_open(on_limits, asked)
         extra = _between(kind, extra_points, bspline, named, via)
         decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves, extra)
-        other: dict[str, Any] = {"moving": boxes, "bspline" if kind == "bspline" else "extra_points": extra}
+        other: dict[str, Any] = {"moving": boxes, kind if kind in ("bspline", "hermite") else "extra_points": extra}
         other |= {"passing": given_passing, "segments": parts, "cyclic": cyclic}
         besides = next((key for key, value in other.items() if value), "")
         decoder = with_pace(decoder, via, named, pace, besides=besides)
@@ -180,6 +183,7 @@ class ViaPointProblem(TrajectoryProblem):
         held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
         check_velocities(asked, named, via, on_limits, held)
         check_seam(cyclic, named, via, held)
+        check_jumps(kind, objectives, held)
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
         super().__init__(
@@ -199,6 +203,7 @@ class ViaPointProblem(TrajectoryProblem):
         )
         told = notes_on_turning(at_limits, named, kind, price_of_rest(kind))
         told = (*told, *notes_on_shapes(held, dynamics.schedule), *notes_on_pace(decoder, pace))
+        told = (*told, *notes_on_jumps(kind, named))
         self._notes = (*told, *notes_on_height(via, named, held), *(named.friction_notes if named.gives_effort else ()))
         given = {
             "robot": named.settings,
@@ -206,7 +211,7 @@ class ViaPointProblem(TrajectoryProblem):
             "turns": turns,
             "duration_bounds": bounds.tolist(),
             "interpolant": kind,
-            **({"extra_points": extra.count} if isinstance(extra, ExtraPoints) else {}),
+            **({"extra_points": extra.count} if isinstance(extra, ExtraPoints | HermiteShape) and extra.count else {}),
             **({"bspline": extra.settings} if isinstance(extra, BSplineShape) else {}),
             **({"pace": decoder.count} if isinstance(decoder, Paced) else {} if pace is None else {"pace": 0}),
             "moving": [_box_settings(box) for box in boxes],
@@ -354,7 +359,7 @@ def _interpolant(
     passing: tuple[Passing, ...],
     cyclic: bool,
     curves: dict[int, FixedCurve],
-    extra: ExtraPoints | BSplineShape | None,
+    extra: ExtraPoints | BSplineShape | HermiteShape | None,
 ) -> Interpolant:
     """The interpolant, with joints at rest where they turn, if it can."""
     rests = () if price_of_rest(kind) is None else tuple((at.point, at.joint) for at in turns)
@@ -371,8 +376,10 @@ def _interpolant(
 
 def _between(
     kind: str, extra_points: Any, bspline: Any, robot: Robot, via: ViaPoints
-) -> ExtraPoints | BSplineShape | None:
-    """What is free between the points: points, or control points of B-splines."""
+) -> ExtraPoints | BSplineShape | HermiteShape | None:
+    """What is free between the points: points, velocities, or control points of B-splines."""
+    if kind == "hermite" and bspline is None:
+        return HermiteShape.of(extra_points, robot, via)
     extra = ExtraPoints.of(extra_points, robot, via)
     if bspline is None and kind != "bspline":
         return extra

@@ -96,6 +96,11 @@ class Proof:
         return "none" if np.isinf(self.limit) else f"{self.shown(self.limit)}{own}"
 
     def __str__(self) -> str:
+        if np.isinf(self.exhibited) and np.isfinite(self.limit):
+            return (
+                f"{self.name} is infinite at {self.at}, where the derivative below it jumps, and its limit is "
+                f"{self.shown(self.limit)}"
+            )
         told = f"{self.name} reaches {self.shown(self.exhibited)}" + (f" at {self.at}" if self.at else "")
         if self.least:
             where = f", between {' and '.join(self.between)}" if self.between else ""
@@ -200,7 +205,7 @@ class Certificate:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """The certificate as plain data, with the row nearest to its limit for every quantity; None for no limit."""
+        """The certificate as plain data, with the row nearest to its limit for every quantity; None for infinity."""
         rows = [
             {
                 "quantity": row.quantity,
@@ -208,10 +213,10 @@ class Certificate:
                 "unit": row.unit,
                 "limit": row.limit if np.isfinite(row.limit) else None,
                 "full_limit": row.full_limit if np.isfinite(row.full_limit) else None,
-                "bound": row.bound,
-                "exhibited": row.exhibited,
+                "bound": row.bound if np.isfinite(row.bound) else None,
+                "exhibited": row.exhibited if np.isfinite(row.exhibited) else None,
                 "instant": None if np.isnan(row.instant) else row.instant,
-                "share": row.share,
+                "share": row.share if np.isfinite(row.share) else None,
                 "between": list(row.between),
             }
             for row in self.by_quantity

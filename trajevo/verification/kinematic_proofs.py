@@ -12,6 +12,7 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.robot.joints import JointLimits
 from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch
 from trajevo.verification.certificate import Proof
+from trajevo.verification.jumps import infinite
 
 #: Share of the greatest magnitude by which extremes are widened for rounding. Polynomials of the degrees and pieces in
 #: use lose two or three digits of sixteen.
@@ -29,7 +30,7 @@ def kinematic_proofs(rollout: Rollout) -> list[tuple[Proof, ...]]:
     """Proofs for every limited position, velocity, acceleration and jerk, for each motion of a rollout.
 
     The bounds are the trajectory's extremes, which are exact up to rounding, or guaranteed. They are widened by 1e-12
-    of the greatest magnitude.
+    of the greatest magnitude. Where a derivative jumps between two segments, the next one is infinite.
     """
     limits, own, trajectory = rollout.limits, rollout.robot.limits, rollout.trajectory
     rows: list[list[Proof]] = [[] for _ in range(len(trajectory))]
@@ -38,11 +39,18 @@ def kinematic_proofs(rollout: Rollout) -> list[tuple[Proof, ...]]:
         instants, signed = _exhibited(trajectory, order, share)
         shown_share, shown = share(signed), signed if order == 0 else np.abs(signed)
         outermost, ends, used = _outermost(trajectory, order, limits, signed)
+        if order:
+            endless, when = infinite(trajectory, order)
+            limited = np.where(np.isfinite(ends), np.inf, 0.0)  # the share of a limit, where there is one
+            shown_share, used = (np.where(endless, limited, each) for each in (shown_share, used))
+            shown, outermost = (np.where(endless, np.inf, each) for each in (shown, outermost))
+            instants = np.where(endless, when, instants)
         full = ends
         if order:
             full = np.broadcast_to(own.sides(quantity).told(signed), ends.shape)
             if not limits.sides(quantity).agree:
-                shown = np.where(np.isfinite(ends), shown_share * np.where(np.isfinite(ends), ends, 0.0), shown)
+                own_share = np.where(np.isfinite(ends), shown_share * np.where(np.isfinite(ends), ends, 0.0), shown)
+                shown = np.where(endless, np.inf, own_share)
         for motion, joint in zip(*np.nonzero(np.isfinite(used) & (used > 0.0) | np.isfinite(ends)), strict=True):
             at = motion, joint
             rows[motion].append(
@@ -56,7 +64,7 @@ def kinematic_proofs(rollout: Rollout) -> list[tuple[Proof, ...]]:
                     instant=float(instants[at]),
                     share=float(used[at]),
                     exhibited_share=float(shown_share[at]),
-                    gap=float(used[at] - shown_share[at]),
+                    gap=float(used[at] - shown_share[at]) if np.isfinite(used[at]) else 0.0,
                     full_limit=float(full[at]),
                 )
             )

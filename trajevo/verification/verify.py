@@ -24,6 +24,7 @@ from trajevo.path.loads import Schedule
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import position_unit
 from trajevo.trajectory.batch import DERIVATIVES, Motion, TrajectoryBatch
+from trajevo.verification.jumps import infinite
 from trajevo.verification.newton_euler import NewtonEuler
 
 #: Share of a limit by which a motion may exceed it, and share by which numbers that should agree may differ.
@@ -69,6 +70,8 @@ class Utilisation:
     def __str__(self) -> str:
         name = self.limit if self.joint is None else f"{self.limit} of {self.joint}"
         when = "" if self.instant is None else f" at {self.instant:.3f} s"
+        if np.isinf(self.share) and self.joint is not None:
+            return f"{name}: infinite{when}, where the derivative below it jumps"
         full = 0.0 if self.full_share is None else 100.0 * self.full_share
         own = f" that the problem keeps, {full:.2f} % of the robot's" if full else ""
         return f"{name}: {100.0 * self.share:.2f} % of the limit{own}{when}"
@@ -266,20 +269,22 @@ def _carried(schedule: Schedule | None, payload: Payload, segments: Array) -> It
 def _robot_rows(rollout: Rollout, motion: Motion, effort: Array) -> Iterator[Utilisation]:
     limits, robot = rollout.limits, rollout.robot
     used = {"position": limits.range_used(motion.q)}
-    for name, values in zip(
-        ("velocity", "acceleration", "jerk", "effort"), (motion.v, motion.a, motion.j, effort), strict=True
-    ):
+    when = dict.fromkeys((*DERIVATIVES, "effort"), np.broadcast_to(motion.t[:, None], motion.q.shape))
+    for order, (name, values) in enumerate(zip(DERIVATIVES[1:], (motion.v, motion.a, motion.j), strict=True), start=1):
+        endless, at = infinite(rollout.trajectory, order)
         sides = limits.sides(name)
-        used[name] = np.where(sides.limited, sides.share(values), -np.inf)
-    if not robot.gives_effort:
-        del used["effort"]
+        used[name] = np.where(sides.limited, np.where(endless, np.inf, sides.share(values)), -np.inf)
+        when[name] = np.where(endless, at, when[name])
+    if robot.gives_effort:
+        sides = limits.sides("effort")
+        used["effort"] = np.where(sides.limited, sides.share(effort), -np.inf)
     for name, share in used.items():
         for joint in np.flatnonzero(~np.isneginf(share).all(axis=0)):
             worst = int(np.argmax(share[:, joint]))  # the first NaN, if there is one
             greatest = float(share[worst, joint])
             own = greatest if name == "position" else greatest * _share_kept(rollout, name, int(joint))
             full = None if own == greatest else own
-            yield Utilisation(name, robot.joint_names[joint], greatest, float(motion.t[worst]), full)
+            yield Utilisation(name, robot.joint_names[joint], greatest, float(when[name][worst, joint]), full)
 
 
 def _share_kept(rollout: Rollout, name: str, joint: int) -> float:

@@ -15,6 +15,7 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.robot.joints import JointLimits, Sides
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import DERIVATIVES
+from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Quantity of a constraint -> field of :class:`~trajevo.robot.joints.JointLimits` of which it keeps a share.
 LIMITED_BY = {
@@ -213,7 +214,11 @@ def _peak_excess(rollout: Rollout, *, derivative: int) -> Array:
 def _peak_terms(rollout: Rollout, *, derivative: int) -> Array:
     limit, trajectory = limit_of(rollout.robot, derivative), rollout.trajectory
     kept = limit.limited
-    if limit.agree:
+    if isinstance(trajectory, PolynomialBatch) and trajectory.degree == derivative + 1:
+        # A peak would pass from one end of a segment to the other where both are equal, as at the fastest motions.
+        ends = trajectory.at_shares(np.array([0.0, 1.0]), derivative)[..., kept]
+        excess = scaled(ends, np.sign(ends.real) / limit[kept].toward(ends)) - 1.0
+    elif limit.agree:
         excess = scaled(trajectory.segment_peaks(derivative)[..., kept], 1.0 / limit.forward[kept]) - 1.0
     else:
         least, greatest = trajectory.segment_extremes(derivative)

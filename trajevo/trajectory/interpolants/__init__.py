@@ -19,6 +19,7 @@ from trajevo.trajectory.interpolants.single_polynomial import SinglePolynomial
 from trajevo.trajectory.interpolants.splines.b_spline import BSpline, BSplineShape
 from trajevo.trajectory.interpolants.splines.cubic import CubicSpline
 from trajevo.trajectory.interpolants.splines.free_points import ExtraPoints
+from trajevo.trajectory.interpolants.splines.hermite import HermiteShape, HermiteSpline
 from trajevo.trajectory.interpolants.splines.odd_degree import QuinticSpline, SepticSpline
 from trajevo.trajectory.interpolants.stop_and_go import stop_and_go
 
@@ -26,6 +27,7 @@ from trajevo.trajectory.interpolants.stop_and_go import stop_and_go
 THROUGH_POINTS: dict[str, Callable[..., Interpolant]] = {
     "bspline": BSpline,
     "cubic": CubicSpline,
+    "hermite": HermiteSpline,
     "hybrid": HybridQuartic,
     "linear_blends": LinearBlends,
     "polynomial": SinglePolynomial,
@@ -63,7 +65,7 @@ def interpolant_through(
     passing: Sequence[Passing] = (),
     cyclic: bool = False,
     curves: Mapping[int, FixedCurve] | None = None,
-    extra: ExtraPoints | BSplineShape | None = None,
+    extra: ExtraPoints | BSplineShape | HermiteShape | None = None,
 ) -> Interpolant:
     """The interpolant of a name through points, in legs if it stops or has other wishes on the way.
 
@@ -75,7 +77,7 @@ def interpolant_through(
         passing: how points are passed, in their order.
         cyclic: whether the end meets the start.
         curves: fixed curves of the tool by the point at which they begin, at whose ends the motion stops.
-        extra: free points between the given ones, or the shape of B-splines, for an interpolant that takes them.
+        extra: free points between the given ones, or the shape of B-splines or Hermite splines.
 
     Raises:
         UnknownNameError: no such interpolant.
@@ -109,6 +111,8 @@ __all__ = [
     "CubicSpline",
     "ExtraPoints",
     "FixedCurve",
+    "HermiteShape",
+    "HermiteSpline",
     "HybridQuartic",
     "Interpolant",
     "Legs",

@@ -52,6 +52,11 @@ class Flowing(Interpolant):
                 f"segments: rest: {self.kind!r} begins and ends at rest, so that lines must too; quintic_spline, "
                 "septic_spline, cubic and bspline need not"
             )
+        if getattr(self.make, "continuous", 2) < 2:
+            raise InvalidInputError(
+                f"segments: rest: {self.kind!r} has accelerations that jump, so that lines must begin and end at rest; "
+                "those of quintic_spline, septic_spline, cubic and bspline need not"
+            )
         count, joints = len(self.points), self.points.n_joints
         groups, each = alike(self.given.get("at_rest", ()), joints), 2 * len(self.ends)
         owner = {joint: g for g, (members, _) in enumerate(groups) for joint in members}

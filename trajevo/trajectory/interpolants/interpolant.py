@@ -51,12 +51,15 @@ class Interpolant(ABC):
         virtual_knots: number of knots that it has between the first two points, and as many between the last two; its
             variables are the times between points and these knots. None for an interpolant that has no method
             ``through``, with which every motion has points of its own, as free points between the given ones need.
+        continuous: order of the highest derivative that is continuous everywhere, and 0 where a motion begins or ends
+            at rest: 2 if that is the acceleration or a higher one, 1 if accelerations may jump.
     """
 
     price_of_rest: ClassVar[str | None] = None
     takes_velocities: ClassVar[bool] = False
     takes_cycles: ClassVar[bool] = False
     virtual_knots: ClassVar[int | None] = None
+    continuous: ClassVar[int] = 2
 
     @property
     @abstractmethod

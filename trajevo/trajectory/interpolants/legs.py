@@ -188,7 +188,7 @@ class Legs(Interpolant):
         if at and not getattr(self.make, "takes_velocities", False):
             raise InvalidInputError(
                 f"passing: point {at[0].point}: {next(iter(at[0].vectors))}: {self.kind!r} takes none; "
-                "quintic_spline, septic_spline, cubic and bspline do"
+                "quintic_spline, septic_spline, cubic, bspline and hermite do"
             )
         found: dict[str, Any] = {}
         for one in at:
@@ -251,7 +251,7 @@ class Legs(Interpolant):
                     f"duration_bounds: expected one pair for all segments, as the variables of {self.kind!r} are not "
                     "the times between its points"
                 )
-            for order in (1, 2):
+            for order in range(1, getattr(self.make, "continuous", 2) + 1):
                 values = np.abs(motion.at_shares(shares, order)[0])
                 open_ = {0, len(self.points) - 1} | self._flowing
                 inner = [k for k, point in ((0, first), (-1, last)) if point not in open_]

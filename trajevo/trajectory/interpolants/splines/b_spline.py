@@ -19,8 +19,7 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from trajevo.base import polynomials
-from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, checked_name, known_names
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
@@ -41,7 +40,7 @@ from trajevo.trajectory.interpolants.interpolant import (
     set_velocities,
 )
 from trajevo.trajectory.interpolants.splines.basis import basis_pieces
-from trajevo.trajectory.interpolants.splines.free_points import half_widths
+from trajevo.trajectory.interpolants.splines.gaps import divided, half_widths, named_joints, on_pieces, weight_variables
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Degrees, and greatest number of free control points that a gap adds.
@@ -55,10 +54,6 @@ HELD = ("position", "velocity", "acceleration", "jerk")
 
 #: Half width of a control point's range as a share of the joint's range over the via points.
 _WIDTH = 0.25
-
-#: Least and greatest weight of a piece between free knots: an optimal jerk may change its sign twice within a hundredth
-#: of a gap.
-_WEIGHTS = (0.02, 1.0)
 
 
 @final
@@ -190,7 +185,7 @@ class BSpline(Interpolant):
     def _variables(self) -> tuple[Variable, ...]:
         gaps, (_, joints) = len(self.points) - 1, self._offsets
         pieces = gaps * (self.control_points + 1) if self.knots == "free" else 0
-        weights = [Variable(f"weight of piece_{k + 1}", "1", *_WEIGHTS) for k in range(pieces)]
+        weights = weight_variables(pieces)
         names, units, widths = self.joints or (), self.units or (), np.asarray(self.half_width).tolist()
         numbered = np.concatenate([np.arange(np.count_nonzero(joints == k)) for k in range(len(names))])
         offsets = [
@@ -205,17 +200,7 @@ class BSpline(Interpolant):
         times = check_durations(rows[:, :gaps], gaps)
         if self.knots == "even":
             return np.repeat(times / (count + 1), count + 1, axis=1)
-        weights = rows[:, gaps : gaps * (count + 2)].reshape(len(rows), gaps, count + 1)
-        if not (weights.real > 0.0).all():
-            row, gap, part = (int(k) for k in np.argwhere(~(weights.real > 0.0))[0])
-            raise InvalidInputError(
-                f"x: expected positive weights, got {weights[row, gap, part]} for piece {gap * (count + 1) + part + 1} "
-                f"of row {row}"
-            )
-        total = weights[..., 0]
-        for k in range(1, count + 1):
-            total = total + weights[..., k]
-        return (weights * (times / total)[..., None]).reshape(len(rows), gaps * (count + 1))
+        return divided(times, rows[:, gaps : gaps * (count + 2)])
 
     def _without_offsets(self, rows: Array, parts: Array) -> Array:
         """Coefficients of the spline without free control points on the pieces, (B, S, n_joints, degree + 1)."""
@@ -224,11 +209,7 @@ class BSpline(Interpolant):
         spline = odd_spline(
             self.points.positions, rows[:, :gaps], (self.degree + 1) // 2, ends=states if states.any() else None
         )
-        inside = parts.reshape(len(rows), gaps, each)
-        begins = np.concatenate([np.zeros_like(inside[..., :1]), np.cumsum(inside[..., :-1], axis=2)], axis=2)
-        whole = np.moveaxis(np.repeat(np.asarray(spline.coefficients), each, axis=1), -1, 0)
-        shifted = polynomials.shifted(whole, begins.reshape(*parts.shape, 1))
-        return np.ascontiguousarray(np.moveaxis(shifted, 0, -1))
+        return on_pieces(spline.coefficients, parts, each)
 
     def _controls(self, rows: Array, pieces: Array, basis: Array, parts: Array) -> Array:
         """Control points of what is added to the spline, shape (B, S + degree, n_joints) [rad or m].
@@ -289,20 +270,8 @@ class BSpline(Interpolant):
         return states
 
     def _name_joints(self) -> None:
-        count = self.points.n_joints
-        names = tuple(f"joint {k + 1}" for k in range(count)) if self.joints is None else tuple(self.joints)
-        units = ("rad",) * len(names) if self.units is None else tuple(self.units)
-        if not len(names) == len(units) <= count:
-            raise InvalidInputError(
-                f"joints: expected as many names as units, at most {count}, got {len(names)} and {len(units)}"
-            )
-        if self.half_width is None:
-            widths = half_widths(ViaPoints(self.points.positions[:, : len(names)]), units, _WIDTH)
-        else:
-            widths = numbers(self.half_width, name="half_width", shape=(len(names),))
-        if not (widths > 0.0).all():
-            raise InvalidInputError(f"half_width: expected positive numbers, got {widths.tolist()}")
-        for name, value in (("joints", names), ("units", units), ("half_width", read_only(widths))):
+        named = named_joints(self.points, self.joints, self.units, self.half_width, _WIDTH, name="half_width")
+        for name, value in zip(("joints", "units", "half_width"), named, strict=True):
             object.__setattr__(self, name, value)
 
     def _check_ends(self) -> None:

@@ -7,7 +7,7 @@ spline without free points: if all distances are 0, the motion is that spline, s
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, final
@@ -20,13 +20,13 @@ from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import Interpolant, Variable, decision_vectors
+from trajevo.trajectory.interpolants.splines.gaps import half_widths
 
 #: Greatest number of free points in a gap.
 MOST = 8
 
-#: Half width of a free point's box as a share of the joint's range over the via points, and least such range as a share
-#: of the greatest range of joints with the same unit: a joint that hardly moves may still have to.
-_WIDTH, _LEAST = 0.25, 0.25
+#: Half width of a free point's box as a share of the joint's range over the via points.
+_WIDTH = 0.25
 
 #: How far a free point's instant may be from the even one, and least distance from the ends of its gap, as shares of
 #: the distance between even ones.
@@ -70,7 +70,7 @@ class ExtraPoints:
         count = checked_count(given)
         if not count:
             return None
-        return cls(count, half_widths(points, robot.joint_units), robot.joint_names, robot.joint_units)
+        return cls(count, half_widths(points, robot.joint_units, _WIDTH), robot.joint_names, robot.joint_units)
 
     def around(self, kind: str, make: Any) -> WithExtraPoints:
         """A class of interpolants of a name with these points.
@@ -90,16 +90,6 @@ def checked_count(given: Any, *, least: int = 0) -> int:
     if isinstance(given, bool) or not isinstance(given, int | np.integer) or not least <= given <= MOST:
         raise InvalidInputError(f"extra_points: expected a whole number from {least} to {MOST}, got {given!r}")
     return int(given)
-
-
-def half_widths(points: ViaPoints, units: Sequence[str], share: float = _WIDTH) -> Array:
-    """Half widths of what is free of every joint, as a share of its range over the points, (n_joints,) [rad or m]."""
-    spans, kinds = np.ptp(points.positions, axis=0), np.array(units)
-    for unit in sorted(set(units)):
-        alike = kinds == unit
-        spans[alike] = np.maximum(spans[alike], _LEAST * spans[alike].max())
-    widths: Array = share * np.where(spans > 0.0, spans, 1.0)
-    return widths
 
 
 @final
@@ -123,7 +113,7 @@ class WithExtraPoints:
     def __post_init__(self) -> None:
         if getattr(self.make, "virtual_knots", None) is None:
             raise InvalidInputError(
-                f"extra_points: {self.kind!r} takes none; quintic_spline, septic_spline and cubic do"
+                f"extra_points: {self.kind!r} takes none; quintic_spline, septic_spline, cubic and hermite do"
             )
 
     @property
