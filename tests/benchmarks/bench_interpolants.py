@@ -1,8 +1,8 @@
 """Least time and price of every interpolant on ten problems, by default settings: which one a new task should have.
 
-``bench_interpolants.py SEEDS``, one seed if not given. Every cell is one run of ``optimise`` with polish: its least time
-as a share of the best of its row [%] and its CPU time [s]. Least times are certified, or marked with ``!`` if not. Below,
-how far each interpolant lies above the best of its row in the mean and at worst, and its mean CPU time.
+``bench_interpolants.py SEEDS``, one seed if not given. Every cell is one run of ``optimise`` with polish: how far its
+least time lies above the best of its row [%] and its CPU time [s]. Least times are certified, or marked with ``!`` if
+not. Below, how far each interpolant lies above the best of its row in the mean and at worst, and its CPU time.
 """
 
 from __future__ import annotations
@@ -99,13 +99,15 @@ def main() -> None:
         rows = {}
         for name, shape in INTERPOLANTS.items():
             runs = [solved(ViaPointProblem(**given | shape), seed) for seed in seeds]
-            rows[name] = tuple(np.mean([run[k] for run in runs]) for k in (0, 1)) + (all(run[2] for run in runs),)
+            least, spent = (float(np.mean([run[k] for run in runs])) for k in (0, 1))
+            rows[name] = least, spent, all(run[2] for run in runs)
         best = min(row[0] for row in rows.values())
         cells = []
         for name, (least, spent, proven) in rows.items():
             above[name].append(100.0 * (least / best - 1.0))
             price[name].append(spent)
-            cells.append(f"{f'+{above[name][-1]:.2f}%{"" if proven else "!"} {spent:.1f} s':>18}")
+            doubt = "" if proven else "!"
+            cells.append(f"{f'+{above[name][-1]:.2f}%{doubt} {spent:.1f} s':>18}")
         print(f"{title:32}{best:10.4f}", *cells, flush=True)
     for what, values in (("mean", np.mean), ("worst", np.max)):
         cells = [f"{f'+{values(above[name]):.2f}% {values(price[name]):.1f} s':>18}" for name in INTERPOLANTS]
