@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, any_problem, assert_exact_gradients, refused, trajevo
+from tests.helpers import UNDRAWN, any_problem, assert_exact_gradients, mostly_long, refused, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, optimise
 from trajevo.capacity.uncertainty import robust_problem
 from trajevo.dynamics.rollout import Rollout
@@ -61,7 +61,7 @@ def solved(problem: TrajectoryProblem) -> Front:
     return optimise(problem, seed=1, generations=20, population=40, progress=False, polish=False)
 
 
-@pytest.fixture(scope="module", params=PROBLEMS)
+@pytest.fixture(scope="module", params=mostly_long(PROBLEMS, "hybrid", "tool speed"))
 def name(request) -> str:
     return request.param
 

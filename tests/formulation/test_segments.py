@@ -189,7 +189,7 @@ def test_no_rest_saves_time_and_is_proven(through):
     for rest in (True, False):
         more = {} if not rest else {"segments": [APPROACH | {"rest": "both"}, RETREAT | {"rest": "both"}]}
         own = through(objectives=("time", "energy"), **more)
-        front = optimise(own, seed=1, population=32, generations=20, progress=False)
+        front = optimise(own, seed=1, population=20, generations=8, progress=False)
         assert certify(front.pick("0")).proven
         found[rest] = front.F[:, 0].min()
     assert found[False] < 0.97 * found[True]
@@ -331,7 +331,7 @@ def test_upright_axes_stay_in_their_cone(robot):
             moving=[{"point": 1, "joints": [0.3] * 6}],
             segments=[{"from": 0, "to": 2, "upright": f"{angle} deg"}],
         )
-        found = optimise(own, seed=1, population=40, generations=20, progress=False)
+        found = optimise(own, seed=1, population=24, generations=8, progress=False)
         assert len(found), found.blocking
         solution = found.pick("0")
         certificate = certify(solution)

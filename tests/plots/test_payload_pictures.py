@@ -10,7 +10,7 @@ from tests.helpers import refused
 from trajevo import analyse, optimise, plots
 from trajevo.capacity.dlcc import capacities, dlcc
 from trajevo.capacity.payload_time import capacity_front
-from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES, draw_all, save_pictures
+from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES, draw_all, figures_of, save_pictures
 from trajevo.plots.report import report
 from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism
 from trajevo.problems.hybrid_manipulator import paper_solution
@@ -24,13 +24,14 @@ def front():
 
 
 def stems(front):
-    return [picture.stem for picture in draw_all(front, analyse(front)) if picture.stem in PAYLOAD_FIGURES]
+    return [stem for stem in figures_of(front, analyse(front)) if stem in PAYLOAD_FIGURES]
 
 
 def test_every_picture_is_drawn_once_and_shows_something(front, tmp_path):
     analyses = analyse(front)
     pictures = draw_all(front, analyses)
     drawn = {picture.stem for picture in pictures}
+    assert [picture.stem for picture in pictures] == [*figures_of(front, analyses)]
     assert drawn & {*PAYLOAD_FIGURES} == {*PAYLOAD_FIGURES} - {"payload_time", "uncertainty"}  # the mass is a variable
     assert drawn <= {*FIGURES}
     for picture in pictures:

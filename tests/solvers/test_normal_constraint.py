@@ -154,12 +154,15 @@ def test_sub_problems_that_fail_for_good_are_counted_and_the_others_kept(monkeyp
     assert found.run.settings["failed"] == 1
 
 
-def test_nothing_feasible_is_an_empty_front_that_says_why():
-    robot = load_robot("pointing_mechanism")
-    front = solve_nnc(small_problem(constraints=(impossible(robot, 0.25),)))
-    assert len(front) == 0
-    assert front.run.settings["failed"] == 2
-    assert front.run.settings["sub-problems"] == 0
+@pytest.fixture(scope="module")
+def empty():
+    return solve_nnc(small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 0.25),)))
+
+
+def test_nothing_feasible_is_an_empty_front_that_says_why(empty):
+    assert len(empty) == 0
+    assert empty.run.settings["failed"] == 2
+    assert empty.run.settings["sub-problems"] == 0
 
 
 def test_objectives_that_do_not_conflict_have_a_front_of_one_point():
@@ -201,7 +204,7 @@ def test_bad_arguments_get_a_sentence(arguments, says):
         solve_nnc(**({"problem": small_problem()} | arguments))
 
 
-def test_weighting_factors_need_two_points(front):
+def test_weighting_factors_need_two_points(front, empty):
     with pytest.raises(TrajevoError, match="at least two points of two objectives"):
-        weighting_factors(solve_nnc(small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 1.0),))))
+        weighting_factors(empty)
     assert isinstance(front.problem, TrajectoryProblem)

@@ -49,7 +49,7 @@ PROBLEMS = {
 }
 
 
-@pytest.fixture(scope="module", params=PROBLEMS)
+@pytest.fixture(scope="module", params=mostly_long(PROBLEMS, "two", "three with torque"))
 def polished(request):
     return polish(evolved(PROBLEMS[request.param]()), members=8)
 
@@ -309,7 +309,7 @@ def test_a_run_ends_when_its_cpu_time_is_used_up(tmp_path):
         refused(lambda wrong=wrong: optimise(problem, seed=1, cpu_time=wrong), "cpu_time: expected a positive time")
 
 
-@pytest.mark.parametrize("make", [HybridManipulator, PointingMechanism])
+@pytest.mark.parametrize("make", mostly_long([HybridManipulator, PointingMechanism], PointingMechanism))
 def test_a_run_evaluates_as_many_individuals_as_it_may(make):
     settings = {"seed": 1, "generations": 10**6, "population": 40, "starts": "random", "progress": False}
     plain = optimise(make(), evaluations=4000, polish=False, **settings)

@@ -16,7 +16,7 @@ import pytest
 from distributed import LocalCluster
 from typer.testing import CliRunner
 
-from tests.helpers import mostly_long, refused, trajevo_process
+from tests.helpers import mostly_long, refused, trajevo
 from trajevo import Front, TrajevoError, load_problem, optimise
 from trajevo.base import jit
 from trajevo.cli.study import app
@@ -169,9 +169,10 @@ def test_a_failed_cell_is_recorded_stops_no_other_and_is_tried_again(tmp_path, m
     failure = json.loads((StudyFolder(folder).cell(broken.name) / "failure.json").read_text())
     assert failure["sentence"] == "KeyError: 'no such table'"
     assert 'raise KeyError("no such table")' in failure["traceback"]
-    result = trajevo_process("study", "status", folder)
+    monkeypatch.undo()
+    result = trajevo("study", "status", folder)
     assert f"failed: {broken.name}: KeyError: 'no such table'" in result.stdout
-    assert trajevo_process("study", "run", folder, "--quiet").returncode == 0
+    assert trajevo("study", "run", folder, "--quiet").returncode == 0
     assert study_standing(folder).finished
     assert not (StudyFolder(folder).cell(broken.name) / "failure.json").exists()
 
@@ -321,8 +322,8 @@ def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long
         assert f"stopped by {number.name}; next: trajevo study run {folder}" in out
         assert not study_standing(folder).count("running")
         assert not study_standing(folder).finished
-    assert "generation" in trajevo_process("study", "status", folder).stdout
-    assert trajevo_process("study", "run", folder, "--quiet").returncode == 0
+    assert "generation" in trajevo("study", "status", folder).stdout
+    assert trajevo("study", "run", folder, "--quiet").returncode == 0
     assert hash_of(small(**LONG), folder) == expected_long
 
 

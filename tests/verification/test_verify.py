@@ -49,10 +49,10 @@ def of_problem(solution, problem):
     ("name", "arguments", "generations"),
     [
         ("pointing", {}, 5),
-        ("reparam", {}, 20),
-        ("reparam", {"encoding": "shape"}, 5),
-        ("via-points", {"interpolant": "linear_blends"}, 20),
-        ("via-points", {"interpolant": "hybrid"}, 20),
+        ("reparam", {}, 10),
+        pytest.param("reparam", {"encoding": "shape"}, 5, marks=pytest.mark.long),
+        ("via-points", {"interpolant": "linear_blends"}, 10),
+        pytest.param("via-points", {"interpolant": "hybrid"}, 20, marks=pytest.mark.long),
     ],
 )
 def test_feasible_solutions_pass(name, arguments, generations):
