@@ -320,7 +320,7 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     "make",
     [
         HybridManipulator,
-        PickAndPlace,
+        pytest.param(PickAndPlace, marks=pytest.mark.long),
         lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("time", "energy"), payload=2.0),
     ],
     ids=["hybrid", "pick-place", "certified"],

@@ -61,7 +61,7 @@ def solved(problem: TrajectoryProblem) -> Front:
     return optimise(problem, seed=1, generations=20, population=40, progress=False, polish=False)
 
 
-@pytest.fixture(scope="module", params=mostly_long(PROBLEMS, "hybrid", "tool speed"))
+@pytest.fixture(scope="module", params=mostly_long(PROBLEMS, "tool speed"))
 def name(request) -> str:
     return request.param
 

@@ -106,7 +106,7 @@ def test_the_payload_gives_its_inertia_per_kilogram():
     assert np.abs(by_both[0] - point).max() > 1e-3
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", mostly_long(ROBOTS, "ur5"))
 @every_com_model
 def test_no_bit_depends_on_the_batch(name, model):
     rollout = random_rollout(name, np.random.default_rng(7), speed=3.0, model=model, motions=9)

@@ -24,7 +24,7 @@ def poses_of(robot, count=3, seed=1):
 ARMS = ("ur5", "xarm7", "panda", "puma560", "hybrid_manipulator")
 
 
-@pytest.fixture(params=mostly_long(ARMS, "ur5", "panda", "hybrid_manipulator"), scope="module")
+@pytest.fixture(params=mostly_long(ARMS, "ur5", "hybrid_manipulator"), scope="module")
 def robot(request):
     return load_robot(request.param, **ROBOTS[request.param])
 

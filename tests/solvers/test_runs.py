@@ -250,9 +250,7 @@ def _wait_for(condition, process):
         time.sleep(0.01)
 
 
-@pytest.mark.parametrize(
-    "number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGINT]
-)
+@pytest.mark.parametrize("number", mostly_long([signal.SIGKILL, signal.SIGTERM, signal.SIGINT], signal.SIGINT))
 def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     run = tmp_path / "run"
     # One of the three is polished too.

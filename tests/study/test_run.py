@@ -295,7 +295,19 @@ def test_a_worker_that_does_not_see_the_study_says_so(tmp_path):
     refused(lambda: run_cell(small().jobs[0], str(tmp_path)), "does not see the study there; put it where all workers")
 
 
-def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long):
+#: How a study is stopped, and the options that it runs with.
+STOPS = {
+    signal.SIGINT: (),
+    signal.SIGTERM: ("--workers", "2", "--start-method", "fork"),
+    signal.SIGKILL: ("--workers", "2"),
+}
+
+
+@pytest.mark.parametrize(
+    "stops",
+    [pytest.param([signal.SIGINT], id="once"), pytest.param([*STOPS], marks=pytest.mark.long, id="in every way")],
+)
+def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long, stops):
     file, folder = tmp_path / "study.toml", tmp_path / "study"
     sizes = "".join(f"{name} = {size}\n" for name, size in LONG.items())
     file.write_text(
@@ -303,13 +315,8 @@ def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long
         '[factors]\ninterpolant = ["smooth", "quintic"]\n'
     )
     script = "from trajevo.cli.main import main; main()"
-    options = {
-        signal.SIGINT: (),
-        signal.SIGTERM: ("--workers", "2", "--start-method", "fork"),
-        signal.SIGKILL: ("--workers", "2"),
-    }
-    for finished, (number, engine) in enumerate(options.items()):
-        command = [sys.executable, "-c", script, "study", "run", file, "--out", folder, *engine]
+    for finished, number in enumerate(stops):
+        command = [sys.executable, "-c", script, "study", "run", file, "--out", folder, *STOPS[number]]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             until(lambda finished=finished: half_way(folder, finished))
             process.send_signal(number)
