@@ -53,6 +53,12 @@ def problem(robot):
 
 
 @pytest.fixture(scope="module")
+def plain(problem):
+    """The front through the points alone."""
+    return optimise(problem(), seed=1, **SMALL)
+
+
+@pytest.fixture(scope="module")
 def front(problem):
     return optimise(problem(passing=STOP_AND_DWELL), seed=1, **SMALL)
 
@@ -170,9 +176,8 @@ def test_a_velocity_at_an_inner_point_holds_in_every_motion(problem):
         assert certify(member).proven
 
 
-def test_a_window_is_kept_by_every_member_and_proven(problem):
-    free = optimise(problem(), seed=1, **SMALL)
-    early = free.problem.via_times(free.X)[:, 2].min()
+def test_a_window_is_kept_by_every_member_and_proven(problem, plain):
+    early = plain.problem.via_times(plain.X)[:, 2].min()
     asked = problem(passing=[{"point": 2, "window": [early + 0.3, early + 0.35]}])
     assert asked.constraint_names[-2:] == ("latest at point 2", "earliest at point 2")
     front = optimise(asked, seed=1, **SMALL)
@@ -272,7 +277,7 @@ def test_windows_need_points_at_breaks(problem):
     )
 
 
-def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front, problem):
+def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front, problem, plain):
     knee = front.pick("knee")
     able = dlcc(knee)
     assert able.mass > 0.5
@@ -282,7 +287,7 @@ def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front
     given = problem(passing=[{"point": 0, "velocity": [0.1, 0]}], duration_bounds=[[0.5, 2], [0.9, 0.9], [0.5, 2]])
     other = optimise(given, seed=1, **SMALL).pick("knee")
     assert slowdown_for(other, 0.1).scaled_too == ("given velocities", "fixed durations")
-    assert slowdown_for(optimise(problem(), seed=1, **SMALL).pick("knee"), 0.1).scaled_too == ()
+    assert slowdown_for(plain.pick("knee"), 0.1).scaled_too == ()
 
 
 def test_a_cycle_goes_on_without_a_seam(problem):
