@@ -4,9 +4,6 @@ import importlib.util
 import os
 import signal
 
-# BLAS would start a thread per core in every worker of the tests, which wait for each other, spinning. Before numpy.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import matplotlib.pyplot as plt
 import pytest
 

@@ -114,8 +114,8 @@ def ids() -> list[str]:
     return shown
 
 
-#: Every third case is tried by `make test`, and those with proven limits and scenes; all others by `make test-long`.
-OFTEN = {*range(0, len(CASES), 3), *range(len(CASES) - 6, len(CASES))}
+#: Every fifth case is tried by `make test`, and those with proven limits and scenes; all others by `make test-long`.
+OFTEN = {*range(0, len(CASES), 5), *range(len(CASES) - 6, len(CASES))}
 
 
 @pytest.fixture(

@@ -109,7 +109,7 @@ def test_how_near_the_anchors_are_is_told(polished):
     assert "anchors" not in dict(run_facts(polished.original))
 
 
-@pytest.mark.parametrize("polished", mostly_long(PROBLEMS, "two", "two along a path", "three"), indirect=True)
+@pytest.mark.parametrize("polished", mostly_long(PROBLEMS, "two", "three"), indirect=True)
 def test_every_objective_is_at_least_as_low_as_its_optimum_from_random_starts(polished):
     problem = polished.front.problem
     if isinstance(problem, TimeJerkReparameterisation):
