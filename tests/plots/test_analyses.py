@@ -198,7 +198,7 @@ def test_pictures_are_drawn_once_for_their_front(kept, tmp_path, no_solver, monk
     drawn = draw_all(front, views=False)
     save_pictures(drawn, tmp_path / "plots")
     (tmp_path / "plots" / "front.png").write_bytes(drawn[0].png[:-50])  # cut off
-    (tmp_path / "plots" / "parallel.png").write_bytes(drawn[1].png)  # another picture of this front
+    (tmp_path / "plots" / "parallel.png").write_bytes(drawn[2].png)  # another picture of this front
     (tmp_path / "plots" / "profiles.png").write_text("mine")
     made, png = [], pictures._png
     monkeypatch.setattr(pictures, "_png", lambda figure, made_for: (made.append(1), png(figure, made_for))[1])
