@@ -71,7 +71,7 @@ def test_individuals_that_misbehave_are_listed_with_their_x_and_touch_no_other(m
         when_slow(misbehave),
         seed=1,
         generations=2,
-        population=5,
+        population=8,
         time_limit=0.6,
         out=tmp_path / "run",
         progress=False,

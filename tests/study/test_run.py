@@ -305,7 +305,10 @@ STOPS = {
 
 @pytest.mark.parametrize(
     "stops",
-    [pytest.param([signal.SIGINT], id="once"), pytest.param([*STOPS], marks=pytest.mark.long, id="in every way")],
+    [
+        pytest.param([signal.SIGINT, signal.SIGKILL], id="twice"),
+        pytest.param([*STOPS], marks=pytest.mark.long, id="in every way"),
+    ],
 )
 def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long, stops):
     file, folder = tmp_path / "study.toml", tmp_path / "study"
