@@ -11,8 +11,8 @@ README = (ROOT / "README.md").read_text()
 
 
 def shorter(code):
-    """The same lines with few generations, and few points of a front of normal constraints."""
-    code = re.sub(r"generations=\d+", "generations=8, polish=False", code)
+    """The same lines with few generations, points of a front of normal constraints, and points of a diagram."""
+    code = re.sub(r"generations=\d+", "generations=8, polish=False", code).replace("0.3, 61", "0.3, 11")
     return code.replace("solve_nnc(problem)", "solve_nnc(problem, points=5)")
 
 

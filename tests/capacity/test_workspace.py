@@ -186,6 +186,7 @@ def test_the_seed_makes_no_difference_without_redundancy():
     assert (first.postures[~first.reached] == 0).all()
 
 
+@pytest.mark.long
 def test_a_redundant_arm_carries_nearly_the_same_from_any_seed():
     _, first = found_for("panda")
     _, other = found_for("panda", seed=1)

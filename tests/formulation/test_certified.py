@@ -189,6 +189,7 @@ def test_a_path_is_limited_as_tightly_and_its_effort_proven():
         np.testing.assert_array_equal(of_proven, of_tight)
 
 
+@pytest.mark.long
 def test_forces_along_a_path_are_proven_before_and_after_polish():
     path = GeometricPath.through(HybridManipulator().interpolant.points.positions)
     options = {"path": path, "robot": "hybrid_manipulator", "longest_time": 10.0, "effort": True, "payload": 11.0}

@@ -318,6 +318,7 @@ def _cut(trajectory, breaks):
     return PolynomialBatch(breaks[None], np.array(pieces)[None])
 
 
+@pytest.mark.long
 def test_upright_axes_stay_in_their_cone(robot):
     """From one posture to another with the elbow on the way: a cone of 40 deg is used up, one of 10 deg costs time."""
     rows = [
@@ -335,7 +336,7 @@ def test_upright_axes_stay_in_their_cone(robot):
             moving=[{"point": 1, "joints": [0.3] * 6}],
             segments=[{"from": 0, "to": 2, "upright": f"{angle} deg"}],
         )
-        found = optimise(own, seed=1, population=24, generations=8, progress=False)
+        found = optimise(own, seed=1, population=40, generations=20, progress=False)
         assert len(found), found.blocking
         solution = found.pick("0")
         certificate = certify(solution)

@@ -143,6 +143,7 @@ def test_polishing_again_loses_nothing():
     assert twice.hypervolume_after >= twice.hypervolume_before
 
 
+@pytest.mark.long
 def test_two_objectives_come_near_the_front_of_normal_constraints():
     problem = small_problem(reference_point=(20.0, 1.0))
     exact = solve_nnc(problem, tolerance=0.004)

@@ -375,7 +375,8 @@ def test_bad_engines_are_refused(tmp_path, monkeypatch):
     assert InProcess().workers == 1
 
 
-@pytest.mark.parametrize("engine", mostly_long(["Processes(1)", "DaskCluster(1)"], "Processes(1)"))
+@pytest.mark.long
+@pytest.mark.parametrize("engine", ["Processes(1)", "DaskCluster(1)"])
 def test_a_script_that_lacks_its_guard_is_told(tmp_path, engine):
     script = tmp_path / "script.py"
     script.write_text(
