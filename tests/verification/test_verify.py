@@ -289,7 +289,8 @@ def test_the_command_line_exits_with_1_where_a_limit_is_exceeded_between_samples
         samples=2,  # both ends of the segments
         payload=10.0,
     )
-    front = optimise(problem, seed=1, generations=15, population=20, progress=False, polish=False)
+    front = optimise(problem, seed=1, generations=40, population=20, progress=False, polish=False)
+    front = dataclasses.replace(front, X=front.X[::16], F=front.F[::16], G=front.G[::16])
     front.save(tmp_path / "front.json")
     failed = trajevo("verify", tmp_path / "front.json", "--solution", "0")
     assert failed.returncode == 1, failed.stderr
