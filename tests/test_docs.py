@@ -6,15 +6,17 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import pytest
 
+from tests.helpers import mostly_long
+
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-LONG = pytest.param("payload_motion.md", marks=pytest.mark.long)
+GUIDES = ("check.md", "explain.md", "no_urdf.md", "payload.md", "payload_motion.md", "robot_files.md", "tasks.md")
+#: Those that take a second; the others are run by `make test-long`.
+QUICK = ("check.md", "explain.md", "no_urdf.md", "robot_files.md")
 
 
-@pytest.mark.parametrize(
-    "guide", ["check.md", "explain.md", "no_urdf.md", "payload.md", "robot_files.md", "tasks.md", LONG]
-)
+@pytest.mark.parametrize("guide", mostly_long(GUIDES, *QUICK))
 def test_the_python_of_a_guide_runs(guide, capsys):
     text, names = (DOCS / guide).read_text(encoding="utf-8"), {}
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

@@ -11,7 +11,7 @@ SOURCES = sorted(FOLDER.glob("[0-9]*.py"))
 
 
 #: Those that take seconds; the others are executed by ``make test-long``, and all at full size by ``make notebooks``.
-QUICK = ("01", "03")
+QUICK = ("01",)
 
 
 @pytest.mark.parametrize(

@@ -109,6 +109,7 @@ def test_a_wheel_holds_one_package_and_all_that_it_needs(built):
         assert own <= names, own - names
 
 
+@pytest.mark.long
 def test_a_source_distribution_gives_the_same_wheel(built, tmp_path):
     with tarfile.open(build("sdist", ROOT, tmp_path)) as archive:
         archive.extractall(tmp_path / "source", filter="data")
@@ -127,7 +128,7 @@ def test_commands_work_in_an_empty_folder(installed, tmp_path):
     assert "puma560" in told
     assert "0 errors" in installed.trajevo("check-robot", "hybrid_manipulator", cwd=tmp_path)
     assert not any(tmp_path.iterdir())
-    small = ("--generations", 2, "--population", 8, "--no-polish", "--quiet")
+    small = ("--generations", 2, "--population", 8, "--no-polish", "--quiet", "--no-pictures")
     installed.trajevo("solve", "pointing", *small, cwd=tmp_path)
     assert [run.name for run in (tmp_path / "runs").iterdir()] == ["pointing"]
     assert {file for file in installed.package.rglob("*") if "__pycache__" not in file.parts} == before
@@ -222,6 +223,7 @@ def test_a_users_own_packages_stay_and_problems_go_to_spawned_processes(installe
     assert all(module.startswith("trajevo.") for module in modules)
 
 
+@pytest.mark.long
 def test_problems_go_to_the_workers_of_a_dask_cluster(installed, tmp_path):
     own_packages(tmp_path)
     code = """
@@ -266,6 +268,7 @@ reveal_type(read_run("runs/first"))
 """
 
 
+@pytest.mark.long
 def test_a_users_script_passes_strict_type_checks_and_no_name_is_any(installed, tmp_path):
     own_packages(tmp_path)
     (tmp_path / "typed.py").write_text(TYPED, encoding="utf-8")

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.helpers import mostly_long
 from tests.random_robots import random_task
 from trajevo import Front, Payload, TrajevoError, ViaPointProblem, certify, dlcc, export, optimise, slowdown_for, verify
 from trajevo.base import jit
 from trajevo.dynamics.rollout import Rollout
 
-#: How many problems an ordinary run and a long one solve.
-FEW, MANY = 6, 300
+#: How many problems a long run solves, those of an ordinary run, and how many of the first have solutions.
+MANY, OFTEN, SOLVED = 300, (1, 3), 6
 
 SMALL = {"population": 12, "generations": 5, "progress": False}
 
@@ -27,14 +28,12 @@ POLISHED = 3
 DENSE, ROUNDING = np.linspace(0.0, 1.0, 401), 1e-9
 
 
-@pytest.mark.parametrize(
-    "seed", [pytest.param(seed, marks=() if seed < FEW else pytest.mark.long) for seed in range(MANY)]
-)
+@pytest.mark.parametrize("seed", mostly_long(range(MANY), *OFTEN))
 def test_claims_about_random_robots_hold(seed, tmp_path, monkeypatch):
     if seed % COMPILED != COMPILED - 1:
         monkeypatch.setattr(jit, "can_compile", lambda: False)
     found = check(seed, tmp_path)
-    assert found == "proven" or seed >= FEW, "the first problems have solutions, or nothing would be checked"
+    assert found == "proven" or seed >= SOLVED, "the first problems have solutions, or nothing would be checked"
 
 
 def check(seed: int, folder: Path) -> str:

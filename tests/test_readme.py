@@ -2,17 +2,28 @@ import re
 from pathlib import Path
 
 import matplotlib as mpl
+import pytest
+
+from tests.helpers import mostly_long
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 
 
-def test_the_lines_of_the_readme_run_and_make_their_pictures(tmp_path, monkeypatch, capsys):
+def shorter(code):
+    """The same lines with few generations, points of a front of normal constraints, and points of a diagram."""
+    code = re.sub(r"generations=\d+", "generations=8, polish=False", code).replace("0.3, 61", "0.3, 11")
+    return code.replace("solve_nnc(problem)", "solve_nnc(problem, points=5)")
+
+
+@pytest.mark.parametrize("whole", mostly_long([False, True], False))
+def test_the_lines_of_the_readme_run_and_make_their_pictures(tmp_path, monkeypatch, capsys, whole):
+    """As they stand, and with shorter searches, which find less."""
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")
     names = {}
     for code in re.findall(r"```python\n(.*?)```", README, re.DOTALL):
-        exec(code, names)
+        exec(code if whole else shorter(code), names)
     assert {file.name for file in tmp_path.iterdir()} == {
         "front.png",
         "profiles.png",
@@ -20,7 +31,7 @@ def test_the_lines_of_the_readme_run_and_make_their_pictures(tmp_path, monkeypat
         "diagram.png",
         "path.png",
     }
-    assert len(names["front"]) > 30
+    assert len(names["front"]) > (30 if whole else 3)
     assert names["front"].run.settings["failed"] == 0
     printed = capsys.readouterr().out
     assert "limited by screw_3" in printed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.guo2016 import GUO2016, TABLE_7
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from trajevo import (
     Payload,
     PolynomialBatch,
@@ -42,7 +42,7 @@ ROBOTS = {
 }
 SPLINES = (CubicSpline, QuinticSpline, SepticSpline)
 MODELS = tuple(LOAD_MODELS)
-every_robot = pytest.mark.parametrize("name", ROBOTS)
+every_robot = pytest.mark.parametrize("name", mostly_long(ROBOTS, "puma560", "hybrid_manipulator"))
 every_model = pytest.mark.parametrize("model", MODELS)
 
 

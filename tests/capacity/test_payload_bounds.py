@@ -20,7 +20,7 @@ from trajevo import (
 )
 from trajevo.dynamics.payload_bounds import REACH
 
-every_robot = pytest.mark.parametrize("name", ROBOTS)
+every_robot = pytest.mark.parametrize("name", mostly_long(ROBOTS, "puma560", "hybrid_manipulator"))
 BOX = np.array([[-0.05, -0.1, 0.0], [0.1, 0.05, 0.2]])
 
 

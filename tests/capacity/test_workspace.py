@@ -1,12 +1,13 @@
 """Capacity over planes of tool positions: cells against Pinocchio's statics, reach, reference value, bad input."""
 
 import re
+from functools import cache
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import mostly_long, refused, trajevo
 from tests.reference import posture_by_scipy
 from tests.robot.test_kinematics import ROBOTS
 from trajevo import load_robot, plots
@@ -26,6 +27,16 @@ def hybrid_pose():
 
 
 def found_for(name, cells=4, **options):
+    return computed(name, cells, **options) if options else usual(name, cells)
+
+
+@cache
+def usual(name, cells):
+    """What several tests ask for is computed once."""
+    return computed(name, cells)
+
+
+def computed(name, cells, **options):
     robot = load_robot(name, **ROBOTS[name])
     if name == "hybrid_manipulator":
         plane, options = ToolPlane.around(hybrid_pose(), "xy", reach=0.1, cells=cells), {"start": MIDDLE} | options
@@ -34,7 +45,7 @@ def found_for(name, cells=4, **options):
     return robot, workspace_capacity(robot, plane, **options)
 
 
-@pytest.fixture(params=["ur5", "panda", "hybrid_manipulator"], scope="module")
+@pytest.fixture(params=mostly_long(["ur5", "panda", "hybrid_manipulator"], "ur5", "hybrid_manipulator"), scope="module")
 def cells(request):
     return found_for(request.param)
 
@@ -175,6 +186,7 @@ def test_the_seed_makes_no_difference_without_redundancy():
     assert (first.postures[~first.reached] == 0).all()
 
 
+@pytest.mark.long
 def test_a_redundant_arm_carries_nearly_the_same_from_any_seed():
     _, first = found_for("panda")
     _, other = found_for("panda", seed=1)

@@ -13,7 +13,7 @@ def test_an_example_solves_as_it_stands(name, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "next: trajevo solve mine.toml" in done.stdout
     task = load_task(tmp_path / "mine.toml")
-    front = optimise(task.problem, task.search, generations=10, polish=False, progress=False)
+    front = optimise(task.problem, task.search, generations=6, polish=False, progress=False)
     assert len(front), front.blocking
     assert certify(front.pick("0")).proven
 

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.helpers import small_problem, trajevo, trajevo_process
+from tests.helpers import small_problem, trajevo
 from trajevo import Front, optimise
 from trajevo.cli.screen.printed import _alike, _closest
 from trajevo.cli.screen.waiting import Waiting
@@ -36,7 +36,7 @@ def cell(tmp_path_factory):
     """A run of a task with a name, and what was printed."""
     folder = tmp_path_factory.mktemp("cell")
     (folder / "cell.toml").write_text(TASK)
-    done = trajevo_process("solve", "cell.toml", cwd=folder)
+    done = trajevo("solve", "cell.toml", cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder, done
 

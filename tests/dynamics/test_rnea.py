@@ -320,13 +320,13 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     "make",
     [
         HybridManipulator,
-        PickAndPlace,
+        pytest.param(PickAndPlace, marks=pytest.mark.long),
         lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("time", "energy"), payload=2.0),
     ],
     ids=["hybrid", "pick-place", "certified"],
 )
 def test_fronts_are_those_without_it(make, request):
-    settings = {"seed": 1, "generations": 40, "population": 40, "polish": False, "progress": False}
+    settings = {"seed": 1, "generations": 15, "population": 40, "polish": False, "progress": False}
     fast = optimise(make(), **settings)
     request.getfixturevalue("plain")
     slow = optimise(make(), **settings)

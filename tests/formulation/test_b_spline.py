@@ -84,7 +84,7 @@ def test_gradients_agree_with_differences(shape):
 def test_least_time_is_below_that_of_an_even_b_spline(jerk, by_b_spline):
     """The B-spline of degree 5 with 24 control points was optimised by another package."""
     limits = ARM["limits"] | {"jerk": jerk}
-    best = optimise(problem(robot=ARM | {"limits": limits}), seed=1, progress=False).pick("0")
+    best = optimise(problem(robot=ARM | {"limits": limits}), seed=1, generations=30, progress=False).pick("0")
     assert best.F["time"] < by_b_spline
     assert certify(best).proven
     t = np.linspace(0.0, best.F["time"], 5001)

@@ -114,7 +114,16 @@ def ids() -> list[str]:
     return shown
 
 
-@pytest.fixture(params=CASES, ids=ids())
+#: Every fifth case is tried by `make test`, and those with proven limits and scenes; all others by `make test-long`.
+OFTEN = {*range(0, len(CASES), 5), *range(len(CASES) - 6, len(CASES))}
+
+
+@pytest.fixture(
+    params=[
+        pytest.param(case, id=name, marks=() if number in OFTEN else pytest.mark.long)
+        for number, (case, name) in enumerate(zip(CASES, ids(), strict=True))
+    ]
+)
 def problem(request) -> TrajectoryProblem:
     name, arguments = request.param
     return any_problem(name, **arguments)

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, any_problem, assert_exact_gradients, refused, trajevo
+from tests.helpers import UNDRAWN, any_problem, assert_exact_gradients, mostly_long, refused, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, optimise
 from trajevo.capacity.uncertainty import robust_problem
 from trajevo.dynamics.rollout import Rollout
@@ -61,7 +61,7 @@ def solved(problem: TrajectoryProblem) -> Front:
     return optimise(problem, seed=1, generations=20, population=40, progress=False, polish=False)
 
 
-@pytest.fixture(scope="module", params=PROBLEMS)
+@pytest.fixture(scope="module", params=mostly_long(PROBLEMS, "tool speed"))
 def name(request) -> str:
     return request.param
 
@@ -189,6 +189,7 @@ def test_a_path_is_limited_as_tightly_and_its_effort_proven():
         np.testing.assert_array_equal(of_proven, of_tight)
 
 
+@pytest.mark.long
 def test_forces_along_a_path_are_proven_before_and_after_polish():
     path = GeometricPath.through(HybridManipulator().interpolant.points.positions)
     options = {"path": path, "robot": "hybrid_manipulator", "longest_time": 10.0, "effort": True, "payload": 11.0}

@@ -6,6 +6,7 @@ import pytest
 import trajevo.formulation.constraints.collision
 from tests.formulation.test_clearance import BALL, LIMITS, SCENE, rollout, states
 from tests.formulation.test_gradients import OBSTACLE
+from tests.helpers import mostly_long
 from trajevo import ViaPoints, load_robot, optimise
 from trajevo.base import jit
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -110,7 +111,7 @@ def test_motions_along_a_path_have_gradients_too(ball, terms):
     assert np.quantile(error, 0.9) < 1e-4 * np.abs(values.imag / 1e-20).max()
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", mostly_long(range(3), 0))
 def test_terms_are_least_distances_with_the_tolerance_on_top(xarm, seed):
     motions = rollout(xarm, states(xarm, 4, seed, most=0.8), 5, seed)
     limit = clearance_limit(xarm, SCENE, tolerance=1e-3)
@@ -126,15 +127,16 @@ def test_terms_are_least_distances_with_the_tolerance_on_top(xarm, seed):
     assert (least > dense - 1e-3).all()
 
 
-def test_what_keeps_the_terms_is_proven(problem):
+@pytest.mark.parametrize("weights", mostly_long([(1.0, 0.0), (1.0, 0.05)], (1.0, 0.0)))
+def test_what_keeps_the_terms_is_proven(problem, weights):
     """Polished members that a gradient solver left at its limit are feasible as they are."""
-    for weights in ((1.0, 0.0), (1.0, 0.05)):
-        found = minimise_weighted(problem, Weights(weights), seed=0, starts=2)
-        assert np.isfinite(found.cost)
-        assert problem.evaluate(found.x[None])[1].max() <= 1e-6
-        assert problem.in_terms().evaluate(found.x[None])[1].max() > -1e-3
+    found = minimise_weighted(problem, Weights(weights), seed=0, starts=2)
+    assert np.isfinite(found.cost)
+    assert problem.evaluate(found.x[None])[1].max() <= 1e-6
+    assert problem.in_terms().evaluate(found.x[None])[1].max() > -1e-3
 
 
+@pytest.mark.long
 def test_a_front_around_an_obstacle_is_polished(problem, front):
     found = polish(front, members=8)
     assert found.hypervolume_after > found.hypervolume_before
@@ -147,6 +149,7 @@ def test_a_front_around_an_obstacle_is_polished(problem, front):
     assert clearance_along(problem.rollout(chosen), scene, density=100).least(itself=False).min() >= scene.clearance
 
 
+@pytest.mark.long
 def test_normal_constraints_go_around_an_obstacle(problem, front):
     """With a point that only turns the arm and lifts it, which two variables tell."""
     joints = [0.5, 0.7, 0.0, 0.0, 0.0, 0.0, 0.0]

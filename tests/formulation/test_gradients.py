@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.helpers import any_problem
+from tests.helpers import any_problem, mostly_long
 from trajevo.capacity.payload_time import max_payload_problem
 from trajevo.capacity.uncertainty import robust_problem
 from trajevo.formulation.gradients import own
@@ -84,13 +84,11 @@ PROBLEMS |= {
 }
 
 
-#: Takes half a minute.
-SLOW = "task pick_and_place_cell"
+#: Every third, and the distances of solids, whose derivatives are coal's; `make test-long` takes the others.
+OFTEN = {*[*PROBLEMS][::3], "clearance to itself"} - {"task pick_and_place_cell"}
 
 
-@pytest.fixture(
-    scope="module", params=[pytest.param(name, marks=pytest.mark.long if name == SLOW else ()) for name in PROBLEMS]
-)
+@pytest.fixture(scope="module", params=mostly_long(PROBLEMS, *OFTEN))
 def problem(request):
     return PROBLEMS[request.param]()
 

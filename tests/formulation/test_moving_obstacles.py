@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from tests.formulation.test_broad_phase import Everything, decided
 from tests.formulation.test_clearance import LIMITS, centre, rollout, states
-from tests.helpers import assert_exact_gradients, refused
+from tests.helpers import assert_exact_gradients, mostly_long, refused
 from trajevo import ViaPointProblem, certify, check, load_problem, load_robot, optimise
 from trajevo.base import jit
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -231,7 +231,7 @@ def test_the_broad_phase_leaves_out_nothing_that_decides(xarm, kernels):
             np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", mostly_long(range(3), 0))
 def test_the_proven_bound_is_never_above_what_dense_samples_find(xarm, seed):
     around = scene(*SHAPES[:3])
     motions = rollout(xarm, states(xarm, 4, seed, most=0.8), 5, seed)
@@ -315,9 +315,11 @@ def test_gradients_know_that_waiting_helps():
     assert_exact_gradients(problem, np.random.default_rng(0).uniform(0.5, 1.5, (4, problem.n_var)))
 
 
-def test_motions_wait_or_hurry_and_the_certificate_holds(tmp_path):
+@pytest.mark.parametrize("polish", mostly_long([False, True], False))
+def test_motions_wait_or_hurry_and_the_certificate_holds(tmp_path, polish):
     problem = problem_with(CROSSING)
-    front = optimise(problem, seed=1, population=24, generations=20, progress=False, out=tmp_path / "run")
+    settings = {"population": 24, "generations": 20, "polish": polish, "progress": False}
+    front = optimise(problem, seed=1, out=tmp_path / "run", **settings)
     assert len(front) > 3
     around = problem.constraints[-1].function.collision.scene
     for solution in (front.least("time"), front.knee()):

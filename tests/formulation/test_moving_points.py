@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from tests.helpers import assert_exact_gradients, refused
+from tests.helpers import assert_exact_gradients, mostly_long, refused
 from tests.robot.test_kinematics import ROBOTS
 from trajevo import TrajectoryProblem, ViaPoints, load_robot
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -105,6 +105,7 @@ def test_ends_move_when_asked(kind):
     assert np.abs(points[:, 0] - POINTS.positions[0]).max() > 0.01
 
 
+@pytest.mark.parametrize("kind", mostly_long(THROUGH_POINTS, "cubic", "hybrid", "linear_blends", "quintic_spline"))
 def test_complex_steps_are_the_derivatives(kind):
     interpolant = moving(kind)
     x, h = vectors(interpolant, 2), 1e-5

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import mostly_long, refused, trajevo
 from trajevo import Front, Passing, ViaPointProblem, certify, check, dlcc, export, load_robot, optimise, polish, verify
 from trajevo.capacity.slowdown import slowdown_for
 from trajevo.formulation.problem import Weights
@@ -50,6 +50,12 @@ def problem(robot):
         return ViaPointProblem(robot=robot, **(usual | effort | given))
 
     return made
+
+
+@pytest.fixture(scope="module")
+def plain(problem):
+    """The front through the points alone."""
+    return optimise(problem(), seed=1, **SMALL)
 
 
 @pytest.fixture(scope="module")
@@ -146,17 +152,19 @@ def test_first_populations_keep_the_limits_although_dwells_do_not_stretch(proble
     assert G.max(axis=1).max() > -1e-6, "on a limit"
 
 
-def test_a_motion_may_begin_and_end_in_motion(problem):
+@pytest.mark.parametrize(
+    "interpolant", mostly_long(["quintic_spline", "septic_spline", "cubic", "bspline"], "quintic_spline")
+)
+def test_a_motion_may_begin_and_end_in_motion(problem, interpolant):
     passing = [Passing(0, velocity=[0.4, -0.3], acceleration=[1.0, 0.0]), Passing(3, velocity=[-0.2, 0.0])]
-    for interpolant in ("quintic_spline", "septic_spline", "cubic", "bspline"):
-        front = optimise(problem(passing=passing, interpolant=interpolant), seed=1, **SMALL)
-        assert len(front), front.blocking
-        fastest = front.pick("0")
-        assert certify(fastest).proven
-        assert verify(fastest).derivative_mismatch < 1e-8
-        ends = np.array([[0.0, float(fastest.trajectory.duration[0])]])
-        np.testing.assert_allclose(fastest.trajectory.evaluate(ends, 1)[0], [[0.4, -0.3], [-0.2, 0.0]], atol=1e-10)
-        np.testing.assert_allclose(fastest.trajectory.evaluate(ends, 2)[0], [[1.0, 0.0], [0.0, 0.0]], atol=1e-9)
+    front = optimise(problem(passing=passing, interpolant=interpolant), seed=1, **SMALL)
+    assert len(front), front.blocking
+    fastest = front.pick("0")
+    assert certify(fastest).proven
+    assert verify(fastest).derivative_mismatch < 1e-8
+    ends = np.array([[0.0, float(fastest.trajectory.duration[0])]])
+    np.testing.assert_allclose(fastest.trajectory.evaluate(ends, 1)[0], [[0.4, -0.3], [-0.2, 0.0]], atol=1e-10)
+    np.testing.assert_allclose(fastest.trajectory.evaluate(ends, 2)[0], [[1.0, 0.0], [0.0, 0.0]], atol=1e-9)
 
 
 def test_a_velocity_at_an_inner_point_holds_in_every_motion(problem):
@@ -168,9 +176,8 @@ def test_a_velocity_at_an_inner_point_holds_in_every_motion(problem):
         assert certify(member).proven
 
 
-def test_a_window_is_kept_by_every_member_and_proven(problem):
-    free = optimise(problem(), seed=1, **SMALL)
-    early = free.problem.via_times(free.X)[:, 2].min()
+def test_a_window_is_kept_by_every_member_and_proven(problem, plain):
+    early = plain.problem.via_times(plain.X)[:, 2].min()
     asked = problem(passing=[{"point": 2, "window": [early + 0.3, early + 0.35]}])
     assert asked.constraint_names[-2:] == ("latest at point 2", "earliest at point 2")
     front = optimise(asked, seed=1, **SMALL)
@@ -270,7 +277,7 @@ def test_windows_need_points_at_breaks(problem):
     )
 
 
-def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front, problem):
+def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front, problem, plain):
     knee = front.pick("knee")
     able = dlcc(knee)
     assert able.mass > 0.5
@@ -280,7 +287,7 @@ def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front
     given = problem(passing=[{"point": 0, "velocity": [0.1, 0]}], duration_bounds=[[0.5, 2], [0.9, 0.9], [0.5, 2]])
     other = optimise(given, seed=1, **SMALL).pick("knee")
     assert slowdown_for(other, 0.1).scaled_too == ("given velocities", "fixed durations")
-    assert slowdown_for(optimise(problem(), seed=1, **SMALL).pick("knee"), 0.1).scaled_too == ()
+    assert slowdown_for(plain.pick("knee"), 0.1).scaled_too == ()
 
 
 def test_a_cycle_goes_on_without_a_seam(problem):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.capacity.test_payload_effort import ROBOTS, every_com_model, random_motion
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from trajevo import Payload, PolynomialBatch
 from trajevo.base.intervals import greatest_quadratic
 from trajevo.capacity.payload_effort import payload_effort
@@ -106,7 +106,7 @@ def test_the_payload_gives_its_inertia_per_kilogram():
     assert np.abs(by_both[0] - point).max() > 1e-3
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", mostly_long(ROBOTS, "ur5"))
 @every_com_model
 def test_no_bit_depends_on_the_batch(name, model):
     rollout = random_rollout(name, np.random.default_rng(7), speed=3.0, model=model, motions=9)
@@ -121,12 +121,13 @@ def test_no_bit_depends_on_the_batch(name, model):
         np.testing.assert_array_equal(copied.function(rollout), whole)
 
 
+@pytest.mark.parametrize("count", mostly_long([60, 300], 60))
 @pytest.mark.parametrize("axes", [0, 1, 2, 3])
-def test_greatest_quadratic_of_random_forms(axes):
+def test_greatest_quadratic_of_random_forms(axes, count):
     """Against a grid; the value of a complex form is that of the real one, its imaginary part the derivative."""
     rng = np.random.default_rng(9)
-    a, b, Q = rng.normal(size=300), rng.normal(size=(300, axes)), rng.normal(size=(300, axes, axes))
-    Q = (Q + np.swapaxes(Q, 1, 2)) * rng.choice([0.05, 1.0], (300, 1, 1))
+    a, b, Q = rng.normal(size=count), rng.normal(size=(count, axes)), rng.normal(size=(count, axes, axes))
+    Q = (Q + np.swapaxes(Q, 1, 2)) * rng.choice([0.05, 1.0], (count, 1, 1))
     low, high = np.array([-1.0, 0.5, -2.0])[:axes], np.array([1.0, 0.5, 0.5])[:axes]
     best, where = greatest_quadratic(a, b, Q, low, high)
     grid = np.array(list(product(*(np.linspace(*ends, 41) for ends in zip(low, high, strict=True))))).reshape(
@@ -136,7 +137,7 @@ def test_greatest_quadratic_of_random_forms(axes):
     assert (best >= every.max(axis=1) - 1e-12).all()
     assert (best - every.max(axis=1)).max() < 0.02
     assert ((where >= low) & (where <= high)).all()
-    da, db = rng.normal(size=300), rng.normal(size=(300, axes))
+    da, db = rng.normal(size=count), rng.normal(size=(count, axes))
     stepped = greatest_quadratic(a + 1e-20j * da, b + 1e-20j * db, Q, low, high)[0]
     np.testing.assert_array_equal(stepped.real, best)
     ahead, behind = (greatest_quadratic(a + s * da, b + s * db, Q, low, high)[0] for s in (1e-7, -1e-7))

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import mostly_long, refused, trajevo
 from trajevo import Front, Robot, ToolSegment, ViaPointProblem, certify, check, load_robot, load_task, optimise, verify
 from trajevo.base import polynomials
 from trajevo.path.postures import find_postures
@@ -75,7 +75,9 @@ def from_line(p):
     return np.linalg.norm(p - p[0] - share[:, None] * chord, axis=1), share
 
 
-@pytest.mark.parametrize("kind", ["quintic_spline", "septic_spline", "cubic", "polynomial"])
+@pytest.mark.parametrize(
+    "kind", mostly_long(["quintic_spline", "septic_spline", "cubic", "polynomial"], "quintic_spline", "cubic")
+)
 def test_every_motion_keeps_its_lines_by_pinocchio(problem, robot, kind):
     own = problem(interpolant=kind)
     if kind != "cubic":  # which has ratios of virtual knots too
@@ -153,7 +155,9 @@ def through(robot):
     return made
 
 
-@pytest.mark.parametrize("kind", ["quintic_spline", "septic_spline", "cubic", "bspline"])
+@pytest.mark.parametrize(
+    "kind", mostly_long(["quintic_spline", "septic_spline", "cubic", "bspline"], "septic_spline", "cubic")
+)
 def test_lines_are_entered_and_left_without_a_stop(through, robot, kind):
     own = through(interpolant=kind)
     for x in np.random.default_rng(1).uniform(own.xl, own.xu, (3, own.n_var)):
@@ -189,7 +193,7 @@ def test_no_rest_saves_time_and_is_proven(through):
     for rest in (True, False):
         more = {} if not rest else {"segments": [APPROACH | {"rest": "both"}, RETREAT | {"rest": "both"}]}
         own = through(objectives=("time", "energy"), **more)
-        front = optimise(own, seed=1, population=32, generations=20, progress=False)
+        front = optimise(own, seed=1, population=20, generations=8, progress=False)
         assert certify(front.pick("0")).proven
         found[rest] = front.F[:, 0].min()
     assert found[False] < 0.97 * found[True]
@@ -314,6 +318,7 @@ def _cut(trajectory, breaks):
     return PolynomialBatch(breaks[None], np.array(pieces)[None])
 
 
+@pytest.mark.long
 def test_upright_axes_stay_in_their_cone(robot):
     """From one posture to another with the elbow on the way: a cone of 40 deg is used up, one of 10 deg costs time."""
     rows = [

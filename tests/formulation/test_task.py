@@ -16,8 +16,8 @@ from trajevo.problems import HybridManipulator, ViaPointProblem
 from trajevo.solvers.optimise import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"
-#: Tasks with obstacles, whose polish takes long.
-SLOW = ("xarm7_obstacle", "pick_and_place_cell")
+#: Tasks whose search and polish take seconds; `make test-long` solves them.
+SLOW = ("xarm7_obstacle", "pick_and_place_cell", "ur5_pick_and_place")
 
 SMALL = """\
 format = 1
@@ -283,7 +283,7 @@ def test_the_seed_of_a_task_stands_at_its_top(write):
 def test_worked_tasks_are_solved_and_verified(file):
     from trajevo.verification.verify import verify
 
-    front = load_task(file).solve(generations=25, population=40, progress=False)
+    front = load_task(file).solve(generations=10, population=40, progress=False)
     assert len(front), front.blocking
     assert json.dumps(front.problem.settings)
     for row in np.linspace(0, len(front) - 1, 5).astype(int):
@@ -291,7 +291,13 @@ def test_worked_tasks_are_solved_and_verified(file):
         assert found.passed, found.doubts or found.worst
 
 
-@pytest.mark.parametrize("file", sorted(TASKS.glob("*.toml")), ids=lambda file: file.stem)
+@pytest.mark.parametrize(
+    "file",
+    [
+        pytest.param(file, marks=pytest.mark.long if file.stem == "pick_and_place_cell" else (), id=file.stem)
+        for file in sorted(TASKS.glob("*.toml"))
+    ],
+)
 def test_problems_of_tasks_are_copied_pickled_and_made_again(file):
     problem = load_task(file).problem
     x = np.random.default_rng(0).uniform(problem.xl, problem.xu, (8, problem.n_var))

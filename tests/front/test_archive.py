@@ -7,7 +7,7 @@ import numpy as np
 import pydantic
 import pytest
 
-from tests.helpers import small_problem
+from tests.helpers import mostly_long, small_problem
 from trajevo.base import jit
 from trajevo.front import archive as module
 from trajevo.front import hypervolume as volumes
@@ -50,7 +50,7 @@ def at_once(parts):
     return X[left], F[left], G[left]
 
 
-@pytest.mark.parametrize("n_obj", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize("n_obj", mostly_long([1, 2, 3, 4, 5], 1, 3))
 @pytest.mark.parametrize("levels", [5, 10**6])
 @pytest.mark.parametrize(
     ("compiles", "slow_from", "pairs"),

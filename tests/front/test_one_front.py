@@ -7,6 +7,7 @@ import os
 import numpy as np
 import pytest
 
+from tests.helpers import mostly_long
 from trajevo import optimise
 from trajevo.problems import HybridManipulator
 
@@ -51,7 +52,7 @@ def test_a_time_limit_and_a_folder_give_the_same_front(expected, tmp_path):
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])
-@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("threads", mostly_long([1, 2], 2))
 def test_another_process_gives_the_same_front(method, threads, expected, monkeypatch):
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", str(threads))
     monkeypatch.setenv("PYTHONPATH", os.getcwd())

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.fuzz.run import KINDS, Count, run_chunk
+from tests.helpers import mostly_long
 
-#: Inputs of each kind.
-FEW = 10
+#: Inputs of each kind, and of them those of an ordinary run.
+MORE, FEW = 10, 3
 
 SCRIPT = """
 import sys
@@ -23,12 +24,13 @@ print(done)
 """
 
 
-def test_mutated_files_cost_a_sentence_each(tmp_path):
+@pytest.mark.parametrize("count", mostly_long([FEW, MORE], FEW))
+def test_mutated_files_cost_a_sentence_each(tmp_path, count):
     """All kinds at the places 20 to 29, of which hypothesis draws five, in a process of its own with bounded memory."""
-    command = [sys.executable, "-c", SCRIPT.format(few=FEW), tmp_path, *KINDS]
+    command = [sys.executable, "-c", SCRIPT.format(few=count), tmp_path, *KINDS]
     result = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
     assert (result.returncode, result.stderr) == (0, "")
-    assert result.stdout.strip() == str(FEW * len(KINDS))
+    assert result.stdout.strip() == str(count * len(KINDS))
 
 
 BROKEN = """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from tests.reference import posture_by_scipy
 from tests.robot.test_kinematics import ROBOTS
 from trajevo import load_robot
@@ -21,7 +21,10 @@ def poses_of(robot, count=3, seed=1):
     return q, [Pose(position, rotation) for position, rotation in zip(*robot.tool_poses(q), strict=True)]
 
 
-@pytest.fixture(params=["ur5", "xarm7", "panda", "puma560", "hybrid_manipulator"], scope="module")
+ARMS = ("ur5", "xarm7", "panda", "puma560", "hybrid_manipulator")
+
+
+@pytest.fixture(params=mostly_long(ARMS, "ur5", "hybrid_manipulator"), scope="module")
 def robot(request):
     return load_robot(request.param, **ROBOTS[request.param])
 

@@ -17,7 +17,7 @@ from trajevo.plots import analyses as module
 from trajevo.plots import pictures
 from trajevo.plots.analyses import ANALYSES, KINDS, analysed
 from trajevo.plots.analyses_file import read_analyses, write_analyses
-from trajevo.plots.pictures import VIEWS, draw_all, save_pictures
+from trajevo.plots.pictures import PAYLOAD_FIGURES, VIEWS, draw_all, figures_of, save_pictures
 from trajevo.plots.report import report
 from trajevo.problems import PickAndPlace, PointingMechanism
 from trajevo.trajectory.polynomial import PolynomialBatch
@@ -75,6 +75,12 @@ def test_what_is_kept_comes_back_to_the_bit_and_is_not_computed_again(kept, no_s
     assert read["rivals"][0].rollout.robot.name == "puma560"
 
 
+def test_payload_pictures_of_an_arm_with_friction_and_a_load_off_centre(kept):
+    file, _, found = kept
+    stems = [stem for stem in figures_of(Front.load(file), found) if stem in PAYLOAD_FIGURES]
+    assert stems[1:] == [*PAYLOAD_FIGURES[2:]]
+
+
 def test_what_holds_at_the_full_limits_comes_back_too(kept, tmp_path):
     front = Front.load(kept[0])
     rollout = front.knee().rollout
@@ -100,6 +106,8 @@ def test_a_report_makes_the_problem_once_and_decodes_a_few_rows(kept, tmp_path, 
 
     monkeypatch.setattr(TrajectoryProblem, "decode", decoding)
     monkeypatch.setattr(ProblemRecord, "of", classmethod(recording))
+    blank = pictures.Picture("blank", "blank", b"").png
+    monkeypatch.setattr(pictures, "_png", lambda figure, made_for="": blank)  # laid out, not drawn
     front = Front.load(file)
     found = analyse(front, file=analyses_file)
     report(front, tmp_path / "full.html", analyses=found, pictures=draw_all(front, found))
@@ -185,20 +193,20 @@ def test_only_what_suits_a_problem_is_computed(kept):
 
 
 def test_pictures_are_drawn_once_for_their_front(kept, tmp_path, no_solver, monkeypatch):
-    file, _, found = kept
+    file, _, _ = kept
     front = Front.load(file)
-    drawn = draw_all(front, found)
+    drawn = draw_all(front, views=False)
     save_pictures(drawn, tmp_path / "plots")
     (tmp_path / "plots" / "front.png").write_bytes(drawn[0].png[:-50])  # cut off
-    (tmp_path / "plots" / "parallel.png").write_bytes(drawn[1].png)  # another picture of this front
+    (tmp_path / "plots" / "parallel.png").write_bytes(drawn[2].png)  # another picture of this front
     (tmp_path / "plots" / "profiles.png").write_text("mine")
     made, png = [], pictures._png
     monkeypatch.setattr(pictures, "_png", lambda figure, made_for: (made.append(1), png(figure, made_for))[1])
-    again = draw_all(front, found, kept=tmp_path / "plots")
+    again = draw_all(front, kept=tmp_path / "plots", views=False)
     assert [picture.stem for picture in again] == [picture.stem for picture in drawn]
     assert len(made) == 3
     fewer = dataclasses.replace(front, X=front.X[1:], F=front.F[1:], G=front.G[1:])
-    draw_all(fewer, found, kept=tmp_path / "plots")
+    draw_all(fewer, kept=tmp_path / "plots", views=False)
     assert len(made) == 3 + len(drawn)
 
 

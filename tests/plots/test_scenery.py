@@ -28,7 +28,8 @@ def best():
         for k, (shape, sizes) in enumerate(SHAPES.items())
     ]
     others[-1] |= {"rpy": [0.0, 0.0, 0.0], "position": [0.0, 0.0, -0.4]}
-    front = optimise(planar(obstacles=[POST, *others]), seed=1, population=24, generations=12, progress=False)
+    settings = {"population": 24, "generations": 12, "polish": False, "progress": False}
+    front = optimise(planar(obstacles=[POST, *others]), seed=1, **settings)
     return front.pick("0")
 
 

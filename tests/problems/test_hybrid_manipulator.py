@@ -9,6 +9,7 @@ import pytest
 
 from tests import guo2016
 from tests.guo2016 import GUO2016, TABLE_7
+from tests.helpers import mostly_long
 from trajevo import load_problem, load_robot, optimise
 from trajevo.errors import InvalidInputError, UnknownNameError, UnreachableError
 from trajevo.problems import HybridManipulator
@@ -170,10 +171,11 @@ def test_table_7_is_feasible(convention, model):
 
 
 @every_convention
-def test_objectives_equal_loops_over_the_knots(convention):
+@pytest.mark.parametrize("count", mostly_long([3, 15], 3))
+def test_objectives_equal_loops_over_the_knots(convention, count):
     model = {"continuous": "weight_only"}.get(convention)
     problem = HybridManipulator(payload=6.0, convention=convention, payload_model=model, samples=16)
-    h = np.concatenate([random_intervals(15), TABLE_7[None]])
+    h = np.concatenate([random_intervals(count), TABLE_7[None]])
     F = problem.evaluate(h)[0]
     for row, got in zip(h, F, strict=True):
         trajectory = problem.decode(row)

@@ -4,6 +4,7 @@ import moocore
 import numpy as np
 import pytest
 
+from tests.helpers import mostly_long
 from tests.reference import PAING2021
 from trajevo import GeometricPath, optimise
 from trajevo.problems import TimeJerkReparameterisation
@@ -70,6 +71,7 @@ def test_the_optima_of_the_reference_decode_to_its_values(path, quadrature):
         assert MM2 * jerk == pytest.approx(expected[name]["F2"], rel=1e-7)
 
 
+@pytest.mark.long
 def test_gemini_with_the_papers_limits(fronts):
     """Section VI.C: t_f = 4.52 s, omega = 0.52, 43 % of the time and 81 % of the jerk saved."""
     front = fronts("gemini", "hull", "trapezoid")
@@ -86,7 +88,7 @@ def test_gemini_with_the_papers_limits(fronts):
     assert 1.0 - best.F["jerk"] / time_optimal[1] == pytest.approx(0.810, abs=5e-4)
 
 
-@pytest.mark.parametrize("path", NAMES)
+@pytest.mark.parametrize("path", mostly_long(NAMES, "gemini"))
 def test_exact_quadrature_gives_the_references_normal_constraint_points(path, fronts):
     expected = PAING2021[NAMES[path]]["exact"]
     front = fronts(path, "hull")
@@ -99,6 +101,7 @@ def test_exact_quadrature_gives_the_references_normal_constraint_points(path, fr
         assert MM2 * front.F[row, 1] == pytest.approx(point["F2"], rel=1e-5)
 
 
+@pytest.mark.long
 def test_the_s_is_near_the_papers(fronts):
     """Section VI.B prints no coordinates; the S made here is as large as its best trade-off asks for."""
     front = fronts("s", "hull")
@@ -108,13 +111,13 @@ def test_the_s_is_near_the_papers(fronts):
     assert front.F[0, 0] == pytest.approx(2.7849738, rel=1e-7)
 
 
-def test_the_front_is_a_power_law_once_the_limits_are_idle(fronts):
+@pytest.mark.parametrize("path", mostly_long(NAMES, "gemini"))
+def test_the_front_is_a_power_law_once_the_limits_are_idle(path, fronts):
     """For t_f of at least T0 the jerk-optimal shape is feasible, and F2 = constant / t_f^5."""
-    for path in NAMES:
-        expected = PAING2021[NAMES[path]]["exact"]["jerk_optimal"]
-        F = fronts(path, "hull").F
-        tail = F[F[:, 0] > expected["T0_hull"] + 1e-3]
-        np.testing.assert_allclose(MM2 * tail[:, 1] * tail[:, 0] ** 5, expected["Jhat"], rtol=1e-6)
+    expected = PAING2021[NAMES[path]]["exact"]["jerk_optimal"]
+    F = fronts(path, "hull").F
+    tail = F[F[:, 0] > expected["T0_hull"] + 1e-3]
+    np.testing.assert_allclose(MM2 * tail[:, 1] * tail[:, 0] ** 5, expected["Jhat"], rtol=1e-6)
 
 
 @pytest.mark.long
@@ -144,9 +147,14 @@ def assert_nothing_failed(front):
     assert front.run.settings["gradients"] == "complex step"
 
 
-@pytest.mark.parametrize("path", NAMES)
+@pytest.mark.parametrize("path", mostly_long(NAMES, "gemini"))
 def test_nothing_failed(path, fronts):
     assert_nothing_failed(fronts(path, "hull"))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", NAMES)
+def test_nothing_failed_between_a_few_points_with_tight_limits(path, fronts):
     assert_nothing_failed(fronts(path, "tight", points=3))
 
 
@@ -156,6 +164,7 @@ def test_nothing_failed_on_whole_fronts_with_tight_limits(path, fronts):
     assert_nothing_failed(fronts(path, "tight"))
 
 
+@pytest.mark.long
 def test_knots_by_the_book_would_give_another_trade_off():
     """The best trade-off confirms the rule of the knots: with that of the book it is at 4.70 s, not 4.52 s."""
     path = GeometricPath.near(gemini_points(), control_points=12, parameters="chord", knots="averaging")
@@ -164,6 +173,7 @@ def test_knots_by_the_book_would_give_another_trade_off():
     assert round(best.F["time"], 2) == 4.70
 
 
+@pytest.mark.long
 def test_linear_reparameterisation_of_the_s(fronts):
     """Section VI.D: 3 % faster and 75 % less jerk are printed; 9.1 % and 53 % follow from this reading of it."""
     problem = TimeJerkReparameterisation(path="s", interpolant="linear")

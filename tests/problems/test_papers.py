@@ -70,7 +70,7 @@ def test_sun_least_times_are_on_the_limit(name):
 
 @pytest.mark.parametrize(
     ("name", "least_time", "within", "hypervolume"),
-    [("smooth", 13.3103, 0.01, 0.466), ("quintic", 10.5852, 0.02, 0.576)],
+    [("smooth", 13.3103, 0.01, 0.466), pytest.param("quintic", 10.5852, 0.02, 0.576, marks=pytest.mark.long)],
 )
 def test_sun_front_of_a_full_run(name, least_time, within, hypervolume):
     front = optimise(

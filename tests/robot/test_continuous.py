@@ -103,9 +103,7 @@ def test_a_pose_takes_the_turn_nearest_to_the_point_before(gen3):
 
 @pytest.mark.parametrize(
     "interpolant",
-    mostly_long(
-        ["quintic_spline", "cubic", "hybrid", "linear_blends", "polynomial"], "quintic_spline", "linear_blends"
-    ),
+    mostly_long(["quintic_spline", "cubic", "hybrid", "linear_blends", "polynomial"], "linear_blends"),
 )
 def test_a_motion_over_several_turns_is_solved_proven_and_exported(gen3, interpolant, tmp_path):
     points = [[0.0, 0.5, 0.0, 0.5], [8.0, -0.5, -7.0, 1.0], [15.0, 0.5, 3.0, -1.0]]

@@ -55,7 +55,8 @@ def test_where_slsqp_comes_to_an_end_nothing_changes(panda, monkeypatch):
     assert np.isfinite(minimise_weighted(sampled(panda), time, seed=1, starts=1).cost)
 
 
-@pytest.mark.parametrize("mass", [12.0, pytest.param(7.5, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("mass", [12.0, 7.5])
 def test_a_payload_that_nothing_carries_is_told(panda, mass):
     heavy = panda.with_payload(panda.dynamics.payload.with_mass(mass))
     time = Weights(tuple(float(name == "time") for name in panda.objective_names))

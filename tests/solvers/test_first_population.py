@@ -8,7 +8,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.util.ref_dirs import get_reference_directions
 
-from tests.helpers import UNDRAWN, any_problem, impossible, refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, any_problem, impossible, mostly_long, refused, small_problem, trajevo
 from trajevo import Front, TrajectoryProblem, load_problem, load_task, optimise
 from trajevo.dynamics.path_effort import allowed_speeds, greatest_allowed
 from trajevo.formulation.constraints.joint_limits import kinematic_limits
@@ -46,7 +46,7 @@ def touching(problem: TrajectoryProblem, X: np.ndarray) -> np.ndarray:
     return (limits_of(problem, X).max(axis=1) >= -1e-6) | (at_bound & in_seconds(problem)).any(axis=1)
 
 
-@pytest.fixture(params=list(PROBLEMS), scope="module")
+@pytest.fixture(params=mostly_long(PROBLEMS, "hybrid", "reparam", "via-points", "panda_six_points"), scope="module")
 def problem(request) -> TrajectoryProblem:
     return PROBLEMS[request.param]()
 

@@ -49,7 +49,7 @@ PROBLEMS = {
 }
 
 
-@pytest.fixture(scope="module", params=PROBLEMS)
+@pytest.fixture(scope="module", params=mostly_long(PROBLEMS, "two", "three with torque"))
 def polished(request):
     return polish(evolved(PROBLEMS[request.param]()), members=8)
 
@@ -109,7 +109,7 @@ def test_how_near_the_anchors_are_is_told(polished):
     assert "anchors" not in dict(run_facts(polished.original))
 
 
-@pytest.mark.parametrize("polished", mostly_long(PROBLEMS, "two", "two along a path", "three"), indirect=True)
+@pytest.mark.parametrize("polished", mostly_long(PROBLEMS, "two", "three"), indirect=True)
 def test_every_objective_is_at_least_as_low_as_its_optimum_from_random_starts(polished):
     problem = polished.front.problem
     if isinstance(problem, TimeJerkReparameterisation):
@@ -143,6 +143,7 @@ def test_polishing_again_loses_nothing():
     assert twice.hypervolume_after >= twice.hypervolume_before
 
 
+@pytest.mark.long
 def test_two_objectives_come_near_the_front_of_normal_constraints():
     problem = small_problem(reference_point=(20.0, 1.0))
     exact = solve_nnc(problem, tolerance=0.004)
@@ -309,7 +310,7 @@ def test_a_run_ends_when_its_cpu_time_is_used_up(tmp_path):
         refused(lambda wrong=wrong: optimise(problem, seed=1, cpu_time=wrong), "cpu_time: expected a positive time")
 
 
-@pytest.mark.parametrize("make", [HybridManipulator, PointingMechanism])
+@pytest.mark.parametrize("make", mostly_long([HybridManipulator, PointingMechanism], PointingMechanism))
 def test_a_run_evaluates_as_many_individuals_as_it_may(make):
     settings = {"seed": 1, "generations": 10**6, "population": 40, "starts": "random", "progress": False}
     plain = optimise(make(), evaluations=4000, polish=False, **settings)

@@ -16,7 +16,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.operators.crossover.ux import UX
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 
-from tests.helpers import refused, small_problem, trajevo
+from tests.helpers import mostly_long, refused, small_problem, trajevo
 from tests.killed import ALGORITHMS, OBJECTIVES, begin, killed_and_resumed
 from trajevo import Front, load_problem, load_task, optimise
 from trajevo.base import jit
@@ -32,9 +32,7 @@ def same(one: Front, other: Front) -> bool:
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in "XFG")
 
 
-@pytest.mark.parametrize(
-    "number", [pytest.param(k, marks=() if k < len(ALGORITHMS) else pytest.mark.long) for k in range(20)]
-)
+@pytest.mark.parametrize("number", mostly_long(range(20), 0, 3))
 def test_a_run_killed_at_random_instants_ends_as_if_it_had_not_been(number, tmp_path):
     problem = list(OBJECTIVES)[number % len(OBJECTIVES)]
     chance = np.random.default_rng(number)
@@ -67,7 +65,7 @@ def test_five_hundred_generations_of_five_hundred_stay_below_400_mb(tmp_path):
 
 
 @pytest.mark.parametrize("name", ALGORITHMS)
-@pytest.mark.parametrize("generation", [1, 2, 7])
+@pytest.mark.parametrize("generation", mostly_long([1, 2, 7], 2))
 def test_every_adapter_goes_on_to_the_bit_from_any_generation(name, generation, tmp_path, stopped_after):
     expected = begin("hybrid", name, 10, 5, None)
     stopped_after(generation)
@@ -252,9 +250,7 @@ def _wait_for(condition, process):
         time.sleep(0.01)
 
 
-@pytest.mark.parametrize(
-    "number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGINT]
-)
+@pytest.mark.parametrize("number", mostly_long([signal.SIGKILL, signal.SIGTERM, signal.SIGINT], signal.SIGINT))
 def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     run = tmp_path / "run"
     # One of the three is polished too.
@@ -285,6 +281,7 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     assert same(Front.load(run / "front.json"), whole)
 
 
+@pytest.mark.long
 def test_what_the_docs_show_runs(tmp_path):
     docs = (Path(__file__).parents[2] / "docs" / "runs.md").read_text()
     script = "\n".join(re.findall(r"```python\n(.*?)```", docs, re.DOTALL))

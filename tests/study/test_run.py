@@ -16,7 +16,7 @@ import pytest
 from distributed import LocalCluster
 from typer.testing import CliRunner
 
-from tests.helpers import mostly_long, refused, trajevo_process
+from tests.helpers import mostly_long, refused, trajevo
 from trajevo import Front, TrajevoError, load_problem, optimise
 from trajevo.base import jit
 from trajevo.cli.study import app
@@ -169,9 +169,10 @@ def test_a_failed_cell_is_recorded_stops_no_other_and_is_tried_again(tmp_path, m
     failure = json.loads((StudyFolder(folder).cell(broken.name) / "failure.json").read_text())
     assert failure["sentence"] == "KeyError: 'no such table'"
     assert 'raise KeyError("no such table")' in failure["traceback"]
-    result = trajevo_process("study", "status", folder)
+    monkeypatch.undo()
+    result = trajevo("study", "status", folder)
     assert f"failed: {broken.name}: KeyError: 'no such table'" in result.stdout
-    assert trajevo_process("study", "run", folder, "--quiet").returncode == 0
+    assert trajevo("study", "run", folder, "--quiet").returncode == 0
     assert study_standing(folder).finished
     assert not (StudyFolder(folder).cell(broken.name) / "failure.json").exists()
 
@@ -294,7 +295,22 @@ def test_a_worker_that_does_not_see_the_study_says_so(tmp_path):
     refused(lambda: run_cell(small().jobs[0], str(tmp_path)), "does not see the study there; put it where all workers")
 
 
-def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long):
+#: How a study is stopped, and the options that it runs with.
+STOPS = {
+    signal.SIGINT: (),
+    signal.SIGTERM: ("--workers", "2", "--start-method", "fork"),
+    signal.SIGKILL: ("--workers", "2"),
+}
+
+
+@pytest.mark.parametrize(
+    "stops",
+    [
+        pytest.param([signal.SIGINT, signal.SIGKILL], id="twice"),
+        pytest.param([*STOPS], marks=pytest.mark.long, id="in every way"),
+    ],
+)
+def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long, stops):
     file, folder = tmp_path / "study.toml", tmp_path / "study"
     sizes = "".join(f"{name} = {size}\n" for name, size in LONG.items())
     file.write_text(
@@ -302,13 +318,8 @@ def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long
         '[factors]\ninterpolant = ["smooth", "quintic"]\n'
     )
     script = "from trajevo.cli.main import main; main()"
-    options = {
-        signal.SIGINT: (),
-        signal.SIGTERM: ("--workers", "2", "--start-method", "fork"),
-        signal.SIGKILL: ("--workers", "2"),
-    }
-    for finished, (number, engine) in enumerate(options.items()):
-        command = [sys.executable, "-c", script, "study", "run", file, "--out", folder, *engine]
+    for finished, number in enumerate(stops):
+        command = [sys.executable, "-c", script, "study", "run", file, "--out", folder, *STOPS[number]]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             until(lambda finished=finished: half_way(folder, finished))
             process.send_signal(number)
@@ -321,8 +332,8 @@ def test_an_interrupted_study_goes_on_to_the_same_fronts(tmp_path, expected_long
         assert f"stopped by {number.name}; next: trajevo study run {folder}" in out
         assert not study_standing(folder).count("running")
         assert not study_standing(folder).finished
-    assert "generation" in trajevo_process("study", "status", folder).stdout
-    assert trajevo_process("study", "run", folder, "--quiet").returncode == 0
+    assert "generation" in trajevo("study", "status", folder).stdout
+    assert trajevo("study", "run", folder, "--quiet").returncode == 0
     assert hash_of(small(**LONG), folder) == expected_long
 
 
@@ -364,7 +375,8 @@ def test_bad_engines_are_refused(tmp_path, monkeypatch):
     assert InProcess().workers == 1
 
 
-@pytest.mark.parametrize("engine", mostly_long(["Processes(1)", "DaskCluster(1)"], "Processes(1)"))
+@pytest.mark.long
+@pytest.mark.parametrize("engine", ["Processes(1)", "DaskCluster(1)"])
 def test_a_script_that_lacks_its_guard_is_told(tmp_path, engine):
     script = tmp_path / "script.py"
     script.write_text(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from tests.reference import full_control_points, slow_composition
 from trajevo import GeometricPath
 from trajevo.problems.gemini_and_s import gemini, s_points, s_shape
@@ -33,7 +33,7 @@ PATHS = {
 }
 
 
-@pytest.fixture(params=PATHS)
+@pytest.fixture(params=mostly_long(PATHS, "gemini", "cubic"))
 def path(request):
     return PATHS[request.param]()
 

@@ -160,7 +160,7 @@ def replay_of(solution, folder):
 KINDS = ("qpos", "qvel", "qacc", "force")
 
 
-@pytest.fixture(scope="module", params=mostly_long(ROBOTS, "ur5", "puma560"))
+@pytest.fixture(scope="module", params=mostly_long(ROBOTS, "puma560"))
 def moved(request, tmp_path_factory):
     return Moved.of(request.param, tmp_path_factory.mktemp(request.param))
 

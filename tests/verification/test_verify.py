@@ -49,10 +49,10 @@ def of_problem(solution, problem):
     ("name", "arguments", "generations"),
     [
         ("pointing", {}, 5),
-        ("reparam", {}, 20),
-        ("reparam", {"encoding": "shape"}, 5),
-        ("via-points", {"interpolant": "linear_blends"}, 20),
-        ("via-points", {"interpolant": "hybrid"}, 20),
+        ("reparam", {}, 10),
+        pytest.param("reparam", {"encoding": "shape"}, 5, marks=pytest.mark.long),
+        ("via-points", {"interpolant": "linear_blends"}, 10),
+        pytest.param("via-points", {"interpolant": "hybrid"}, 20, marks=pytest.mark.long),
     ],
 )
 def test_feasible_solutions_pass(name, arguments, generations):
@@ -290,6 +290,7 @@ def test_the_command_line_exits_with_1_where_a_limit_is_exceeded_between_samples
         payload=10.0,
     )
     front = optimise(problem, seed=1, generations=40, population=20, progress=False, polish=False)
+    front = dataclasses.replace(front, X=front.X[::16], F=front.F[::16], G=front.G[::16])
     front.save(tmp_path / "front.json")
     failed = trajevo("verify", tmp_path / "front.json", "--solution", "0")
     assert failed.returncode == 1, failed.stderr
