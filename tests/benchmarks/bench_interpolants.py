@@ -1,8 +1,9 @@
 """Least time and price of every interpolant on ten problems, by default settings: which one a new task should have.
 
-``bench_interpolants.py SEEDS``, one seed if not given. Every cell is one run of ``optimise`` with polish: how far its
-least time lies above the best of its row [%] and its CPU time [s]. Least times are certified, or marked with ``!`` if
-not. Below, how far each interpolant lies above the best of its row in the mean and at worst, and its CPU time.
+``bench_interpolants.py SEEDS``, one seed if not given; ``bench_interpolants.py SEEDS jumps`` for problems without
+limits of jerk, where accelerations may jump. Every cell is one run of ``optimise`` with polish: how far its least time
+lies above the best of its row [%] and its CPU time [s]. Least times are certified, or marked with ``!`` if not. Below,
+how far each interpolant lies above the best of its row in the mean and at worst, and its CPU time.
 """
 
 from __future__ import annotations
@@ -27,8 +28,18 @@ INTERPOLANTS: dict[str, dict[str, Any]] = {
     "bspline, 2 even": {"interpolant": "bspline", "bspline": {"degree": 3, "control_points": 2, "knots": "even"}},
 }
 
+#: The same for problems without limits of jerk.
+JUMPING: dict[str, dict[str, Any]] = {
+    **{name: INTERPOLANTS[name] for name in ("quintic_spline", "cubic", "cubic + 2")},
+    "hermite": {"interpolant": "hermite"},
+    "hermite + 1": {"interpolant": "hermite", "extra_points": 1},
+}
+
 #: Tasks of the package, and what is changed of them: none has more than the points asked for.
 TASKS = ("ur5_pick_and_place", "panda_six_points", "xarm7_obstacle")
+
+
+RODS = Path(__file__).parents[1] / "data" / "rods.urdf"
 
 
 def six_joints(jerk: float, points: Any) -> dict[str, Any]:
@@ -48,9 +59,8 @@ def problems() -> dict[str, dict[str, Any]]:
     ]
     angle = np.linspace(0.0, 1.5 * np.pi, 12)
     around = 0.6 * np.stack([np.cos(angle + k) for k in range(6)], axis=1)
-    data = Path(__file__).parents[1] / "data"
     planar = {
-        "robot": load_robot(data / "rods.urdf", limits={"acceleration": np.inf, "jerk": 200.0}),
+        "robot": load_robot(RODS, limits={"acceleration": np.inf, "jerk": 200.0}),
         "points": np.column_stack([np.linspace(0.0, 0.522, 5), np.full(5, 0.5)]),
         "duration_bounds": (0.02, 4.0),
         "objectives": ["time", "energy"],
@@ -72,11 +82,27 @@ def problems() -> dict[str, dict[str, Any]]:
         },
     }
     for name in TASKS:
-        settings = dict(load_task(name).problem().settings)
+        settings = dict(load_task(name).problem.settings)
         found[name.replace("_", " ")] = {
             key: value for key, value in settings.items() if key not in ("interpolant", "extra_points", "bspline")
         }
     return found
+
+
+def jumping() -> dict[str, dict[str, Any]]:
+    """The same without limits of jerk."""
+    robot = Robot.from_limits(velocity=[9.0] * 2, acceleration=[4.0] * 2, jerk=[np.inf] * 2, names=["a", "b"])
+    two = {"robot": robot, "points": [[0.0, 0.0], [1.0, 0.4]], "duration_bounds": (0.1, 5.0)}
+    rods = {
+        **problems()["rods, effort, points that move"],
+        "robot": load_robot(RODS, limits={"acceleration": np.inf, "jerk": np.inf}),
+        "constraints": ["effort"],
+    }
+    return {
+        "two joints, acceleration": two
+        | {"objectives": ["time", "acceleration"], "constraints": ["velocity", "acceleration"]},
+        "rods, effort, points that move": rods,
+    }
 
 
 def solved(problem: TrajectoryProblem, seed: int) -> tuple[float, float, bool]:
@@ -92,12 +118,13 @@ def solved(problem: TrajectoryProblem, seed: int) -> tuple[float, float, bool]:
 def main() -> None:
     """Print the table."""
     seeds = range(1, 1 + int(sys.argv[1]) if len(sys.argv) > 1 else 2)
-    above: dict[str, list[float]] = {name: [] for name in INTERPOLANTS}
-    price: dict[str, list[float]] = {name: [] for name in INTERPOLANTS}
-    print(f"{'problem':32}{'best [s]':>10}", *(f"{name:>18}" for name in INTERPOLANTS), flush=True)
-    for title, given in problems().items():
+    shapes, tasks = (JUMPING, jumping()) if sys.argv[2:] == ["jumps"] else (INTERPOLANTS, problems())
+    above: dict[str, list[float]] = {name: [] for name in shapes}
+    price: dict[str, list[float]] = {name: [] for name in shapes}
+    print(f"{'problem':32}{'best [s]':>10}", *(f"{name:>18}" for name in shapes), flush=True)
+    for title, given in tasks.items():
         rows = {}
-        for name, shape in INTERPOLANTS.items():
+        for name, shape in shapes.items():
             runs = [solved(ViaPointProblem(**given | shape), seed) for seed in seeds]
             least, spent = (float(np.mean([run[k] for run in runs])) for k in (0, 1))
             rows[name] = least, spent, all(run[2] for run in runs)
@@ -110,7 +137,7 @@ def main() -> None:
             cells.append(f"{f'+{above[name][-1]:.2f}%{doubt} {spent:.1f} s':>18}")
         print(f"{title:32}{best:10.4f}", *cells, flush=True)
     for what, values in (("mean", np.mean), ("worst", np.max)):
-        cells = [f"{f'+{values(above[name]):.2f}% {values(price[name]):.1f} s':>18}" for name in INTERPOLANTS]
+        cells = [f"{f'+{values(above[name]):.2f}% {values(price[name]):.1f} s':>18}" for name in shapes]
         print(f"{what:32}{'':>10}", *cells)
 
 

@@ -35,7 +35,6 @@ from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
-from trajevo.front.quantities import with_unit
 from trajevo.plots.analyses import kept_kind
 from trajevo.plots.analyses_file import read_analyses
 from trajevo.plots.report import report as write_report
@@ -59,6 +58,8 @@ def show(run: RunArgument, angle: _Angle = None, verbose: VerboseOption = False,
             print_rivals(_out, kept["rivals"])
         else:
             _out.print(f"not compared with other interpolants yet; trajevo report {run} --full does that")
+    for rates in read_analyses(analyses_of(run), front).get("exchange_rates", ()) if len(front) else ():
+        _out.print(f"knee: {rates.short}")
     if not verbose:
         _out.print(f"all settings: trajevo show {run} --verbose")
 
@@ -230,18 +231,15 @@ def explain(
     front = front_of(run, problem)
     chosen = front.pick(solution)
     rates = chosen.sensitivity(objective)
-    bought = rates.buys(relaxed)
+    rows = rates.table(relaxed)
     table = Listing(f"relaxed by {100.0 * relaxed:g} %", "in segments", f"change of {rates.objective}")
-    for each in rates.exchanges:
-        if each.kind != "variable":
-            change = with_unit(f"-{bought[each.name]:.3g}", rates.unit)
-            table.add(each.name, ", ".join(map(str, each.segments)), change)
+    for row in rows:
+        table.add(*row)
     _out.print(f"{chosen.rule}: {rates.told}")
-    if bought:
+    if rows:
         _out.print(table)
-    ends = [each.name for each in rates.exchanges if each.kind == "variable"]
-    if ends:
-        _out.print(f"at an end of its range: {', '.join(ends)}")
+    if rates.ends:
+        _out.print(f"at an end of its range: {', '.join(rates.ends)}")
     if not rates.exchanges:
         _out.print("nothing holds it: it lies on no limit, and no other objective is against it")
     if pictures:

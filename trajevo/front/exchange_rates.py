@@ -32,6 +32,9 @@ ON_LIMIT, _ON_BOUND = 1e-3, 1e-6
 #: Share of the greatest gain below which none is told, and least value of another objective that has shares.
 _TOLD, _LEAST = 1e-3, 1e-12
 
+#: How many of the exchanges are told in one line.
+_BEST = 2
+
 
 @final
 @dataclass(frozen=True)
@@ -93,19 +96,46 @@ class ExchangeRates:
             raise InvalidInputError(f"share: expected a number above 0 and at most 1, got {share!r}{likely}")
         return {each.name: checked * each.gain for each in self.exchanges if each.kind != "variable"}
 
+    def table(self, share: float = 0.05) -> list[tuple[str, str, str]]:
+        """What is relaxed, the segments in which it is touched, and by how much the objective changes, as texts.
+
+        Args:
+            share: share by which a limit or another objective is relaxed.
+
+        Raises:
+            InvalidInputError: as :meth:`buys`.
+        """
+        bought = self.buys(share)
+        return [
+            (each.name, ", ".join(map(str, each.segments)), with_unit(f"-{bought[each.name]:.3g}", self.unit))
+            for each in self.exchanges
+            if each.kind != "variable"
+        ]
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Variables at an end of their range that hold the objective back."""
+        return tuple(each.name for each in self.exchanges if each.kind == "variable")
+
     @property
     def told(self) -> str:
         """The objective, its value, and how near the solution is to an optimum."""
         head = f"{self.objective} {with_unit(f'{self.value:.5g}', self.unit)} of row {self.row}"
         return f"{head}, optimal to first order but for {100.0 * self.imbalance:.2g} % of its slope"
 
+    @property
+    def short(self) -> str:
+        """What buys most of the objective, in one line."""
+        rows = [f"{name} relaxed by 5 % buys {change[1:]}" for name, _, change in self.table()[:_BEST]]
+        held = rows or [f"{', '.join(self.ends)} at an end of its range" if self.ends else "held by nothing"]
+        return f"{self.objective}: {'; '.join(held)}"
+
     def __str__(self) -> str:
         lines = [self.told]
         for name, gain in self.buys().items():
             lines.append(f"  {name} relaxed by 5 % buys {with_unit(f'{gain:.3g}', self.unit)}")
-        held = [each.name for each in self.exchanges if each.kind == "variable"]
-        if held:
-            lines.append(f"  at an end of its range: {', '.join(held)}")
+        if self.ends:
+            lines.append(f"  at an end of its range: {', '.join(self.ends)}")
         return "\n".join(lines)
 
 

@@ -17,12 +17,17 @@ from trajevo.verification.certify import certify
 #: Analyses by name, in the order in which they are computed.
 ANALYSES: dict[str, Callable[[Studied], Any]] = {
     "certificate": lambda of: certify(of.knee),
+    "exchange_rates": lambda of: tuple(of.knee.sensitivity(name) for name in of.front.objective_names),
     "rivals": lambda of: rivals_of(of.front.problem),
     **PAYLOAD_STUDIES,
 }
 
 #: Analyses computed for a report: none, those that take almost no time, or all.
-KINDS: dict[str, tuple[str, ...]] = {"none": (), "short": ("certificate", "carried", "effort"), "full": tuple(ANALYSES)}
+KINDS: dict[str, tuple[str, ...]] = {
+    "none": (),
+    "short": ("certificate", "exchange_rates", "carried", "effort"),
+    "full": tuple(ANALYSES),
+}
 
 #: Ending of the name of the file that stores them; it begins like that of the front.
 ANALYSES_SUFFIX = ".analyses.npz"
@@ -45,7 +50,7 @@ def analysed(front: Front, kind: str = "full") -> tuple[str, ...]:
     limited = problem.robot.gives_effort and bool(problem.robot.limits.sides("effort").limited.any())
     schedule = problem.dynamics.schedule
     limited = limited and (schedule is None or schedule.varied is not None)  # else no payload is asked about
-    suits = {"certificate": True, "rivals": problem.compares_rivals}
+    suits = {"certificate": True, "exchange_rates": True, "rivals": problem.compares_rivals}
     return tuple(name for name in wanted if suits.get(name, limited))
 
 
@@ -60,8 +65,8 @@ def analyse(
 
     Args:
         front: the front.
-        kind: ``"none"``; ``"short"`` for the certificate of the knee and the payloads of the solutions; or ``"full"``
-            for payload studies and rivals too, some of which optimise again.
+        kind: ``"none"``; ``"short"`` for the certificate of the knee, what holds it back, and the payloads of the
+            solutions; or ``"full"`` for payload studies and rivals too, some of which optimise again.
         file: file that stores analyses of this front. It is read, and written if something was missing. Analyses of
             another front, such as this one before it was polished, count as missing; so does a damaged file, with a
             warning. If the computation is interrupted, it has what was computed so far.

@@ -26,6 +26,7 @@ from trajevo.capacity.uncertainty import UncertaintyPrice
 from trajevo.capacity.workspace import ToolPlane, WorkspaceCapacity
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
+from trajevo.front.exchange_rates import Exchange, ExchangeRates
 from trajevo.front.front import Front
 from trajevo.front.records import installed_versions
 from trajevo.path.inverse_kinematics import Pose
@@ -39,7 +40,8 @@ _FORMAT, _VERSION = "trajevo analyses", 3
 _RECORDS: dict[str, Any] = {
     record.__name__: record
     for record in (
-        *(AllowedRegions, AroundMotion, Capacities, Capacity, Carried, Certificate, EffortAlong, LeastTimes),
+        *(AllowedRegions, AroundMotion, Capacities, Capacity, Carried, Certificate, EffortAlong, Exchange),
+        *(ExchangeRates, LeastTimes),
         *(PayloadCurve, PayloadDiagram, PolynomialBatch, Pose, Proof, Rival, RobustCurve, Sensitivity),
         *(SlowdownCurve, ToolPlane, UncertaintyPrice, Uncovered, WorkspaceCapacity),
     )

@@ -14,6 +14,7 @@ import numpy as np
 from trajevo.base.units import display, known_digits, pretty
 from trajevo.capacity.payload_studies import Carried
 from trajevo.errors import TrajevoError
+from trajevo.front.exchange_rates import ExchangeRates
 from trajevo.front.front import Front, Solution
 from trajevo.front.records import ProblemRecord, Run
 from trajevo.front.thinning import told_share
@@ -27,6 +28,9 @@ from trajevo.verification.certificate import Certificate
 from trajevo.verification.shares import shares_used
 
 _TEMPLATE = Path(__file__).with_name("report.html")
+
+#: Share by which limits and objectives are relaxed in the table of what they would buy.
+_RELAXED = 0.05
 
 
 def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[str, float]]:
@@ -175,6 +179,8 @@ def _sections(front: Front, found: Mapping[str, Any], pictures: Sequence[Picture
     if about_payload or found.get("carried"):
         sections += ["<h2>Payload</h2>", _payload(found.get("carried") or ()), _grid(about_payload)]
     sections += ["<h2>Limits at the knee</h2>", _limits_table(front.knee())]
+    if found.get("exchange_rates"):
+        sections += ["<h2>What holds the knee back</h2>", *_exchange_rates(found["exchange_rates"])]
     if found.get("certificate"):
         sections += ["<h2>Certificate of the knee</h2>", *_certificate(found["certificate"])]
     return sections + _rivals(found.get("rivals") or ())
@@ -220,6 +226,20 @@ def _choices_table(front: Front) -> str:
 def _limits_table(solution: Solution) -> str:
     rows = [(escape(name), f"{100.0 * share:.2f} %") for name, share in shares_used(solution).items()]
     return _table(("limit", "used"), rows, numbers=1)
+
+
+def _exchange_rates(rates: Sequence[ExchangeRates]) -> list[str]:
+    """What a little more of each limit would buy of every objective."""
+    rows = [
+        (escape(f"{one.objective} by {name}"), escape(segments), escape(change))
+        for one in rates
+        for name, segments, change in one.table(_RELAXED)
+    ]
+    told = [f"<p>{escape(one.told)}.</p>" for one in rates]
+    ends = {name for one in rates for name in one.ends}
+    told += [f"<p>At an end of their range: {escape(', '.join(sorted(ends)))}.</p>"] if ends else []
+    headers = (f"relaxed by {100.0 * _RELAXED:g} %", "in segments", "change")
+    return [*told, *([_table(headers, rows, numbers=2)] if rows else [])]
 
 
 def _certificate(certificate: Certificate) -> list[str]:
