@@ -57,7 +57,7 @@ def problems() -> dict[str, dict[str, Any]]:
         (0.4, -1.0, 0.9, -1.6, -1.2, -0.8),
         (1.3, -1.6, 1.7, -0.9, -1.8, 1.0),
     ]
-    angle = np.linspace(0.0, 1.5 * np.pi, 12)
+    angle = np.linspace(0.0, np.pi, 6)
     around = 0.6 * np.stack([np.cos(angle + k) for k in range(6)], axis=1)
     planar = {
         "robot": load_robot(RODS, limits={"acceleration": np.inf, "jerk": 200.0}),
@@ -70,7 +70,7 @@ def problems() -> dict[str, dict[str, Any]]:
         "three points, jerk 200": six_joints(200.0, three),
         "three points, jerk 2000": six_joints(2000.0, three),
         "two points": six_joints(400.0, [three[0], three[2]]),
-        "twelve points of a curve": six_joints(400.0, around),
+        "six points of a curve": six_joints(400.0, around),
         "rods, effort": planar | {"constraints": ["effort", "jerk"], "limits": "sampled", "samples": 8},
         "rods, effort, points that move": planar
         | {"constraints": ["effort", "jerk"], "limits": "sampled", "samples": 8}
