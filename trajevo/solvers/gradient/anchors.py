@@ -116,6 +116,8 @@ class AnchorSearch:
         self._scaled = Scaled(self._at_samples.in_terms(), columns, _MARGIN)
         self._rates = weights[played]
         self._passings = Passings.of(problem)
+        # Valleys, and which points have not been put elsewhere in them.
+        self._untried: list[tuple[Array, list[list[int]]]] = []
 
     def run(self, best: Array, front: Array, *, explore: bool) -> Found:
         """Seek the least from the best decision vector so far.
@@ -130,7 +132,7 @@ class AnchorSearch:
         y, merit = self._explored(best, front)
         ends: list[Array] = []
         values: list[float] = []
-        for k in self._valleys(y, _ENDED):
+        for k in self._valleys(y, merit, _ENDED):
             end = self._ended(self._scaled.outside(y[k : k + 1])[0])
             if end is not None:
                 ends, values = [*ends, end], [*values, float(np.log(self._cost(end)))]
@@ -151,7 +153,7 @@ class AnchorSearch:
         vain = 0
         for _ in range(_KICKS):
             before = merit[0]
-            kicked, others = self._descended(self._kicked(y), _KICKED_STAGES)
+            kicked, others = self._descended(self._kicked(y, merit), _KICKED_STAGES)
             y, merit = np.concatenate([y, kicked]), np.concatenate([merit, others])
             order = merit.argsort(kind="stable")
             y, merit = y[order], merit[order]
@@ -172,28 +174,34 @@ class AnchorSearch:
         return np.concatenate([known, anywhere])
 
     @staticmethod
-    def _valleys(y: Array, most: int) -> list[int]:
-        """Indices of the best of ends (S, n_var), in different valleys."""
+    def _valleys(y: Array, merit: Array, most: int) -> list[int]:
+        """Indices of the best of ends (S, n_var) with merits (S,) in different valleys, the best first."""
         valleys = [0]
         for k, end in enumerate(y):
-            if len(valleys) < most and np.abs(end - y[valleys]).max(axis=1).min() > _APART:
+            apart = np.abs(end - y[valleys]).max(axis=1).min() > _APART
+            if len(valleys) < most and apart and np.abs(merit[k] - merit[valleys]).min() > _GAIN:
                 valleys.append(k)
         return valleys
 
-    def _kicked(self, y: Array) -> Array:
+    def _kicked(self, y: Array, merit: Array) -> Array:
         """Copies of the best of ends (S, n_var), with a point put elsewhere; as far as there are too few, shaken."""
         kicked = []
-        for k, count in zip(self._valleys(y, len(_COPIES_KICKED)), _COPIES_KICKED, strict=False):
+        for k, count in zip(self._valleys(y, merit, len(_COPIES_KICKED)), _COPIES_KICKED, strict=False):
             others = self._elsewhere(y[k], count)
             kicked += [others, self._shaken(y[k], count - len(others))]
         within: Array = np.clip(np.concatenate(kicked), *self._scaled.bounds)
         return within
 
     def _elsewhere(self, y: Array, count: int) -> Array:
-        """At most so many copies of an end (n_var,) whose motions pass one point elsewhere, (N, n_var)."""
+        """At most so many copies of an end (n_var,), in each of which a point is put elsewhere, (N, n_var)."""
         if self._passings is None:
             return y[None][:0]
-        x = self._passings.moved(self._scaled.outside(y[None])[0], count, self._random)
+        left = next((left for end, left in self._untried if np.abs(end - y).max() <= _APART), None)
+        if left is None:
+            left = self._random.permutation(self._passings.moves).tolist()
+            self._untried.append((y, left))
+        now, left[:count] = left[:count], []
+        x = self._passings.moved(self._scaled.outside(y[None])[0], now, self._random)
         return self._scaled.inside(np.clip(x, self._problem.xl, self._problem.xu))
 
     def _shaken(self, y: Array, count: int) -> Array:

@@ -8,6 +8,7 @@ motion that breaks its limits by little.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -57,22 +58,22 @@ class Passings:
         moves = [(k, to) for k in inner for to in inner if to != k and free[min(k, to) : max(k, to) + 1].all()]
         return cls(points, belongs.T, tuple(moves)) if moves else None
 
-    def moved(self, x: Array, count: int, random: np.random.Generator) -> Array:
-        """A motion with one point in another place, in so many ways or in all.
+    def moved(self, x: Array, moves: Sequence[Sequence[int]], random: np.random.Generator) -> Array:
+        """A motion with one point in another place, in every way that is asked for.
 
         Args:
             x: decision vector, shape (n_var,).
-            count: greatest number of ways.
-            random: chooses the ways, and where in a gap the point is put.
+            moves: some of :attr:`moves`.
+            random: chooses where in a gap the point is put.
 
         Returns:
-            Shape (N, n_var); points that would leave their boxes are at the bounds.
+            Shape (N, n_var); some may be beyond the bounds.
         """
-        chosen = random.permutation(len(self.moves))[:count]
+        if not moves:
+            return x[None][:0]
         own = x[: len(self.points.variables)]
         times, motion = self.points.via_times(own[None])[0], self.points(own[None])
-        pairs = [self.moves[k] for k in chosen]
-        others = np.stack([self._times(times, point, to, random.uniform(*_WITHIN)) for point, to in pairs])
+        others = np.stack([self._times(times, point, to, random.uniform(*_WITHIN)) for point, to in moves])
         positions = motion.evaluate(np.clip(others.ravel(), 0.0, motion.duration[0]))[0]
         ratios = np.diff(others, axis=1) / np.diff(times)
         rows = np.repeat(x[None], len(others), axis=0)
