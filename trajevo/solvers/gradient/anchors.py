@@ -33,14 +33,19 @@ _SLOWER, _COPIES = 1.045, 16
 #: those that are no times, and members of the front.
 _ANYWHERE, _NEARER, _FROM_FRONT = 8, 4, 3
 
+#: Rise of the time's logarithm that mends an excess over a limit, as a share of it: efforts fall with the square of the
+#: time. On the way members are compared by what they would come to; a heavy penalty would compare their excesses.
+_PRICE = 0.5
+
 #: Shares of the starts that take steps, and how many steps, one after another; promised decrease that ends them.
 _STAGES, _SETTLED = ((1.0, 20), (0.5, 30), (0.25, 40)), 1e-6
 
 #: Times that the best are kicked at most, and in vain; fall of the merit that is none.
 _KICKS, _IN_VAIN, _GAIN = 8, 4, 1e-4
 
-#: Copies of those that are kicked, the best first, and their least distance on the scales of the variables.
-_COPIES_KICKED, _APART = (8, 5, 3), 0.3
+#: Copies of those that are kicked, the best first, their least distance on the scales of the variables, and how many
+#: are looked at.
+_COPIES_KICKED, _APART, _MOST_VALLEYS = (6, 4, 3, 3), 0.3, 8
 
 #: Stages of what was kicked; where no point is put elsewhere, spread of all variables on their scales, and how many are
 #: drawn anew at most.
@@ -184,11 +189,17 @@ class AnchorSearch:
         return valleys
 
     def _kicked(self, y: Array, merit: Array) -> Array:
-        """Copies of the best of ends (S, n_var), with a point put elsewhere; as far as there are too few, shaken."""
-        kicked = []
-        for k, count in zip(self._valleys(y, merit, len(_COPIES_KICKED)), _COPIES_KICKED, strict=False):
-            others = self._elsewhere(y[k], count)
-            kicked += [others, self._shaken(y[k], count - len(others))]
+        """Copies of the best of ends (S, n_var), each with a point put elsewhere; as far as there are few, shaken."""
+        kicked, shares = [], list(_COPIES_KICKED)
+        for k in self._valleys(y, merit, _MOST_VALLEYS):
+            others = self._elsewhere(y[k], shares[0])
+            if len(others):
+                kicked.append(others)
+                shares.pop(0)
+            if not shares:
+                break
+        for k, count in zip(self._valleys(y, merit, len(shares)), shares, strict=False):
+            kicked.append(self._shaken(y[k], count))
         within: Array = np.clip(np.concatenate(kicked), *self._scaled.bounds)
         return within
 
@@ -224,7 +235,7 @@ class AnchorSearch:
             bold=True,
         )
         for share, steps in stages:
-            rank = run.merit.argsort(kind="stable").argsort(kind="stable")
+            rank = run.merit_at(_PRICE).argsort(kind="stable").argsort(kind="stable")
             going = np.where(rank < share * count, steps, 0)
             run.run(
                 going, np.full(count, _SETTLED), lambda: self._stop(self._scaled.gradients, self._scaled.evaluations)
