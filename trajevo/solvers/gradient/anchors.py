@@ -51,8 +51,8 @@ _COPIES_KICKED, _APART, _MOST_VALLEYS = (6, 4, 3, 3), 0.3, 8
 #: drawn anew at most.
 _KICKED_STAGES, _SHAKEN, _DRAWN_ANEW = ((1.0, 12), (0.5, 20), (0.25, 40)), 0.05, 3
 
-#: Valleys from which SLSQP is started in turn, until it ends where the steps did.
-_ENDED = 3
+#: Valleys from which SLSQP is started in turn, until it ends where the steps did; what a proof may cost.
+_ENDED, _PROVEN = 3, 1e-2
 
 #: Margins of limits, of which the next is tried where SLSQP ends beyond a limit by rounding.
 _ENDED_MARGINS = (MARGIN, 100.0 * MARGIN)
@@ -141,7 +141,7 @@ class AnchorSearch:
             end = self._ended(self._scaled.outside(y[k : k + 1])[0])
             if end is not None:
                 ends, values = [*ends, end], [*values, float(np.log(self._cost(end)))]
-                if values[-1] <= merit[k] + _GAIN:
+                if values[-1] <= merit[k] + (_PROVEN if proves(self._problem) else _GAIN):
                     break
         found = ends[int(np.argmin(values))] if ends else self._ended(best)
         return self._found(found, len(y), int((merit <= merit[0] + _SAME).sum()))
@@ -157,6 +157,8 @@ class AnchorSearch:
         y, merit = self._descended(self._starts(best, front), _STAGES)
         vain = 0
         for _ in range(_KICKS):
+            if self._stop(self._scaled.gradients, self._scaled.evaluations):
+                break
             before = merit[0]
             kicked, others = self._descended(self._kicked(y, merit), _KICKED_STAGES)
             y, merit = np.concatenate([y, kicked]), np.concatenate([merit, others])
@@ -268,8 +270,10 @@ class AnchorSearch:
             end: Array | None = search.run(x, _TOLERANCE)
         except OutOfEvaluations:
             end = None
-        kept = [at for at in (end, search.best) if at is not None and greatest_excess(self._at_samples, at) <= 0.0]
-        return min(kept, key=self._cost, default=None)
+        for at in (end, search.best):
+            if at is not None and greatest_excess(self._at_samples, at) <= 0.0:
+                return at
+        return None
 
     def _stopped(self, _: int) -> bool:
         if self._stop(self._scaled.gradients + self._gradients, self._scaled.evaluations):
