@@ -15,7 +15,7 @@ DATA = Path(__file__).parents[1] / "data"
 _FREE: dict[str, Any] = {"acceleration": np.inf, "jerk": np.inf}
 
 #: Corners of the boxes of time [s] and energy [J] in which hypervolumes are compared.
-CORNERS = {"rods": (15.0, 1.2), "three_links": (2.0, 60.0), "ur5": (2.0, 150.0)}
+CORNERS = {"rods": (15.0, 1.2), "three_links": (3.0, 130.0), "ur5": (3.0, 190.0)}
 
 
 def rods(count: int, limits: str = "sampled", **more: Any) -> ViaPointProblem:
