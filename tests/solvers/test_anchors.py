@@ -1,23 +1,25 @@
 """Anchors that the lockstep leaves early end where SLSQP ends from other starts."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from tests.benchmarks.arms import ARMS, rods
 from tests.formulation.test_free_points import problem
 from tests.helpers import small_problem
-from trajevo import ViaPointProblem, certify, load_robot, minimise_weighted, optimise, polish
+from trajevo import certify, minimise_weighted, optimise, polish
 from trajevo.formulation.problem import Weights
+from trajevo.robot.kinematics import ToolKinematics
 from trajevo.solvers.gradient import anchors
 from trajevo.solvers.gradient.anchors import AnchorSearch
 from trajevo.solvers.gradient.optimality import residual
+from trajevo.solvers.gradient.passings import Passings
 from trajevo.solvers.gradient.restoration import restored
 from trajevo.solvers.gradient.scaling import Columns, Scaled
+from trajevo.solvers.gradient.sqp import with_objectives
 
-DATA = Path(__file__).parents[1] / "data"
 SOLVED = {"seed": 1, "population": 60, "generations": 30, "polish": False, "progress": False}
 
 
@@ -56,23 +58,6 @@ def test_slower_copies_keep_the_path():
     np.testing.assert_allclose(paths, np.broadcast_to(paths[0], paths.shape), atol=1e-9)
 
 
-def rods(count, limits="sampled", **more):
-    """Two rods in a plane across gravity, through points of which the inner ones may move, with 1 N·m at each joint."""
-    given = {
-        "robot": load_robot(DATA / "rods.urdf", limits={"acceleration": np.inf, "jerk": np.inf}),
-        "points": np.column_stack([np.linspace(0.0, 0.522, count), np.full(count, 0.5)]),
-        "interpolant": "cubic",
-        "duration_bounds": (0.02, 4.0),
-        "moving": [{"point": k, "joints": [1.0, 1.5]} for k in range(1, count - 1)],
-        "objectives": ["time", "energy"],
-        "constraints": ["effort"],
-        "limits": limits,
-        "payload": 1.0,
-        "samples": 8,
-    }
-    return ViaPointProblem(**given | more)
-
-
 def least_time_by_scipy(made, starts):
     """The least time of SLSQP from random starts, in SciPy's own words; durations as logarithms."""
     timed = np.array([variable.unit == "s" for variable in made.variables])
@@ -81,7 +66,7 @@ def least_time_by_scipy(made, starts):
     def outside(y):
         return np.where(timed, np.exp(np.where(timed, y, 0.0)), y)
 
-    terms = made.in_terms()
+    terms = with_objectives(made, np.array([True, False])).in_terms()
 
     @cache
     def evaluated(y):
@@ -114,11 +99,21 @@ FEW = {"population": 40, "generations": 15, "progress": False}
 
 
 @pytest.mark.parametrize(
-    ("seeds", "starts"), [((1,), 3), pytest.param(range(1, 11), 20, marks=pytest.mark.long)], ids=["one", "ten"]
+    ("arm", "count", "known", "seeds", "starts"),
+    [
+        ("rods", 5, 3.17587, (1,), 3),
+        pytest.param("rods", 5, 3.17587, range(1, 11), 20, marks=pytest.mark.long),
+        pytest.param("rods", 8, 3.08193, range(1, 11), 20, marks=pytest.mark.long),
+        pytest.param("three_links", 8, 0.65934, range(1, 4), 20, marks=pytest.mark.long),
+        pytest.param("ur5", 5, 0.43663, range(1, 4), 20, marks=pytest.mark.long),
+    ],
+    ids=["one seed", "five points", "eight points", "three links", "ur5"],
 )
-def test_where_points_move_under_effort_limits_the_least_time_is_the_same_from_every_seed(seeds, starts):
-    made = rods(5)
-    least = min(least_time_by_scipy(rods(5, objectives=["time"]), starts), 3.17587)
+def test_where_points_move_under_effort_limits_the_least_time_is_the_same_from_every_seed(
+    arm, count, known, seeds, starts
+):
+    made = ARMS[arm](count)
+    least = min(least_time_by_scipy(made, starts), known)
     for seed in seeds:
         front = optimise(made, seed=seed, **FEW)
         told, found = front.run.settings["polish"]["anchors"][0], front.F[:, 0].min()
@@ -130,17 +125,45 @@ def test_where_points_move_under_effort_limits_the_least_time_is_the_same_from_e
         assert 1 <= told["agreeing"] <= told["starts"] > 20
 
 
-@pytest.mark.long
-def test_of_eight_points_most_seeds_end_in_the_best_valleys_and_the_others_say_so():
-    """The second best valley lies 0.47 % above the best, the third 0.53 %; one seed of ten ends in none of them."""
-    least = min(least_time_by_scipy(rods(8, objectives=["time"]), 20), 3.08193)
-    near, settled = [], []
-    for seed in range(1, 11):
-        front = optimise(rods(8), seed=seed, **FEW)
-        near.append(front.F[:, 0].min() <= 1.006 * least)
-        settled.append(front.run.settings["polish"]["anchors"][0]["residual"] < 1e-2)
-    assert sum(near) >= 8
-    assert all(here or not there for here, there in zip(near, settled, strict=True))
+def test_the_same_motion_is_passed_through_points_at_other_instants():
+    made = rods(8)
+    passings, random = Passings.of(made), np.random.default_rng(1)
+    assert set(passings.moves) == {(k, to) for k in range(1, 7) for to in range(1, 7) if k != to}
+    x = 0.5 * (made.xl + made.xu) + 0.1 * random.standard_normal(made.n_var)
+    x[:9] = random.uniform(0.2, 0.6, 9)
+    others = passings.moved(x, passings.moves, random)
+    assert len(others) == len(passings.moves)
+    before, after = made.via_times(x)[0], made.via_times(others)
+    same = np.isclose(after[:, :, None], before).any(axis=2).sum(axis=1)
+    np.testing.assert_array_equal(same, 7)  # all but one are passed when they were
+    np.testing.assert_allclose(after[:, -1], before[-1])
+    for row, times in zip(others, after, strict=True):
+        at = made.decode(row[None]).evaluate(np.minimum(times, made.decode(row[None]).duration[0]))
+        on = made.decode(x[None]).evaluate(np.minimum(times, before[-1]))
+        np.testing.assert_allclose(at, on, atol=1e-9)
+    assert passings.moved(x, [], random).shape == (0, made.n_var)
+
+
+def test_points_keep_their_places_where_a_fixed_one_is_between():
+    moving = [{"point": k, "joints": [1.0, 1.5]} for k in (1, 2, 4, 5)]
+    assert set(Passings.of(rods(8, moving=moving)).moves) == {(1, 2), (2, 1), (4, 5), (5, 4)}
+    assert Passings.of(rods(8, moving=moving[1:3])) is None  # a fixed point is between them
+    assert Passings.of(rods(4, moving=[], extra_points=1)) is None
+
+
+def test_a_tool_that_moves_in_boxes_is_put_elsewhere_too():
+    boxes = [{"point": k, "tool": [0.2, 0.2, 0.0]} for k in (1, 2)]
+    made = rods(4, moving=boxes)
+    x = 0.5 * (made.xl + made.xu)
+    x[:5] = 0.4
+    nominal = made.interpolant.offsets_at(made.decode(x[None]).evaluate(made.via_times(x[None])[0]))
+    np.testing.assert_allclose(nominal[0], x[5:], atol=1e-9)
+    kinematics = ToolKinematics.of(made.robot)
+    row = Passings.of(made).moved(x, [(1, 2)], np.random.default_rng(1))[0]
+    times = made.via_times(row[None])[0]
+    on = kinematics.pose(made.decode(x[None]).evaluate(times)[0, 1:3])[0]
+    middle = kinematics.pose(made.interpolant.points.positions[1:3])[0]
+    np.testing.assert_allclose(row[5:].reshape(2, 2), (on - middle)[:, :2], atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(k, marks=pytest.mark.long) for k in range(2, 11))])

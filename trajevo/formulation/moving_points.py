@@ -163,6 +163,16 @@ class MovingPoints(Interpolant):
         """When the points are passed, (B, n_variables) -> (B, K) [s]."""
         return self._inner.via_times(self._timing(x))
 
+    def offsets_at(self, positions: Array) -> Array:
+        """The offsets that move the points to joint positions, (B, K, n_joints) -> (B, n_offsets) [rad or m]."""
+        columns = []
+        for box in self.boxes:
+            moved, nominal = positions[:, box.point], self.points.positions[box.point]
+            if isinstance(box, CartesianBox):
+                moved, nominal = (self._kinematics.pose(q)[0] for q in (moved, nominal))
+            columns.append((moved - nominal)[:, np.flatnonzero(box.half_width)])
+        return np.concatenate(columns, axis=1)
+
     @property
     def reach_constraint(self) -> Constraint:
         """One column per Cartesian box: the tool's error at that point divided by 1e-6 m or rad, minus 1.

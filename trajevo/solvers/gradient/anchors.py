@@ -2,7 +2,7 @@
 
 Under limits of effort a motion whose points may move has many local optima, and a search from the fastest evolved
 member ends in a poor one, or fails. So many starts take bold steps together (:class:`Lockstep`), the worse half of them
-is given up twice, the best is kicked out of its valley a few times, and SLSQP ends it. Limits that are proven between
+is given up twice, the best are kicked out of their valleys, and SLSQP ends them. Limits that are proven between
 samples are kept at the samples until then, and exchanged at the end (:mod:`trajevo.solvers.gradient.exchange`).
 """
 
@@ -19,8 +19,9 @@ from trajevo.base.sampling import sobol
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.solvers.gradient.batch_sqp import Lockstep
 from trajevo.solvers.gradient.exchange import at_samples, exchanged, proves
+from trajevo.solvers.gradient.passings import Passings
 from trajevo.solvers.gradient.scaling import Columns, Scaled
-from trajevo.solvers.gradient.sqp import OutOfEvaluations, WeightedSum, greatest_excess, with_objectives
+from trajevo.solvers.gradient.sqp import MARGIN, OutOfEvaluations, WeightedSum, greatest_excess, with_objectives
 
 #: Points that SLSQP evaluates for an anchor and variable, and its tolerance on the logarithm of the value.
 _MOST, _TOLERANCE = 40, 1e-6
@@ -30,16 +31,31 @@ _SLOWER, _COPIES = 1.045, 16
 
 #: Starts of a search: anywhere on the scales of the variables, anywhere between the bounds but nearer to the middle of
 #: those that are no times, and members of the front.
-_ANYWHERE, _NEARER, _FROM_FRONT = 16, 8, 4
+_ANYWHERE, _NEARER, _FROM_FRONT = 8, 4, 3
+
+#: Rise of the time's logarithm that mends an excess over a limit, as a share of it: efforts fall with the square of the
+#: time. On the way members are compared by what they would come to; a heavy penalty would compare their excesses.
+_PRICE = 0.5
 
 #: Shares of the starts that take steps, and how many steps, one after another; promised decrease that ends them.
-_STAGES, _SETTLED = ((1.0, 30), (0.5, 40), (0.25, 40)), 1e-6
+_STAGES, _SETTLED = ((1.0, 20), (0.5, 30), (0.25, 40)), 1e-6
 
-#: Times that the best are kicked, their number, their least distance on the scales of the variables, copies of each.
-_KICKS, _KICKED, _APART, _COPIES_KICKED = 2, 3, 0.3, 8
+#: Times that the best are kicked at most, and in vain; fall of the merit that is none.
+_KICKS, _IN_VAIN, _GAIN = 8, 4, 1e-4
 
-#: Stages of what was kicked, spread of all its variables on their scales, and how many are drawn anew at most.
-_KICKED_STAGES, _SHAKEN, _DRAWN_ANEW = ((1.0, 30), (0.5, 30), (0.25, 40)), 0.05, 3
+#: Copies of those that are kicked, the best first, their least distance on the scales of the variables, and how many
+#: are looked at.
+_COPIES_KICKED, _APART, _MOST_VALLEYS = (6, 4, 3, 3), 0.3, 8
+
+#: Stages of what was kicked; where no point is put elsewhere, spread of all variables on their scales, and how many are
+#: drawn anew at most.
+_KICKED_STAGES, _SHAKEN, _DRAWN_ANEW = ((1.0, 12), (0.5, 20), (0.25, 40)), 0.05, 3
+
+#: Valleys from which SLSQP is started in turn, until it ends where the steps did; what a proof may cost.
+_ENDED, _PROVEN = 3, 1e-2
+
+#: Margins of limits, of which the next is tried where SLSQP ends beyond a limit by rounding.
+_ENDED_MARGINS = (MARGIN, 100.0 * MARGIN)
 
 #: Margin by which limits are tightened on the way, and restarts of every member.
 _MARGIN, _RESTARTS = 1e-7, 4
@@ -104,6 +120,9 @@ class AnchorSearch:
         columns = Columns(weights[played][None], np.full(1, True), np.zeros(1), np.ones(1))
         self._scaled = Scaled(self._at_samples.in_terms(), columns, _MARGIN)
         self._rates = weights[played]
+        self._passings = Passings.of(problem)
+        # Valleys, and which points have not been put elsewhere in them.
+        self._untried: list[tuple[Array, list[list[int]]]] = []
 
     def run(self, best: Array, front: Array, *, explore: bool) -> Found:
         """Seek the least from the best decision vector so far.
@@ -113,24 +132,41 @@ class AnchorSearch:
             front: members of the front, those with the least values first, shape (N, n_var).
             explore: begin from many other starts too.
         """
-        x, starts, agreeing = best, 1, 1
-        if explore:
-            y, merit = self._explored(best, front)
-            x, starts = self._scaled.outside(y[:1])[0], len(y)
-            agreeing = int((merit <= merit[0] + _SAME).sum())
-        end = self._ended(x)
-        if end is None and explore:
-            end = self._ended(best)
-        return Found(end, starts, agreeing, self._gradients + self._scaled.gradients, self._scaled.evaluations)
+        if not explore:
+            return self._found(self._ended(best), 1, 1)
+        y, merit = self._explored(best, front)
+        ends: list[Array] = []
+        values: list[float] = []
+        for k in self._valleys(y, merit, _ENDED):
+            end = self._ended(self._scaled.outside(y[k : k + 1])[0])
+            if end is not None:
+                ends, values = [*ends, end], [*values, float(np.log(self._cost(end)))]
+                if values[-1] <= merit[k] + (_PROVEN if proves(self._problem) else _GAIN):
+                    break
+        found = ends[int(np.argmin(values))] if ends else self._ended(best)
+        return self._found(found, len(y), int((merit <= merit[0] + _SAME).sum()))
+
+    def _found(self, x: Array | None, starts: int, agreeing: int) -> Found:
+        return Found(x, starts, agreeing, self._gradients + self._scaled.gradients, self._scaled.evaluations)
+
+    def _cost(self, x: Array) -> float:
+        return float(self._at_samples.evaluate(x[None], return_values_of=["F"])[0] @ self._rates)
 
     def _explored(self, best: Array, front: Array) -> tuple[Array, Array]:
         """Ends of many starts in scaled variables, the best first, (S, n_var), and their merits (S,)."""
         y, merit = self._descended(self._starts(best, front), _STAGES)
+        vain = 0
         for _ in range(_KICKS):
-            kicked, others = self._descended(self._kicked(y), _KICKED_STAGES)
+            if self._stop(self._scaled.gradients, self._scaled.evaluations):
+                break
+            before = merit[0]
+            kicked, others = self._descended(self._kicked(y, merit), _KICKED_STAGES)
             y, merit = np.concatenate([y, kicked]), np.concatenate([merit, others])
             order = merit.argsort(kind="stable")
             y, merit = y[order], merit[order]
+            vain = 0 if merit[0] < before - _GAIN else vain + 1
+            if vain == _IN_VAIN:
+                break
         return y, merit
 
     def _starts(self, best: Array, front: Array) -> Array:
@@ -144,19 +180,50 @@ class AnchorSearch:
         known = self._scaled.inside(np.concatenate([best[None], front[spread], nearer]))
         return np.concatenate([known, anywhere])
 
-    def _kicked(self, y: Array) -> Array:
-        """Copies of the best of ends (S, n_var), in different valleys, with a few variables drawn anew."""
-        bounds, valleys = self._scaled.bounds, [y[0]]
-        for end in y[1:]:
-            if len(valleys) < _KICKED and np.abs(end - valleys).max(axis=1).min() > _APART:
-                valleys.append(end)
-        copies = np.repeat(np.stack(valleys), _COPIES_KICKED, axis=0)
-        copies = copies + _SHAKEN * self._random.standard_normal(copies.shape)
+    @staticmethod
+    def _valleys(y: Array, merit: Array, most: int) -> list[int]:
+        """Indices of the best of ends (S, n_var) with merits (S,) in different valleys, the best first."""
+        valleys = [0]
+        for k, end in enumerate(y):
+            apart = np.abs(end - y[valleys]).max(axis=1).min() > _APART
+            if len(valleys) < most and apart and np.abs(merit[k] - merit[valleys]).min() > _GAIN:
+                valleys.append(k)
+        return valleys
+
+    def _kicked(self, y: Array, merit: Array) -> Array:
+        """Copies of the best of ends (S, n_var), each with a point put elsewhere; as far as there are few, shaken."""
+        kicked, shares = [], list(_COPIES_KICKED)
+        for k in self._valleys(y, merit, _MOST_VALLEYS):
+            others = self._elsewhere(y[k], shares[0])
+            if len(others):
+                kicked.append(others)
+                shares.pop(0)
+            if not shares:
+                break
+        for k, count in zip(self._valleys(y, merit, len(shares)), shares, strict=False):
+            kicked.append(self._shaken(y[k], count))
+        within: Array = np.clip(np.concatenate(kicked), *self._scaled.bounds)
+        return within
+
+    def _elsewhere(self, y: Array, count: int) -> Array:
+        """At most so many copies of an end (n_var,), in each of which a point is put elsewhere, (N, n_var)."""
+        if self._passings is None:
+            return y[None][:0]
+        left = next((left for end, left in self._untried if np.abs(end - y).max() <= _APART), None)
+        if left is None:
+            left = self._random.permutation(self._passings.moves).tolist()
+            self._untried.append((y, left))
+        now, left[:count] = left[:count], []
+        x = self._passings.moved(self._scaled.outside(y[None])[0], now, self._random)
+        return self._scaled.inside(np.clip(x, self._problem.xl, self._problem.xu))
+
+    def _shaken(self, y: Array, count: int) -> Array:
+        """Copies of an end (n_var,) with a few variables drawn anew, (count, n_var)."""
+        copies = y + _SHAKEN * self._random.standard_normal((count, len(y)))
         for row in copies:
             anew = self._random.integers(len(row), size=self._random.integers(1, _DRAWN_ANEW + 1))
-            row[anew] = self._random.uniform(*bounds[:, anew])
-        within: Array = np.clip(copies, *bounds)
-        return within
+            row[anew] = self._random.uniform(*self._scaled.bounds[:, anew])
+        return copies
 
     def _descended(self, y: Array, stages: tuple[tuple[float, int], ...]) -> tuple[Array, Array]:
         """The ends of starts (S, n_var) in scaled variables, the best first, and their merits (S,)."""
@@ -170,7 +237,7 @@ class AnchorSearch:
             bold=True,
         )
         for share, steps in stages:
-            rank = run.merit.argsort(kind="stable").argsort(kind="stable")
+            rank = run.merit_at(_PRICE).argsort(kind="stable").argsort(kind="stable")
             going = np.where(rank < share * count, steps, 0)
             run.run(
                 going, np.full(count, _SETTLED), lambda: self._stop(self._scaled.gradients, self._scaled.evaluations)
@@ -180,21 +247,33 @@ class AnchorSearch:
 
     def _ended(self, x: Array) -> Array | None:
         """The end of SLSQP from a point, or the best point within all limits on its way, or None."""
-        most = _MOST * int(self._problem.n_var)
-        terms = self._at_samples.in_terms()
-        search = WeightedSum(
-            terms, self._rates, excess=lambda at: greatest_excess(self._at_samples, at), most=most, stop=self._stopped
-        )
-        try:
-            end: Array | None = search.run(x, _TOLERANCE)
-        except OutOfEvaluations:
-            end = search.best
+        end = None
+        for margin in _ENDED_MARGINS:
+            end = self._ended_at_samples(x, margin) if end is None else end
         if end is None or not proves(self._problem) or greatest_excess(self._problem, end) <= 0.0:
             return end
         try:
             return exchanged(self._problem, self._weights, end, _TOLERANCE, stop=self._stopped)
         except OutOfEvaluations:
             return None
+
+    def _ended_at_samples(self, x: Array, margin: float) -> Array | None:
+        search = WeightedSum(
+            self._at_samples.in_terms(),
+            self._rates,
+            margin=margin,
+            excess=lambda at: greatest_excess(self._at_samples, at),
+            most=_MOST * int(self._problem.n_var),
+            stop=self._stopped,
+        )
+        try:
+            end: Array | None = search.run(x, _TOLERANCE)
+        except OutOfEvaluations:
+            end = None
+        for at in (end, search.best):
+            if at is not None and greatest_excess(self._at_samples, at) <= 0.0:
+                return at
+        return None
 
     def _stopped(self, _: int) -> bool:
         if self._stop(self._scaled.gradients + self._gradients, self._scaled.evaluations):

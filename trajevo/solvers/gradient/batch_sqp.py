@@ -321,9 +321,12 @@ class Lockstep:
     @property
     def merit(self) -> Array:
         """What every member minimises at its current point, with the same penalty of an excess for all, shape (M,)."""
-        merit: Array = self._values(np.arange(len(self.y)), self._f) + _PENALTY * np.maximum(
-            self._g.max(axis=1, initial=0.0), 0.0
-        )
+        return self.merit_at(_PENALTY)
+
+    def merit_at(self, price: float) -> Array:
+        """The same with another penalty of an excess."""
+        excess = np.maximum(self._g.max(axis=1, initial=0.0), 0.0)
+        merit: Array = self._values(np.arange(len(self.y)), self._f) + price * excess
         return np.where(np.isfinite(merit), merit, np.inf)
 
     def _merit(self, rows: Array, f: Array, g: Array) -> Array:
