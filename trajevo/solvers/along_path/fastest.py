@@ -47,7 +47,7 @@ class TimedShape:
         control_points: of u(t), shape (count,).
         order: order of u(t).
         time: least time in which it keeps the limits at the instants [s]; inf if there is none.
-        programs: number of programs that were solved for it.
+        programs: number of linear programs that were solved for it.
     """
 
     control_points: Array
@@ -65,9 +65,7 @@ def fastest(start: Array, order: int, limits: Sequence[PathLimits], pieces: int)
         limits: what is kept.
         pieces: number of polynomial pieces of the path.
     """
-    count = len(start)
-    per_span = max(PER_SPAN, math.ceil(PER_SPAN * pieces / (count - order + 1)))
-    instants, fine = (Instants.even(count, order, many) for many in (per_span, _FINER * per_span))
+    instants, fine = (even_instants(len(start), order, pieces, finer) for finer in (1, _FINER))
     begin = TimedShape(frozen(start.copy()), order, least_time(limits, instants.states(start)))
     found = _settled(begin, instants, limits, _PROGRAMS)
     for _ in range(_ADDITIONS):
@@ -81,6 +79,11 @@ def fastest(start: Array, order: int, limits: Sequence[PathLimits], pieces: int)
         again = _settled(TimedShape(found.control_points, order, time), instants, limits, _MORE)
         found = TimedShape(again.control_points, order, again.time, found.programs + again.programs)
     return found
+
+
+def even_instants(count: int, order: int, pieces: int, finer: int = 1) -> Instants:
+    """Instants for as many control points and pieces of the path, and so many times more."""
+    return Instants.even(count, order, finer * max(PER_SPAN, math.ceil(PER_SPAN * pieces / (count - order + 1))))
 
 
 def least_time(limits: Sequence[PathLimits], states: Array) -> float:

@@ -14,6 +14,10 @@ from trajevo.base.arrays import Array
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.joints import JointLimits
 from trajevo.solvers.along_path.program import Linearised
+from trajevo.trajectory.batch import DERIVATIVES
+
+#: Names of the limits of the first three derivatives.
+_KINDS = DERIVATIVES[1:]
 
 
 class PathLimits(ABC):
@@ -86,22 +90,28 @@ class KinematicLimits(PathLimits):
 
     def _shares(self, states: Array) -> tuple[Array, Array, Array]:
         """Derivatives in unit time as shares of limits (K, R), slopes (K, R, 4), and the order of each, (R,)."""
-        v, a, j = (states[:, order, None] for order in (1, 2, 3))
-        _, s1, s2, s3, s4 = self.path(states[:, 0])
-        none = np.zeros_like(s1)
-        kinds = (
-            (self.limits.velocity, s1 * v, (s2 * v, s1, none, none)),
-            (self.limits.acceleration, s2 * v**2 + s1 * a, (s3 * v**2 + s2 * a, 2.0 * s2 * v, s1, none)),
-            (
-                self.limits.jerk,
-                s3 * v**3 + 3.0 * s2 * v * a + s1 * j,
-                (s4 * v**3 + 3.0 * s3 * v * a + s2 * j, 3.0 * (s3 * v**2 + s2 * a), 3.0 * s2 * v, s1),
-            ),
-        )
         values, slopes, powers = [], [], []
-        for order, (limit, value, slope) in enumerate(kinds, start=1):
+        kinds = zip(_KINDS, derivatives(self.path, states), strict=True)
+        for order, (name, (value, slope)) in enumerate(kinds, start=1):
+            limit = getattr(self.limits, name)
             kept = np.flatnonzero(np.isfinite(limit))
             values.append(value[:, kept] / limit[kept])
-            slopes.append(np.stack([part[:, kept] for part in slope], axis=2) / limit[kept, None])
+            slopes.append(slope[:, kept] / limit[kept, None])
             powers.append(np.full(len(kept), float(order)))
         return np.concatenate(values, axis=1), np.concatenate(slopes, axis=1), np.concatenate(powers)
+
+
+def derivatives(path: PathDerivatives, states: Array) -> list[tuple[Array, Array]]:
+    """Velocity, acceleration and jerk in unit time (K, n_axes), each with its slopes (K, n_axes, 4)."""
+    v, a, j = (states[:, order, None] for order in (1, 2, 3))
+    _, s1, s2, s3, s4 = path(states[:, 0])
+    none = np.zeros_like(s1)
+    kinds = (
+        (s1 * v, (s2 * v, s1, none, none)),
+        (s2 * v**2 + s1 * a, (s3 * v**2 + s2 * a, 2.0 * s2 * v, s1, none)),
+        (
+            s3 * v**3 + 3.0 * s2 * v * a + s1 * j,
+            (s4 * v**3 + 3.0 * s3 * v * a + s2 * j, 3.0 * (s3 * v**2 + s2 * a), 3.0 * s2 * v, s1),
+        ),
+    )
+    return [(value, np.stack(slopes, axis=2)) for value, slopes in kinds]

@@ -1,0 +1,191 @@
+"""The best motions along a fixed path by convex programs: the least time, and the least jerk in every longer time."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from trajevo.base.arrays import Array, frozen, one_blas_thread
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.solvers.along_path.beginning import begun
+from trajevo.solvers.along_path.effort import EffortLimits
+from trajevo.solvers.along_path.fastest import TimedShape, fastest
+from trajevo.solvers.along_path.kinematics import KinematicLimits, PathDerivatives, PathLimits
+from trajevo.solvers.along_path.smoothest import smoothest
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
+from trajevo.trajectory.interpolants import Reparameterisation, slowness
+
+#: Number of control points above which a search begins with these motions.
+MANY = 40
+
+#: Times between the least and that of the least jerk for which programs are solved; motions in between are mixtures.
+_TIMES = 16
+
+#: How often limits of effort are tightened at most where a motion breaks them, and how much more than by the excess.
+_TIGHTENED, _MORE = 6, 1.1
+
+#: How often the time is stretched if that is not enough, and by which factor.
+_STRETCHED, _FACTOR = 60, 1.01
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PathOptimum:
+    """Convex programs for the shapes of a reparameterisation.
+
+    Attributes:
+        runs: decoder of the problem.
+        dynamics: the robot and its payload.
+        effort: whether effort is limited.
+    """
+
+    runs: Reparameterisation
+    dynamics: Dynamics
+    effort: bool
+
+    def fastest(self, share: Array | None = None) -> TimedShape:
+        """The shape with the least time, with a share of the limits of effort of every joint (n_joints,).
+
+        Raises:
+            InvalidInputError: the effort at rest exceeds a limit somewhere on the path.
+        """
+        runs = self.runs
+        start = begun(runs.path, runs.limits, runs.control_points, runs.order)
+        with one_blas_thread():
+            found = fastest(start, runs.order, self._limits(share), self._pieces)
+        if not np.isfinite(found.time):
+            raise InvalidInputError("effort: the robot cannot hold itself and its payload everywhere on the path")
+        return found
+
+    def quick_time(self) -> float:
+        """A time in which the path can be run under limits of velocity, acceleration and jerk, proven [s].
+
+        That of the motion with which the programs begin or, if it is longer than the longest, that at their end.
+        """
+        runs = self.runs
+        start = begun(runs.path, runs.limits, runs.control_points, runs.order)
+        found = float(runs.least_durations(runs.course_of(start[None]))[0])
+        if found <= runs.longest_time:
+            return found
+        shape = replace(self, effort=False).fastest()
+        return float(runs.least_durations(runs.course_of(shape.control_points[None]))[0])
+
+    def family(self, size: int, quickest: TimedShape) -> tuple[Array, Array]:
+        """Motions from the least to the longest time, each with the least jerk in its time or nearly so.
+
+        Args:
+            size: number of motions.
+            quickest: the fastest shape.
+
+        Returns:
+            Control points (N, control_points), and times (N,) [s].
+        """
+        path, limits = self._path, self._limits(None)
+        with one_blas_thread():
+            calm = smoothest(quickest, np.inf, path, limits)
+            last = min(max(calm.time, quickest.time), self.runs.longest_time)
+            times = np.geomspace(quickest.time, last, _TIMES)
+            shapes = [quickest]
+            for wanted in times[1:]:
+                shapes.append(smoothest(shapes[-1], float(wanted), path, limits))
+        asked = np.geomspace(quickest.time, max(self.runs.longest_time, quickest.time), size)
+        after = np.clip(np.searchsorted(times, asked, side="right"), 1, _TIMES - 1)
+        part = np.clip((asked - times[after - 1]) / np.maximum(times[after] - times[after - 1], 1e-300), 0.0, 1.0)
+        points = np.array([shape.control_points for shape in shapes])
+        return (1.0 - part)[:, None] * points[after - 1] + part[:, None] * points[after], asked
+
+    def rows(self, control_points: Array, times: Array) -> Array:
+        """Decision vectors of shapes (B, control_points) in times (B,) [s], or in their least times if longer."""
+        rises = self.runs.rises_of(control_points)
+        if self.runs.timing == "least":
+            return rises
+        least = self.runs.least_durations(self.runs.course_of(control_points))
+        return np.column_stack([rises, slowness(least, np.maximum(times, least), self.runs.longest_time)])
+
+    def _limits(self, share: Array | None) -> list[PathLimits]:
+        found: list[PathLimits] = [KinematicLimits(self._path, self.runs.limits)]
+        if self.effort:
+            used = np.ones(self.dynamics.robot.dof) if share is None else share
+            found.append(EffortLimits(self._path, self.dynamics, used))
+        return found
+
+    @property
+    def _path(self) -> PathDerivatives:
+        return PathDerivatives(self.runs.path)
+
+    @property
+    def _pieces(self) -> int:
+        return len(self.runs.path.breaks) - 1
+
+
+def least_time_of(problem: TrajectoryProblem, optimum: PathOptimum) -> WeightedOptimum:
+    """The motion with the least time that keeps all limits of a problem as the problem itself checks them.
+
+    Raises:
+        InvalidInputError: no motion along the path keeps the limits within the problem's longest time.
+    """
+    began = time.perf_counter()
+    _, row = _kept(problem, optimum)
+    F, G = problem.evaluate(row, return_values_of=["F", "G"])
+    return WeightedOptimum(
+        problem=problem,
+        x=frozen(row[0].copy()),
+        cost=float(F[0, 0]),
+        F=dict(zip(problem.objective_names, F[0].tolist(), strict=True)),
+        G=dict(zip(problem.constraint_names, G[0].tolist(), strict=True)),
+        costs=frozen(F[:, 0].copy()),
+        seconds=time.perf_counter() - began,
+    )
+
+
+def known_motions(problem: TrajectoryProblem, optimum: PathOptimum, size: int) -> Array:
+    """Decision vectors of at most so many motions from the least to the longest time; none if no motion is found."""
+    try:
+        quickest, first = _kept(problem, optimum)
+    except InvalidInputError:  # nothing keeps the limits: the search itself says so
+        return np.empty((0, problem.n_var))
+    others = optimum.rows(*optimum.family(size, quickest))
+    return np.concatenate([first, others])[:size]
+
+
+def _kept(problem: TrajectoryProblem, optimum: PathOptimum) -> tuple[TimedShape, Array]:
+    """The fastest shape, and its decision vector (1, n_var) in the least time in which it keeps all limits.
+
+    Between the instants of the programs effort may exceed its limits a little, most where a joint turns round and dry
+    friction jumps. Limits that are found broken are tightened and the programs solved again; what is left is stretched.
+    """
+    share = np.ones(problem.robot.dof)
+    limited = np.flatnonzero(problem.robot.limits.sides("effort").limited)
+    for _ in range(_TIGHTENED):
+        shape = optimum.fastest(share)
+        row = optimum.rows(shape.control_points[None], np.array([shape.time]))
+        excess = _effort_excess(problem, row)
+        if not (excess > 0.0).any():
+            break
+        share[limited] /= 1.0 + _MORE * np.maximum(excess, 0.0)
+    return shape, _stretched(problem, optimum, shape, row)
+
+
+def _effort_excess(problem: TrajectoryProblem, row: Array) -> Array:
+    """By how much the limits of effort are exceeded, as shares; empty where effort is not limited."""
+    rollout = problem.rollout(row)
+    found = [limit.function(rollout)[0] for limit in problem.constraints if limit.quantity == "effort"]
+    return np.concatenate(found) if found else np.zeros(0)
+
+
+def _stretched(problem: TrajectoryProblem, optimum: PathOptimum, shape: TimedShape, row: Array) -> Array:
+    """The motion in the least of ever longer times in which it keeps all limits."""
+    times = shape.time
+    for _ in range(_STRETCHED):
+        if (problem.evaluate(row, return_values_of=["G"]) <= 0.0).all():
+            return row
+        times *= _FACTOR
+        row = optimum.rows(shape.control_points[None], np.array([times]))
+    raise InvalidInputError(
+        f"longest_time: no motion along the path was found that keeps all limits, the last one tried took {times:.6g} s"
+    )
