@@ -26,11 +26,12 @@ MANY = 40
 #: Times between the least and that of the least jerk for which programs are solved; motions in between are mixtures.
 _TIMES = 16
 
-#: How often limits of effort are tightened at most where a motion breaks them, and how much more than by the excess.
-_TIGHTENED, _MORE = 6, 1.1
+#: How often limits of effort are tightened at most where a motion breaks them, how much more than by the excess, and the
+#: factor by which a time may be stretched instead.
+_TIGHTENED, _MORE, _SLIGHTLY = 3, 1.1, 1.001
 
-#: How often the time is stretched if that is not enough, and by which factor.
-_STRETCHED, _FACTOR = 60, 1.01
+#: Least share by which a time is stretched, how often that is doubled, and how finely the last doubling is divided.
+_STEP, _DOUBLINGS, _BETWEEN = 1e-4, 16, 8
 
 
 @final
@@ -48,16 +49,22 @@ class PathOptimum:
     dynamics: Dynamics
     effort: bool
 
-    def fastest(self, share: Array | None = None) -> TimedShape:
-        """The shape with the least time, with a share of the limits of effort of every joint (n_joints,).
+    def fastest(self, share: Array | None = None, begin: TimedShape | None = None) -> TimedShape:
+        """The shape with the least time.
+
+        Args:
+            share: share of the limits of effort that may be used, of every joint, shape (n_joints,); None for all.
+            begin: the shape to begin with; None for one by a smooth pace.
 
         Raises:
             InvalidInputError: the effort at rest exceeds a limit somewhere on the path.
         """
         runs = self.runs
         start = begun(runs.path, runs.limits, runs.control_points, runs.order)
+        if begin is not None:
+            start = begin.control_points
         with one_blas_thread():
-            found = fastest(start, runs.order, self._limits(share), self._pieces)
+            found = fastest(start, runs.order, self._limits(share), len(runs.path.breaks) - 1)
         if not np.isfinite(found.time):
             raise InvalidInputError("effort: the robot cannot hold itself and its payload everywhere on the path")
         return found
@@ -118,10 +125,6 @@ class PathOptimum:
     def _path(self) -> PathDerivatives:
         return PathDerivatives(self.runs.path)
 
-    @property
-    def _pieces(self) -> int:
-        return len(self.runs.path.breaks) - 1
-
 
 def least_time_of(problem: TrajectoryProblem, optimum: PathOptimum) -> WeightedOptimum:
     """The motion with the least time that keeps all limits of a problem as the problem itself checks them.
@@ -157,18 +160,27 @@ def _kept(problem: TrajectoryProblem, optimum: PathOptimum) -> tuple[TimedShape,
     """The fastest shape, and its decision vector (1, n_var) in the least time in which it keeps all limits.
 
     Between the instants of the programs effort may exceed its limits a little, most where a joint turns round and dry
-    friction jumps. Limits that are found broken are tightened and the programs solved again; what is left is stretched.
+    friction jumps. So the shape is stretched; if that takes long, limits that are broken are tightened first.
     """
-    share = np.ones(problem.robot.dof)
+    share, shape = np.ones(problem.robot.dof), optimum.fastest()
     limited = np.flatnonzero(problem.robot.limits.sides("effort").limited)
-    for _ in range(_TIGHTENED):
-        shape = optimum.fastest(share)
+    best = None
+    for tightened in range(_TIGHTENED + 1):
         row = optimum.rows(shape.control_points[None], np.array([shape.time]))
+        factor, kept = _stretched(problem, optimum, shape, row)
+        if kept is not None and (best is None or shape.time * factor < best[0]):
+            best = shape.time * factor, shape, kept
         excess = _effort_excess(problem, row)
-        if not (excess > 0.0).any():
+        if factor <= _SLIGHTLY or not (excess > 0.0).any() or tightened == _TIGHTENED:
             break
         share[limited] /= 1.0 + _MORE * np.maximum(excess, 0.0)
-    return shape, _stretched(problem, optimum, shape, row)
+        shape = optimum.fastest(share, shape)
+    if best is None:
+        raise InvalidInputError(
+            f"longest_time: expected a time in which a motion along the path keeps all limits, got "
+            f"{optimum.runs.longest_time:.6g} s"
+        )
+    return best[1:]
 
 
 def _effort_excess(problem: TrajectoryProblem, row: Array) -> Array:
@@ -178,14 +190,21 @@ def _effort_excess(problem: TrajectoryProblem, row: Array) -> Array:
     return np.concatenate(found) if found else np.zeros(0)
 
 
-def _stretched(problem: TrajectoryProblem, optimum: PathOptimum, shape: TimedShape, row: Array) -> Array:
-    """The motion in the least of ever longer times in which it keeps all limits."""
-    times = shape.time
-    for _ in range(_STRETCHED):
-        if (problem.evaluate(row, return_values_of=["G"]) <= 0.0).all():
-            return row
-        times *= _FACTOR
-        row = optimum.rows(shape.control_points[None], np.array([times]))
-    raise InvalidInputError(
-        f"longest_time: no motion along the path was found that keeps all limits, the last one tried took {times:.6g} s"
-    )
+def _stretched(
+    problem: TrajectoryProblem, optimum: PathOptimum, shape: TimedShape, row: Array
+) -> tuple[float, Array | None]:
+    """By which factor the time of a shape is stretched until it keeps all limits, and its row; inf and None if none."""
+    factors = 1.0 + _STEP * 2.0 ** np.arange(_DOUBLINGS)
+    times = np.append(1.0, factors[factors * shape.time <= optimum.runs.longest_time]) * shape.time
+    points = np.tile(shape.control_points, (len(times), 1))
+    rows = np.concatenate([row, optimum.rows(points[1:], times[1:])])
+    good = np.flatnonzero((problem.evaluate(rows, return_values_of=["G"]) <= 0.0).all(axis=1))
+    if not len(good):
+        return float("inf"), None
+    first = int(good[0])
+    if first == 0:
+        return 1.0, row
+    between = np.linspace(times[first - 1], times[first], _BETWEEN + 1)[1:]
+    rows = optimum.rows(np.tile(shape.control_points, (_BETWEEN, 1)), between)
+    first = int(np.flatnonzero((problem.evaluate(rows, return_values_of=["G"]) <= 0.0).all(axis=1))[0])
+    return float(between[first] / shape.time), rows[first : first + 1]

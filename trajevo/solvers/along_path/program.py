@@ -18,7 +18,7 @@ from trajevo.base.arrays import Array
 from trajevo.solvers.along_path.instants import HELD, Instants
 
 #: Greatest number of steps, the gap at which they end, and the greatest residual then.
-_STEPS, _GAP, _RESIDUAL = 60, 1e-7, 1e-7
+_STEPS, _GAP, _RESIDUAL = 40, 1e-6, 1e-6
 
 #: Share of the way to the boundary that a step goes, and the least slack to begin with.
 _SHORT, _SLACK = 0.995, 1e-2
