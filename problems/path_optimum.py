@@ -26,8 +26,8 @@ MANY = 40
 #: Times between the least and that of the least jerk for which programs are solved; motions in between are mixtures.
 _TIMES = 16
 
-#: How often limits of effort are tightened at most where a motion breaks them, how much more than by the excess, and the
-#: factor by which a time may be stretched instead.
+#: How often limits of effort that a motion breaks are tightened at most, how much more than by the excess, and the factor
+#: by which a time may be stretched instead.
 _TIGHTENED, _MORE, _SLIGHTLY = 3, 1.1, 1.001
 
 #: Least share by which a time is stretched, how often that is doubled, and how finely the last doubling is divided.
@@ -194,17 +194,27 @@ def _stretched(
     problem: TrajectoryProblem, optimum: PathOptimum, shape: TimedShape, row: Array
 ) -> tuple[float, Array | None]:
     """By which factor the time of a shape is stretched until it keeps all limits, and its row; inf and None if none."""
+    if _feasible(problem, row)[0]:
+        return 1.0, row
     factors = 1.0 + _STEP * 2.0 ** np.arange(_DOUBLINGS)
-    times = np.append(1.0, factors[factors * shape.time <= optimum.runs.longest_time]) * shape.time
-    points = np.tile(shape.control_points, (len(times), 1))
-    rows = np.concatenate([row, optimum.rows(points[1:], times[1:])])
-    good = np.flatnonzero((problem.evaluate(rows, return_values_of=["G"]) <= 0.0).all(axis=1))
+    times = factors[factors * shape.time <= optimum.runs.longest_time] * shape.time
+    good = np.flatnonzero(_feasible(problem, _in_times(optimum, shape, times)))
     if not len(good):
         return float("inf"), None
-    first = int(good[0])
-    if first == 0:
-        return 1.0, row
-    between = np.linspace(times[first - 1], times[first], _BETWEEN + 1)[1:]
-    rows = optimum.rows(np.tile(shape.control_points, (_BETWEEN, 1)), between)
-    first = int(np.flatnonzero((problem.evaluate(rows, return_values_of=["G"]) <= 0.0).all(axis=1))[0])
+    last = times[good[0]]
+    before = times[good[0] - 1] if good[0] else shape.time
+    between = np.linspace(before, last, _BETWEEN + 1)[1:]
+    rows = _in_times(optimum, shape, between)
+    first = int(np.flatnonzero(_feasible(problem, rows))[0])
     return float(between[first] / shape.time), rows[first : first + 1]
+
+
+def _in_times(optimum: PathOptimum, shape: TimedShape, times: Array) -> Array:
+    """Decision vectors of a shape in several times (T,) [s]."""
+    return optimum.rows(np.tile(shape.control_points, (len(times), 1)), times)
+
+
+def _feasible(problem: TrajectoryProblem, rows: Array) -> Array:
+    """Which decision vectors keep all limits of a problem, shape (B,)."""
+    found: Array = (problem.evaluate(rows, return_values_of=["G"]) <= 0.0).all(axis=1)
+    return found

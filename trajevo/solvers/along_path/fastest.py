@@ -31,6 +31,9 @@ _REACH, _LEAST_REACH = 0.02, 1e-7
 #: no need for more, if foreseen for one program, or made by so many in a row.
 _PROGRAMS, _MORE, _GAIN, _STALLED = 30, 8, 3e-5, 4
 
+#: Gain in ln T below which the next program leaves out limits of which less than a share is used anywhere.
+_SMALL, _FAR = 0.05, 0.4
+
 #: Shares of a move that are tried, if it does not make the motion faster as a whole.
 _SHARES = (1.0, 0.6, 0.35, 0.2, 0.1)
 
@@ -103,12 +106,12 @@ def moved(control_points: Array, move: Array) -> Array:
 
 def _settled(shape: TimedShape, instants: Instants, limits: Sequence[PathLimits], most: int) -> TimedShape:
     """The end of a sequence of at most so many programs with limits at given instants."""
-    reach, solved, times = _REACH, 0, [shape.time]
+    reach, solved, times, least = _REACH, 0, [shape.time], -np.inf
     while solved < most and reach > _LEAST_REACH and np.isfinite(shape.time):
         near = Linearised.joined(
             [each.linearised(instants.states(shape.control_points), shape.time) for each in limits]
         )
-        move, gain = Program(instants, near, np.diff(shape.control_points), reach).solve()
+        move, gain = Program(instants, near.nearer(least), np.diff(shape.control_points), reach).solve()
         solved += 1
         found, share = _along(shape, move, instants, limits)
         met = (shape.time - found.time) / max(-gain * shape.time, 1e-300)
@@ -116,6 +119,8 @@ def _settled(shape: TimedShape, instants: Instants, limits: Sequence[PathLimits]
             reach = share * min(reach, float(np.abs(move).max()))
         elif met > 0.75:
             reach *= 2.0
+        # A program that moves little is solved without the limits that are far; if that was wrong, with all again.
+        least = _FAR if -gain < _SMALL and met > 0.25 else -np.inf
         shape = found
         times.append(shape.time)
         if -gain < _GAIN or (len(times) > _STALLED and times[-1 - _STALLED] - shape.time < _GAIN * shape.time):

@@ -54,6 +54,12 @@ class Linearised:
         names = ("slopes", "above", "below", "slower_above", "slower_below")
         return cls(*(np.concatenate([getattr(part, name) for part in parts], axis=1) for name in names))
 
+    def nearer(self, least: float) -> Linearised:
+        """Only the limits of which a share is used somewhere that is at least so much."""
+        kept = np.minimum(self.above, self.below).min(axis=0) <= 1.0 - least
+        names = ("slopes", "above", "below", "slower_above", "slower_below")
+        return Linearised(*(getattr(self, name)[:, kept] for name in names))
+
 
 @final
 @dataclass(frozen=True, eq=False)
