@@ -26,8 +26,8 @@ MANY = 40
 #: Times between the least and that of the least jerk for which programs are solved; motions in between are mixtures.
 _TIMES = 16
 
-#: How often limits of effort that a motion breaks are tightened at most, how much more than by the excess, and the factor
-#: by which a time may be stretched instead.
+#: How often limits of effort that a motion breaks are tightened at most, how much more than by the excess, and the
+#: factor by which a time may be stretched instead.
 _TIGHTENED, _MORE, _SLIGHTLY = 3, 1.1, 1.001
 
 #: Least share by which a time is stretched, how often that is doubled, and how finely the last doubling is divided.

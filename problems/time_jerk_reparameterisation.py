@@ -202,10 +202,10 @@ class TimeJerkReparameterisation(TrajectoryProblem):
     def _add_forms(self, runs: Reparameterisation, quadrature: str, effort: str | None) -> None:
         """Set the smooth form of the plain encoding, or the expansion of the shape encoding."""
         form = smooth_form(runs, self.dynamics, _objectives(quadrature, self.robot, "plain"), effort)
-        if self._many and self._optimum is not None:
-            _refuse_too_short(self.longest_time, self._optimum.quick_time())
-        else:
-            _refuse_too_short(self.longest_time, least_time(runs, form.problem))
+        needed = np.inf if self._optimum is None else self._optimum.quick_time()
+        if needed > self.longest_time and not self._many:
+            needed = least_time(runs, form.problem)
+        _refuse_too_short(self.longest_time, needed)
         if runs.timing == "share":
             self.smooth = form
         else:
