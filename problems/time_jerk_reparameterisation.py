@@ -59,7 +59,7 @@ QUADRATURES: dict[str, Callable[[Rollout], Array]] = {
 }
 
 #: Generations unless others are given where a search begins with a front by convex programs: they add next to nothing.
-GENERATIONS_OF_MANY = 5
+GENERATIONS_OF_MANY = 2
 
 #: The hypervolume's box ends at the longest time and at this many times the F₂ of evenly rising control points.
 REFERENCE_JERK = 10.0

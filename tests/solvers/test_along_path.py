@@ -98,6 +98,13 @@ def reachable(path, robot):
     return float((2.0 * step / (speed[:-1] + speed[1:])).sum())
 
 
+@pytest.mark.parametrize(("name", "slsqp"), [("gemini", 1.83201), ("s", 2.31195)])
+def test_few_control_points_reach_what_slsqp_reaches(name, slsqp):
+    found = TimeJerkReparameterisation(path=name).least_time()
+    assert found.F["time"] == pytest.approx(slsqp, rel=1e-4)
+    assert max(found.G.values()) <= 0.0
+
+
 def test_without_jerk_the_least_time_is_near_that_of_the_greatest_speeds(puma, path):
     robot = freed(puma, jerk=np.full(6, np.inf))
     found = along(path, robot, control_points=200).least_time()
@@ -177,6 +184,7 @@ def test_a_search_begins_with_a_front(puma, path, encoding):
     assert front.F[:, 0].max() > 11.0
 
 
+@pytest.mark.long
 def test_the_jerk_of_few_control_points_is_not_below_that_of_many(puma, path):
     """A B-spline with 16 control points, whose front gradients find, never beats one with 60 in the same time."""
     few = optimise(along(path, puma), seed=1, population=20, generations=5, progress=False)

@@ -24,6 +24,9 @@ from trajevo.solvers.along_path.program import Linearised, Program
 #: many times more they are where limits are looked at to add instants.
 PER_SPAN, _FINER = 3, 5
 
+#: Least number of instants.
+FEWEST = 200
+
 #: Greatest move of a control point in the first program, and the least reach with which programs go on.
 _REACH, _LEAST_REACH = 0.02, 1e-7
 
@@ -86,7 +89,8 @@ def fastest(start: Array, order: int, limits: Sequence[PathLimits], pieces: int)
 
 def even_instants(count: int, order: int, pieces: int, finer: int = 1) -> Instants:
     """Instants for as many control points and pieces of the path, and so many times more."""
-    return Instants.even(count, order, finer * max(PER_SPAN, math.ceil(PER_SPAN * pieces / (count - order + 1))))
+    spans = count - order + 1
+    return Instants.even(count, order, finer * max(PER_SPAN, math.ceil(max(PER_SPAN * pieces, FEWEST) / spans)))
 
 
 def least_time(limits: Sequence[PathLimits], states: Array) -> float:
