@@ -182,7 +182,7 @@ def excess(robot: Robot, path: GeometricPath, profile: Profile, orders: int) -> 
 
 
 def with_effort(robot: Robot, path: GeometricPath) -> str:
-    """The least time with half of the effort, 20 times the jerk and 2.5 kg, proven, and that of slowing down instead."""
+    """The least time with half of the effort, 20 times the jerk and 2.5 kg, and that of slowing down."""
     limits = replace(robot.limits, jerk=20.0 * robot.limits.jerk, effort=0.5 * robot.limits.effort)
     arm = replace(robot, limits=limits)
     given: dict[str, Any] = {"path": path, "robot": arm, "longest_time": 60.0, "control_points": 100}
