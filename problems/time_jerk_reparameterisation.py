@@ -99,7 +99,9 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         interpolant: ``"bspline"``, or ``"linear"``: the paper's baseline u = t / t_f on a new path through the same
             positions that is at rest at both ends.
         quadrature: quadrature of F₂, ``"gauss"`` (exact) or ``"trapezoid"`` (the paper's (29)).
-        control_points: number of control points of u(t).
+        control_points: number of control points of u(t). With more than 40, a search begins with the fastest motion and
+            those of the least jerk in longer times, found by convex programs, and takes 2 generations without polish
+            unless told otherwise; not with ``limits="hull"``.
         order: order of u(t).
         tolerance: share by which a tight bound may exceed the true peak.
         effort: also limit the joints' torques or forces, at the samples or certified; not with ``encoding="shape"``.
