@@ -92,7 +92,7 @@ class HybridManipulator(TrajectoryProblem):
 
     registered_name: ClassVar[str] = "hybrid"
     title: str = "5-DOF hybrid manipulator: time, energy, jerk, acceleration (Guo 2016)"
-    evolution: ClassVar[Search] = Search(
+    evolution: Search = Search(
         population=100,
         generations=200,
         crossover_probability=0.9,

@@ -72,7 +72,7 @@ class PickAndPlace(TrajectoryProblem):
 
     registered_name: ClassVar[str] = "pick-place"
     title: str = "PUMA 560 pick and place: time, jerk, energy (Raji 2022)"
-    evolution: ClassVar[Search] = Search(
+    evolution: Search = Search(
         population=100,
         generations=100,
         crossover_probability=0.9,

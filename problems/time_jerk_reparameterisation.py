@@ -41,11 +41,13 @@ from trajevo.formulation.search import Search
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, length_unit
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 from trajevo.trajectory.interpolants import LinearReparameterisation, Reparameterisation
 from trajevo.trajectory.interpolants.reparameterised import BOUNDS
 
 from .gemini_and_s import EXAMPLE_PATHS
 from .path_forms import POWER, envelope, least_time, rises, smooth_form
+from .path_optimum import MANY, PathOptimum, known_motions, least_time_of
 from .path_settings import at_rest, prepared
 
 #: Partitions N of the trapezoidal rule (29), section VI.B.
@@ -55,6 +57,9 @@ QUADRATURES: dict[str, Callable[[Rollout], Array]] = {
     "gauss": integrated_square_jerk,
     "trapezoid": trapezoid_square_jerk(PARTITIONS),
 }
+
+#: Generations unless others are given where a search begins with a front by convex programs: they add next to nothing.
+GENERATIONS_OF_MANY = 2
 
 #: The hypervolume's box ends at the longest time and at this many times the F₂ of evenly rising control points.
 REFERENCE_JERK = 10.0
@@ -94,7 +99,9 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         interpolant: ``"bspline"``, or ``"linear"``: the paper's baseline u = t / t_f on a new path through the same
             positions that is at rest at both ends.
         quadrature: quadrature of F₂, ``"gauss"`` (exact) or ``"trapezoid"`` (the paper's (29)).
-        control_points: number of control points of u(t).
+        control_points: number of control points of u(t). With more than 40, a search begins with the fastest motion and
+            those of the least jerk in longer times, found by convex programs, and takes 2 generations without polish
+            unless told otherwise; not with ``limits="hull"``.
         order: order of u(t).
         tolerance: share by which a tight bound may exceed the true peak.
         effort: also limit the joints' torques or forces, at the samples or certified; not with ``encoding="shape"``.
@@ -110,7 +117,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
 
     registered_name: ClassVar[str] = "reparam"
     title: str = "Time and jerk along a fixed path (Paing 2021)"
-    evolution: ClassVar[Search] = Search(
+    evolution: Search = Search(
         population=100,
         generations=100,
         crossover_probability=0.9,
@@ -175,6 +182,7 @@ class TimeJerkReparameterisation(TrajectoryProblem):
         }
         self._settings: dict[str, Any] = plain_data("settings", given)
         linear = interpolant == "linear"
+        self._optimum = None if linear or limits == "hull" else PathOptimum(runs, dynamics, bool(effort))
         super().__init__(
             dynamics=dynamics,
             interpolant=_linear(self.path, axes, self.longest_time) if linear else runs,
@@ -190,16 +198,47 @@ class TimeJerkReparameterisation(TrajectoryProblem):
             _refuse_too_short(self.longest_time, float(self.decode(np.zeros((1, 1))).duration[0]))
         else:
             self._add_forms(runs, quadrature, ("certified" if certified else "sampled") if effort else None)
+        if self._many:
+            self.evolution = type(self).evolution.updated(generations=GENERATIONS_OF_MANY, polish=False)
 
     def _add_forms(self, runs: Reparameterisation, quadrature: str, effort: str | None) -> None:
         """Set the smooth form of the plain encoding, or the expansion of the shape encoding."""
         form = smooth_form(runs, self.dynamics, _objectives(quadrature, self.robot, "plain"), effort)
-        _refuse_too_short(self.longest_time, least_time(runs, form.problem))
+        needed = np.inf if self._optimum is None else self._optimum.quick_time()
+        if needed > self.longest_time and not self._many:
+            needed = least_time(runs, form.problem)
+        _refuse_too_short(self.longest_time, needed)
         if runs.timing == "share":
             self.smooth = form
         else:
             plain = type(self)(**(self._settings | {"encoding": "plain"}))
             self.expansion = Expansion(plain, partial(envelope, longest_time=self.longest_time), rises)
+
+    def least_time(self) -> WeightedOptimum:
+        """The fastest motion along the path under all limits, in seconds for hundreds of control points.
+
+        It is the end of a sequence of convex programs, see :mod:`trajevo.solvers.along_path`: least among shapes of
+        u(t) near it. Its limits are those of the problem, proven for velocity, acceleration and jerk.
+
+        Raises:
+            InvalidInputError: ``limits="hull"`` or ``interpolant="linear"``, or no motion keeps the limits.
+        """
+        if self._optimum is None:
+            raise InvalidInputError(
+                "least_time: expected limits='tight' or 'certified' and interpolant='bspline', got "
+                f"limits={self._settings['limits']!r} and interpolant={self._settings['interpolant']!r}"
+            )
+        return least_time_of(self, self._optimum)
+
+    def known_good(self, size: int) -> Array:
+        """Motions from the least to the longest time by convex programs, where u(t) has more than 40 control points."""
+        if not self._many or self._optimum is None:
+            return super().known_good(size)
+        return known_motions(self, self._optimum, size)
+
+    @property
+    def _many(self) -> bool:
+        return self._optimum is not None and int(self._settings["control_points"]) > MANY
 
     @property
     def settings(self) -> dict[str, Any]:

@@ -100,7 +100,7 @@ class TrajectoryProblem(Problem):
 
     registered_name: ClassVar[str] = ""
     title: str = "trajectory problem"
-    evolution: ClassVar[Search] = USUAL
+    evolution: Search = USUAL
     paper_weights: ClassVar[Weights | None] = None
     compares_rivals: ClassVar[bool] = False
     smooth: SmoothForm | None = None
@@ -199,6 +199,20 @@ class TrajectoryProblem(Problem):
     def via_times(self, x: Array) -> Array:
         """Instants at which the via points are passed, (B, n_var) or one vector -> (B, n_points) [s]."""
         return self.interpolant.via_times(self._timing(x))
+
+    def known_good(self, size: int) -> Array:
+        """Decision vectors of at most so many motions that are known to be good, with which a search begins.
+
+        Problems that find such motions by other means override this; there are none here.
+
+        Args:
+            size: number of individuals of the population.
+
+        Returns:
+            Shape (N, n_var).
+        """
+        del size
+        return np.empty((0, self.n_var))
 
     def evaluate_with_gradients(self, x: Array) -> tuple[Array, Array, Array, Array]:
         """Objectives, constraints and their derivatives, exact to rounding (complex step; torque by Pinocchio).

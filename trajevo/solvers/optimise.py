@@ -121,6 +121,8 @@ def decided(search: Search, problem: TrajectoryProblem) -> Search:
     if search.time_limit is not None:
         checked_time_limit(search.time_limit)
     usual = USUAL.updated(**problem.evolution.given)
+    if search.polish is None:
+        search = search.updated(polish=usual.polish)
     return search.updated(generations=search.generations or usual.generations, polish=_polishes(search, problem))
 
 

@@ -127,7 +127,7 @@ class Course:
     @property
     def knots(self) -> Array:
         """Knots of u(t), eq. (7), shape (n_control_points + order,)."""
-        return _knots(self.order, self.control_points.shape[1])
+        return uniform_knots(self.order, self.control_points.shape[1])
 
     @property
     def n_spans(self) -> int:
@@ -210,7 +210,7 @@ class Course:
     @cached_property
     def _coefficients(self) -> Array:
         """Coefficients of u(t) in powers of the share of the span, ascending, shape (order, B, n_spans)."""
-        flat = row_products(self.control_points, _pieces(self.order, self.control_points.shape[1]))
+        flat = row_products(self.control_points, span_coefficients(self.order, self.control_points.shape[1]))
         return np.ascontiguousarray(np.moveaxis(flat.reshape(len(self), self.order, self.n_spans), 1, 0))
 
     @cached_property
@@ -309,17 +309,17 @@ def _chain(path: GeometricPath, piece: Array, offset: Array, u: list[Array], wan
 
 
 @cache
-def _knots(order: int, count: int) -> Array:
+def uniform_knots(order: int, count: int) -> Array:
     """Clamped uniform knots of (7) in unit time, shape (count + order,)."""
     return frozen(np.concatenate([np.zeros(order - 1), np.linspace(0.0, 1.0, count - order + 2), np.ones(order - 1)]))
 
 
 @cache
-def _pieces(order: int, count: int) -> Array:
+def span_coefficients(order: int, count: int) -> Array:
     """Matrix from control points to coefficients in powers of the share of every span, (count, order x n_spans)."""
     from scipy.interpolate import BSpline  # imported where it computes, since that takes long
 
-    knots, spans = _knots(order, count), count - order + 1
+    knots, spans = uniform_knots(order, count), count - order + 1
     basis, starts = BSpline(knots, np.eye(count), order - 1), knots[order - 1 : count]
     powers = [basis(starts, nu=k).T / (factorial(k) * float(spans) ** k) for k in range(order)]
     return frozen(np.concatenate(powers, axis=1))

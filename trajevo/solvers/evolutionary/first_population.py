@@ -100,11 +100,14 @@ def begin_with(algorithm: Chosen, problem: TrajectoryProblem, search: Search, *,
     """
     solver, starts = algorithm.solver, search.starts or algorithm.starts
     sampling = getattr(getattr(solver, "initialization", None), "sampling", None)
+    size: int | None = getattr(solver, "pop_size", None) if isinstance(sampling, Sampling) else None
+    if initial is None and size is not None:
+        known = problem.known_good(size)
+        initial = known if len(known) else None
     if starts == "random" and initial is None:
         return {"starts": starts} if isinstance(sampling, FloatRandomSampling) else {}
-    size, name = getattr(solver, "pop_size", None), type(solver).__name__
-    if not isinstance(sampling, Sampling) or size is None:
-        what = "starts" if initial is None else "initial"
+    if size is None:
+        what, name = "starts" if initial is None else "initial", type(solver).__name__
         raise InvalidInputError(f"{what}: expected an algorithm that draws its first population, got {name}")
     with _under(problem, search.time_limit) as limited:
         given, evaluations = (np.empty((0, problem.n_var)), 0) if initial is None else _given(limited, initial, size)

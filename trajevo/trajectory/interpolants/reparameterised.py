@@ -130,6 +130,16 @@ class Reparameterisation(Interpolant):
         least = self.least_durations(self._made(rises))
         return np.column_stack([rises, slowness(least, seconds, self.longest_time)])
 
+    def course_of(self, control_points: Array) -> Course:
+        """The courses of control points of u(t), shape (B, control_points), from 0 to 1 and at rest at both ends."""
+        return Course(self.path, control_points, order=self.order, tolerance=self.tolerance)
+
+    def rises_of(self, control_points: Array) -> Array:
+        """The rises whose courses these are, the greatest of each 1, (B, control_points) -> (B, n_rises)."""
+        rises = np.diff(control_points[:, 2:-2], axis=1)
+        found: Array = rises / rises.max(axis=1, keepdims=True)
+        return found
+
     def _durations(self, course: Course, last: Array) -> Array:
         if self.timing == "seconds":
             return last
@@ -142,7 +152,7 @@ class Reparameterisation(Interpolant):
         return self._made(given[:, : self.n_rises]), given[:, -1]
 
     def _made(self, rises: Array) -> Course:
-        return Course(self.path, self._control_points(rises), order=self.order, tolerance=self.tolerance)
+        return self.course_of(self._control_points(rises))
 
     def _control_points(self, rises: Array) -> Array:
         """Control points of (6) with (18) built in, shape (B, control_points)."""

@@ -37,7 +37,7 @@ def path_pace(positions: Array, velocity: Array, acceleration: Array, jerk: Arra
     Returns:
         Shape (K - 1,) [s]; up to a common factor where neither velocity nor acceleration is limited.
     """
-    from scipy.interpolate import CubicSpline, PchipInterpolator  # imported where it computes, since that takes long
+    from scipy.interpolate import CubicSpline  # imported where it computes, since that takes long
 
     unit = np.where(np.isfinite(velocity), velocity, np.where(np.isfinite(acceleration), acceleration, 1.0))
     chords = np.linalg.norm(np.diff(positions, axis=0) / unit, axis=1)
@@ -47,22 +47,19 @@ def path_pace(positions: Array, velocity: Array, acceleration: Array, jerk: Arra
     at = np.append(0.0, np.cumsum(chords))
     spline = CubicSpline(at, positions)
     fine = np.append((at[:-1, None] + chords[:, None] * np.arange(_STEPS) / _STEPS).ravel(), at[-1])
-    squared = _squared_speed(np.diff(fine), spline(fine, 1), spline(fine, 2), velocity, acceleration)
+    squared = squared_speed(np.diff(fine), spline(fine, 1), spline(fine, 2), velocity, acceleration)
     steps = 2.0 * np.diff(fine) / (np.sqrt(squared[:-1]) + np.sqrt(squared[1:]))
     instants = np.append(0.0, np.cumsum(steps))
-    window = _window(acceleration, jerk, instants[-1])
-    if not window:
+    width = window(acceleration, jerk, instants[-1])
+    if not width:
         return frozen(np.diff(instants[::_STEPS]))
-    averaged = PchipInterpolator(instants, fine).antiderivative()
-    t = np.linspace(0.0, instants[-1] + window, _FINE)
-    way = (
-        _extended(averaged, t, instants[-1], at[-1]) - _extended(averaged, t - window, instants[-1], at[-1])
-    ) / window
+    t = np.linspace(0.0, instants[-1] + width, _FINE)
+    way = averaged(instants, fine, t, width)
     passed = np.interp(at[1:-1], way, t)
     return frozen(np.diff([0.0, *passed.tolist(), float(t[-1])]))
 
 
-def _squared_speed(ds: Array, first: Array, second: Array, velocity: Array, acceleration: Array) -> Array:
+def squared_speed(ds: Array, first: Array, second: Array, velocity: Array, acceleration: Array) -> Array:
     """The greatest squared speed along the path at its steps, 0 at both ends.
 
     Args:
@@ -97,11 +94,27 @@ def _passed(most: Array, ds: Array, first: Array, second: Array, moving: Array, 
     return bounded
 
 
-def _window(acceleration: Array, jerk: Array, duration: float) -> float:
+def window(acceleration: Array, jerk: Array, duration: float) -> float:
     """Time over which positions are averaged, so that a jump from no acceleration to the greatest is a ramp [s]."""
     limited = np.isfinite(acceleration) & np.isfinite(jerk)
     wanted = float((acceleration[limited] / jerk[limited]).max(initial=0.0))
     return min(wanted, duration)
+
+
+def averaged(instants: Array, way: Array, t: Array, width: float) -> Array:
+    """Means of a way over the time ``width`` before each instant, at rest before and after.
+
+    Args:
+        instants: when the way is known, shape (M,) [s].
+        way: the way there, shape (M,).
+        t: where the means are wanted, from 0 to the end plus the width, shape (T,) [s].
+        width: time over which is averaged [s].
+    """
+    from scipy.interpolate import PchipInterpolator  # imported where it computes, since that takes long
+
+    integral, end, last = PchipInterpolator(instants, way).antiderivative(), instants[-1], way[-1]
+    found: Array = (_extended(integral, t, end, last) - _extended(integral, t - width, end, last)) / width
+    return found
 
 
 def _extended(integral: object, t: Array, end: float, last: float) -> Array:
