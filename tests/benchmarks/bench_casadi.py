@@ -1,27 +1,29 @@
 """Least times of trajevo against CasADi with Ipopt on the same decision vectors, bounds and limits; docs/optimum.md.
 
-Six problems; every row is one run of ``optimise`` with default settings, and Ipopt (MUMPS) from five starts: the fastest
-member that the evolution found, three random ones, and trajevo's own end, which shows whether that is an optimum at all.
-Four problems are written anew in symbols of CasADi (``splines_anew.py``), with exact first and second derivatives; of
-the other two, values and exact gradients are trajevo's, and the Hessian is approximated with limited memory.
-``bench_casadi.py SEED NUMBERS``, as in ``bench_casadi.py 2 1 4`` for the first and the fourth problem with seed 2; all
-with seed 1 if nothing is given. Needs casadi: ``pip install 'trajevo[bench]'``.
+Six problems; every row is one run of ``optimise`` with default settings, and Ipopt (MUMPS) from five starts: the
+fastest member that the evolution found, trajevo's own end, which shows whether that is an optimum at all, and three
+random ones. Four problems are written anew in symbols of CasADi (``splines_anew.py``), with exact first and second
+derivatives; of the other two, values and exact gradients are trajevo's, and the Hessian is approximated with limited
+memory. ``bench_casadi.py NUMBERS --seed SEED --random COUNT``, as in ``bench_casadi.py 1 4 --seed 2`` for the first and
+the fourth problem; the six with seed 1 if nothing is given, and a seventh on request. Needs casadi: ``pip install
+'trajevo[bench]'``.
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from cases_of_optima import Compared, cases, disagreement, random_vectors
+from cases_of_optima import USUAL, Compared, cases, disagreement, random_vectors
 
-from trajevo import ViaPointProblem, optimise, polish
+from trajevo import ViaPointProblem, certify, optimise, polish
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
-#: Random starts, and share of a limit by which Ipopt's motion may exceed it and still counts.
-RANDOM, EXCESS = 3, 1e-6
+#: Share of a limit by which Ipopt's motion may exceed it and still counts.
+EXCESS = 1e-6
 
 #: What is said where CasADi is not installed.
 MISSING = "bench_casadi.py: expected CasADi, which is not installed; pip install 'trajevo[bench]'"
@@ -43,6 +45,7 @@ class End:
 
     Attributes:
         start: name of the start.
+        x: decision vector, shape (n_var,).
         least: time of the motion [s].
         share: greatest share of any limit that it uses, by trajevo.
         told: what Ipopt says.
@@ -50,6 +53,7 @@ class End:
     """
 
     start: str
+    x: np.ndarray
     least: float
     share: float
     told: str
@@ -63,15 +67,19 @@ def main() -> None:
     except ImportError:
         print(MISSING)
         return
-    seed, numbers = int((sys.argv[1:] or ["1"])[0]), [int(given) for given in sys.argv[2:]]
-    print(f"casadi {casadi.__version__}, seed {seed}; CPU times, Ipopt's of all its starts", flush=True)
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("numbers", type=int, nargs="*", help="numbers of the problems; the first six if none is given")
+    parser.add_argument("--seed", type=int, default=1, help="of the run and of the random starts")
+    parser.add_argument("--random", type=int, default=3, help="number of random starts of Ipopt")
+    given = parser.parse_args()
+    print(f"casadi {casadi.__version__}, seed {given.seed}; CPU times, Ipopt's of all its starts", flush=True)
     for number, case in enumerate(cases(), start=1):
-        if not numbers or number in numbers:
-            row(number, case, seed, casadi)
+        if number in (given.numbers or range(1, USUAL + 1)):
+            print("\n".join(lines(number, case, given.seed, given.random, casadi)), flush=True)
 
 
-def row(number: int, case: Compared, seed: int, casadi: Any) -> None:
-    """Solve a problem by both and print what came out."""
+def lines(number: int, case: Compared, seed: int, random: int, casadi: Any) -> list[str]:
+    """What came out where a problem is solved by both."""
     problem, column = case.problem, case.problem.objective_names.index("time")
     began = time.process_time()
     evolved = optimise(problem, seed=seed, polish=False, progress=False)
@@ -85,24 +93,45 @@ def row(number: int, case: Compared, seed: int, casadi: Any) -> None:
     began = time.process_time()
     solver = in_symbols(case, casadi) if case.formulation else Gradients(problem).solver(casadi)
     made = time.process_time() - began
-    random = random_vectors(problem, RANDOM, seed)
-    starts = {"evolved": first} | {f"random {k + 1}": x for k, x in enumerate(random)} | {"trajevo's": own}
+    starts = {f"random {k + 1}": x for k, x in enumerate(random_vectors(problem, random, seed))}
+    starts = {"evolved": first, "trajevo's": own} | starts
     ends = [end_of(problem, solver, name, x) for name, x in starts.items()]
-    within = [end for end in ends if end.share <= 1.0 + EXCESS]
     spent = made + sum(end.cpu for end in ends)
     written = f"written anew, differs by {disagreement(case):.0e}" if case.formulation else "gradients of trajevo"
-    print(f"{number}. {case.title}: {problem.n_var} variables, {written}")
-    print(f"   trajevo {least:.6f} s, CPU {evolution:.1f} + {polishing:.1f} s; evolved {evolved.F[:, column].min():.6f} s")
-    if within:
-        best = min(within, key=lambda end: end.least)
-        print(
-            f"   Ipopt   {best.least:.6f} s ({100.0 * (best.least / least - 1.0):+.4f} %), CPU {spent:.1f} s, from "
-            f"{best.start}, greatest share of a limit {best.share:.8f}, certified: {best.share <= 1.0 + 1e-9}"
-        )
-    else:
-        print(f"   Ipopt   nothing within all limits, CPU {spent:.1f} s")
-    for end in ends:
-        print(f"     {end.start:10} {end.least:.6f} s, share {end.share:.8f}, {end.told}, CPU {end.cpu:.1f} s", flush=True)
+    return [
+        f"{number}. {case.title}: {problem.n_var} variables, {written}",
+        f"   trajevo {least:.6f} s, CPU {evolution:.1f} + {polishing:.1f} s, {proven(problem, own)}; evolved "
+        f"{evolved.F[:, column].min():.6f} s",
+        *of_ipopt(problem, ends, least, spent),
+    ]
+
+
+def of_ipopt(problem: ViaPointProblem, ends: list[End], least: float, spent: float) -> list[str]:
+    """The best of Ipopt's ends within all limits, how many are as good, and how the first of them ended."""
+    within = [end for end in ends if end.share <= 1.0 + EXCESS]
+    if not within:
+        return [f"   Ipopt   nothing within all limits, CPU {spent:.1f} s"]
+    best = min(within, key=lambda end: end.least)
+    near = sum(end.least <= 1.001 * best.least for end in within)
+    told = [f"     {end.start:10} {end.least:.6f} s, share {end.share:.8f}, {end.told}" for end in ends[:5]]
+    return [
+        f"   Ipopt   {best.least:.6f} s ({100.0 * (best.least / least - 1.0):+.4f} %), CPU {spent:.1f} s, "
+        f"from {best.start}, {proven(problem, best.x)}",
+        f"     {len(within)} of {len(ends)} ends are within all limits, {near} of them within 0.1 % of the best",
+        *told,
+    ]
+
+
+def proven(problem: ViaPointProblem, x: np.ndarray) -> str:
+    """What trajevo proves of a motion at every instant, limits that are sampled included."""
+    F, G = problem.evaluate(x[None], return_values_of=["F", "G"])
+    named = [
+        dict(zip(names, row[0], strict=True))
+        for names, row in ((problem.objective_names, F), (problem.constraint_names, G))
+    ]
+    certificate = certify(WeightedOptimum(problem, x, 0.0, *named, np.zeros(1), 0.0))
+    share = max(proof.share for proof in certificate.rows)
+    return f"at its instants {1.0 + G.max():.8f} of a limit, at every instant at most {share:.6f}"
 
 
 def end_of(problem: ViaPointProblem, solver: tuple[Any, dict[str, Any]], name: str, x: np.ndarray) -> End:
@@ -114,7 +143,7 @@ def end_of(problem: ViaPointProblem, solver: tuple[Any, dict[str, Any]], name: s
     end = np.clip(np.array(found["x"]).ravel(), problem.xl, problem.xu)
     F, G = problem.evaluate(end[None], return_values_of=["F", "G"])
     least = float(F[0, problem.objective_names.index("time")])
-    return End(name, least, 1.0 + float(G.max()), solve.stats()["return_status"], spent)
+    return End(name, end, least, 1.0 + float(G.max()), solve.stats()["return_status"], spent)
 
 
 def in_symbols(case: Compared, casadi: Any) -> tuple[Any, dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Six problems of least time for ``bench_casadi.py``, four of them also as they are written anew without trajevo."""
+"""Problems of least time for ``bench_casadi.py``, most of them also as they are written anew without trajevo."""
 
 from __future__ import annotations
 
@@ -22,9 +22,11 @@ THREE = [
     [0.4, -1.0, 0.9, -1.6, -1.2, -0.8],
     [1.3, -1.6, 1.7, -0.9, -1.8, 1.0],
 ]
-FIVE = [[0.522 * k / 4, 0.5] for k in range(5)]
 RODS = Path(__file__).parents[1] / "data" / "rods.urdf"
 PAYLOAD, SAMPLES = 1.0, 8
+
+#: How many of the cases are compared if no numbers are given; the further ones are known to have many valleys.
+USUAL = 6
 
 
 @dataclass(frozen=True)
@@ -43,15 +45,16 @@ class Compared:
 
 
 def cases() -> list[Compared]:
-    """All six."""
+    """The six that are compared, and one with more points that move."""
     task = dict(load_task("ur5_pick_and_place").problem.settings)
     return [
         Compared("six joints, cubic", six_joints(), partial(anew_six_joints, count=0)),
         Compared("six joints, cubic, extra_points = 2", six_joints(extra_points=2), partial(anew_six_joints, count=2)),
         Compared("six joints, bspline", six_joints(interpolant="bspline")),
-        Compared("rods, cubic, points that move", rods("cubic"), anew_rods_cubic),
+        Compared("rods, cubic, points that move", rods("cubic", 5), partial(anew_rods_cubic, count=5)),
         Compared("UR5, pick and place, sampled", ViaPointProblem(**task | {"limits": "sampled"})),
-        Compared("rods, hermite, points that move", rods("hermite"), anew_rods_hermite),
+        Compared("rods, hermite, points that move", rods("hermite", 5), anew_rods_hermite),
+        Compared("rods, cubic, eight points", rods("cubic", 8), partial(anew_rods_cubic, count=8)),
     ]
 
 
@@ -61,14 +64,14 @@ def six_joints(**given: Any) -> ViaPointProblem:
     return ViaPointProblem(robot=robot, points=THREE, duration_bounds=(0.02, 3.0), **{"interpolant": "cubic"} | given)
 
 
-def rods(interpolant: str) -> ViaPointProblem:
-    """Two rods with 1 N·m at each joint, through five points of which the inner ones may move."""
+def rods(interpolant: str, count: int) -> ViaPointProblem:
+    """Two rods with 1 N·m at each joint, through points of which the inner ones may move."""
     return ViaPointProblem(
         robot=load_robot(RODS, limits={"acceleration": np.inf, "jerk": np.inf}),
-        points=FIVE,
+        points=in_a_row(count),
         interpolant=interpolant,
         duration_bounds=(0.02, 4.0),
-        moving=[{"point": k, "joints": [1.0, 1.5]} for k in range(1, 4)],
+        moving=[{"point": k, "joints": [1.0, 1.5]} for k in range(1, count - 1)],
         objectives=["time", "energy"],
         constraints=["effort"],
         limits="sampled",
@@ -84,22 +87,28 @@ def anew_six_joints(x: list[Any], xp: Any, *, count: int) -> tuple[Any, list[Any
     return sum(x[: len(THREE) + 1]), [share for kind in shares for share in kind]
 
 
-def anew_rods_cubic(x: list[Any], xp: Any) -> tuple[Any, list[Any]]:
-    """The fourth problem, without trajevo."""
-    pieces = anew.cubic(_moved(x[-6:]), x[:6])
-    return sum(x[:6]), anew.TwoLinks.of(RODS, PAYLOAD).shares(pieces, SAMPLES, xp)
+def anew_rods_cubic(x: list[Any], xp: Any, *, count: int) -> tuple[Any, list[Any]]:
+    """The fourth problem, and the one of eight points, without trajevo."""
+    pieces = anew.cubic(_moved(count, x[count + 1 :]), x[: count + 1])
+    return sum(x[: count + 1]), anew.TwoLinks.of(RODS, PAYLOAD).shares(pieces, SAMPLES, xp)
 
 
 def anew_rods_hermite(x: list[Any], xp: Any) -> tuple[Any, list[Any]]:
     """The sixth problem, without trajevo."""
-    pieces = anew.hermite(_moved(x[-6:]), x[:4], [x[4:7], x[7:10]])
+    pieces = anew.hermite(_moved(5, x[10:]), x[:4], [x[4:7], x[7:10]])
     return sum(x[:4]), anew.TwoLinks.of(RODS, PAYLOAD).shares(pieces, SAMPLES, xp)
 
 
-def _moved(offsets: list[Any]) -> list[list[Any]]:
-    """The five points, the inner ones moved."""
-    inner = [[FIVE[k][j] + offsets[2 * (k - 1) + j] for j in range(2)] for k in (1, 2, 3)]
-    return [FIVE[0], *inner, FIVE[4]]
+def in_a_row(count: int) -> list[list[float]]:
+    """The points of the rods, (count, 2) [rad]."""
+    return [[0.522 * k / (count - 1), 0.5] for k in range(count)]
+
+
+def _moved(count: int, offsets: list[Any]) -> list[list[Any]]:
+    """These points, the inner ones moved."""
+    first, *inner, last = in_a_row(count)
+    moved = [[point[j] + offsets[2 * k + j] for j in range(2)] for k, point in enumerate(inner)]
+    return [first, *moved, last]
 
 
 def random_vectors(problem: ViaPointProblem, count: int, seed: int) -> np.ndarray:
