@@ -149,7 +149,7 @@ def end_of(problem: ViaPointProblem, solver: tuple[Any, dict[str, Any]], name: s
 def in_symbols(case: Compared, casadi: Any) -> tuple[Any, dict[str, Any]]:
     """Ipopt on the problem that is written anew, with exact derivatives, and the bounds of its limits."""
     x = casadi.SX.sym("x", case.problem.n_var)
-    took, shares = case.formulation([x[k] for k in range(case.problem.n_var)], casadi)  # type: ignore[misc]
+    took, shares = case.formulation([x[k] for k in range(case.problem.n_var)], casadi)
     nlp = {"x": x, "f": took, "g": casadi.vertcat(*shares)}
     return casadi.nlpsol("solver", "ipopt", nlp, {"ipopt": IPOPT, "print_time": False}), {"lbg": -1.0, "ubg": 1.0}
 
@@ -180,7 +180,7 @@ class Gradients:
         count, terms, at = self.problem.n_var, self.terms, self.at
         sizes = [(count, 1), (1, 1), (terms, 1)]
 
-        class Slopes(casadi.Callback):  # type: ignore[misc, name-defined]
+        class Slopes(casadi.Callback):
             def __init__(self, name: str, options: dict[str, Any]) -> None:
                 super().__init__()
                 self.construct(name, options)
@@ -201,7 +201,7 @@ class Gradients:
                 _, slope, _, slopes = at(given[0])
                 return [casadi.DM(slope[None]), casadi.DM(slopes)]
 
-        class Values(casadi.Callback):  # type: ignore[misc, name-defined]
+        class Values(casadi.Callback):
             def __init__(self) -> None:
                 super().__init__()
                 self.construct("values", {})

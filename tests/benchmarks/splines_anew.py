@@ -197,14 +197,14 @@ class TwoLinks:
         joints = list(tree.iter("joint"))
 
         def of_links(tag: str, key: str) -> Any:
-            return tuple(float(str(link.find(tag).get(key)).split()[0]) for link in links)  # type: ignore[union-attr]
+            return tuple(float(str(link.find(tag).get(key)).split()[0]) for link in links)
 
         return cls(
             of_links("mass", "value"),
             of_links("origin", "xyz"),
             of_links("inertia", "izz"),
-            tuple(float(joint.find("origin").get("xyz").split()[0]) for joint in joints[1:]),  # type: ignore
-            tuple(float(joint.find("limit").get("effort")) for joint in joints[:2]),  # type: ignore
+            tuple(float(joint.find("origin").get("xyz").split()[0]) for joint in joints[1:]),
+            tuple(float(joint.find("limit").get("effort")) for joint in joints[:2]),
             payload,
         )
 
