@@ -115,7 +115,7 @@ def of_ipopt(problem: ViaPointProblem, ends: list[End], least: float, spent: flo
     near = sum(end.least <= 1.001 * best.least for end in within)
     told = [f"     {end.start:10} {end.least:.6f} s, share {end.share:.8f}, {end.told}" for end in ends[:5]]
     return [
-        f"   Ipopt   {best.least:.6f} s ({100.0 * (best.least / least - 1.0):+.4f} %), CPU {spent:.1f} s, "
+        f"   Ipopt   {best.least:.6f} s ({100.0 * (best.least / least - 1.0):+.5f} %), CPU {spent:.1f} s, "
         f"from {best.start}, {proven(problem, best.x)}",
         f"     {len(within)} of {len(ends)} ends are within all limits, {near} of them within 0.1 % of the best",
         *told,
