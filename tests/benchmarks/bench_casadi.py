@@ -115,7 +115,7 @@ def of_ipopt(problem: ViaPointProblem, ends: list[End], least: float, spent: flo
     near = sum(end.least <= 1.001 * best.least for end in within)
     told = [f"     {end.start:10} {end.least:.6f} s, share {end.share:.8f}, {end.told}" for end in ends[:5]]
     return [
-        f"   Ipopt   {best.least:.6f} s ({100.0 * (best.least / least - 1.0):+.5f} %), CPU {spent:.1f} s, "
+        f"   Ipopt   {best.least:.6f} s ({100.0 * (best.least / least - 1.0):+.6f} %), CPU {spent:.1f} s, "
         f"from {best.start}, {proven(problem, best.x)}",
         f"     {len(within)} of {len(ends)} ends are within all limits, {near} of them within 0.1 % of the best",
         *told,
@@ -130,8 +130,8 @@ def proven(problem: ViaPointProblem, x: np.ndarray) -> str:
         for names, row in ((problem.objective_names, F), (problem.constraint_names, G))
     ]
     certificate = certify(WeightedOptimum(problem, x, 0.0, *named, np.zeros(1), 0.0))
-    share = max(proof.share for proof in certificate.rows)
-    return f"at its instants {1.0 + G.max():.8f} of a limit, at every instant at most {share:.6f}"
+    share, verdict = max(proof.share for proof in certificate.rows), "" if certificate.proven else "not "
+    return f"{1.0 + G.max():.8f} of a limit, {verdict}certified: at every instant at most {share:.8f}"
 
 
 def end_of(problem: ViaPointProblem, solver: tuple[Any, dict[str, Any]], name: str, x: np.ndarray) -> End:
