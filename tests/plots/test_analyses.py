@@ -117,7 +117,8 @@ def test_a_report_makes_the_problem_once_and_decodes_a_few_rows(kept, tmp_path, 
     monkeypatch.setattr(TrajectoryProblem, "decode", decoding)
     front = Front.load(file)
     report(front, tmp_path / "short.html", analyses=analyse(front, "short"))
-    assert counted["decode"] <= 3 + 2 + len(front.choices()) + 1
+    # What holds the knee back takes three: the number of its segments, an example of its terms, and the gradients.
+    assert counted["decode"] <= 3 + 2 + len(front.choices()) + 1 + 3
 
 
 def test_what_is_missing_is_computed_and_added(kept, tmp_path, monkeypatch):
@@ -187,7 +188,7 @@ def test_where_nothing_can_be_kept_a_report_is_made_all_the_same(kept, tmp_path)
 
 def test_only_what_suits_a_problem_is_computed(kept):
     pointing = optimise(PointingMechanism(), **SMALL)
-    assert analysed(pointing) == analysed(pointing, "short") == ("certificate",)
+    assert analysed(pointing) == analysed(pointing, "short") == ("certificate", "exchange_rates")
     assert analysed(Front.load(kept[0]), "none") == ()
     refused(lambda: analyse(pointing, "long"), "unknown report 'long'; known: full, none, short")
 

@@ -163,11 +163,21 @@ def exchange_rates(
     near = real_number(within)
     if near is None or not 0.0 <= near <= 1.0:
         raise InvalidInputError(f"within: expected a share from 0 to 1, got {within!r}")
-    chosen = list(rows)
+    limits, slopes = _slopes(front, list(rows))
+    return tuple(_rates(front, row, wanted, near, limits, *each) for row, each in zip(rows, slopes, strict=True))
+
+
+def exchange_rates_of_all(front: Front, row: int) -> tuple[ExchangeRates, ...]:
+    """What holds each objective of one solution back, by its gradients evaluated once."""
+    limits, slopes = _slopes(front, [row])
+    return tuple(_rates(front, row, wanted, ON_LIMIT, limits, *slopes[0]) for wanted in range(front.F.shape[1]))
+
+
+def _slopes(front: Front, rows: list[int]) -> tuple[_Limits, list[tuple[Array, Array, Array]]]:
+    """The limits in terms; and for each solution slopes of objectives, values and slopes of these terms."""
     limits = _Limits.of(front.problem)
-    _, of_objectives, G, of_limits = limits.in_terms.evaluate_with_gradients(front.X[chosen])
-    slopes = zip(of_objectives, G, of_limits, strict=True)
-    return tuple(_rates(front, row, wanted, near, limits, *each) for row, each in zip(chosen, slopes, strict=True))
+    _, of_objectives, G, of_limits = limits.in_terms.evaluate_with_gradients(front.X[rows])
+    return limits, list(zip(of_objectives, G, of_limits, strict=True))
 
 
 def _rates(

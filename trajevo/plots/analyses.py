@@ -9,6 +9,7 @@ from typing import Any
 
 from trajevo.capacity.payload_studies import PAYLOAD_STUDIES, Studied
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.front.exchange_rates import exchange_rates_of_all
 from trajevo.front.front import Front
 from trajevo.plots.analyses_file import read_analyses, write_analyses
 from trajevo.solvers.rivals import rivals_of
@@ -17,7 +18,7 @@ from trajevo.verification.certify import certify
 #: Analyses by name, in the order in which they are computed.
 ANALYSES: dict[str, Callable[[Studied], Any]] = {
     "certificate": lambda of: certify(of.knee),
-    "exchange_rates": lambda of: tuple(of.knee.sensitivity(name) for name in of.front.objective_names),
+    "exchange_rates": lambda of: exchange_rates_of_all(of.front, of.knee.index),
     "rivals": lambda of: rivals_of(of.front.problem),
     **PAYLOAD_STUDIES,
 }
