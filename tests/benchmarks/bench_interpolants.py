@@ -25,6 +25,7 @@ INTERPOLANTS: dict[str, dict[str, Any]] = {
     "cubic + 1": {"interpolant": "cubic", "extra_points": 1},
     "cubic + 2": {"interpolant": "cubic", "extra_points": 2},
     "bspline": {"interpolant": "bspline"},
+    "bspline 5, 1 even": {"interpolant": "bspline", "bspline": {"degree": 5, "control_points": 1, "knots": "even"}},
     "bspline, 2 even": {"interpolant": "bspline", "bspline": {"degree": 3, "control_points": 2, "knots": "even"}},
 }
 

@@ -51,7 +51,7 @@ def test_slower_copies_keep_the_path():
     scaled, x = Scaled(made, columns, 0.0), 0.5 * (made.xl + made.xu)
     x[:2] = [0.5, 0.7]
     rows = scaled.outside(anchors.slowed(scaled, made, x))
-    np.testing.assert_allclose(rows[:, :2], x[:2] * 1.045 ** np.arange(17)[:, None])
+    np.testing.assert_allclose(rows[:, :2], x[:2] * 1.07 ** np.arange(17)[:, None])
     np.testing.assert_allclose(rows[:, 2:], np.tile(x[2:], (17, 1)))
     shares = np.linspace(0.0, 1.0, 5)
     paths = made.decode(rows).at_shares(shares, 0)

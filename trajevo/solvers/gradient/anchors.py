@@ -27,7 +27,7 @@ from trajevo.solvers.gradient.sqp import MARGIN, OutOfEvaluations, WeightedSum, 
 _MOST, _TOLERANCE = 40, 1e-6
 
 #: Factor of all times from one slower copy of an anchor to the next, and number of copies.
-_SLOWER, _COPIES = 1.045, 16
+_SLOWER, _COPIES = 1.07, 16
 
 #: Starts of a search: anywhere on the scales of the variables, anywhere between the bounds but nearer to the middle of
 #: those that are no times, and members of the front.

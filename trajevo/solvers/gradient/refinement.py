@@ -46,9 +46,6 @@ _UNTIL_ANCHORED, _UNTIL_REFINED = 0.6, 0.75
 #: Greatest number of members between which gaps are filled.
 _MEMBERS_OF_GAPS = 60
 
-#: Slower copies of a least time that was sought from afar, which are refined too.
-_REFINED_COPIES = (1, 3, 5, 7)
-
 #: Initial trust region of members that begin near the front.
 _NEAR = 0.2
 
@@ -186,7 +183,7 @@ class Refinement:
             copies = slowed(self._scaled, self._smooth, found.x)
             self._add(copies)
             if explore:
-                self._slower = copies[[k for k in _REFINED_COPIES if k < len(copies)]]
+                self._slower = copies[1:]
         return found
 
     def _judged(self, column: int, x: Array, found: Found) -> Anchor:
