@@ -1,9 +1,10 @@
-"""Least time and price of every interpolant on ten problems, by default settings: which one a new task should have.
+"""Least time and price of every interpolant on eight problems, or ten, by default settings: which a task should have.
 
-``bench_interpolants.py SEEDS``, one seed if not given; ``bench_interpolants.py SEEDS jumps`` for problems without
-limits of jerk, where accelerations may jump. Every cell is one run of ``optimise`` with polish: how far its least time
-lies above the best of its row [%] and its CPU time [s]. Least times are certified, or marked with ``!`` if not. Below,
-how far each interpolant lies above the best of its row in the mean and at worst, and its CPU time.
+``bench_interpolants.py SEEDS``, one seed if not given; ``bench_interpolants.py SEEDS all`` for two more, of seven
+joints, which take an hour; ``bench_interpolants.py SEEDS jumps`` without limits of jerk, where accelerations may jump.
+Every cell is one run of ``optimise`` with polish: how far its least time lies above the best of its row [%] and its CPU
+time [s]. Least times are certified, or marked with ``!`` if not. Below, how far each interpolant lies above the best of
+its row in the mean and at worst, and its CPU time.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ JUMPING: dict[str, dict[str, Any]] = {
     "hermite + 1": {"interpolant": "hermite", "extra_points": 1},
 }
 
-#: Tasks of the package, and what is changed of them: none has more than the points asked for.
-TASKS = ("ur5_pick_and_place", "panda_six_points", "xarm7_obstacle")
+#: Tasks of the package, and those of them that take long.
+TASKS, LONG = ("ur5_pick_and_place",), ("panda_six_points", "xarm7_obstacle")
 
 
 RODS = Path(__file__).parents[1] / "data" / "rods.urdf"
@@ -51,7 +52,7 @@ def six_joints(jerk: float, points: Any) -> dict[str, Any]:
     return {"robot": robot, "points": points, "duration_bounds": (0.02, 3.0)}
 
 
-def problems() -> dict[str, dict[str, Any]]:
+def problems(tasks: tuple[str, ...] = TASKS) -> dict[str, dict[str, Any]]:
     """Name -> arguments of a problem without its interpolant."""
     three = [
         (-0.8, -1.9, 1.4, -1.2, -1.5, 0.3),
@@ -82,7 +83,7 @@ def problems() -> dict[str, dict[str, Any]]:
             "duration_bounds": (0.02, 3.0),
         },
     }
-    for name in TASKS:
+    for name in tasks:
         settings = dict(load_task(name).problem.settings)
         found[name.replace("_", " ")] = {
             key: value for key, value in settings.items() if key not in ("interpolant", "extra_points", "bspline")
@@ -119,7 +120,10 @@ def solved(problem: TrajectoryProblem, seed: int) -> tuple[float, float, bool]:
 def main() -> None:
     """Print the table."""
     seeds = range(1, 1 + int(sys.argv[1]) if len(sys.argv) > 1 else 2)
-    shapes, tasks = (JUMPING, jumping()) if sys.argv[2:] == ["jumps"] else (INTERPOLANTS, problems())
+    if sys.argv[2:] == ["jumps"]:
+        shapes, tasks = JUMPING, jumping()
+    else:
+        shapes, tasks = INTERPOLANTS, problems(TASKS + LONG if sys.argv[2:] == ["all"] else TASKS)
     above: dict[str, list[float]] = {name: [] for name in shapes}
     price: dict[str, list[float]] = {name: [] for name in shapes}
     print(f"{'problem':32}{'best [s]':>10}", *(f"{name:>18}" for name in shapes), flush=True)
