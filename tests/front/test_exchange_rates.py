@@ -1,5 +1,6 @@
 """Exchange rates along a front: closed forms, new optima with relaxed limits, and what is refused."""
 
+import dataclasses
 import re
 
 import matplotlib.pyplot as plt
@@ -104,6 +105,9 @@ def test_a_solution_that_is_no_optimum_says_so():
     )
     assert rough.least("time").sensitivity().imbalance > 0.05
     assert "optimal to first order but for" in str(front.knee().sensitivity())
+    rates = front.knee().sensitivity()
+    assert dataclasses.replace(rates, imbalance=0.3).short.endswith(", but for 30 % of its slope")
+    assert "slope" not in dataclasses.replace(rates, imbalance=0.05).short
 
 
 def test_mistakes_are_told():

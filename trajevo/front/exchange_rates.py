@@ -32,8 +32,8 @@ ON_LIMIT, _ON_BOUND = 1e-3, 1e-6
 #: Share of the greatest gain below which none is told, and least value of another objective that has shares.
 _TOLD, _LEAST = 1e-3, 1e-12
 
-#: How many of the exchanges are told in one line.
-_BEST = 2
+#: How many of the exchanges are told in one line, and the imbalance above which that is told with them.
+_BEST, _UNBALANCED = 2, 0.1
 
 
 @final
@@ -128,7 +128,8 @@ class ExchangeRates:
         """What buys most of the objective, in one line."""
         rows = [f"{name} relaxed by 5 % buys {change[1:]}" for name, _, change in self.table()[:_BEST]]
         held = rows or [f"{', '.join(self.ends)} at an end of its range" if self.ends else "held by nothing"]
-        return f"{self.objective}: {'; '.join(held)}"
+        doubt = f", but for {100.0 * self.imbalance:.2g} % of its slope" if self.imbalance > _UNBALANCED else ""
+        return f"{self.objective}: {'; '.join(held)}{doubt}"
 
     def __str__(self) -> str:
         lines = [self.told]
