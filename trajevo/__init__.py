@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from trajevo.formulation.search import Search
     from trajevo.formulation.via_points import ViaPointProblem
     from trajevo.front.front import Front, Solution
+    from trajevo.page.animation import animate
+    from trajevo.page.report import report
     from trajevo.path.boxes import CartesianBox, JointBox
     from trajevo.path.curve import GeometricPath
     from trajevo.path.inverse_kinematics import Pose
@@ -45,8 +47,6 @@ if TYPE_CHECKING:
     from trajevo.path.segments import ToolSegment
     from trajevo.path.via_points import ViaPoints
     from trajevo.plots.analyses import analyse
-    from trajevo.plots.animation import animate
-    from trajevo.plots.report import report
     from trajevo.robot.joints import JointLimits
     from trajevo.robot.payload import Payload
     from trajevo.robot.robot import Robot, load_robot
@@ -154,8 +154,8 @@ _NAMES = {
     "exporters.exporter": ("Exporter",),
     "exporters.export": ("export",),
     "plots.analyses": ("analyse",),
-    "plots.report": ("report",),
-    "plots.animation": ("animate",),
+    "page.report": ("report",),
+    "page.animation": ("animate",),
     # Many runs
     "study.definition": ("Study", "load_study"),
     "study.engines": ("InProcess", "Processes"),

@@ -13,9 +13,9 @@ os.environ["MPLBACKEND"] = "Agg"
 
 from trajevo import Front, load_task
 from trajevo.capacity.payload_studies import Studied
+from trajevo.page.report import report
 from trajevo.plots import pictures
 from trajevo.plots.analyses import ANALYSES, analyse, analysed
-from trajevo.plots.report import report
 
 TASK = Path(__file__).parents[2] / "problems" / "tasks" / "ur5_pick_and_place.toml"
 

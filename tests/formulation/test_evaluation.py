@@ -17,7 +17,7 @@ from trajevo import Front, optimise
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
 from trajevo.front.archive import MOST_LISTED
-from trajevo.plots.report import report
+from trajevo.page.report import report
 from trajevo.problems import PointingMechanism
 from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import read_run, resume

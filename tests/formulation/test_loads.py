@@ -34,8 +34,8 @@ from trajevo.capacity.uncertainty import robust_problem
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import masses_held
 from trajevo.dynamics.rollout import Rollout
+from trajevo.page.facts import run_facts
 from trajevo.path.loads import together
-from trajevo.plots.report import run_facts
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.robot.payload import carrying
 from trajevo.solvers.evolutionary.first_population import first_population

@@ -13,12 +13,12 @@ from trajevo.capacity.slowdown import slowdown_curve
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.records import ProblemRecord
+from trajevo.page.report import report
 from trajevo.plots import analyses as module
 from trajevo.plots import pictures
 from trajevo.plots.analyses import ANALYSES, KINDS, analysed
 from trajevo.plots.analyses_file import read_analyses, write_analyses
 from trajevo.plots.pictures import PAYLOAD_FIGURES, VIEWS, draw_all, figures_of, save_pictures
-from trajevo.plots.report import report
 from trajevo.problems import PickAndPlace, PointingMechanism
 from trajevo.trajectory.polynomial import PolynomialBatch
 

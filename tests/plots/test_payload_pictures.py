@@ -10,8 +10,8 @@ from tests.helpers import refused
 from trajevo import analyse, optimise, plots
 from trajevo.capacity.dlcc import capacities, dlcc
 from trajevo.capacity.payload_time import capacity_front
+from trajevo.page.report import report
 from trajevo.plots.pictures import FIGURES, PAYLOAD_FIGURES, draw_all, figures_of, save_pictures
-from trajevo.plots.report import report
 from trajevo.problems import HybridManipulator, PointingMechanism
 from trajevo.problems.hybrid_manipulator import paper_solution
 

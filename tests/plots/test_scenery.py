@@ -1,11 +1,10 @@
-"""Obstacles and attached solids in pictures and animations."""
+"""Obstacles and attached solids in pictures."""
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from tests.formulation.test_attached import POST, planar
-from tests.plots.test_animation import commands_of
 from trajevo import optimise, plots
 from trajevo.plots.scenery import scenery
 
@@ -46,13 +45,6 @@ def test_triangles_enclose_the_volume_of_their_solid(best):
     np.testing.assert_allclose(floor.triangles[..., 2].max(), -0.4)
     assert [surface.joint for surface in surfaces[-2:]] == [1, 2]
     np.testing.assert_allclose(np.ptp(surfaces[-2].triangles.reshape(-1, 3), axis=0), [0.46, 0.06, 0.06], rtol=0.01)
-
-
-def test_animations_show_what_stands_and_what_is_carried(best, tmp_path):
-    paths = [each["path"] for each in commands_of(plots.animate(best, tmp_path / "arm.html", rate=5.0))["set_object"]]
-    found = [path.removeprefix("/meshcat/arm/") for path in paths]
-    assert [path for path in found if "attached" in path] == ["frame_0/attached_7", "frame_1/attached_8"]
-    assert [path for path in found if "obstacle" in path] == [f"obstacle_{k}" for k in range(7)]
 
 
 def test_stick_figures_show_them_too(best):

@@ -10,7 +10,7 @@ from tests.helpers import refused, trajevo
 from trajevo import Front, load_robot, load_task, verify
 from trajevo.base.files import opening_robots_only
 from trajevo.formulation.constraints.solids import robot_geometry
-from trajevo.plots.report import run_facts
+from trajevo.page.facts import run_facts
 from trajevo.robot.examine import examine
 from trajevo.robot.robot import robot_of
 

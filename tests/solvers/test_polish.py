@@ -16,7 +16,7 @@ from trajevo.formulation.problem import Weights
 from trajevo.formulation.search import Search
 from trajevo.front.front import Front
 from trajevo.front.hypervolume import hypervolume
-from trajevo.plots.report import run_facts
+from trajevo.page.facts import run_facts
 from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from trajevo.solvers.evolutionary.algorithms import ALGORITHMS
 from trajevo.solvers.gradient.batch_sqp import Lockstep

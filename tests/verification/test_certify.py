@@ -14,7 +14,7 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.exporters.export import export
 from trajevo.formulation.constraints.joint_limits import effort_limits, kinematic_limits
 from trajevo.formulation.constraints.tool import tool_speed_limit
-from trajevo.plots.report import report
+from trajevo.page.report import report
 from trajevo.robot.joints import Friction
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.payload import Payload

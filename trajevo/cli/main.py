@@ -89,7 +89,7 @@ COMMANDS = {
     "animate": _Home(
         "show",
         "animate_motion",
-        "Write an animation of one solution in real time, one HTML file that needs no network.",
+        "Write an animation of one solution in real time: one HTML file that needs no network, or a film.",
     ),
     "capacity": _Home("show", "capacity", "Show the largest payload of a motion, which actuator limits it and when."),
     "slowdown": _Home(

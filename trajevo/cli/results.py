@@ -20,9 +20,9 @@ from trajevo.errors import InvalidInputError, NotRegisteredError, checked_name, 
 from trajevo.exporters.export import is_exported
 from trajevo.front.front import Front
 from trajevo.front.thinning import told_share
+from trajevo.page.report import report as write_report
 from trajevo.plots.analyses import ANALYSES_SUFFIX, KINDS, analyse, analysed
 from trajevo.plots.pictures import FIGURES, Picture, draw_all, figures_of, save_pictures
-from trajevo.plots.report import report as write_report
 from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
 from trajevo.solvers.run.runs import read_run
 

@@ -35,9 +35,10 @@ from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
+from trajevo.page.animation import animate
+from trajevo.page.report import report as write_report
 from trajevo.plots.analyses import kept_kind
 from trajevo.plots.analyses_file import read_analyses
-from trajevo.plots.report import report as write_report
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.certify import certify, certify_all
 from trajevo.verification.verify import verify, verify_all
@@ -125,15 +126,18 @@ def export(
 def animate_motion(
     run: RunArgument,
     solution: SolutionOption = "knee",
-    rate: Annotated[float, typer.Option(help="Frames per second.")] = 25.0,
-    out: Annotated[Path | None, typer.Option(help="HTML file; SOLUTION.html beside the front if not given.")] = None,
+    rate: Annotated[float | None, typer.Option(help="Frames per second of a film, 25 if not given.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="HTML file, or film that ends in .gif or .mp4; SOLUTION.html beside the front if not given."),
+    ] = None,
     problem: ProblemOption = None,
 ) -> None:
-    """Write an animation of one solution in real time, one HTML file that needs no network."""
+    """Write an animation of one solution in real time: one HTML file that needs no network, or a film."""
     chosen = front_of(run, problem).pick(solution)
     with Waiting("drawing", ["animation"]) as shown:
         shown.begin("animation")
-        file = plots.animate(chosen, out or beside(run, f"{solution}.html"), rate=rate)
+        file = animate(chosen, out or beside(run, f"{solution}.html"), rate=rate)
     _out.written(file, then="open it in a browser")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trajevo.plots.along_path import fronts, parameter, path
-    from trajevo.plots.animation import animate, stick_figure
+    from trajevo.plots.chain import stick_figure
     from trajevo.plots.effort import (
         capacity_margins,
         desired_path,
@@ -55,16 +55,15 @@ _NAMES = {
         "uncertainty_price",
         "workspace_capacity",
     ),
+    "chain": ("stick_figure",),
     "rivals": ("plot_rivals",),
     "tradeoffs": ("exchange_rates",),
-    "animation": ("animate", "stick_figure"),
     "pictures": ("draw_all", "save_figure", "save_pictures"),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "allowed_region",
-    "animate",
     "capacity_margins",
     "desired_path",
     "dlcc_iteration",

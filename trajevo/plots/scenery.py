@@ -91,21 +91,6 @@ def triangles_of(solid: Obstacle, width: float = 1.0) -> Array:
     return corners
 
 
-def mesh_of(triangles: Array) -> Any:
-    """Triangles (M, 3, 3) [m] as a mesh for meshcat."""
-    from meshcat import geometry
-
-    corners = triangles.reshape(-1, 3)
-    return geometry.TriangularMeshGeometry(corners, np.arange(len(corners)).reshape(-1, 3))
-
-
-def pose_matrix(rotation: Array, position: Array) -> Array:
-    """A pose as a matrix of homogeneous coordinates, shape (4, 4)."""
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = rotation, position
-    return matrix
-
-
 def _points(solid: Obstacle, width: float) -> Array:
     """Points whose convex hull a solid is, or nearly so, in its own frame, shape (N, 3) [m]."""
     turns = 2.0 * np.pi / _SIDES * np.arange(_SIDES)

@@ -30,21 +30,24 @@ _STL_VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)")
 _SHAPES = {"box": ("size", 3), "cylinder": ("radius length", 1), "sphere": ("radius", 1)}
 
 
-def check_solids(robot: ElementTree.Element, urdf: Path | str, packages: Sequence[Path]) -> None:
-    """Refuse collision geometry that cannot be used: sizes that are no positive numbers, and damaged meshes.
+def check_solids(
+    robot: ElementTree.Element, urdf: Path | str, packages: Sequence[Path], *, kind: str = "collision"
+) -> None:
+    """Refuse geometry that cannot be used: sizes that are no positive numbers, and damaged meshes.
 
     Args:
         robot: top element of the URDF.
         urdf: the URDF, for messages.
         packages: folders in which ``package://`` paths are looked up.
+        kind: ``"collision"`` or ``"visual"``.
 
     Raises:
         InvalidInputError: the message names link or mesh, and what is wrong.
     """
     checked: set[Path] = set()
     for link in robot.iterfind("link"):
-        for geometry in link.iterfind("collision/geometry"):
-            where = f"{urdf}: link {link.get('name')!r}: collision"
+        for geometry in link.iterfind(f"{kind}/geometry"):
+            where = f"{urdf}: link {link.get('name')!r}: {kind}"
             for shape, (keys, count) in _SHAPES.items():
                 for element in geometry.iterfind(shape):
                     for key in keys.split():

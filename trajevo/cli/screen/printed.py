@@ -20,7 +20,7 @@ from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.objectives import NAMED_OBJECTIVES
 from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front, Solution
-from trajevo.plots.report import known_values, objective_headers, run_facts
+from trajevo.page.facts import known_values, objective_headers, run_facts
 from trajevo.robot.examine import JointRow, RobotExamination
 from trajevo.robot.locate import list_example_robots, list_robots
 from trajevo.robot.robot import Robot, load_robot, position_unit

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, final
-from xml.etree import ElementTree
 
 import coal
 import numpy as np
@@ -27,9 +25,8 @@ from trajevo.formulation.constraints.scenes.obstacles import (
     Plane,
     Sphere,
 )
-from trajevo.robot.meshes import check_solids
+from trajevo.robot.geometry import read_geometry, said
 from trajevo.robot.robot import Robot
-from trajevo.robot.urdf.model import held_still, read_model
 
 
 @final
@@ -76,7 +73,7 @@ def robot_geometry(robot: Robot, *, with_own: bool = True) -> tuple[Any, dict[st
     key = robot.urdf, text, tuple(map(str, robot.packages)), locked, tuple(robot.model.names)
     kept = _kept.get(key)
     if kept is None or kept.files != _files(kept.geometry):
-        geometry = _read(robot, robot.where, text)
+        geometry = _read(robot)
         kept = _Kept(geometry, {}, _files(geometry))
         _kept[key] = kept
         while len(_kept) > _MOST_KEPT:
@@ -98,41 +95,14 @@ def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
     return tuple(found)
 
 
-def _read(robot: Robot, urdf: str, text: str) -> Any:
-    check_solids(ElementTree.fromstring(text), urdf, robot.packages)
-    whole = read_model(text, urdf)
-    folders = [str(folder) for folder in robot.packages]
-    try:
-        geometry = pin.buildGeomFromUrdfString(whole, text, pin.GeometryType.COLLISION, package_dirs=folders)
-    except (ValueError, RuntimeError) as error:
-        raise InvalidInputError(f"{urdf}: {_unread(robot, error)}") from error
-    numbers_locked, held = held_still(whole, urdf, robot.locked)
-    places = whole.createData()
-    pin.forwardKinematics(whole, places, held)
-    # pin.buildReducedModel would do the same, but not where a link and a joint share a name, as in Unitree's Z1.
+def _read(robot: Robot) -> Any:
+    geometry = read_geometry(robot, "collision")
     for entry in geometry.geometryObjects:
         if isinstance(entry.geometry, coal.BVHModelBase):
-            entry.geometry = _hull(entry.geometry, f"{urdf}: mesh of {entry.name!r}")
+            entry.geometry = _hull(entry.geometry, f"{robot.where}: mesh of {entry.name!r}")
         if isinstance(entry.geometry, coal.Sphere):
             entry.geometry = _ball(entry.geometry.radius)
-        carrier = entry.parentJoint
-        while carrier in numbers_locked:
-            carrier = whole.parents[carrier]
-        entry.placement = places.oMi[carrier].actInv(places.oMi[entry.parentJoint] * entry.placement)
-        entry.parentJoint = robot.model.getJointId(whole.names[carrier]) if carrier else 0
     return geometry
-
-
-def _unread(robot: Robot, error: Exception) -> str:
-    """Why collision geometry cannot be read, from the error of its reader."""
-    said = _said(error)
-    missing = re.fullmatch(r"Mesh (.*) could not be found\.?", said)
-    if not missing:
-        return f"cannot read its collision geometry: {said}"
-    if not missing[1].startswith("package://"):
-        return f"mesh {missing[1]!r}: no such file"
-    folders = ", ".join(map(str, robot.packages))
-    return f"mesh {missing[1]!r}: no such file in {folders}, or ROS_PACKAGE_PATH; name other folders by packages="
 
 
 def _hull(mesh: Any, where: str) -> Any:
@@ -144,14 +114,8 @@ def _hull(mesh: Any, where: str) -> Any:
     try:
         mesh.buildConvexHull(True, "Qt")  # not buildConvexRepresentation, which assumes that the mesh is convex
     except (RuntimeError, ValueError) as error:
-        said = _said(error)
-        raise InvalidInputError(f"{where}: expected a solid, its convex hull cannot be built: {said}") from error
+        raise InvalidInputError(f"{where}: expected a solid, its convex hull cannot be built: {said(error)}") from error
     return mesh.convex
-
-
-def _said(error: Exception) -> str:
-    """What an error of a library in C++ says, without its place there."""
-    return re.sub(r"^From file: .*? message: ", "", " ".join(str(error).split()))
 
 
 def _ball(radius: float) -> Any:

@@ -1,4 +1,4 @@
-"""Report of a run as one self-contained HTML file: settings, front, choices, motion of the knee."""
+"""The page of a run as one self-contained HTML file: the front and its motions to explore, and tables to read."""
 
 from __future__ import annotations
 
@@ -7,131 +7,29 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from trajevo.base.units import display, known_digits, pretty
 from trajevo.capacity.payload_studies import Carried
-from trajevo.errors import TrajevoError
+from trajevo.errors import checked_name
 from trajevo.front.exchange_rates import ExchangeRates
 from trajevo.front.front import Front, Solution
-from trajevo.front.records import ProblemRecord, Run
 from trajevo.front.thinning import told_share
-from trajevo.path.loads import told_loads
+from trajevo.page.explorer import explorer
+from trajevo.page.facts import brief, known_values, objective_headers, run_facts
+from trajevo.page.parts import THEME, static, viewer_licence
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
-from trajevo.robot.payload import LOAD_MODELS, Payload
-from trajevo.solvers.gradient.optimality import anchors_told
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.shares import shares_used
 
-_TEMPLATE = Path(__file__).with_name("report.html")
+#: Of which solutions a page holds certificates and files.
+FILES = ("knee", "choices")
 
 #: Share by which limits and objectives are relaxed in the table of what they would buy.
 _RELAXED = 0.05
-
-
-def objective_headers(front: Front, *, angle: str | None = None) -> list[tuple[str, float]]:
-    """For each objective, the column header with its unit and the factor from SI."""
-    record = front.record
-    shown = [
-        display(objective.unit, angle=angle or record.angle, length=record.length) for objective in record.objectives
-    ]
-    return [
-        (f"{objective.name} [{pretty(unit)}]", factor)
-        for objective, (unit, factor) in zip(front.record.objectives, shown, strict=True)
-    ]
-
-
-def known_values(front: Front, rows: Sequence[int], factors: Sequence[float]) -> list[list[str]]:
-    """Objectives of rows of a front times factors from SI, with as many digits as are known of them."""
-    values, known_to = (array * np.array(factors) for array in (front.F[list(rows)], front.known_to(rows)))
-    return [list(map(known_digits, *pair)) for pair in zip(values.tolist(), known_to.tolist(), strict=True)]
-
-
-def run_facts(front: Front, *, brief: bool = False) -> list[tuple[str, str]]:
-    """The facts about a run, as labels and texts.
-
-    Args:
-        front: the front of the run.
-        brief: leave out points, tables and settings that are off, variables and versions, which may fill a screen.
-    """
-    run, record = front.run, front.record
-    notes = _mass_notes(front)
-    failures = f"{run.failures} of {run.evaluations} evaluations"
-    settings, of_run = (_short(given) if brief else _told(given) for given in (record.settings, run.settings))
-    facts = [
-        ("problem", f"{record.title} ({record.name or 'not registered'})"),
-        ("robot", f"{record.robot}: {record.robot_reference}"),
-        *([("efforts", "; ".join(notes))] if notes else []),
-        ("problem settings (SI)", _listed(settings) or "none"),
-        ("payload", f"{_carried(record)}, {LOAD_MODELS[record.payload['model']]}"),
-        ("variables", ", ".join(f"{v.name} in [{v.lower:g}, {v.upper:g}] {v.unit}" for v in record.variables)),
-        ("algorithm", run.algorithm),
-        ("settings", _listed(of_run)),
-        ("seed", str(run.seed)),
-        (
-            "levels" if run.algorithm == "NNC" else "generations",
-            f"{run.generations}{_interruption(run)}",
-        ),
-        ("evaluations", f"{run.evaluations} in {run.seconds:.2f} s"),
-        ("failed evaluations", failures + (f", first: {run.first_failure}" if run.failures else "")),
-        ("front", f"{len(front)} non-dominated feasible solutions"),
-        *([("anchors", anchors_told(run.settings))] if anchors_told(run.settings) else []),
-        ("hypervolume", f"{front.history.hypervolume[-1]:.6f} of the reference box" if len(front) else "0"),
-        ("versions", ", ".join(f"{name} {number}" for name, number in run.versions.items())),
-    ]
-    left_out = {"variables", "versions", "front", *([] if run.failures else ["failed evaluations"])} if brief else ()
-    return [(label, text) for label, text in facts if label not in left_out]
-
-
-def _told(settings: dict[str, Any]) -> dict[str, Any]:
-    """Settings with the length of the text of a robot's URDF in its place."""
-    robot = settings.get("robot")
-    if not isinstance(robot, dict) or not isinstance(robot.get("urdf"), str):
-        return settings
-    return settings | {"robot": robot | {"urdf": f"a text of {len(robot['urdf'])} characters"}}
-
-
-def _short(settings: dict[str, Any]) -> dict[str, Any]:
-    """Settings that are on and fit into some words: no tables, and no lists of lists or tables."""
-    return {
-        name: value
-        for name, value in settings.items()
-        if value is not None
-        and name != "title"
-        and not isinstance(value, dict)
-        and not (isinstance(value, list | tuple) and (not value or isinstance(value[0], list | tuple | dict)))
-    }
-
-
-def _mass_notes(front: Front) -> tuple[str, ...]:
-    """What the efforts of the robot do not cover; nothing if the problem is not at hand."""
-    try:
-        return front.problem.robot.mass_notes
-    except TrajevoError:
-        return ()
-
-
-def _carried(record: ProblemRecord) -> str:
-    """The mass of the payload, or its range if it is a variable."""
-    variable = next((v for v in record.variables if (v.name, v.unit) == ("payload", "kg")), None)
-    loads, mass = record.settings.get("payload"), None if variable is None else (variable.lower, variable.upper)
-    if isinstance(loads, list):
-        return told_loads(loads, mass)
-    if variable is None:
-        return f"{Payload.of(record.payload, model=None).mass:g} kg"
-    return f"{variable.lower:g} to {variable.upper:g} kg"
-
-
-def _interruption(run: Run) -> str:
-    """Text that says whether a run was stopped or has been resumed."""
-    by = f" by {run.stopped_by}" if run.stopped_by else ""
-    told = [f"interrupted{by}"] if run.interrupted else []
-    told += [f"resumed after {', '.join(map(str, run.resumed))}"] if run.resumed else []
-    return f" ({'; '.join(told)})" if told else ""
 
 
 def report(
@@ -140,28 +38,47 @@ def report(
     *,
     analyses: Mapping[str, Any] | None = None,
     pictures: Sequence[Picture] | None = None,
+    files: Literal["knee", "choices"] = "choices",
 ) -> Path:
-    """Write the report of a front.
+    """Write the page of a front: HTML that opens from disk, without network.
+
+    With scripts it shows the front in every pair of objectives, in space and as parallel coordinates, the motion of any
+    solution against its limits, and the robot moving along it; solutions can be pinned and compared. Without scripts
+    tables and pictures remain.
 
     Args:
-        front: the front.
+        front: the front. Of a large one, the page has as many solutions as it has room for, spread over it.
         file: HTML to write.
         analyses: analyses of the front from :func:`~trajevo.plots.analyses.analyse`; if None, all are computed now.
         pictures: pictures of the front from :func:`~trajevo.plots.pictures.draw_all`; drawn if None, none if empty.
+        files: of which solutions the page holds certificate and files (CSV, JSON, ROS 2) to save: ``"knee"`` alone, or
+            all ``"choices"``.
 
     Raises:
+        UnknownNameError: another word for ``files``.
         InvalidInputError: the file cannot be written.
     """
+    checked_name("files", files, FILES)
     facts = _table(("", ""), [(label, escape(text)) for label, text in run_facts(front)])
+    top, scripts = "", ""
     if len(front):
         found = analyse(front) if analyses is None else analyses
+        choices = front.choices()[:1] if files == "knee" else front.choices()
+        part = explorer(front, found, run=str(Path(file).parent), choices=choices)
+        shown = f'<p class="note live-only">Here are {part.share}.</p>' if part.share else ""
+        top, scripts = shown + part.body, part.scripts
         body = _sections(front, found, draw_all(front, found) if pictures is None else pictures)
     else:
         body = [f'<p class="alert">The front is empty: {escape(str(front.blocking))}.</p>']
-    text = Template(_TEMPLATE.read_text(encoding="utf-8")).substitute(
+    text = Template(static("page.html")).substitute(
         title=escape(front.record.title),
-        subtitle=escape(f"{front.run.algorithm}, seed {front.run.seed}, {len(front)} solutions"),
-        body="\n".join([*body, *_failed(front), "<h2>Run</h2>", facts]),
+        subtitle=escape(f"{front.record.robot}; {front.run.algorithm}, seed {front.run.seed}, {len(front)} solutions"),
+        style=static("page.css"),
+        theme=THEME if scripts else "",
+        licence=escape(viewer_licence()) if scripts else "",
+        explorer=top,
+        body="\n".join([*body, *_failed(front), _folded("Run", [facts])]),
+        scripts=scripts,
     )
     return written(Path(file), text.encode())
 
@@ -173,9 +90,6 @@ def _sections(front: Front, found: Mapping[str, Any], pictures: Sequence[Picture
     wide = drawn.pop("front", "")
     notes = [f"<p>Note: {escape(note)}.</p>" for note in front.problem.notes]
     sections = ["<h2>Solutions</h2>", *notes, _choices_table(front)]
-    if pictures:
-        share = told_share(front.thinned(), front)
-        sections += ["<h2>Front</h2>", f"<p>Pictures show {share}.</p>" if share else "", wide, _grid(drawn.values())]
     if about_payload or found.get("carried"):
         sections += ["<h2>Payload</h2>", _payload(found.get("carried") or ()), _grid(about_payload)]
     sections += ["<h2>Limits at the knee</h2>", _limits_table(front.knee())]
@@ -183,7 +97,17 @@ def _sections(front: Front, found: Mapping[str, Any], pictures: Sequence[Picture
         sections += ["<h2>What holds the knee back</h2>", *_exchange_rates(found["exchange_rates"])]
     if found.get("certificate"):
         sections += ["<h2>Certificate of the knee</h2>", *_certificate(found["certificate"])]
-    return sections + _rivals(found.get("rivals") or ())
+    sections += _rivals(found.get("rivals") or ())
+    if pictures:
+        share = told_share(front.thinned(), front)
+        told = f"<p>Pictures show {share}.</p>" if share else ""
+        sections.append(_folded("Pictures", [told, wide, _grid(drawn.values())]))
+    return sections
+
+
+def _folded(title: str, content: Sequence[str]) -> str:
+    """A section that is open only where no script runs, or on request."""
+    return f"<details><summary>{escape(title)}</summary>{''.join(content)}</details>"
 
 
 def _grid(figures: Iterable[str]) -> str:
@@ -197,17 +121,6 @@ def _payload(carried: Sequence[Carried]) -> str:
         for one in carried
     ]
     return _table(("solution", "largest payload", "what would give more"), rows) if rows else ""
-
-
-def _listed(settings: dict[str, Any]) -> str:
-    return ", ".join(f"{key} = {_brief(value)}" for key, value in settings.items())
-
-
-def _brief(value: Any) -> str:
-    """Numbers to six digits, in lists too; the front's file holds all digits."""
-    if isinstance(value, list | tuple):
-        return "(" + ", ".join(_brief(entry) for entry in value) + ")"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _choices_table(front: Front) -> str:
@@ -272,7 +185,7 @@ def _rivals(rivals: Sequence[Rival]) -> list[str]:
 def _failed(front: Front) -> list[str]:
     """Individuals whose evaluation failed, as far as the run lists them."""
     run = front.run
-    rows = [(escape(one.said), escape(_brief(list(one.x)))) for one in run.failed]
+    rows = [(escape(one.said), escape(brief(list(one.x)))) for one in run.failed]
     counted = f"{run.failures}, the first {len(rows)} of them" if run.failures > len(rows) else str(run.failures)
     return (
         [f"<h2>Failed evaluations: {counted}</h2>", _table(("what happened", "decision vector (SI)"), rows)]

@@ -1,0 +1,1 @@
+"""The page of a run: one HTML file in which the front, its motions and the robot answer to a click."""

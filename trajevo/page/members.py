@@ -1,0 +1,157 @@
+"""The solutions of a front as the page has them: numbers, and motions that it evaluates by itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.base.units import display, per_time, pretty
+from trajevo.dynamics.integrals.nodes import lobatto
+from trajevo.dynamics.rollout import Rollout
+from trajevo.front.front import Front, Solution
+from trajevo.front.thinning import MOST_SHOWN
+from trajevo.page.packing import Packed
+from trajevo.robot.transmission import Direct, Mimicking, Transmission
+from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch
+from trajevo.trajectory.interpolants.hermite import hermite_segments
+from trajevo.trajectory.polynomial import PolynomialBatch
+
+#: Greatest size of all motions before they are compressed [byte].
+_ROOM = 2_600_000
+
+#: Least number of solutions that have motions, whatever these take.
+_LEAST = 50
+
+#: Pieces of a motion that is no piecewise polynomial, and least and greatest number of instants with efforts.
+_PIECES, _INSTANTS = 120, (48, 160)
+
+#: Greatest number that stands for an effort.
+_WHOLE = 32_000
+
+
+def rows_of(solution: Solution) -> Array:
+    """Rows of a solution's front whose motions a page has room for, spread over it, ascending, (R,)."""
+    room = int(_ROOM / _bytes_each(solution.rollout))
+    return solution.front.thinned(max(min(room, MOST_SHOWN), _LEAST))
+
+
+def numbers_of(front: Front, rows: Array, pack: Packed) -> dict[str, Any]:
+    """Rows, objectives, constraints and decision vectors of the solutions in some rows, and when they pass points.
+
+    Args:
+        front: the front.
+        rows: ascending rows, shape (R,).
+        pack: where the arrays go.
+    """
+    return {
+        "rows": pack.add(rows, "u4"),
+        "F": pack.add(front.F[rows], "f8"),
+        "G": pack.add(front.G[rows], "f4"),
+        "X": pack.add(front.X[rows], "f8"),
+        "via": via_times(front, front.X[rows], pack),
+    }
+
+
+def via_times(front: Front, x: Array, pack: Packed) -> dict[str, Any] | None:
+    """When motions of decision vectors, shape (R, n_var), pass the points of their problem; None if it has none."""
+    if getattr(front.problem.interpolant, "points", None) is None:
+        return None
+    return pack.add(front.problem.via_times(x), "f4")
+
+
+def motions_of(rollout: Rollout, pack: Packed) -> dict[str, Any]:
+    """Motions as piecewise polynomials, with efforts and, where a robot needs them, positions of its model's joints.
+
+    Args:
+        rollout: the robot on R motions.
+        pack: where the arrays go.
+    """
+    motion = as_polynomials(rollout.trajectory)
+    found = {"breaks": pack.add(motion.breaks, "f4"), "coefficients": pack.add(motion.coefficients, "f4")}
+    if rollout.robot.gives_effort:
+        found |= _efforts(rollout, motion.breaks, pack)
+    if not _linear(rollout.robot.transmission) and rollout.robot.has_body:
+        shares = np.linspace(0.0, 1.0, _PIECES + 1)
+        q = rollout.trajectory.evaluate(rollout.trajectory.duration[:, None] * shares)
+        still = np.zeros_like(q)
+        found["model"] = pack.add(rollout.robot.transmission.motion(q, still, still)[0], "f4")
+    return found
+
+
+def quantities(front: Front) -> list[dict[str, Any]]:
+    """Position, velocity, acceleration, jerk and effort as the page shows them, with the limits that are kept."""
+    problem, robot = front.problem, front.problem.robot
+    shown = []
+    names = [*DERIVATIVES, *(["effort"] if robot.gives_effort else [])]
+    for order, name in enumerate(names):
+        of_effort = ["N*m" if unit == "rad" else "N" for unit in robot.joint_units]
+        si = of_effort if name == "effort" else [per_time(unit, order) for unit in robot.joint_units]
+        units = [display(unit, angle=problem.angle, length=problem.length) for unit in si]
+        low, high = (_finite(end) for end in problem.kept_limits.bounds(name))
+        shown.append(
+            {
+                "name": name,
+                "units": [pretty(unit) for unit, _ in units],
+                "factors": [factor for _, factor in units],
+                "low": low,
+                "high": high,
+            }
+        )
+    return shown
+
+
+def as_polynomials(trajectory: TrajectoryBatch) -> PolynomialBatch:
+    """Motions as piecewise polynomials; others are met at even instants with velocity and acceleration."""
+    if isinstance(trajectory, PolynomialBatch):
+        return trajectory
+    shares = np.linspace(0.0, 1.0, _PIECES + 1)
+    breaks = trajectory.duration[:, None] * shares
+    states = np.stack([trajectory.evaluate(breaks, order) for order in range(3)], axis=-1)
+    return PolynomialBatch(breaks, hermite_segments(states[:, :-1], states[:, 1:], np.diff(breaks, axis=1)))
+
+
+def _bytes_each(rollout: Rollout) -> int:
+    """Bytes that a motion takes."""
+    motion = as_polynomials(rollout.trajectory)
+    size = int(4 * (motion.breaks[0].size + motion.coefficients[0].size))
+    return size + (2 * _INSTANTS[0] * motion.n_joints if rollout.robot.gives_effort else 0)
+
+
+def _efforts(rollout: Rollout, breaks: Array, pack: Packed) -> dict[str, Any]:
+    """Efforts at nodes of every piece, as whole numbers, and the nodes as shares of a piece.
+
+    Args:
+        rollout: the robot on R motions.
+        breaks: where the pieces of the motions meet, shape (R, S + 1) [s].
+        pack: where the arrays go.
+    """
+    count, pieces = len(breaks), breaks.shape[1] - 1
+    least, most = _INSTANTS
+    wanted = min(max(int(_ROOM / (4 * rollout.robot.dof * count)), least), most)
+    samples = max(-(-wanted // pieces), 3)
+    nodes = lobatto(samples)[0]
+    if isinstance(rollout.trajectory, PolynomialBatch):
+        effort = replace(rollout, dynamics=rollout.dynamics.sampled(samples)).effort
+    else:
+        t = (breaks[:, :-1, None] + np.diff(breaks, axis=1)[..., None] * nodes).reshape(count, -1)
+        q, v, a = (rollout.trajectory.evaluate(t, order) for order in range(3))
+        effort = rollout.effort_in(q, v, a, t)
+    scale = np.abs(effort).max(axis=(0, 1))
+    scale = np.where(scale > 0.0, scale, 1.0) / _WHOLE
+    return {
+        "effort": pack.add(np.rint(effort / scale), "i2"),
+        "effort_scale": scale.tolist(),
+        "effort_at": nodes.tolist(),
+    }
+
+
+def _linear(transmission: Transmission) -> bool:
+    return isinstance(transmission, Direct | Mimicking)
+
+
+def _finite(values: Array) -> list[float | None]:
+    """Numbers as JSON holds them: none for what is not limited."""
+    return [value if np.isfinite(value) else None for value in np.asarray(values, dtype=np.float64).tolist()]

@@ -1,0 +1,89 @@
+"use strict";
+// Time that all parts of a page share, and what is common to pages of runs and animations.
+
+/** What changes, and who wants to know it. */
+class Clock {
+  constructor(data, array) {
+    this.data = data;
+    this.motions = new Motions(data, array);
+    this.listeners = new Map();
+    Object.assign(this, {chosen: 0, pins: [], time: 0, playing: false});
+  }
+
+  on(event, call) {
+    if (!this.listeners.has(event)) this.listeners.set(event, []);
+    this.listeners.get(event).push(call);
+  }
+
+  tell(event, ...given) {
+    for (const call of this.listeners.get(event) || []) call(...given);
+  }
+
+  get duration() {
+    return this.motions.duration(this.chosen);
+  }
+
+  setTime(time) {
+    this.time = Math.min(Math.max(time, 0), this.duration);
+    this.tell("time");
+  }
+}
+
+const byId = (id) => document.getElementById(id);
+
+/** Play, pause and scrub in real time. */
+function showTransport(state) {
+  const [play, scrub, clock] = ["play", "scrub", "clock"].map(byId);
+  let before = 0;
+  const run = (now) => {
+    if (!state.playing) return;
+    const next = state.time + (now - before) / 1000;
+    before = now;
+    state.setTime(next > state.duration ? 0 : next);
+    requestAnimationFrame(run);
+  };
+  state.play = (playing) => {
+    state.playing = playing;
+    play.textContent = playing ? "pause" : "play";
+    play.setAttribute("aria-pressed", String(playing));
+    before = performance.now();
+    if (playing) requestAnimationFrame(run);
+  };
+  play.addEventListener("click", () => state.play(!state.playing));
+  scrub.addEventListener("input", () => {
+    state.play(false);
+    state.setTime((Number(scrub.value) / 1000) * state.duration);
+  });
+  state.on("time", () => {
+    scrub.value = String(Math.round((1000 * state.time) / state.duration));
+    clock.textContent = `${state.time.toFixed(3)} of ${state.duration.toFixed(3)} s`;
+  });
+  state.tell("time");
+}
+
+/** Light and dark: as the system says until the button is pressed. */
+function showTheme(state) {
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => state.tell("theme"));
+  byId("theme").addEventListener("click", () => {
+    document.documentElement.dataset.theme = isDark() ? "light" : "dark";
+    state.tell("theme");
+  });
+}
+
+/** The robot in space, where the browser can draw it. */
+async function showArm(state, array) {
+  if (!state.data.arm || !byId("viewer")) return;
+  try {
+    const viewer = new TextDecoder().decode(await unpacked("viewer"));
+    document.head.append(made("script", {text: viewer}));
+    state.arm = new ArmView(state, byId("arm"), array);
+  } catch (error) {
+    byId("arm").replaceChildren(made("p", {class: "note", text: `The robot cannot be drawn here: ${error.message}`}));
+  }
+}
+
+/** The page's data, and what finds its arrays. */
+async function opened() {
+  const buffer = await unpacked("arrays");
+  return [JSON.parse(byId("data").textContent), (place) => arrayOf(buffer, place)];
+}

@@ -1,0 +1,307 @@
+"use strict";
+// The state that all parts of the page share, and the controls.
+
+class State extends Clock {
+  constructor(data, array) {
+    super(data, array);
+    Object.assign(this, {objectives: data.objectives, names: data.joints, file: array});
+    this.rows = array(data.members.rows);
+    this.F = array(data.members.F);
+    this.G = array(data.members.G);
+    this.X = array(data.members.X);
+    this.count = this.rows.length;
+    this.within = new Uint8Array(this.count).fill(1);
+    this.kept = this.objectives.map(() => null);
+    this.joints = new Set(this.names.keys());
+    this.shares = data.quantities.some(({units}) => new Set(units).size > 1);
+    Object.assign(this, {hovered: null, zoom: null});
+    this.chosen = data.choices[0].member;
+    const columns = this.objectives.map((_, k) => Array.from({length: this.count}, (__, row) => this.value(row, k)));
+    this.ends = [columns.map((column) => Math.min(...column)), columns.map((column) => Math.max(...column))];
+  }
+
+  /** An objective of a member in the unit in which it is shown. */
+  value(member, objective) {
+    return this.F[member * this.objectives.length + objective] * this.objectives[objective].factor;
+  }
+
+  choose(member) {
+    if (member === this.chosen) return;
+    const share = this.time / this.duration;
+    this.chosen = member;
+    this.zoom = null;
+    this.time = share * this.duration;
+    this.tell("chosen");
+    this.tell("time");
+  }
+
+  hover(member, event) {
+    if (member !== this.hovered) {
+      this.hovered = member;
+      this.tell("hovered");
+    }
+    this.tip(member === null ? null : this.told(member), event);
+  }
+
+  tip(lines, event) {
+    this.tell("tip", lines, event);
+  }
+
+  told(member) {
+    const rules = this.data.choices.filter((choice) => choice.member === member).map((choice) => choice.rule);
+    return [
+      [`row ${this.rows[member]}`, ...rules].join(", "),
+      ...this.objectives.map(({name, unit}, k) => `${name} ${shown(this.value(member, k))} ${unit}`),
+    ];
+  }
+
+  pin(member) {
+    this.pins = this.pins.includes(member) ? this.pins.filter((pin) => pin !== member) : [...this.pins, member].slice(-4);
+    this.tell("pins");
+  }
+
+  /** Keep a range of an objective, or all of it; what is outside fades. */
+  keep(objective, range) {
+    this.kept[objective] = range;
+    for (let k = 0; k < this.count; k += 1) {
+      const inside = this.kept.every(
+        (each, axis) => !each || (this.value(k, axis) >= each[0] && this.value(k, axis) <= each[1]),
+      );
+      this.within[k] = inside ? 1 : 0;
+    }
+    this.tell("ranges");
+  }
+
+  zoomTo(range) {
+    this.zoom = range;
+    this.tell("zoom");
+  }
+
+  /** The member with the least weighted sum of the objectives, each from 0 at its least to 1 at its greatest value. */
+  weighted(weights) {
+    const total = weights.reduce((sum, weight) => sum + weight, 0);
+    if (!(total > 0)) return this.chosen;
+    const [low, high] = this.ends;
+    let [best, found] = [Infinity, 0];
+    for (let k = 0; k < this.count; k += 1) {
+      let sum = 0;
+      for (let axis = 0; axis < weights.length; axis += 1) {
+        const span = high[axis] - low[axis];
+        if (span > 0) sum += (weights[axis] / total) * ((this.value(k, axis) - low[axis]) / span);
+      }
+      if (sum < best) [best, found] = [sum, k];
+    }
+    return found;
+  }
+}
+
+/** Views of the front behind tabs: pairs, space, parallel coordinates. */
+function showFront(state) {
+  const count = state.objectives.length;
+  const views = [];
+  if (count > 1) {
+    const pairs = [];
+    for (let up = 1; up < count; up += 1) for (let across = 0; across < up; across += 1) pairs.push([across, up]);
+    views.push(["Pairs", pairs.map((pair) => new PairView(state, ...pair).canvas), `pairs pairs-${pairs.length}`]);
+  }
+  if (count > 2) views.push(["Space", [new SpaceView(state, [0, 1, 2]).canvas], "single"]);
+  views.push(["Parallel", [new ParallelView(state).canvas], "single"]);
+  const panes = views.map(([, canvases, kind]) => made("div", {class: `views ${kind}`, role: "tabpanel"}, ...canvases));
+  const tabs = views.map(([name], k) =>
+    made("button", {type: "button", role: "tab", text: name, "aria-label": `${name} view`, onclick: () => turnTo(k)}),
+  );
+  const turnTo = (chosen) => {
+    panes.forEach((pane, k) => (pane.hidden = k !== chosen));
+    tabs.forEach((tab, k) => tab.setAttribute("aria-selected", String(k === chosen)));
+  };
+  const whole = made("button", {
+    type: "button",
+    text: "all ranges",
+    title: "show all solutions again",
+    onclick: () => state.objectives.forEach((_, k) => state.keep(k, null)),
+  });
+  byId("front").append(made("div", {class: "tabs", role: "tablist"}, ...tabs, whole), ...panes);
+  state.on("ranges", () => (whole.hidden = state.kept.every((range) => !range)));
+  whole.hidden = true;
+  turnTo(0);
+  byId("front").addEventListener("keydown", (event) => {
+    const step = {ArrowLeft: -1, ArrowRight: 1, ArrowUp: -1, ArrowDown: 1}[event.key];
+    if (!step || event.target.matches("input")) return;
+    event.preventDefault();
+    stepTo(state, step);
+  });
+}
+
+/** Go to the next solution, by ascending first objective, that is within the kept ranges. */
+function stepTo(state, step) {
+  let next = state.chosen + step;
+  while (next >= 0 && next < state.count && !state.within[next]) next += step;
+  if (next >= 0 && next < state.count) state.choose(next);
+}
+
+/** Buttons of the choices, sliders of weights, and the row by hand. */
+function showChoices(state) {
+  const host = byId("choices");
+  const buttons = state.data.choices.map(({rule, member, reason}) =>
+    made("button", {type: "button", text: rule.replaceAll("_", " "), title: reason, onclick: () => state.choose(member)}),
+  );
+  const back = made("button", {type: "button", text: "‹", "aria-label": "previous solution", onclick: () => stepTo(state, -1)});
+  const next = made("button", {type: "button", text: "›", "aria-label": "next solution", onclick: () => stepTo(state, 1)});
+  host.append(...buttons, back, next);
+  state.on("chosen", () =>
+    buttons.forEach((button, k) => button.setAttribute("aria-pressed", String(state.data.choices[k].member === state.chosen))),
+  );
+  const sliders = state.objectives.map(({name}, k) => {
+    const slider = made("input", {type: "range", min: 0, max: 100, value: 50, id: `weight-${k}`});
+    slider.addEventListener("input", () => state.choose(state.weighted(sliders.map((each) => Number(each.value)))));
+    host.nextElementSibling.append(made("label", {for: `weight-${k}`, text: name}), slider);
+    return slider;
+  });
+  if (state.objectives.length < 2) host.nextElementSibling.hidden = true;
+}
+
+/** The chosen solution beside the pinned ones, its closest limits, and what is known of it. */
+function showCard(state) {
+  const draw = () => {
+    const rows = [state.chosen, ...state.pins.filter((pin) => pin !== state.chosen)];
+    const head = made("tr", {}, made("th", {text: ""}), ...rows.map((row, k) =>
+      made("th", {}, made("span", {class: k ? "swatch second" : "swatch accent"}), `row ${state.rows[row]}`)));
+    const values = state.objectives.map(({title}, k) =>
+      made("tr", {}, made("th", {scope: "row", text: title}), ...rows.map((row, place) => {
+        const value = state.value(row, k);
+        const base = state.value(state.chosen, k);
+        const change = place && base ? ` (${value >= base ? "+" : ""}${shown(100 * (value / base - 1), 3)} %)` : "";
+        return made("td", {class: "number", text: shown(value, 6) + change});
+      })));
+    byId("values").replaceChildren(made("table", {}, made("thead", {}, head), made("tbody", {}, ...values)));
+    const held = state.pins.includes(state.chosen);
+    byId("pin").textContent = held ? "unpin" : "pin to compare";
+    showLimits(state);
+    showKnown(state);
+    const row = state.rows[state.chosen];
+    byId("said").textContent = `Solution ${state.told(state.chosen).join("; ")}`;
+    if (window.location.hash !== `#row=${row}`) window.history.replaceState(null, "", `#row=${row}`);
+  };
+  byId("pin").addEventListener("click", () => state.pin(state.chosen));
+  state.on("chosen", draw);
+  state.on("pins", draw);
+  draw();
+}
+
+/** The limits that the chosen solution comes nearest to. */
+function showLimits(state) {
+  const names = state.data.constraints;
+  const used = names.map((name, k) => [name, 100 * (1 + state.G[state.chosen * names.length + k])]);
+  used.sort((a, b) => b[1] - a[1]);
+  const bars = used.slice(0, 6).map(([name, share]) => {
+    const bar = made("span", {class: "bar"}, made("span", {class: "filled"}));
+    bar.firstChild.style.width = `${Math.min(Math.max(share, 0), 100)}%`;
+    return made("tr", {}, made("th", {scope: "row", text: name}), made("td", {}, bar), made("td", {class: "number", text: `${shown(share, 4)} %`}));
+  });
+  byId("limits").replaceChildren(made("table", {}, made("tbody", {}, ...bars)));
+}
+
+/** Certificate, payload and files of the chosen solution, or the command that makes them. */
+function showKnown(state) {
+  const row = state.rows[state.chosen];
+  const known = state.data.known[row] || {};
+  const command = (verb) => made("code", {text: `trajevo ${verb} ${state.data.run} --solution ${row}`});
+  const lines = [
+    ["Certificate", known.certificate || command("certify")],
+    ...(state.data.carries ? [["Largest payload", known.payload || command("payload")]] : []),
+  ];
+  const files = known.files && known.files.length
+    ? known.files.map(({name, text, kind}) => made("button", {type: "button", text: name, onclick: () => saved(name, text, kind, state)}))
+    : [command("export"), document.createTextNode(" --format csv")];
+  byId("known").replaceChildren(
+    ...lines.map(([label, content]) => made("p", {}, made("b", {text: `${label}: `}), content)),
+    made("p", {class: "files"}, made("b", {text: "Files: "}), ...files),
+  );
+}
+
+/** Offer a file of the page for saving: exactly the bytes that Python wrote. */
+function saved(name, place, kind, state) {
+  const link = made("a", {href: URL.createObjectURL(new Blob([state.file(place)], {type: kind})), download: name});
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+/** Curves of all quantities, joints to show, and values or shares. */
+function showProfiles(state) {
+  const shapes = [...state.data.quantities];
+  const effort = shapes.find(({name}) => name === "effort");
+  if (effort) {
+    const none = effort.low.map(() => null);
+    shapes.push({name: "power", units: none.map(() => "W"), factors: none.map(() => 1), low: none, high: none});
+  }
+  byId("profiles").append(...shapes.map((quantity) => new Profile(state, quantity).canvas));
+  const joints = state.names.map((name, k) => {
+    const button = made("button", {type: "button", class: "joint", "aria-pressed": "true", title: "show or hide this joint; with shift, it alone"}, made("span", {class: "line"}), name);
+    button.addEventListener("click", (event) => {
+      if (event.altKey || event.shiftKey) state.joints = new Set([k]);
+      else if (!state.joints.delete(k)) state.joints.add(k);
+      if (!state.joints.size) state.joints = new Set(state.names.keys());
+      state.tell("joints");
+    });
+    return button;
+  });
+  const paint = () =>
+    joints.forEach((button, k) => {
+      button.setAttribute("aria-pressed", String(state.joints.has(k)));
+      button.firstChild.style.background = seriesColour(k);
+    });
+  state.on("joints", paint);
+  state.on("theme", paint);
+  paint();
+  const shares = made("button", {type: "button", text: "% of limits", "aria-pressed": String(state.shares)});
+  shares.addEventListener("click", () => {
+    state.shares = !state.shares;
+    shares.setAttribute("aria-pressed", String(state.shares));
+    state.tell("shares");
+  });
+  const whole = made("button", {type: "button", text: "whole motion", onclick: () => state.zoomTo(null)});
+  state.on("zoom", () => (whole.hidden = !state.zoom));
+  state.on("chosen", () => (whole.hidden = true));
+  whole.hidden = true;
+  byId("joints").append(...joints, shares, whole);
+}
+
+/** What the pointer is at, beside it. */
+function showTip(state) {
+  const tip = byId("tip");
+  state.on("tip", (lines, event) => {
+    tip.hidden = !lines;
+    if (!lines || !event) return;
+    tip.replaceChildren(...lines.map((line) => made("div", {text: line})));
+    const left = Math.min(event.clientX + 14, window.innerWidth - tip.offsetWidth - 8);
+    const top = Math.min(event.clientY + 14, window.innerHeight - tip.offsetHeight - 8);
+    Object.assign(tip.style, {left: `${Math.max(left, 4)}px`, top: `${Math.max(top, 4)}px`});
+  });
+}
+
+/** The row that the address names, if the page has it. */
+function fromAddress(state) {
+  const asked = /^#row=(\d+)$/.exec(window.location.hash);
+  const member = asked ? state.rows.indexOf(Number(asked[1])) : -1;
+  if (member >= 0) state.choose(member);
+}
+
+async function begin() {
+  const [data, array] = await opened();
+  const state = new State(data, array);
+  document.body.classList.add("live");
+  showTip(state);
+  showFront(state);
+  showChoices(state);
+  showProfiles(state);
+  showTransport(state);
+  showCard(state);
+  showTheme(state);
+  fromAddress(state);
+  window.addEventListener("hashchange", () => fromAddress(state));
+  state.tell("chosen");
+  await showArm(state, array);
+  window.trajevo = {state};
+}
+
+begin();
