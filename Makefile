@@ -4,12 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 PEERS := $(VENV)/.peers
+BROWSER := $(VENV)/.browser
 
 # The tests start hundreds of processes, each of which would compile every module that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks kernels test test-long check bench bench-start bench-release bench-more study-algorithms notebooks clean
+.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -28,6 +29,15 @@ $(PEERS): $(READY)
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
 	@touch $@
 
+# Pages are tried in Debian's Chromium; where it cannot be installed, the tests say so and are skipped.
+$(BROWSER): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[browser]'
+	@command -v chromium chromium-browser >/dev/null || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && \
+		{ apt-get install -y -qq --no-install-recommends chromium >/dev/null || \
+		{ apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium >/dev/null; }; }; } || \
+		echo "test-browser: Chromium is not there and cannot be installed by this user: apt-get install chromium"
+	@touch $@
+
 demo: $(READY)  ## solve the pointing mechanism of Sun 2020: front, plots and report in runs/pointing
 	$(BIN)/trajevo solve pointing --seed 1 --generations 200 --population 150 --out runs/pointing --overwrite
 	$(BIN)/trajevo show runs/pointing
@@ -44,7 +54,10 @@ kernels: $(READY)  ## compile all loops for this machine, 10 s once
 	$(BIN)/python -m trajevo.base.kernels
 
 test: kernels  ## run the tests
-	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m 'not long'
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m 'not long and not browser'
+
+test-browser: $(BROWSER) kernels  ## try the pages in headless Chromium
+	$(BIN)/python -m pytest -q -m browser tests/browser
 
 test-long: kernels  ## run the tests that take minutes
 	$(BIN)/python -m pytest -q -m long

@@ -25,8 +25,15 @@ _ROOM = 2_600_000
 #: Least number of solutions that have motions, whatever these take.
 _LEAST = 50
 
-#: Pieces of a motion that is no piecewise polynomial, and least and greatest number of instants with efforts.
-_PIECES, _INSTANTS = 120, (48, 160)
+#: Instants of the positions of a model whose joints actuators do not drive one by one, and least and greatest number of
+#: instants with efforts.
+_PIECES, _INSTANTS = 60, (48, 160)
+
+#: Pieces of a segment that is no polynomial of low degree.
+_PARTS = 3
+
+#: Share of a motion's time that is rounding.
+_ROUNDING = 1e-12
 
 #: Greatest number that stands for an effort.
 _WHOLE = 32_000
@@ -104,13 +111,22 @@ def quantities(front: Front) -> list[dict[str, Any]]:
 
 
 def as_polynomials(trajectory: TrajectoryBatch) -> PolynomialBatch:
-    """Motions as piecewise polynomials; others are met at even instants with velocity and acceleration."""
+    """Motions as piecewise polynomials; others are met with velocity and acceleration a few times in every segment."""
     if isinstance(trajectory, PolynomialBatch):
         return trajectory
-    shares = np.linspace(0.0, 1.0, _PIECES + 1)
-    breaks = trajectory.duration[:, None] * shares
-    states = np.stack([trajectory.evaluate(breaks, order) for order in range(3)], axis=-1)
-    return PolynomialBatch(breaks, hermite_segments(states[:, :-1], states[:, 1:], np.diff(breaks, axis=1)))
+    own, shares = trajectory.breaks, np.arange(_PARTS + 1) / _PARTS
+    rows, segments = len(own), own.shape[1] - 1
+    inner = own[:, :-1, None] + np.diff(own, axis=1)[..., None] * shares[:-1]
+    breaks = np.concatenate([inner.reshape(rows, -1), own[:, -1:]], axis=1)
+    # Accelerations may jump where segments meet, so that each has its own at its ends.
+    states = np.stack([trajectory.at_shares(shares, order) / max(order, 1) for order in range(3)], axis=-1)
+    apart = states.reshape(rows, segments, len(shares), trajectory.n_joints, 3)
+    begin, end = (apart[:, :, part].reshape(rows, -1, trajectory.n_joints, 3) for part in (np.s_[:-1], np.s_[1:]))
+    durations = np.diff(breaks, axis=1)
+    nothing = durations <= _ROUNDING * trajectory.duration[:, None]
+    found = np.array(hermite_segments(begin, end, np.where(nothing, 1.0, durations)))
+    found[nothing, :, 1:] = 0.0
+    return PolynomialBatch(breaks, found)
 
 
 def _bytes_each(rollout: Rollout) -> int:

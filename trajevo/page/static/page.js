@@ -102,11 +102,12 @@ function showFront(state) {
   if (count > 1) {
     const pairs = [];
     for (let up = 1; up < count; up += 1) for (let across = 0; across < up; across += 1) pairs.push([across, up]);
-    views.push(["Pairs", pairs.map((pair) => new PairView(state, ...pair).canvas), `pairs pairs-${pairs.length}`]);
+    views.push(["Pairs", pairs.map((pair) => new PairView(state, ...pair)), `pairs pairs-${pairs.length}`]);
   }
-  if (count > 2) views.push(["Space", [new SpaceView(state, [0, 1, 2]).canvas], "single"]);
-  views.push(["Parallel", [new ParallelView(state).canvas], "single"]);
-  const panes = views.map(([, canvases, kind]) => made("div", {class: `views ${kind}`, role: "tabpanel"}, ...canvases));
+  if (count > 2) views.push(["Space", [new SpaceView(state, [0, 1, 2])], "single"]);
+  views.push(["Parallel", [new ParallelView(state)], "single"]);
+  state.views = views.flatMap(([, shapes]) => shapes);
+  const panes = views.map(([, shapes, kind]) => made("div", {class: `views ${kind}`, role: "tabpanel"}, ...shapes.map(({canvas}) => canvas)));
   const tabs = views.map(([name], k) =>
     made("button", {type: "button", role: "tab", text: name, "aria-label": `${name} view`, onclick: () => turnTo(k)}),
   );
@@ -295,9 +296,9 @@ async function begin() {
   showChoices(state);
   showProfiles(state);
   showTransport(state);
+  fromAddress(state);
   showCard(state);
   showTheme(state);
-  fromAddress(state);
   window.addEventListener("hashchange", () => fromAddress(state));
   state.tell("chosen");
   await showArm(state, array);

@@ -1,0 +1,58 @@
+"""Pages in headless Chromium: `make test-browser` installs what these tests need."""
+
+import os
+import shutil
+import time
+
+import pytest
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: make test-browser")
+
+#: Chromium draws by its own software, so that every machine draws the same.
+SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    found = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+    if not found:
+        pytest.skip("chromium is not installed: make test-browser")
+    as_root = ["--no-sandbox"] if os.getuid() == 0 else []
+    with playwright.sync_playwright() as running:
+        browser = running.chromium.launch(executable_path=found, args=[*SOFTWARE, *as_root])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def opened(chromium):
+    """Open a page that is watched: an error, or a request that leaves it, fails the test at its end."""
+    pages, wrong = [], []
+
+    def open_page(file, *, address="", ready=True, **settings):
+        page = chromium.new_page(**{"viewport": {"width": 1300, "height": 1000}, "color_scheme": "light"} | settings)
+        page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on("request", lambda request: wrong.append(request.url) if _leaves(request.url, file) else None)
+        page.goto(f"file://{file}{address}")
+        if ready:
+            until(page, "Boolean(window.trajevo && window.trajevo.state)")
+        pages.append(page)
+        return page
+
+    yield open_page
+    for page in pages:
+        page.close()
+    assert not wrong
+
+
+def until(page, condition, seconds=30.0):
+    """Wait for a condition of the page; the browser's own way to wait needs what a page's policy forbids."""
+    end = time.monotonic() + seconds
+    while not page.evaluate(condition):
+        assert time.monotonic() < end, f"not within {seconds:g} s: {condition}"
+        page.wait_for_timeout(50)
+
+
+def _leaves(url, file):
+    return not (url.startswith(f"file://{file}") or url.startswith(("data:", "blob:")))
