@@ -33,8 +33,9 @@ def opened(chromium):
         page = chromium.new_page(**{"viewport": {"width": 1300, "height": 1000}, "color_scheme": "light"} | settings)
         page.on("console", lambda message: wrong.append(message.text) if message.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.on("request", lambda request: wrong.append(request.url) if _leaves(request.url, file) else None)
-        page.goto(f"file://{file}{address}")
+        home = str(file) if str(file).startswith("http") else f"file://{file}"
+        page.on("request", lambda request: wrong.append(request.url) if _leaves(request.url, home) else None)
+        page.goto(f"{home}{address}")
         if ready:
             until(page, "Boolean(window.trajevo && window.trajevo.state)")
         pages.append(page)
@@ -49,10 +50,19 @@ def opened(chromium):
 def until(page, condition, seconds=30.0):
     """Wait for a condition of the page; the browser's own way to wait needs what a page's policy forbids."""
     end = time.monotonic() + seconds
-    while not page.evaluate(condition):
+    while not _holds(page, condition):
         assert time.monotonic() < end, f"not within {seconds:g} s: {condition}"
         page.wait_for_timeout(50)
 
 
-def _leaves(url, file):
-    return not (url.startswith(f"file://{file}") or url.startswith(("data:", "blob:")))
+def _holds(page, condition):
+    try:
+        return page.evaluate(condition)
+    except playwright.Error as error:
+        if "context was destroyed" not in str(error):  # the page is being loaded again
+            raise
+        return False
+
+
+def _leaves(url, home):
+    return not url.startswith((home, "data:", "blob:"))

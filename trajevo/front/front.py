@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -335,6 +336,22 @@ class Front:
         if rule.isascii() and rule.isdecimal() and int(rule) < len(points):
             return Choice(int(rule), "row", f"row {rule} of the front, by hand")
         raise UnknownNameError("solution", rule, [*named, f"a row from 0 to {len(self) - 1}"])
+
+    def open(self, file: str | Path | None = None) -> Path:
+        """Write the page of the front and open it in a browser, see :func:`trajevo.report`.
+
+        Args:
+            file: HTML to write; in a folder of its own among the system's temporary files if None.
+
+        Returns:
+            The page's path.
+
+        Raises:
+            InvalidInputError: the file cannot be written.
+        """
+        # The page stands above the front, which does not know it until somebody asks.
+        shown: Path = import_module("trajevo.page.opening").open_page(self, file)
+        return shown
 
     def save(self, file: str | Path) -> None:
         """Write everything to one self-describing JSON file; if writing is interrupted, the old file stays unchanged.

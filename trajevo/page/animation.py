@@ -73,6 +73,7 @@ def _page(motion: Solution | Rollout, rollout: Rollout) -> str:
         subtitle=escape(f"{rollout.robot.name}, {duration}"),
         style=static("page.css"),
         theme=THEME,
+        connect="",
         explorer=f'<section class="panel alone">{transport()}</section>',
         body='<p class="fallback">This page needs scripts to show the motion.</p>',
         licence=escape(viewer_licence()),

@@ -22,7 +22,7 @@ from trajevo.page.parts import NO_VIEWER, packed_viewer, scripts_of, static, tra
 from trajevo.verification.certify import certify
 
 #: Scripts in the order in which they need each other.
-SCRIPTS = ("data.js", "canvas.js", "motions.js", "clock.js", "front.js", "profiles.js", "arm.js", "page.js")
+SCRIPTS = ("data.js", "canvas.js", "motions.js", "clock.js", "front.js", "profiles.js", "arm.js", "live.js", "page.js")
 
 #: Greatest size of all files that a page holds, before they are compressed [byte].
 _ROOM = 1_800_000
@@ -46,7 +46,14 @@ class Explorer:
     share: str
 
 
-def explorer(front: Front, found: Mapping[str, Any], *, run: str, choices: Sequence[Solution]) -> Explorer:
+def explorer(
+    front: Front,
+    found: Mapping[str, Any],
+    *,
+    run: str,
+    choices: Sequence[Solution],
+    live: Mapping[str, Any] | None = None,
+) -> Explorer:
     """The interactive part of the page of a front.
 
     Args:
@@ -55,6 +62,7 @@ def explorer(front: Front, found: Mapping[str, Any], *, run: str, choices: Seque
         run: what commands call the run.
         choices: the choices whose certificates and files are in the page, the knee first; files as far as there is
             room for them.
+        live: what a page that is served needs to follow its run.
     """
     pack, rows = Packed(), rows_of(choices[0])
     rollout, has_body, viewer = front.rollouts_of(rows), front.problem.robot.has_body, packed_viewer()
@@ -63,6 +71,7 @@ def explorer(front: Front, found: Mapping[str, Any], *, run: str, choices: Seque
         "members": numbers_of(front, rows, pack) | motions_of(rollout, pack),
         "arm": arm(choices[0], rollout, pack) if viewer and has_body else None,
         "known": _known(choices, found, pack),
+        "live": live,
     }
     why = NO_VIEWER if has_body else "this robot is joints and limits alone; there is no body to draw"
     note = "" if data["arm"] else f'<p class="note">{escape(why)}</p>'

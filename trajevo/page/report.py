@@ -39,6 +39,8 @@ def report(
     analyses: Mapping[str, Any] | None = None,
     pictures: Sequence[Picture] | None = None,
     files: Literal["knee", "choices"] = "choices",
+    run: str | None = None,
+    live: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write the page of a front: HTML that opens from disk, without network.
 
@@ -53,6 +55,8 @@ def report(
         pictures: pictures of the front from :func:`~trajevo.plots.pictures.draw_all`; drawn if None, none if empty.
         files: of which solutions the page holds certificate and files (CSV, JSON, ROS 2) to save: ``"knee"`` alone, or
             all ``"choices"``.
+        run: what the commands that the page names call the run; the folder of the file if None.
+        live: of a page that is served, see :mod:`trajevo.page.server`: what it needs to follow its run.
 
     Raises:
         UnknownNameError: another word for ``files``.
@@ -64,7 +68,7 @@ def report(
     if len(front):
         found = analyse(front) if analyses is None else analyses
         choices = front.choices()[:1] if files == "knee" else front.choices()
-        part = explorer(front, found, run=str(Path(file).parent), choices=choices)
+        part = explorer(front, found, run=run or str(Path(file).parent), choices=choices, live=live)
         shown = f'<p class="note live-only">Here are {part.share}.</p>' if part.share else ""
         top, scripts = shown + part.body, part.scripts
         body = _sections(front, found, draw_all(front, found) if pictures is None else pictures)
@@ -75,6 +79,7 @@ def report(
         subtitle=escape(f"{front.record.robot}; {front.run.algorithm}, seed {front.run.seed}, {len(front)} solutions"),
         style=static("page.css"),
         theme=THEME if scripts else "",
+        connect="'self' " if live else "",
         licence=escape(viewer_licence()) if scripts else "",
         explorer=top,
         body="\n".join([*body, *_failed(front), _folded("Run", [facts])]),

@@ -78,7 +78,7 @@ def read_geometry(robot: Robot, kind: Literal["collision", "visual"]) -> Any:
     return geometry
 
 
-def link_shapes(robot: Robot, *, most: int = 1200) -> tuple[LinkShape, ...]:
+def link_shapes(robot: Robot, *, most: int = 2000) -> tuple[LinkShape, ...]:
     """The links of a robot as they look, by their visual geometry or, where they have none, by that of collisions.
 
     Vertices that are close become one, so that a mesh of a hundred thousand triangles has a thousand.
@@ -155,8 +155,11 @@ def simplified(vertices: Array, triangles: Array, most: int) -> tuple[Array, Arr
         most: greatest number of triangles, unless the coarsest grid has more.
 
     Returns:
-        Vertices and triangles, the finest of the grids that are tried which has few enough.
+        Vertices and triangles, the finest of the grids that are tried which has few enough; those of a mesh with few
+        enough as they are.
     """
+    if len(triangles) <= most:
+        return vertices, triangles
     cells = _FINEST
     while True:
         found = _clustered(vertices, triangles, cells)

@@ -301,6 +301,7 @@ async function begin() {
   showTheme(state);
   window.addEventListener("hashchange", () => fromAddress(state));
   state.tell("chosen");
+  showLive(state);
   await showArm(state, array);
   window.trajevo = {state};
 }
