@@ -45,3 +45,26 @@ def test_the_sliders_solve_again(run, opened):
         until(page, f"{_READY} && document.getElementById('standing').textContent.includes('weigh is done')", 120.0)
         assert read_run(run).run.settings["weighed"] == [[0.2, 0.5, 0.3]]
         page.close()
+
+
+def test_a_frame_of_a_notebook_tells_what_is_chosen_and_takes_it(run, opened, tmp_path):
+    """The widget's own script in an empty page, with a model that keeps what it is told."""
+    widget = read_run(run).widget(height=800)
+    file = tmp_path / "notebook.html"
+    page = widget.page.replace("\\", "\\\\").replace("`", "\\`").replace("${", "\\${").replace("</script", "<\\/script")
+    script = widget._esm.replace("export default {render};", "")
+    file.write_text(
+        f"""<!DOCTYPE html><div id="cell"></div><script>{script}
+        const held = {{page: `{page}`, title: "front", height: 800, row: {widget.row}}};
+        const calls = {{}};
+        const model = {{get: (name) => held[name], set: (name, value) => {{ held[name] = value; }},
+          save_changes: () => {{}}, on: (name, call) => {{ calls[name] = call; }}, off: () => {{}}}};
+        render({{model, el: document.getElementById("cell")}});</script>""",
+        encoding="utf-8",
+    )
+    shown = opened(file, ready=False)
+    frame = shown.frame_locator("iframe")
+    frame.get_by_role("button", name="least time", exact=True).click()
+    until(shown, f"held.row === {read_run(run).least('time').index}")
+    shown.evaluate("held.row = 2; calls['change:row']()")
+    assert frame.locator("#values thead th").nth(1).inner_text(timeout=10_000) == "row 2"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pydantic
@@ -352,6 +353,21 @@ class Front:
         # The page stands above the front, which does not know it until somebody asks.
         shown: Path = import_module("trajevo.page.opening").open_page(self, file)
         return shown
+
+    def widget(self, *, height: int = 900) -> Any:
+        """The page of the front as a widget of a notebook, see :func:`trajevo.page.widget.front_widget`.
+
+        Args:
+            height: height of the widget [pixel].
+
+        Returns:
+            A widget with ``row`` and ``solution``, which is chosen on the page.
+
+        Raises:
+            NoSolutionError: the front is empty.
+            InvalidInputError: anywidget is not installed.
+        """
+        return import_module("trajevo.page.widget").front_widget(self, height=height)
 
     def save(self, file: str | Path) -> None:
         """Write everything to one self-describing JSON file; if writing is interrupted, the old file stays unchanged.

@@ -181,7 +181,8 @@ function showCard(state) {
     showKnown(state);
     const row = state.rows[state.chosen];
     byId("said").textContent = `Solution ${state.told(state.chosen).join("; ")}`;
-    if (window.location.hash !== `#row=${row}`) window.history.replaceState(null, "", `#row=${row}`);
+    const addressed = window.location.protocol !== "about:";
+    if (addressed && window.location.hash !== `#row=${row}`) window.history.replaceState(null, "", `#row=${row}`);
   };
   byId("pin").addEventListener("click", () => state.pin(state.chosen));
   state.on("chosen", draw);
@@ -280,6 +281,17 @@ function showTip(state) {
   });
 }
 
+/** In a notebook's frame, tell what is chosen, and choose what Python asks for. */
+function showFramed(state) {
+  if (window.parent === window) return;
+  state.on("chosen", () => window.parent.postMessage({trajevo: state.rows[state.chosen]}, "*"));
+  window.addEventListener("message", ({source, data}) => {
+    if (source !== window.parent || !data || !Number.isInteger(data.trajevo)) return;
+    const member = state.rows.indexOf(data.trajevo);
+    if (member >= 0) state.choose(member);
+  });
+}
+
 /** The row that the address names, if the page has it. */
 function fromAddress(state) {
   const asked = /^#row=(\d+)$/.exec(window.location.hash);
@@ -299,6 +311,7 @@ async function begin() {
   fromAddress(state);
   showCard(state);
   showTheme(state);
+  showFramed(state);
   window.addEventListener("hashchange", () => fromAddress(state));
   state.tell("chosen");
   showLive(state);
