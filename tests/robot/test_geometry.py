@@ -8,7 +8,8 @@ import pytest
 
 from tests.helpers import refused
 from trajevo import load_robot
-from trajevo.robot.geometry import link_shapes, read_geometry, simplified
+from trajevo.robot.shapes import geometry
+from trajevo.robot.shapes.geometry import link_shapes, read_geometry, simplified
 
 FREE = {"acceleration": 10.0, "jerk": 100.0}
 SOLIDS = """<robot name="solids">
@@ -69,9 +70,9 @@ def test_a_simpler_mesh_has_few_triangles_and_stays_near(ball):
 def test_links_are_where_pinocchio_has_them(name):
     tool = {"ur5": "tool0", "panda": "panda_hand_tcp"}[name]
     robot = load_robot(name, tool=tool, limits=FREE)
-    geometry = read_geometry(robot, "visual")
+    read = read_geometry(robot, "visual")
     shapes = link_shapes(robot)
-    assert len(shapes) == geometry.ngeoms >= 7
+    assert len(shapes) == read.ngeoms >= 7
     text = ElementTree.tostring(robot.description(), encoding="unicode")
     whole = pin.buildModelFromXML(text)
     folders = [str(folder) for folder in robot.packages]
@@ -103,3 +104,25 @@ def test_a_robot_without_geometry_has_no_shapes_and_a_damaged_one_gets_a_sentenc
     (tmp_path / "mesh.stl").write_bytes(b"solid no mesh")
     mesh = SOLIDS.replace('<box size="0.2 0.3 0.2"/>', f'<mesh filename="{tmp_path}/mesh.stl"/>')
     refused(lambda: link_shapes(solids(tmp_path, mesh)), "mesh.stl: expected vertices of a mesh, got none")
+
+
+def test_shapes_are_kept_until_a_mesh_changes_and_a_damaged_file_is_made_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    made = []
+    monkeypatch.setattr(geometry, "read_geometry", lambda robot, kind: made.append(kind) or read_geometry(robot, kind))
+    robot = solids(tmp_path)
+    first = link_shapes(robot)
+    again = link_shapes(robot)
+    assert made == ["visual"]
+    for one, other in zip(first, again, strict=True):
+        np.testing.assert_array_equal(one.vertices, other.vertices)
+        np.testing.assert_array_equal(one.triangles, other.triangles)
+        assert (one.link, one.joint, one.colour) == (other.link, other.joint, other.colour)
+    (file,) = (tmp_path / "cache" / "trajevo" / "links").iterdir()
+    file.write_bytes(b"no archive")
+    assert len(link_shapes(robot)) == 3
+    assert made == ["visual", "visual"]
+    assert len(link_shapes(solids(tmp_path, SOLIDS.replace("0.05", "0.06")))) == 3
+    assert len(made) == 3
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "solids.urdf"))  # no place for a cache
+    assert len(link_shapes(robot)) == 3

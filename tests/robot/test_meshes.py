@@ -13,7 +13,7 @@ from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene, Sphere
 from trajevo.robot.examine import examine
 from trajevo.robot.locate import list_example_robots, robot_source
-from trajevo.robot.meshes import check_mesh, check_solids
+from trajevo.robot.shapes.meshes import check_mesh, check_solids
 from trajevo.robot.urdf.file import read_urdf
 from trajevo.robot.urdf.problems import MOST_LINKS
 

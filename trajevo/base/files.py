@@ -177,6 +177,16 @@ def removed(file: Path) -> None:
         raise InvalidInputError(f"{file}: cannot be removed: {why_not(error)}") from error
 
 
+def cache_folder(name: str) -> Path:
+    """A folder in the user's cache, which need not exist yet.
+
+    Raises:
+        RuntimeError: the user has no home, nor is there a place for caches.
+    """
+    base = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(base) if base else Path.home() / ".cache") / "trajevo" / name
+
+
 def opened_lock(file: Path) -> BinaryIO:
     """A file to be locked, made if it is missing.
 

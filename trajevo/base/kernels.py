@@ -23,7 +23,7 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.base.files import locked, write_whole
+from trajevo.base.files import cache_folder, locked, write_whole
 
 #: All modules with loops that are called from Python, those first that take longest to compile.
 MODULES = (
@@ -214,8 +214,7 @@ def _file(end: str) -> Path:
     Raises:
         RuntimeError: the user has no home, nor is there a place for caches.
     """
-    base = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(base) if base else Path.home() / ".cache") / "trajevo" / "kernels" / f"{_installation()}.{end}"
+    return cache_folder("kernels") / f"{_installation()}.{end}"
 
 
 @cache

@@ -6,7 +6,7 @@ import signal
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -128,7 +128,9 @@ def write_results(
         )
         raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
     then = _then(front, folder, kind=kind, pictures=pictures)
-    write_report_of(front, folder, kind=kind, pictures=pictures, views=kind == "full", quiet=quiet, then=then)
+    write_report_of(
+        front, folder, kind=kind, pictures=pictures, views=kind == "full", quiet=quiet, then=then, files="knee"
+    )
     if not len(front):
         raise typer.Exit(NO_SOLUTION)
 
@@ -159,7 +161,15 @@ def pictures_shown(
 
 
 def write_report_of(
-    front: Front, folder: Path, *, kind: str, pictures: bool, views: bool, then: str, quiet: bool = False
+    front: Front,
+    folder: Path,
+    *,
+    kind: str,
+    pictures: bool,
+    views: bool,
+    then: str,
+    quiet: bool = False,
+    files: Literal["knee", "choices"] = "choices",
 ) -> None:
     """Compute or read the analyses of a run, write its pictures and report into the folder, and tell what is next."""
     found = analyses_shown(front, kind, analyses_of(folder), quiet=quiet)
@@ -169,7 +179,7 @@ def write_report_of(
     drawn = pictures_shown(front, found, plots, views=views, quiet=quiet) if pictures else ()
     save_pictures(drawn, plots)
     if kind != "none":
-        told.append(str(write_report(front, folder / REPORT_FILE, analyses=found, pictures=drawn)))
+        told.append(str(write_report(front, folder / REPORT_FILE, analyses=found, pictures=drawn, files=files)))
     share = told_share(front.thinned(), front) if drawn else ""
     if share:
         _out.print(f"note: pictures show {share}")

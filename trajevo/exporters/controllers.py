@@ -17,12 +17,11 @@ from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, one_line
 from trajevo.exporters.events import Carrying, carried
-from trajevo.exporters.exporter import Exporter, cell, comments
+from trajevo.exporters.exporter import Exporter, cell, certificate_of, comments
 from trajevo.front.front import Solution
 from trajevo.robot.moveit_limits import write_joint_limits
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
-from trajevo.verification.certify import certify
 
 #: Least and greatest cycle of ``servoj`` [s]: an e-Series runs at 500 Hz; below 10 Hz the motion is not smooth.
 SERVOJ_STEPS = (0.002, 0.1)
@@ -199,7 +198,7 @@ def urscript(solution: Solution, step: float) -> str:
             f"# trajevo: {solution.front.record.title}",
             f"# {solution.rule}, row {solution.index} of the front, {robot.name!r}, seed {solution.front.run.seed}",
             f"# {duration:.9f} s; the last position is held {_LOOKAHEAD} s longer, as servoj looks ahead; rad",
-            f"# certificate: {one_line(str(certify(solution)))}",  # a line break would end the comment
+            f"# certificate: {one_line(str(certificate_of(solution)))}",  # a line break would end the comment
             "def trajevo_motion():",
             f"  set_tcp(p{_angles(np.concatenate([tool[0], Rotation.from_matrix(tool[1]).as_rotvec()]))})",
             *rows,

@@ -7,8 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, final
+from weakref import WeakKeyDictionary
 
 from trajevo.front.front import Solution
+from trajevo.verification.certificate import Certificate
 from trajevo.verification.certify import certify
 
 #: Beginnings of cells that spreadsheets compute.
@@ -63,9 +65,21 @@ def cell(text: str) -> str:
     return f"'{text}" if text.startswith(_FORMULAS) else text
 
 
+#: Certificates of solutions that are exported more than once, as long as the solutions exist.
+_certified: WeakKeyDictionary[Solution, Certificate] = WeakKeyDictionary()
+
+
+def certificate_of(solution: Solution) -> Certificate:
+    """The certificate of a solution, made once."""
+    found = _certified.get(solution)
+    if found is None:
+        found = _certified[solution] = certify(solution)
+    return found
+
+
 def about(solution: Solution) -> dict[str, Any]:
     """Description of a motion as plain data: problem, run, solution and certificate."""
-    front, certificate = solution.front, certify(solution)
+    front, certificate = solution.front, certificate_of(solution)
     proven = {row.name: row.share for row in certificate.rows}
     return {
         "problem": front.record.model_dump(mode="json"),

@@ -11,10 +11,12 @@ from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.page.arm import arm
-from trajevo.page.film import FILMS, write_film
 from trajevo.page.members import motions_of, via_times
 from trajevo.page.packing import Packed
 from trajevo.page.parts import NO_VIEWER, THEME, packed_viewer, scripts_of, static, transport, viewer_licence
+
+#: Endings of films.
+FILMS = (".gif", ".mp4")
 
 _SCRIPTS = ("data.js", "canvas.js", "motions.js", "clock.js", "arm.js", "animation.js")
 
@@ -44,6 +46,8 @@ def animate(motion: Solution | Rollout, file: str | Path, *, rate: float | None 
         raise InvalidInputError(f"file: expected a path, got {file!r}")
     rollout.robot.check_body("an animation")
     if Path(file).suffix.lower() in FILMS:
+        from trajevo.page.film import write_film  # which draws by matplotlib, and takes long to import
+
         return write_film(motion, Path(file), rate=25.0 if rate is None else rate)
     if rate is not None:
         raise InvalidInputError(

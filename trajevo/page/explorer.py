@@ -13,13 +13,13 @@ import numpy as np
 from trajevo.base.units import display, pretty
 from trajevo.errors import TrajevoError
 from trajevo.exporters.export import EXPORTERS
+from trajevo.exporters.exporter import certificate_of
 from trajevo.front.front import Front, Solution
 from trajevo.front.thinning import told_share
 from trajevo.page.arm import arm
 from trajevo.page.members import motions_of, numbers_of, quantities, rows_of
 from trajevo.page.packing import Packed
 from trajevo.page.parts import NO_VIEWER, packed_viewer, scripts_of, static, transport
-from trajevo.verification.certify import certify
 
 #: Scripts in the order in which they need each other.
 SCRIPTS = ("data.js", "canvas.js", "motions.js", "clock.js", "front.js", "profiles.js", "arm.js", "live.js", "page.js")
@@ -113,7 +113,7 @@ def _known(choices: Sequence[Solution], found: Mapping[str, Any], pack: Packed) 
     for one in choices:
         if str(one.index) in known:
             continue
-        about: dict[str, Any] = {"certificate": str(certify(one)), "files": []}
+        about: dict[str, Any] = {"certificate": str(certificate_of(one)), "files": []}
         carried = next((each for each in found.get("carried") or () if each.rule == one.rule), None)
         if carried is not None:
             about["payload"] = str(carried.capacity)

@@ -17,11 +17,8 @@ from trajevo.front.front import Solution
 from trajevo.plots.chain import chains_of, stand_upright
 from trajevo.plots.motion import equal_axes
 from trajevo.plots.scenery import scenery
-from trajevo.robot.geometry import link_shapes
 from trajevo.robot.robot import Robot
-
-#: Endings of films.
-FILMS = (".gif", ".mp4")
+from trajevo.robot.shapes.geometry import link_shapes
 
 #: Greatest number of frames; each takes a tenth of a second of CPU time.
 MOST_FRAMES = 2_000
@@ -37,7 +34,7 @@ def write_film(motion: Solution | Rollout, file: Path, *, rate: Any) -> Path:
 
     Args:
         motion: a solution of a front, or the first trajectory of a rollout.
-        file: its path, with an ending of :data:`FILMS`.
+        file: its path, ending in ``.gif`` or ``.mp4``.
         rate: frames per second [1/s], with one more at the end of the motion.
 
     Raises:

@@ -12,7 +12,6 @@ from trajevo.base.units import display, per_time, pretty
 from trajevo.dynamics.integrals.nodes import lobatto
 from trajevo.dynamics.rollout import Rollout
 from trajevo.front.front import Front, Solution
-from trajevo.front.thinning import MOST_SHOWN
 from trajevo.page.packing import Packed
 from trajevo.robot.transmission import Direct, Mimicking, Transmission
 from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch
@@ -22,12 +21,12 @@ from trajevo.trajectory.polynomial import PolynomialBatch
 #: Greatest size of all motions before they are compressed [byte].
 _ROOM = 2_600_000
 
-#: Least number of solutions that have motions, whatever these take.
-_LEAST = 50
+#: Least number of solutions that have motions, whatever these take, and greatest number of them.
+_LEAST, _MOST = 50, 4000
 
 #: Instants of the positions of a model whose joints actuators do not drive one by one, and least and greatest number of
 #: instants with efforts.
-_PIECES, _INSTANTS = 60, (48, 160)
+_PIECES, _INSTANTS = 60, (28, 160)
 
 #: Pieces of a segment that is no polynomial of low degree.
 _PARTS = 3
@@ -42,7 +41,7 @@ _WHOLE = 32_000
 def rows_of(solution: Solution) -> Array:
     """Rows of a solution's front whose motions a page has room for, spread over it, ascending, (R,)."""
     room = int(_ROOM / _bytes_each(solution.rollout))
-    return solution.front.thinned(max(min(room, MOST_SHOWN), _LEAST))
+    return solution.front.thinned(max(min(room, _MOST), _LEAST))
 
 
 def numbers_of(front: Front, rows: Array, pack: Packed) -> dict[str, Any]:

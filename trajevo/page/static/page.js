@@ -236,7 +236,8 @@ function showProfiles(state) {
     const none = effort.low.map(() => null);
     shapes.push({name: "power", units: none.map(() => "W"), factors: none.map(() => 1), low: none, high: none});
   }
-  byId("profiles").append(...shapes.map((quantity) => new Profile(state, quantity).canvas));
+  state.profiles = shapes.map((quantity) => new Profile(state, quantity));
+  byId("profiles").append(...state.profiles.map(({canvas}) => canvas));
   const joints = state.names.map((name, k) => {
     const button = made("button", {type: "button", class: "joint", "aria-pressed": "true", title: "show or hide this joint; with shift, it alone"}, made("span", {class: "line"}), name);
     button.addEventListener("click", (event) => {

@@ -17,12 +17,12 @@ from trajevo.base.plain import parsed_xml
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.scenes.hulls import hull_points
 from trajevo.formulation.constraints.scenes.obstacles import Obstacle, obstacle_of
-from trajevo.robot.meshes import mesh_points
 from trajevo.robot.mjcf.classes import Classes
 from trajevo.robot.mjcf.links import Links
 from trajevo.robot.mjcf.places import HERE, Place, place_of
 from trajevo.robot.mjcf.settings import check_parts, settings_of
 from trajevo.robot.mjcf.shapes import Shape, shape_of
+from trajevo.robot.shapes.meshes import mesh_points
 
 _JOINTS = ("joint", "freejoint")
 

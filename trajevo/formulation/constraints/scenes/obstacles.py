@@ -19,7 +19,7 @@ from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.scenes.hulls import hull_points
 from trajevo.formulation.constraints.scenes.motions import ObstacleMotion
 from trajevo.formulation.constraints.scenes.rotations import Triple, matrix_of, rpy_of
-from trajevo.robot.meshes import mesh_points
+from trajevo.robot.shapes.meshes import mesh_points
 
 #: Distance of an obstacle from the base, and size of a mesh, above which numbers are not believed [m].
 FARTHEST = 100.0

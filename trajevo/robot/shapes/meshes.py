@@ -25,6 +25,8 @@ from trajevo.robot.urdf.file import urdf_number
 #: Greatest coordinate of a vertex in the units of its file, often mm.
 _FARTHEST = 1e7
 
+_WHOLE_NUMBERS = re.compile(r"\s*(?:-?\d{1,9}(?:\s+|$))*+")
+
 _STL_HEADER, _STL_FACET = 84, 50
 _STL_VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)")
 _SHAPES = {"box": ("size", 3), "cylinder": ("radius length", 1), "sphere": ("radius", 1)}
@@ -55,7 +57,7 @@ def check_solids(
             for mesh in geometry.iterfind("mesh"):
                 if "scale" in mesh.attrib:
                     _check_lengths(mesh, "scale", 3, where, signed=True)
-                for file in _found(mesh.get("filename") or "", packages):
+                for file in files_of(mesh.get("filename") or "", packages):
                     if file not in checked:
                         check_mesh(file)
                         checked.add(file)
@@ -109,7 +111,7 @@ def _check_lengths(element: ElementTree.Element, key: str, count: int, where: st
         )
 
 
-def _found(name: str, packages: Sequence[Path]) -> Iterator[Path]:
+def files_of(name: str, packages: Sequence[Path]) -> Iterator[Path]:
     """Files that a name of a mesh in a URDF may stand for, of those that exist."""
     scheme, mark, rest = name.partition("://")
     places: Iterable[Path] = [folder / rest for folder in packages] if scheme == "package" else [Path(rest)]
@@ -204,7 +206,7 @@ def _check_dae(file: Path, content: bytes) -> None:
     _check_points(file, np.concatenate([np.empty(0), *points]).reshape(-1, 1), what="numbers")
     for key in ("p", "v", "vcount"):
         for each in top.iter(f"{space}{key}"):
-            if not all(re.fullmatch(r"-?\d{1,9}", part) for part in (each.text or "").split()):
+            if not _WHOLE_NUMBERS.fullmatch(each.text or ""):
                 raise InvalidInputError(f"{file}: <{key}>: expected whole numbers")
 
 

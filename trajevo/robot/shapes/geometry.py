@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
-from typing import Any, Literal, final
+from typing import Any, Literal
 from xml.etree import ElementTree
 
 import coal
@@ -13,8 +12,9 @@ import pinocchio as pin
 
 from trajevo.base.arrays import Array, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.robot.meshes import check_solids
 from trajevo.robot.robot import Robot
+from trajevo.robot.shapes.kept import KeptShapes, LinkShape
+from trajevo.robot.shapes.meshes import check_solids
 from trajevo.robot.urdf.model import held_still, read_model
 
 #: Cells along the longest side of a link's box within which vertices become one.
@@ -22,26 +22,6 @@ _FINEST, _COARSEST = 64, 4
 
 #: Sides of what is round.
 _SIDES = 24
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class LinkShape:
-    """What a link looks like.
-
-    Attributes:
-        link: name of the link.
-        joint: number of the joint of the model that carries it, 0 for the base.
-        vertices: in that joint's frame, shape (V, 3) [m].
-        triangles: numbers of their vertices, shape (M, 3).
-        colour: red, green and blue from 0 to 1.
-    """
-
-    link: str
-    joint: int
-    vertices: Array
-    triangles: Array
-    colour: tuple[float, float, float]
 
 
 def read_geometry(robot: Robot, kind: Literal["collision", "visual"]) -> Any:
@@ -95,11 +75,17 @@ def link_shapes(robot: Robot, *, most: int = 2000) -> tuple[LinkShape, ...]:
     """
     if robot.urdf is None and "<collision" not in robot.written and "<visual" not in robot.written:
         return ()
-    for kind in ("visual", "collision"):
-        entries = list(read_geometry(robot, kind).geometryObjects)
-        if entries:
-            return tuple(_shape(entry, most) for entry in entries)
-    return ()
+    kept = KeptShapes.of(robot, most)
+    found = kept.read()
+    if found is None:
+        found = ()
+        for kind in ("visual", "collision"):
+            entries = list(read_geometry(robot, kind).geometryObjects)
+            if entries:
+                found = tuple(_shape(entry, most) for entry in entries)
+                break
+        kept.write(found)
+    return found
 
 
 def said(error: Exception) -> str:

@@ -1,0 +1,1 @@
+"""Shapes of links: their meshes, checked, placed on joints, simplified and kept."""
