@@ -1,5 +1,6 @@
 """Fixtures that several files share."""
 
+import gc
 import importlib.util
 import os
 import signal
@@ -20,6 +21,16 @@ if importlib.util.find_spec("numba") is not None:
 
 #: The command line's consoles take their width from here when they are made.
 os.environ["COLUMNS"] = "160"
+
+
+#: Collecting tests makes half a million objects that stay: nothing is gained by looking through them again and again.
+gc.disable()
+
+
+def pytest_collection_finish():
+    """From now on garbage is collected among what the tests themselves make."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture

@@ -114,6 +114,7 @@ effort = { joint_2 = { backward = 150.0, forward = 180.0 } }
 [algorithm]
 generations = 4
 population = 12
+polish = false
 """
 
 

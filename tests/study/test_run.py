@@ -115,7 +115,10 @@ def test_processes_give_the_fronts_of_one_process(tmp_path, expected, start_meth
     assert hash_of(small(), tmp_path / "study") == expected
 
 
-def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_this_machine_alone(tmp_path, expected):
+@pytest.mark.parametrize("workers", mostly_long([1, 2], 1))
+def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_this_machine_alone(
+    tmp_path, expected, workers
+):
     """Listening sockets of this process and of all that it starts, while a study runs."""
     psutil = pytest.importorskip("psutil")  # which distributed needs
     seen = set()
@@ -136,7 +139,7 @@ def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_thi
     study = small(fixed={"time_limit": 30.0})
     with meanwhile(watch):
         try:
-            assert run(study, tmp_path / "study", DaskCluster(2)).finished
+            assert run(study, tmp_path / "study", DaskCluster(workers)).finished
         finally:
             done.append(True)
     assert seen == {"127.0.0.1"}
