@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.helpers import mostly_long, refused, trajevo
+from tests.helpers import UNDRAWN, mostly_long, refused, trajevo
 from trajevo import Front, Passing, ViaPointProblem, certify, check, dlcc, export, load_robot, optimise, polish, verify
 from trajevo.capacity.slowdown import slowdown_for
 from trajevo.formulation.problem import Weights
@@ -385,7 +385,7 @@ def test_a_task_says_it_in_a_file_and_commands_keep_it(tmp_path):
         run,
         ("verify", "run"),
         ("export", "run", "--format", "ros2"),
-        ("resume", "run", "--generations", "8", "--quiet"),
+        ("resume", "run", "--generations", "8", "--quiet", *UNDRAWN),
     ):
         done = trajevo(*command, cwd=tmp_path)
         assert done.returncode == 0, done.stderr

@@ -453,6 +453,7 @@ upright = {upright}
 [algorithm]
 generations = 4
 population = 16
+polish = false
 """
 
 
