@@ -47,7 +47,8 @@ kernels: $(READY)  ## compile all loops for this machine, 10 s once
 	$(BIN)/python -m trajevo.base.kernels
 
 test: kernels  ## run the tests
-	$(BIN)/python -m pytest -q -n 2 --dist worksteal -m 'not long'
+	@# Threads of BLAS wait for one another by turning round, which costs a tenth where every core has a test already.
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n 2 --dist worksteal -m 'not long'
 
 test-long: kernels  ## run the tests that take minutes
 	$(BIN)/python -m pytest -q -m long

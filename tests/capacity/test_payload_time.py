@@ -289,7 +289,7 @@ def test_payload_as_a_variable_and_an_objective():
 
 def test_front_of_the_greatest_payload():
     problem = max_payload_problem(HybridManipulator(), (0.0, 12.5))
-    front = optimise(problem, seed=1, generations=60, population=40, progress=False, polish=False)
+    front = optimise(problem, seed=1, generations=30, population=40, progress=False, polish=False)
     assert len(front) > 5
     assert front.G.max() <= 0.0
     assert np.ptp(front.X[:, -1]) > 1.0
