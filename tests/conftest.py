@@ -1,14 +1,14 @@
 """Fixtures that several files share."""
 
+import gc
 import importlib.util
 import os
 import signal
+import sys
 
-import matplotlib.pyplot as plt
 import pytest
 
 from trajevo.base import jit
-from trajevo.front.books import Books
 
 # A job in the background of a script ignores SIGINT, and so do its children, which would leave nothing to test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -22,9 +22,22 @@ if importlib.util.find_spec("numba") is not None:
 os.environ["COLUMNS"] = "160"
 
 
+def pytest_collectstart():
+    """Collecting tests makes half a million objects that stay: looking through them again and again finds nothing."""
+    gc.disable()
+
+
+def pytest_collection_finish():
+    """From now on garbage is collected among what the tests themselves make."""
+    gc.freeze()
+    gc.enable()
+
+
 @pytest.fixture
 def stopped_after(monkeypatch):
     """Make runs stop by SIGINT after a generation."""
+    from trajevo.front.books import Books  # the process that hands out the tests has no use for what computes
+
     close = Books.close
 
     def after(generation):
@@ -42,4 +55,5 @@ def stopped_after(monkeypatch):
 def close_figures():
     """No test draws into what another one left open."""
     yield
-    plt.close("all")
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")

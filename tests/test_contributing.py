@@ -188,7 +188,7 @@ def test_mistakes_in_a_task_are_told_as_of_any_other_key(tmp_path):
 
 def test_the_examples_are_used_from_the_command_line(tmp_path):
     sizes = ("--generations", "3", "--population", "12", "--no-polish", "--quiet")
-    done = trajevo("solve", task(tmp_path), *sizes, "--out", tmp_path / "run")
+    done = trajevo("solve", task(tmp_path), *sizes, "--report", "none", "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr
     assert trajevo("export", tmp_path / "run", "--format", "octave").returncode == 0
     assert (tmp_path / "run" / "knee.mat.txt").is_file()

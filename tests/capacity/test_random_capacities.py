@@ -101,11 +101,12 @@ def iterates_to(rollout, capacity):
         assert (found.mass, len(found.history)) == (0.0, 1)
 
 
-@pytest.mark.parametrize("count", mostly_long([120, 300], 120))
+@pytest.mark.parametrize("count", mostly_long([60, 120, 300], 60))
 def test_hundreds(count):
     kinds = sum((check(name, count, seed) for seed, name in enumerate(ROBOTS)), Counter())
     assert kinds.total() == 3 * count
-    assert min(kinds[kind] for kind in ("empty", "counterweight", "from 0")) > 20, kinds
+    fewest = 20 if count > 60 else 10
+    assert min(kinds[kind] for kind in ("empty", "counterweight", "from 0")) > fewest, kinds
 
 
 @pytest.mark.long

@@ -117,7 +117,7 @@ def test_a_margin_of_the_effort_limits_is_kept():
 
 def test_an_evolutionary_algorithm_takes_a_robust_problem():
     problem = robust_problem(ur5(), mass=(7.5, 8.5), com=BOX)
-    front = optimise(problem, seed=1, generations=15, population=40, progress=False, polish=False)
+    front = optimise(problem, seed=1, generations=8, population=20, progress=False, polish=False)
     assert len(front) > 3
     for x in front.X:
         effort = payload_effort(problem.rollout(x), samples=4)
@@ -125,7 +125,8 @@ def test_an_evolutionary_algorithm_takes_a_robust_problem():
 
 
 @pytest.mark.parametrize("model", mostly_long(COM_MODELS, "rigid"))
-def test_slowed_down_every_payload_is_carried_and_one_binds(motion, model):
+@pytest.mark.parametrize("count", mostly_long([4, 20], 4))
+def test_slowed_down_every_payload_is_carried_and_one_binds(motion, model, count):
     unhurried = replace(motion.robot.limits, velocity=np.full(6, np.inf))
     robot = replace(motion.robot, limits=unhurried)
     dynamics = replace(motion.dynamics, robot=robot, payload=replace(NOMINAL, model=model))
@@ -138,7 +139,7 @@ def test_slowed_down_every_payload_is_carried_and_one_binds(motion, model):
     assert used == pytest.approx(1.0, abs=1e-5)
     rng = np.random.default_rng(4)
     corners = np.array(np.meshgrid((7.2, 8.8), *np.array(BOX).T)).reshape(4, -1).T
-    drawn = np.column_stack([rng.uniform(7.2, 8.8, 20), rng.uniform(*BOX, (20, 3))])
+    drawn = np.column_stack([rng.uniform(7.2, 8.8, count), rng.uniform(*BOX, (count, 3))])
     factors = [
         slowdown_for(path, Payload(mass, tuple(com), model=model)).factor
         for mass, *com in np.concatenate([corners, drawn]).tolist()

@@ -173,14 +173,14 @@ def test_no_posture_found_elsewhere_carries_more():
     assert others >= 2 * len(cells) >= 4
 
 
-def test_the_seed_makes_no_difference_without_redundancy():
+@pytest.mark.parametrize("seed", mostly_long([1, 2], 1))
+def test_the_seed_makes_no_difference_without_redundancy(seed):
     _, first = found_for("ur5")
-    for seed in (1, 2):
-        _, other = found_for("ur5", seed=seed)
-        np.testing.assert_array_equal(other.reached, first.reached)
-        np.testing.assert_array_equal(other.postures, first.postures)
-        np.testing.assert_allclose(other.mass, first.mass, rtol=1e-8)
-        np.testing.assert_allclose(other.q, first.q, rtol=0.0, atol=1e-6)
+    _, other = found_for("ur5", seed=seed)
+    np.testing.assert_array_equal(other.reached, first.reached)
+    np.testing.assert_array_equal(other.postures, first.postures)
+    np.testing.assert_allclose(other.mass, first.mass, rtol=1e-8)
+    np.testing.assert_allclose(other.q, first.q, rtol=0.0, atol=1e-6)
     assert set(first.postures[first.reached].tolist()) <= {2, 4, 6, 8}
     assert first.postures.max() == 8
     assert (first.postures[~first.reached] == 0).all()
@@ -223,8 +223,8 @@ def test_centre_of_mass_and_a_heavy_robot():
 
 
 def test_a_margin_is_kept_and_the_full_limits_are_told(tmp_path):
-    robot, whole = found_for("ur5", 3)
-    _, found = found_for("ur5", 3, effort_margin=0.2)
+    robot, whole = found_for("ur5", 2)
+    _, found = found_for("ur5", 2, effort_margin=0.2)
     limits = ROBOTS["ur5"]["limits"] | {"effort": (0.8 * robot.limits.effort).tolist()}
     weaker = workspace_capacity(load_robot("ur5", **(ROBOTS["ur5"] | {"limits": limits})), found.plane)
     np.testing.assert_allclose(found.mass, weaker.mass, rtol=1e-9)

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from tests.helpers import trajevo, trajevo_process
+from tests.helpers import UNDRAWN, trajevo, trajevo_process
 from trajevo import Front
 
 CELL = """
@@ -44,7 +44,7 @@ def folder(tmp_path_factory):
     (place / "my_own_cell.py").write_text(CELL)
     (place / "broken_cell.py").write_text("import trajevo\nthis is no Python\n")
     (place / "needs_more.py").write_text("import not_installed_anywhere\n")
-    done = trajevo_process("solve", "my_own_cell:problem", *SMALL, cwd=place)
+    done = trajevo_process("solve", "my_own_cell:problem", *SMALL, *UNDRAWN, cwd=place)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("Feeding press 3: ")
     return place

@@ -134,7 +134,9 @@ def test_solve_makes_a_full_report_where_it_is_asked_for(tmp_path):
 
 def test_polished_and_resumed_fronts_are_analysed_again(tmp_path):
     folder = tmp_path / "run"
-    assert trajevo("solve", "hybrid", "--payload", "8", *TINY, "--out", folder).returncode == 0
+    assert trajevo("solve", "hybrid", "--payload", "8", *TINY, "--no-pictures", "--out", folder).returncode == 0
+    (folder / "plots").mkdir(exist_ok=True)
+    (folder / "plots" / "front.png").write_bytes(b"of the evolved front")
     before, kept = Front.load(folder / "front.json"), folder / "front.analyses.npz"
     evolved = read_analyses(kept, before)["certificate"]
     polished = trajevo("polish", folder, "--members", "2", "--rounds", "1", "--no-pictures")

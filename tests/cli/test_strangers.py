@@ -205,7 +205,7 @@ def test_python_s_folder_cut_short_goes_on_on_the_command_line(made, tmp_path):
     content["generations"] = content["settings"]["generations"] = done + 2
     file.write_text(json.dumps(content))
     assert not (tmp_path / "run" / "plots").exists()
-    result = trajevo("resume", tmp_path / "run", "--quiet")
+    result = trajevo("resume", tmp_path / "run", "--quiet", "--report", "none")
     assert result.returncode == 0, result.stderr
     assert (tmp_path / "run" / "plots" / "front.png").is_file()
     assert read_run(tmp_path / "run").run.generations == done + 2

@@ -105,23 +105,25 @@ def test_peaks_between_nodes_are_found_with_the_friction_of_a_urdf(seed):
 
 
 @pytest.mark.parametrize("share", mostly_long([0.0, 0.3, 3.0], 3.0))
-def test_dry_friction_of_any_size_that_differs_by_direction(share):
+@pytest.mark.parametrize("count", mostly_long([1, 2], 1))
+def test_dry_friction_of_any_size_that_differs_by_direction(share, count):
     bare = load_robot("z1", **ROBOTS["z1"])
     dry = share * np.array([2.0, 8.0, 5.0, 1.0, 0.5, 0.5, 0.1])
     friction = Friction(np.full(7, 0.1), dry, np.full(7, 0.01), 0.4 * dry)
     problem = problem_of("z1", robot=replace(bare, friction=friction))
-    x = motions(problem)
+    x = motions(problem, count)
     expected, F = dense_values(problem, x), problem.evaluate(x)[0]
     for column, objective in zip(F.T, OBJECTIVES, strict=True):
         np.testing.assert_allclose(column, expected[objective], rtol=APART.get(objective, 1e-4), err_msg=objective)
 
 
-def test_a_joint_that_rests_has_no_dry_friction():
+@pytest.mark.parametrize("count", mostly_long([1, 2], 1))
+def test_a_joint_that_rests_has_no_dry_friction(count):
     problem = problem_of("puma560")
     points = np.array(problem.settings["points"])
     points[:, 2] = 0.3
     still = ViaPointProblem(**(problem.settings | {"points": points.tolist()}))
-    x = motions(still)
+    x = motions(still, count)
     expected, F = dense_values(still, x), still.evaluate(x)[0]
     for column, objective in zip(F.T, OBJECTIVES, strict=True):
         np.testing.assert_allclose(column, expected[objective], rtol=APART.get(objective, 1e-4), err_msg=objective)

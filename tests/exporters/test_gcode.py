@@ -15,7 +15,7 @@ from trajevo.solvers.gradient.normal_constraint import solve_nnc
 
 @pytest.fixture(scope="module")
 def knee():
-    return solve_nnc(TimeJerkReparameterisation(path="s"), points=5).knee()
+    return solve_nnc(TimeJerkReparameterisation(path="s"), points=3).knee()
 
 
 def read_g_code(text):

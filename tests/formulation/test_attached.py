@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from tests.formulation.test_clearance import LIMITS, rollout, states
-from tests.helpers import assert_exact_gradients, refused
+from tests.helpers import assert_exact_gradients, mostly_long, refused
 from trajevo import Robot, Scene, ViaPointProblem, certify, check, load_robot, load_task, optimise
 from trajevo.formulation.constraints.clearance import clearance_along, clearance_limit
 from trajevo.formulation.constraints.collision import CarriedSolid, Collision
@@ -111,10 +111,11 @@ def planar(**scene):
 POST = {"name": "post", "shape": "cylinder", "radius": 0.05, "length": 1.0, "position": [0.62, 0.0, 0.0]}
 
 
-def test_a_robot_without_geometry_goes_around_a_post_with_solids_on_its_links():
+@pytest.mark.parametrize("polish", mostly_long([False, True], False))
+def test_a_robot_without_geometry_goes_around_a_post_with_solids_on_its_links(polish):
     task = planar(obstacles=[POST])
     assert not check(task).impossible
-    best = optimise(task, seed=1, population=24, generations=12, progress=False).pick("0")
+    best = optimise(task, seed=1, population=24, generations=12, polish=polish, progress=False).pick("0")
     (row,) = [row for row in certify(best).rows if row.quantity.startswith("clearance")]
     assert row.proven
     assert set(row.between) <= {"rod 1", "rod 2", "post"}

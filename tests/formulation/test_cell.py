@@ -14,7 +14,7 @@ CELL = Path(__file__).parents[2] / "problems" / "tasks" / "pick_and_place_cell.t
 
 @pytest.fixture(scope="module")
 def solution():
-    front = load_task(CELL).solve(generations=8, population=24, progress=False, polish=False, evaluations=None)
+    front = load_task(CELL).solve(generations=3, population=16, progress=False, polish=False, evaluations=None)
     return front.pick("0")
 
 

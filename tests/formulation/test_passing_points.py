@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.helpers import mostly_long, refused, trajevo
+from tests.helpers import UNDRAWN, mostly_long, refused, trajevo
 from trajevo import Front, Passing, ViaPointProblem, certify, check, dlcc, export, load_robot, optimise, polish, verify
 from trajevo.capacity.slowdown import slowdown_for
 from trajevo.formulation.problem import Weights
@@ -32,7 +32,6 @@ URDF = """<robot name="two">
 POINTS = [[0.2, 0.5], [1.0, 0.9], [0.4, 1.4], [-0.3, 0.2]]
 VELOCITY, ACCELERATION, JERK = np.array([2.0, 2.0]), np.array([8.0, 12.0]), np.array([90.0, 300.0])
 STOP_AND_DWELL = [{"point": 1, "stop": True}, {"point": 2, "dwell": 0.4}]
-SMALL = {"population": 24, "generations": 12, "progress": False}
 
 
 @pytest.fixture(scope="module")
@@ -52,15 +51,21 @@ def problem(robot):
     return made
 
 
+@pytest.fixture(scope="module", params=mostly_long([False, True], False), ids=lambda polish: f"polish={polish}")
+def small(request):
+    """Settings of a search, polished in long runs."""
+    return {"population": 24, "generations": 12, "progress": False, "polish": request.param}
+
+
 @pytest.fixture(scope="module")
-def plain(problem):
+def plain(problem, small):
     """The front through the points alone."""
-    return optimise(problem(), seed=1, **SMALL)
+    return optimise(problem(), seed=1, **small)
 
 
 @pytest.fixture(scope="module")
-def front(problem):
-    return optimise(problem(passing=STOP_AND_DWELL), seed=1, **SMALL)
+def front(problem, small):
+    return optimise(problem(passing=STOP_AND_DWELL), seed=1, **small)
 
 
 def rest_to_rest(points):
@@ -155,9 +160,9 @@ def test_first_populations_keep_the_limits_although_dwells_do_not_stretch(proble
 @pytest.mark.parametrize(
     "interpolant", mostly_long(["quintic_spline", "septic_spline", "cubic", "bspline"], "quintic_spline")
 )
-def test_a_motion_may_begin_and_end_in_motion(problem, interpolant):
+def test_a_motion_may_begin_and_end_in_motion(problem, interpolant, small):
     passing = [Passing(0, velocity=[0.4, -0.3], acceleration=[1.0, 0.0]), Passing(3, velocity=[-0.2, 0.0])]
-    front = optimise(problem(passing=passing, interpolant=interpolant), seed=1, **SMALL)
+    front = optimise(problem(passing=passing, interpolant=interpolant), seed=1, **small)
     assert len(front), front.blocking
     fastest = front.pick("0")
     assert certify(fastest).proven
@@ -167,8 +172,8 @@ def test_a_motion_may_begin_and_end_in_motion(problem, interpolant):
     np.testing.assert_allclose(fastest.trajectory.evaluate(ends, 2)[0], [[1.0, 0.0], [0.0, 0.0]], atol=1e-9)
 
 
-def test_a_velocity_at_an_inner_point_holds_in_every_motion(problem):
-    front = optimise(problem(passing=[{"point": 1, "velocity": [0.5, 0.2]}]), seed=1, **SMALL)
+def test_a_velocity_at_an_inner_point_holds_in_every_motion(problem, small):
+    front = optimise(problem(passing=[{"point": 1, "velocity": [0.5, 0.2]}]), seed=1, **small)
     assert len(front), front.blocking
     for member in (front.pick("0"), front.pick("1")):
         at = front.problem.via_times(member.x)[:, 1:2]
@@ -176,11 +181,11 @@ def test_a_velocity_at_an_inner_point_holds_in_every_motion(problem):
         assert certify(member).proven
 
 
-def test_a_window_is_kept_by_every_member_and_proven(problem, plain):
+def test_a_window_is_kept_by_every_member_and_proven(problem, plain, small):
     early = plain.problem.via_times(plain.X)[:, 2].min()
     asked = problem(passing=[{"point": 2, "window": [early + 0.3, early + 0.35]}])
     assert asked.constraint_names[-2:] == ("latest at point 2", "earliest at point 2")
-    front = optimise(asked, seed=1, **SMALL)
+    front = optimise(asked, seed=1, **small)
     assert len(front), front.blocking
     instants = asked.via_times(front.X)[:, 2]
     assert (instants >= early + 0.3 - 1e-12).all()
@@ -196,8 +201,8 @@ def test_a_window_is_kept_by_every_member_and_proven(problem, plain):
         np.testing.assert_allclose(slopes[:, column], (G[0] - G[1]) / (2.0 * h), atol=1e-6)
 
 
-def test_fixed_durations_are_kept_and_are_no_variables(problem):
-    front = optimise(problem(duration_bounds=[[0.2, 3.0], [1.1, 1.1], [0.2, 3.0]]), seed=1, **SMALL)
+def test_fixed_durations_are_kept_and_are_no_variables(problem, small):
+    front = optimise(problem(duration_bounds=[[0.2, 3.0], [1.1, 1.1], [0.2, 3.0]]), seed=1, **small)
     assert [variable.name for variable in front.problem.variables] == ["dt_1", "dt_3"]
     assert len(front), front.blocking
     np.testing.assert_allclose(np.diff(front.problem.via_times(front.X), axis=1)[:, 1], 1.1, rtol=1e-12)
@@ -255,9 +260,9 @@ def test_contradictions_with_limits_and_durations_are_refused(problem, passing, 
     refused(lambda: problem(passing=passing), says)
 
 
-def test_lines_that_stop_are_told_by_how_much_they_miss_other_points(problem):
+def test_lines_that_stop_are_told_by_how_much_they_miss_other_points(problem, small):
     front = optimise(
-        problem(interpolant="linear_blends", passing=[{"point": 1, "dwell": 0.2}], via_error=0.2), **SMALL, seed=1
+        problem(interpolant="linear_blends", passing=[{"point": 1, "dwell": 0.2}], via_error=0.2), **small, seed=1
     )
     assert len(front), front.blocking
     knee = front.pick("knee")
@@ -277,7 +282,7 @@ def test_windows_need_points_at_breaks(problem):
     )
 
 
-def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front, problem, plain):
+def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front, problem, plain, small):
     knee = front.pick("knee")
     able = dlcc(knee)
     assert able.mass > 0.5
@@ -285,15 +290,15 @@ def test_capacity_is_that_of_the_motion_and_a_slowdown_says_what_it_scales(front
     assert slower.scaled_too == ("dwells",)
     assert "; scaled with the motion: dwells" in str(slower)
     given = problem(passing=[{"point": 0, "velocity": [0.1, 0]}], duration_bounds=[[0.5, 2], [0.9, 0.9], [0.5, 2]])
-    other = optimise(given, seed=1, **SMALL).pick("knee")
+    other = optimise(given, seed=1, **small).pick("knee")
     assert slowdown_for(other, 0.1).scaled_too == ("given velocities", "fixed durations")
     assert slowdown_for(plain.pick("knee"), 0.1).scaled_too == ()
 
 
-def test_a_cycle_goes_on_without_a_seam(problem):
+def test_a_cycle_goes_on_without_a_seam(problem, small):
     points = [*POINTS, POINTS[0]]
     given = {"points": points, "cyclic": True, "duration_bounds": [[0.1, 4.0]] * 3 + [[1.0, 1.0]]}
-    front = optimise(problem(**given, moving=[{"point": 2, "joints": [0.1, 0.1]}]), seed=1, **SMALL)
+    front = optimise(problem(**given, moving=[{"point": 2, "joints": [0.1, 0.1]}]), seed=1, **small)
     assert len(front) > 5, front.blocking
     fastest = front.pick("0")
     assert certify(fastest).proven
@@ -306,7 +311,7 @@ def test_a_cycle_goes_on_without_a_seam(problem):
     assert np.abs(fastest.trajectory.evaluate(ends, 1)).max() > 0.01, "it does not rest"
     again = ViaPointProblem(**json.loads(json.dumps(front.problem.settings)))
     np.testing.assert_array_equal(again.evaluate(front.X, return_values_of=["F"]), front.F)
-    resting = optimise(problem(**given | {"cyclic": False}), seed=1, **SMALL)
+    resting = optimise(problem(**given | {"cyclic": False}), seed=1, **small)
     assert front.F[:, 0].min() < resting.F[:, 0].min()
 
 
@@ -380,7 +385,7 @@ def test_a_task_says_it_in_a_file_and_commands_keep_it(tmp_path):
         run,
         ("verify", "run"),
         ("export", "run", "--format", "ros2"),
-        ("resume", "run", "--generations", "8", "--quiet"),
+        ("resume", "run", "--generations", "8", "--quiet", *UNDRAWN),
     ):
         done = trajevo(*command, cwd=tmp_path)
         assert done.returncode == 0, done.stderr

@@ -21,7 +21,6 @@ from trajevo.verification.constraint_proofs import constraint_proofs
 
 UR5 = {"name": "ur5", "tool": "tool0", "limits": {"acceleration": 10.0, "jerk": 100.0}}
 LIMITS = ("position", "velocity", "acceleration", "jerk", "effort")
-SMALL = {"seed": 1, "population": 24, "generations": 10, "progress": False}
 DOWN = [np.pi, 0.0, 0.0]
 #: Over a part, at it, on the way, over a place, at it.
 POSES = [(0.45, -0.3, 0.35), (0.45, -0.3, 0.15), (0.5, 0.0, 0.45), (0.45, 0.3, 0.35), (0.45, 0.3, 0.15)]
@@ -133,9 +132,15 @@ def test_the_orientation_goes_by_the_shortest_turn(robot):
         assert np.linalg.norm(pin.log3(expected.T @ R[k])) < np.radians(0.26)
 
 
+@pytest.fixture(scope="module", params=mostly_long([False, True], False), ids=lambda polish: f"polish={polish}")
+def small(request):
+    """Settings of a search, polished in long runs."""
+    return {"seed": 1, "population": 24, "generations": 10, "progress": False, "polish": request.param}
+
+
 @pytest.fixture(scope="module")
-def front(problem):
-    return optimise(problem(), **SMALL)
+def front(problem, small):
+    return optimise(problem(), **small)
 
 
 #: Passed on the way, down in a line, up in a line, passed again.
@@ -188,12 +193,13 @@ def _tool_velocities(own, trajectory, instants):
         yield (p[1] - p[0]) / np.ptp(inside)
 
 
-def test_no_rest_saves_time_and_is_proven(through):
+@pytest.mark.parametrize("polish", mostly_long([False, True], False))
+def test_no_rest_saves_time_and_is_proven(through, polish):
     found = {}
     for rest in (True, False):
         more = {} if not rest else {"segments": [APPROACH | {"rest": "both"}, RETREAT | {"rest": "both"}]}
         own = through(objectives=("time", "energy"), **more)
-        front = optimise(own, seed=1, population=20, generations=8, progress=False)
+        front = optimise(own, seed=1, population=20, generations=8, polish=polish, progress=False)
         assert certify(front.pick("0")).proven
         found[rest] = front.F[:, 0].min()
     assert found[False] < 0.97 * found[True]
@@ -447,6 +453,7 @@ upright = {upright}
 [algorithm]
 generations = 4
 population = 16
+polish = false
 """
 
 

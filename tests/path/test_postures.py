@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from tests.robot.test_kinematics import LIMITS, ROBOTS
 from trajevo import load_robot
 from trajevo.path.levenberg_marquardt import TOLERANCE, JointRanges, PostureSolver
@@ -100,11 +100,12 @@ def test_joints_without_limits_are_searched_for_a_turn():
     np.testing.assert_allclose(robot.tool_poses(found.q)[0], np.tile(positions, (8, 1)), atol=1e-6)
 
 
-def test_all_branches_of_the_puma_that_its_limits_leave():
+@pytest.mark.parametrize("count", mostly_long([4, 8], 4))
+def test_all_branches_of_the_puma_that_its_limits_leave(count):
     """Against the closed form of Raji 2022."""
     robot = load_robot("puma560")
     limits = robot.limits
-    q = np.random.default_rng(4).uniform(limits.lower, limits.upper, (8, 6))
+    q = np.random.default_rng(4).uniform(limits.lower, limits.upper, (count, 6))
     counts = []
     for position, rotation in zip(*robot.tool_poses(q), strict=True):
         branches = all_inverse_kinematics(position[None], rotation[None])[0]

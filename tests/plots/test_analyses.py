@@ -160,11 +160,20 @@ def _of_an_unknown_record(content):
     return content | {"about": np.array(json.dumps(about))}
 
 
+@pytest.fixture(scope="module")
+def short(kept, tmp_path_factory):
+    """The content of the file of a short report's analyses, and these."""
+    file = tmp_path_factory.mktemp("short") / "analyses.npz"
+    found = analyse(Front.load(kept[0]), "short", file=file)
+    return file.read_bytes(), dict(found)
+
+
 @pytest.mark.parametrize("damage", ["cut", "text", "empty", _without_a_field, _of_an_unknown_record])
-def test_a_damaged_file_is_told_and_computed_again(kept, tmp_path, damage):
+def test_a_damaged_file_is_told_and_computed_again(kept, short, tmp_path, damage):
     file, _, _ = kept
     front, own = Front.load(file), tmp_path / "analyses.npz"
-    whole = analyse(front, "short", file=own)
+    content, whole = short
+    own.write_bytes(content)
     if callable(damage):
         with np.load(own) as content:
             np.savez(own, **damage(dict(content)))
@@ -174,10 +183,10 @@ def test_a_damaged_file_is_told_and_computed_again(kept, tmp_path, damage):
         again = analyse(front, "short", file=own)
     assert len(told) == 1
     assert "\n" not in str(told[0].message)
-    assert same(dict(again), dict(whole))
+    assert same(dict(again), whole)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert same(dict(analyse(front, "short", file=own)), dict(whole))
+        assert same(dict(analyse(front, "short", file=own)), whole)
 
 
 def test_where_nothing_can_be_kept_a_report_is_made_all_the_same(kept, tmp_path):
@@ -201,8 +210,8 @@ def test_pictures_are_drawn_once_for_their_front(kept, tmp_path, no_solver, monk
     (tmp_path / "plots" / "front.png").write_bytes(drawn[0].png[:-50])  # cut off
     (tmp_path / "plots" / "parallel.png").write_bytes(drawn[2].png)  # another picture of this front
     (tmp_path / "plots" / "profiles.png").write_text("mine")
-    made, png = [], pictures._png
-    monkeypatch.setattr(pictures, "_png", lambda figure, made_for: (made.append(1), png(figure, made_for))[1])
+    made = []
+    monkeypatch.setattr(pictures, "_png", lambda figure, made_for: (made.append(1), drawn[0].png)[1])  # not drawn
     again = draw_all(front, kept=tmp_path / "plots", views=False)
     assert [picture.stem for picture in again] == [picture.stem for picture in drawn]
     assert len(made) == 3
@@ -211,8 +220,13 @@ def test_pictures_are_drawn_once_for_their_front(kept, tmp_path, no_solver, monk
     assert len(made) == 3 + len(drawn)
 
 
-def test_views_in_space_are_drawn_when_asked_for(kept, tmp_path):
-    front = Front.load(kept[0])
+def test_views_in_space_are_drawn_when_asked_for(kept, tmp_path, monkeypatch):
+    front, png = Front.load(kept[0]), pictures._png
+
+    def views_alone(figure, made_for=""):
+        return png(figure, made_for) if any(ax.name == "3d" for ax in figure.axes) else b""
+
+    monkeypatch.setattr(pictures, "_png", views_alone)
     every, few = (draw_all(front, kept=tmp_path, views=views) for views in (True, False))
     assert {picture.stem for picture in every} - {picture.stem for picture in few} == set(VIEWS)
     save_pictures([picture for picture in every if picture.stem == "front_3d"], tmp_path)
@@ -225,12 +239,15 @@ def test_an_interrupted_computation_keeps_what_it_has(kept, tmp_path, monkeypatc
 
     def stopped(name):
         begun.append(name)
-        if name == "slowdown":
+        if name == "rivals":
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         analyse(front, file=file, begin=stopped)
     names = list(analysed(front))
-    assert begun == names[: names.index("slowdown") + 1]
+    assert begun == names[: names.index("rivals") + 1]
+    assert len(begun) > 2
     assert list(read_analyses(file, front)) == begun[:-1]
-    analyse(front, "short", file=file, begin=lambda name: pytest.fail(f"{name} was computed again"))
+    again = []
+    analyse(front, "short", file=file, begin=again.append)
+    assert {*again} == {*KINDS["short"]} - {*begun[:-1]} < {*KINDS["short"]}

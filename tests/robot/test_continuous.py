@@ -101,17 +101,18 @@ def test_a_pose_takes_the_turn_nearest_to_the_point_before(gen3):
     np.testing.assert_allclose(found, before, atol=1e-5)
 
 
+@pytest.mark.parametrize("polish", mostly_long([False, True], False))
 @pytest.mark.parametrize(
     "interpolant",
     mostly_long(["quintic_spline", "cubic", "hybrid", "linear_blends", "polynomial"], "linear_blends"),
 )
-def test_a_motion_over_several_turns_is_solved_proven_and_exported(gen3, interpolant, tmp_path):
+def test_a_motion_over_several_turns_is_solved_proven_and_exported(gen3, interpolant, polish, tmp_path):
     points = [[0.0, 0.5, 0.0, 0.5], [8.0, -0.5, -7.0, 1.0], [15.0, 0.5, 3.0, -1.0]]
     limits = ("position", "velocity", "acceleration", "jerk", "effort")
     problem = ViaPointProblem(
         robot=gen3, points=points, interpolant=interpolant, constraints=limits, duration_bounds=(4.0, 25.0)
     )
-    front = optimise(problem, **SOME)
+    front = optimise(problem, polish=polish, **SOME)
     assert len(front)
     solution = front.knee()
     certificate = certify(solution)

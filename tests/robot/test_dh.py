@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import UNDRAWN, refused, trajevo
 from trajevo import (
     Payload,
     Robot,
@@ -386,7 +386,7 @@ def scara(tmp_path_factory):
     (folder / "scara").mkdir()
     (folder / "scara/robot.toml").write_text(HEAD + DH + JOINTS)
     (folder / "task.toml").write_text(TASK.replace('"scara"', '"./scara"'))
-    solved = trajevo("solve", "task.toml", cwd=folder)
+    solved = trajevo("solve", "task.toml", *UNDRAWN, cwd=folder)
     assert solved.returncode == 0, solved.stderr
     return folder
 
@@ -436,7 +436,7 @@ def test_a_robot_of_a_table_goes_all_the_way(scara):
         ("report", "runs/task"),
         ("animate", "runs/task", "--out", "arm.html"),
         ("export", "runs/task", "--format", "mujoco", "--out", "replay.csv"),
-        ("resume", "runs/task", "--generations", "5"),
+        ("resume", "runs/task", "--generations", "5", *UNDRAWN),
     ):
         done = trajevo(*command, cwd=scara)
         assert done.returncode == 0, (command, done.stdout[-500:], done.stderr)

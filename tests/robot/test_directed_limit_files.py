@@ -7,7 +7,7 @@ import netCDF4
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import UNDRAWN, refused, trajevo
 from trajevo import Payload, Robot, ViaPoints, load_robot, load_task, plots
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
@@ -114,6 +114,7 @@ effort = { joint_2 = { backward = 150.0, forward = 180.0 } }
 [algorithm]
 generations = 4
 population = 12
+polish = false
 """
 
 
@@ -122,7 +123,7 @@ def solved(tmp_path_factory):
     file = tmp_path_factory.mktemp("task") / "task.toml"
     file.write_text(TASK, encoding="utf-8")
     out = file.parent / "run"
-    assert trajevo("solve", str(file), "--out", str(out)).returncode == 0
+    assert trajevo("solve", str(file), "--out", str(out), *UNDRAWN).returncode == 0
     return file, out
 
 

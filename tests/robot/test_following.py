@@ -240,8 +240,9 @@ def test_bounds_at_complex_instants_hold(jaco, model):
     assert (np.abs(effort) <= EffortReach(dynamics).effort(motion) * (1.0 + 1e-12)).all()
 
 
+@pytest.mark.parametrize("polish", mostly_long([False, True], False))
 @pytest.mark.parametrize("interpolant", mostly_long(["quintic_spline", "cubic", "septic_spline"], "cubic"))
-def test_a_motion_is_solved_proven_carries_and_is_exported(write, interpolant, tmp_path):
+def test_a_motion_is_solved_proven_carries_and_is_exported(write, interpolant, tmp_path, polish):
     robot = load_robot(write(), **TOOL)
     at = {name: k for k, name in enumerate(robot.joint_names)}
     points = np.zeros((3, 3))
@@ -258,7 +259,7 @@ def test_a_motion_is_solved_proven_carries_and_is_exported(write, interpolant, t
         duration_bounds=(0.8, 9.0),
     )
     assert any(note.startswith("friction of <dynamics> used: ") for note in problem.notes)
-    front = optimise(problem, generations=6, population=20, seed=1, progress=False)
+    front = optimise(problem, generations=6, population=20, seed=1, polish=polish, progress=False)
     solution = front.knee()
     assert certify(solution).proven
     assert verify(solution).passed

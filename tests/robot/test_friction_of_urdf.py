@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import UNDRAWN, refused, trajevo
 from trajevo import Dynamics, ViaPointProblem, certify, load_robot, optimise, verify
 from trajevo.robot.examine import examine
 
@@ -171,7 +171,9 @@ def test_every_command_tells_it(file, tmp_path):
     (tmp_path / "task.toml").write_text(task.format(""))
     assert f"note: {USED}: {TOLD}" in trajevo("check-robot", file).stdout
     assert f"note: {USED}: {TOLD}" in trajevo("check", "task.toml", cwd=tmp_path).stdout
-    solved = trajevo("solve", "task.toml", "--generations", "2", "--population", "12", "--out", "run", cwd=tmp_path)
+    solved = trajevo(
+        "solve", "task.toml", "--generations", "2", "--population", "12", *UNDRAWN, "--out", "run", cwd=tmp_path
+    )
     assert f"{USED}: {TOLD}" in solved.stdout + solved.stderr
     assert f"Friction of <dynamics> used: {TOLD}" in trajevo("certify", "run", cwd=tmp_path).stdout
     (tmp_path / "task.toml").write_text(task.format(', friction = "none"'))

@@ -10,6 +10,7 @@ from scipy.linalg import solveh_banded
 from scipy.optimize import linprog
 from scipy.sparse import diags, vstack
 
+from tests.helpers import mostly_long
 from trajevo import GeometricPath, certify, load_robot, optimise
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError
@@ -132,11 +133,12 @@ def test_jerk_may_be_the_only_limit(puma, path):
     assert found.F["time"] <= along(path, puma, control_points=60).least_time().F["time"]
 
 
-def test_effort_is_proven_and_faster_than_slowing_down(puma, path):
+@pytest.mark.parametrize("count", mostly_long([44, 60], 44))
+def test_effort_is_proven_and_faster_than_slowing_down(puma, path, count):
     limits = puma.limits
     robot = freed(puma, jerk=20.0 * limits.jerk, effort=0.5 * limits.effort)
-    free = along(path, robot, control_points=60).least_time()
-    found = along(path, robot, control_points=60, effort=True, payload=2.5, limits="certified").least_time()
+    free = along(path, robot, control_points=count).least_time()
+    found = along(path, robot, control_points=count, effort=True, payload=2.5, limits="certified").least_time()
     assert max(found.G.values()) <= 0.0
     assert bool(certify(found.rollout))
     assert greatest_share(found.trajectory, robot.limits) <= 1.0
@@ -169,17 +171,18 @@ def test_a_longest_time_that_is_too_short_is_told(puma, path):
         TimeJerkReparameterisation(path=path, robot=puma, control_points=60, longest_time=4.0)
 
 
+@pytest.mark.parametrize(("count", "size"), [(44, 15), pytest.param(60, 30, marks=pytest.mark.long)])
 @pytest.mark.parametrize("encoding", ["plain", "shape"])
-def test_a_search_begins_with_a_front(puma, path, encoding):
-    problem = along(path, puma, control_points=60, encoding=encoding)
-    known = problem.known_good(30)
+def test_a_search_begins_with_a_front(puma, path, encoding, count, size):
+    problem = along(path, puma, control_points=count, encoding=encoding)
+    known = problem.known_good(size)
     F, G = problem.evaluate(known, return_values_of=["F", "G"])
-    assert len(known) == 30
+    assert len(known) == size
     assert (G <= 0.0).all()
     constant = F[:, 1] * (F[:, 0] ** 5 if encoding == "plain" else 1.0)
     assert (np.diff(F[:, 0]) >= -1e-9).all()
     assert (np.diff(constant) <= 1e-3 * constant[0]).all()
-    front = optimise(problem, seed=1, population=30, generations=2, progress=False)
+    front = optimise(problem, seed=1, population=size, generations=2, polish=False, progress=False)
     assert front.F[0, 0] <= problem.least_time().F["time"] * (1.0 + 1e-12)
     assert front.F[:, 0].max() > 11.0
 

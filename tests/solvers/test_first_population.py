@@ -281,7 +281,7 @@ def test_command_line_and_tasks(tmp_path):
     assert Front.load(tmp_path / "run" / "front.json").run.settings["starts"] == "spread"
     text = Path("problems/tasks/panda_six_points.toml").read_text(encoding="utf-8")
     (tmp_path / "task.toml").write_text(text + 'starts = "spread"\n')
-    front = load_task(tmp_path / "task.toml").solve(generations=2, population=8, progress=False)
+    front = load_task(tmp_path / "task.toml").solve(generations=2, population=8, polish=False, progress=False)
     assert front.run.settings["starts"] == "spread"
 
 

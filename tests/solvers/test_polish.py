@@ -267,7 +267,8 @@ def test_refined_members_go_on_in_the_evolution_of_any_algorithm(name):
 @pytest.mark.parametrize(
     "make",
     [
-        HybridManipulator,
+        PointingMechanism,
+        pytest.param(HybridManipulator, marks=pytest.mark.long),
         pytest.param(lambda: TimeJerkReparameterisation(encoding="shape"), marks=pytest.mark.long, id="shape"),
     ],
 )

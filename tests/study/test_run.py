@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from importlib.util import find_spec
 
+import dask
 import pytest
 from distributed import LocalCluster
 from typer.testing import CliRunner
@@ -96,7 +97,11 @@ def expected_long(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def cluster():
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as found:
+    """Two workers that do not look every 10 ms at what they do."""
+    with (
+        dask.config.set({"distributed.worker.profile.enabled": False}),
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as found,
+    ):
         yield found
 
 
@@ -110,12 +115,16 @@ def test_a_cell_is_the_run_that_its_settings_and_seed_make(tmp_path):
 
 
 @pytest.mark.parametrize("start_method", mostly_long(["spawn", "fork", "forkserver"], "spawn", "fork"))
-def test_processes_give_the_fronts_of_one_process(tmp_path, expected, start_method):
-    assert run(small(), tmp_path / "study", Processes(2, start_method=start_method)).finished
+@pytest.mark.parametrize("workers", mostly_long([1, 2], 1))
+def test_processes_give_the_fronts_of_one_process(tmp_path, expected, start_method, workers):
+    assert run(small(), tmp_path / "study", Processes(workers, start_method=start_method)).finished
     assert hash_of(small(), tmp_path / "study") == expected
 
 
-def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_this_machine_alone(tmp_path, expected):
+@pytest.mark.parametrize("workers", mostly_long([1, 2], 1))
+def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_this_machine_alone(
+    tmp_path, expected, workers
+):
     """Listening sockets of this process and of all that it starts, while a study runs."""
     psutil = pytest.importorskip("psutil")  # which distributed needs
     seen = set()
@@ -136,7 +145,7 @@ def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_thi
     study = small(fixed={"time_limit": 30.0})
     with meanwhile(watch):
         try:
-            assert run(study, tmp_path / "study", DaskCluster(2)).finished
+            assert run(study, tmp_path / "study", DaskCluster(workers)).finished
         finally:
             done.append(True)
     assert seen == {"127.0.0.1"}

@@ -381,7 +381,7 @@ def test_bad_input_is_refused_in_a_sentence(robots, front):
 
 
 def test_the_command_line_prints_the_certificate_and_fails_where_a_limit_is_broken(tmp_path):
-    small = ("--generations", 5, "--population", 20, *UNDRAWN)
+    small = ("--generations", 5, "--population", 20, "--no-polish", *UNDRAWN)
     assert trajevo("solve", "pointing", *small, "--out", tmp_path / "p").returncode == 0
     done = trajevo("certify", tmp_path / "p")
     assert done.returncode == 0, done.stderr

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.helpers import POINTS, any_problem, refused, small_problem, trajevo
+from tests.helpers import POINTS, any_problem, mostly_long, refused, small_problem, trajevo
 from trajevo import PolynomialBatch, TrajectoryProblem, ViaPointProblem, load_problem, load_robot, optimise
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.formulation.constraints.constraint import Constraint
@@ -55,8 +55,12 @@ def of_problem(solution, problem):
         pytest.param("via-points", {"interpolant": "hybrid"}, 20, marks=pytest.mark.long),
     ],
 )
-def test_feasible_solutions_pass(name, arguments, generations):
-    found = verify_all(solved(any_problem(name, **arguments), generations))
+@pytest.mark.parametrize("every", mostly_long([1, 6], 6))
+def test_feasible_solutions_pass(name, arguments, generations, every):
+    front = solved(any_problem(name, **arguments), generations)
+    some = dataclasses.replace(front, **{values: getattr(front, values)[::every] for values in "XFG"})
+    found = verify_all(some)
+    assert len(found) == len(some) > 2
     for verification in found:
         assert verification.passed, verification.verdict
         assert verification.verdict.count("keeps every limit") == 1
