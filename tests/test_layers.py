@@ -79,7 +79,7 @@ def test_no_room_in_a_room_imports_itself_by_way_of_others():
 
 def test_the_listing_of_the_package_is_its_rooms_and_little_else():
     entries = {entry.name for entry in PACKAGE.iterdir() if entry.name != "__pycache__"}
-    assert len(ROOMS) == 14
+    assert len(ROOMS) == 15
     assert entries == {room.name for room in ROOMS} | {"__init__.py", "__main__.py", "errors.py", "py.typed"}
 
 
@@ -126,5 +126,6 @@ def test_few_files_call_pinocchio():
         "formulation.constraints.solids",
         "robot.payload",
         "robot.robot",
+        "robot.shapes.geometry",
         "robot.urdf.model",
     }

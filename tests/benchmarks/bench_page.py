@@ -94,10 +94,8 @@ def clicked(file: Path) -> str:
         shown = page.evaluate("trajevo.state.count")
         browser.close()
     curves, robot = (statistics.median(one[k] for one in drawing) for k in (0, 1))
-    return (
-        f"{shown} shown; a click: {statistics.median(script):.1f} ms to choose, {curves:.1f} ms to draw curves and fronts,"
-        f" {robot:.1f} ms to draw the robot, next frame after {statistics.median(frame):.0f} (at most {max(frame):.0f}) ms"
-    )
+    told = f"{shown} shown; a click: {statistics.median(script):.1f} ms to choose, {curves:.1f} ms to draw curves, "
+    return told + f"{robot:.1f} ms the robot; next frame in {statistics.median(frame):.0f} ms, at most {max(frame):.0f}"
 
 
 def main() -> None:

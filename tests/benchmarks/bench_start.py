@@ -119,8 +119,9 @@ def main() -> None:
 
 
 def with_caches(folder: Path) -> dict[str, str]:
-    """The environment with all caches in a folder."""
-    return os.environ | {name: str(folder / "caches") for name in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")}
+    """The environment with all caches in a folder, in which modules are compiled once, as pip does it."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return kept | {name: str(folder / "caches") for name in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")}
 
 
 def compile_all(folder: Path) -> None:

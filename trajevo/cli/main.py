@@ -72,12 +72,12 @@ COMMANDS = {
         "show", "report", "Write a run's report of what is kept of it, one HTML file that needs no network."
     ),
     "open": _Home(
-        "open",
+        "show",
         "open_run",
         "Serve a run's page to a browser on this machine: it follows the run, and its buttons go on with it.",
     ),
     "weigh": _Home(
-        "open",
+        "solve",
         "weigh",
         "Solve again for one trade-off: minimise a weighted sum of the objectives, and keep the optimum in the front.",
     ),

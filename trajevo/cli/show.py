@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -33,10 +35,12 @@ from trajevo.cli.results import (
 from trajevo.cli.screen.printed import print_mass_notes, print_rivals, print_run, print_verifications
 from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
+from trajevo.errors import InvalidInputError
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
 from trajevo.page.animation import animate
 from trajevo.page.report import report as write_report
+from trajevo.page.server import Served
 from trajevo.plots.analyses import kept_kind
 from trajevo.plots.analyses_file import read_analyses
 from trajevo.verification.certificate import Certificate
@@ -269,3 +273,25 @@ def _table(certificate: Certificate) -> Listing:
         cells = (one.name, f"{100.0 * one.share:.3f} %" if one.samples else "", "", "not covered", "", "")
         table.add(*cells, style="bold red" if one.violated else "yellow")
     return table
+
+
+def open_run(
+    run: RunArgument,
+    port: Annotated[int, typer.Option(help="Port of this machine; a free one if 0.", min=0, max=65535)] = 0,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser, or only say where.")] = True,
+    problem: ProblemOption = None,
+) -> None:
+    """Serve a run's page to a browser on this machine: it follows the run, and its buttons go on with it."""
+    if not run.is_dir():
+        raise InvalidInputError(
+            f"run: expected the folder of a run, got {run}; trajevo report {run} makes a page of it"
+        )
+    front_of(run, problem)  # refuses what cannot be read before anything is served
+    with Served(run, port=port, read=lambda: front_of(run, problem)) as served:
+        _out.print(f"{run} is at {served.address} until Ctrl-C")
+        if browser:
+            webbrowser.open(served.address)
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            _out.print("no longer served")

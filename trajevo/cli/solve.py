@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, final
 
+import numpy as np
 import typer
 
 from trajevo.base.files import own_folder, why_not
@@ -42,6 +43,7 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.solvers.evolutionary.algorithms import algorithm_for
 from trajevo.solvers.gradient.normal_constraint import needs_two_objectives, solve_nnc
 from trajevo.solvers.gradient.polish import Polished, polish
+from trajevo.solvers.gradient.weighing import solve_weighted
 from trajevo.solvers.optimise import decided, optimise
 from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
 from trajevo.solvers.run.runs import resume as resume_run
@@ -229,3 +231,29 @@ def _table(found: Polished) -> Listing:
     for objective, was, now in zip(found.front.record.objectives, before, after, strict=True):
         table.add(objective.name, f"{was:.6g}", f"{now:.6g}", pretty(objective.unit))
     return table
+
+
+def weigh(
+    run: RunArgument,
+    weights: Annotated[list[float], typer.Argument(help="One weight for each objective, in their order.")],
+    problem: ProblemOption = None,
+) -> None:
+    """Solve again for one trade-off: minimise a weighted sum of the objectives, and keep the optimum in the front."""
+    if not run.is_dir():
+        raise InvalidInputError(f"run: expected the folder of a run, got {run}")
+    front = front_of(run, problem)
+    folder = RunFolder(run)
+    with folder.alone():
+        found, optimum = solve_weighted(front, weights)
+        if not np.isfinite(optimum.cost):
+            _out.print("no start ended at a motion within its limits; the front stays as it is")
+            return
+        values = ", ".join(f"{name} {value:.6g}" for name, value in optimum.F.items())
+        if found is front:
+            _out.print(f"the front stays as it is: it has a solution that is as good as the optimum, {values}")
+            return
+        if not folder.evolved_file.exists():
+            front.save(folder.evolved_file)
+        found.save(run / FRONT_FILE)
+    _out.print(f"new: {values} (SI); the front has {len(found)} solutions")
+    _out.written(run / FRONT_FILE, then=f"trajevo report {run}")

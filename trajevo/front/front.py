@@ -355,13 +355,10 @@ class Front:
         return shown
 
     def widget(self, *, height: int = 900) -> Any:
-        """The page of the front as a widget of a notebook, see :func:`trajevo.page.widget.front_widget`.
+        """The page of the front in a notebook; see :func:`trajevo.page.widget.front_widget`.
 
         Args:
             height: height of the widget [pixel].
-
-        Returns:
-            A widget with ``row`` and ``solution``, which is chosen on the page.
 
         Raises:
             NoSolutionError: the front is empty.

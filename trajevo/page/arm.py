@@ -13,7 +13,8 @@ from trajevo.front.front import Solution
 from trajevo.page.packing import Packed
 from trajevo.plots.scenery import Surface, scenery, triangles_of
 from trajevo.robot.robot import Robot
-from trajevo.robot.shapes.geometry import LinkShape, link_shapes
+from trajevo.robot.shapes.geometry import link_shapes
+from trajevo.robot.shapes.kept import LinkShape
 from trajevo.robot.transmission import Mimicking
 
 #: Numbers of motions, and of their instants, that bound what is shown, and of the poses of obstacles that move.

@@ -35,7 +35,7 @@ MORE, _SAID = 50, 600
 
 
 @dataclass(frozen=True)
-class Job:
+class Begun:
     """What a button began.
 
     Attributes:
@@ -113,7 +113,7 @@ class RunPage:
         return time.time() - max(changed, default=0.0)
 
     @property
-    def job(self) -> Job | None:
+    def job(self) -> Begun | None:
         """What the last button began; None if none was pressed."""
         if self._job is None:
             return None
@@ -121,7 +121,7 @@ class RunPage:
         code = process.poll()
         said.seek(0)
         text = said.read().decode(errors="replace").strip()[-_SAID:]
-        return Job(name, code is None, bool(code), text)
+        return Begun(name, code is None, bool(code), text)
 
     def told(self) -> dict[str, Any]:
         """How the run stands, as plain data."""

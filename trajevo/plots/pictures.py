@@ -78,6 +78,9 @@ _RESOLUTION = 150
 #: White margin around a picture [pixel], and the value of a white pixel.
 _MARGIN, _WHITE = 15, 0xFFFFFFFF
 
+#: Level of compression: half the time of the usual one, files a tenth larger.
+_PACKED = 2
+
 #: Metadata entry of a PNG that identifies the front it was drawn for.
 _MADE_FOR = "trajevo"
 
@@ -313,7 +316,9 @@ def _png(figure: Any, made_for: str = "") -> bytes:
         text = PngInfo()
         for key, value in about.items():
             text.add_text(key, value)
-        Image.fromarray(np.ascontiguousarray(pixels[cut][..., :3])).save(stream, "png", pnginfo=text)
+        Image.fromarray(np.ascontiguousarray(pixels[cut][..., :3])).save(
+            stream, "png", pnginfo=text, compress_level=_PACKED
+        )
     else:  # something reaches beyond the figure's edges
         figure.set_layout_engine("none")  # it is laid out already
         figure.savefig(stream, format="png", dpi=_RESOLUTION, bbox_inches="tight", metadata=about)
