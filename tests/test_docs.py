@@ -11,13 +11,14 @@ from tests.helpers import mostly_long
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-GUIDES = ("check.md", "explain.md", "no_urdf.md", "payload.md", "payload_motion.md", "robot_files.md", "tasks.md")
+GUIDES = ("check.md", "explain.md", "no_urdf.md", "payload.md", "payload_motion.md", "report.md", "robot_files.md", "tasks.md")
 #: Those that take a second; the others are run by `make test-long`.
-QUICK = ("check.md", "explain.md", "no_urdf.md", "robot_files.md")
+QUICK = ("check.md", "explain.md", "no_urdf.md", "report.md", "robot_files.md")
 
 
 @pytest.mark.parametrize("guide", mostly_long(GUIDES, *QUICK))
-def test_the_python_of_a_guide_runs(guide, capsys):
+def test_the_python_of_a_guide_runs(guide, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     text, names = (DOCS / guide).read_text(encoding="utf-8"), {}
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     assert blocks

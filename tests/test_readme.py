@@ -47,4 +47,5 @@ def test_first_screen_shows_how_to_run():
     first = "\n".join(README.splitlines()[:40])
     assert "make demo" in first
     assert "make test" in first
-    assert "docs/images/front.png" in first
+    assert "docs/images/report.png" in first
+    assert README.index("docs/images/report.png") < README.index("docs/images/front.png")
