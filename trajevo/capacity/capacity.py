@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.robot.joints import Sides
 
 #: How a capacity was found.
@@ -70,6 +71,8 @@ class Capacity:
     kept: float = 1.0
     at_full_limit: float | None = None
     history: tuple[tuple[float, float, str], ...] = ()
+
+    __repr__ = brief
 
     @property
     def feasible(self) -> bool:
@@ -181,6 +184,8 @@ class Capacities:
     kept: float = 1.0
     at_full_limit: Array | None = None
 
+    __repr__ = brief
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -208,6 +213,8 @@ class EffortAlong:
     joint_names: tuple[str, ...]
     robot: str
     limit_backward: Array | None = None
+
+    __repr__ = brief
 
     @property
     def sides(self) -> Sides:

@@ -11,6 +11,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import told_both
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
@@ -45,6 +46,8 @@ class PayloadCurve:
     payload_model: str
     effort_margin: float = 0.0
     at_full_limits: PayloadCurve | None = None
+
+    __repr__ = brief
 
 
 def capacity_front(
@@ -244,6 +247,8 @@ class LargestPayload:
     x: Array
     rollout: Rollout
     at_full_limits: LargestPayload | None = None
+
+    __repr__ = brief
 
     def __str__(self) -> str:
         told = f"{self.mass:.6f} kg in {self.time:.4f} s; held at rest at both ends: {self.at_rest:.6f} kg"

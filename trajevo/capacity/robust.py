@@ -18,6 +18,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.intervals import greatest_quadratic, interval, mass_interval
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import known, margin_of, rounded, told_both
 from trajevo.capacity.dlcc import SAMPLES, sampled_motion
 from trajevo.capacity.payload_effort import PayloadEffort, check_reach, limited_efforts, payload_effort
@@ -200,6 +201,8 @@ class RobustCurve:
     samples: int | None
     kept: float
 
+    __repr__ = brief
+
 
 def robust_curve(
     effort: PayloadEffort, *, com: Any = (0.0, 0.0, 0.0), within: float = 0.1, count: int = 26
@@ -286,6 +289,8 @@ class RobustSlowdown:
     instants: int
     effort_margin: float
     at_full_limits: RobustSlowdown | None = None
+
+    __repr__ = brief
 
     def __str__(self) -> str:
         full = self.at_full_limits

@@ -14,6 +14,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import told_both
 from trajevo.capacity.dlcc import SAMPLES
 from trajevo.capacity.scaled_constraints import problem_of
@@ -78,6 +79,8 @@ class Slowdown:
     motion: Rollout
     problem: TrajectoryProblem | None
     at_full_limits: Slowdown | None = None
+
+    __repr__ = brief
 
     @cached_property
     def rollout(self) -> Rollout:
@@ -255,6 +258,8 @@ class SlowdownCurve:
     instants: int
     effort_margin: float
     at_full_limits: SlowdownCurve | None = None
+
+    __repr__ = brief
 
 
 def slowdown_curve(

@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.dlcc import SAMPLES
 from trajevo.capacity.payload_time import least_times
 from trajevo.capacity.robust import robust_slowdown
@@ -42,6 +43,8 @@ class UncertaintyPrice:
     times: Array
     X: Array | None
     payload_model: str
+
+    __repr__ = brief
 
     @property
     def price(self) -> Array:

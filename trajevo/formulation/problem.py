@@ -11,6 +11,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from trajevo.base.arrays import Array, keep_heap, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.base.threads import in_threads
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
@@ -50,6 +51,8 @@ class SmoothForm:
     into: Callable[[Array], Array]
     back: Callable[[Array], Array]
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
@@ -65,6 +68,8 @@ class Expansion:
     problem: TrajectoryProblem
     points: Callable[[Array, Array], tuple[Array, Array]]
     fold: Callable[[Array], Array]
+
+    __repr__ = brief
 
 
 class TrajectoryProblem(Problem):

@@ -10,6 +10,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 
 #: Limits that may differ by the direction of the joint, and what ends the names of those of the negative one.
@@ -28,6 +29,8 @@ class Sides:
 
     forward: Array
     backward: Array
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, limit: Array | Sides) -> Sides:
@@ -137,6 +140,8 @@ class JointLimits:
     acceleration_backward: Array | None = None
     effort_backward: Array | None = None
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         for field in fields(self):
             if getattr(self, field.name) is None and field.name.endswith(_BACKWARD):
@@ -212,6 +217,8 @@ class Friction:
     coulomb: Array
     armature: Array
     coulomb_backward: Array | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if self.coulomb_backward is None:

@@ -19,6 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
 from trajevo.robot.files.cell import placed
@@ -102,6 +103,8 @@ class Robot(WithoutUrdf):
     file_kind: str = "URDF"
     file_notes: tuple[str, ...] = ()
     has_body: bool = True
+
+    __repr__ = brief
 
     @classmethod
     def _written(cls, given: Written) -> Robot:

@@ -12,6 +12,7 @@ from pymoo.core.algorithm import Algorithm
 
 from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.evaluation import checked_time_limit
 from trajevo.formulation.examples import example_file
@@ -207,6 +208,8 @@ class Task:
     settings: TaskSettings
     problem: TrajectoryProblem
     search: Search
+
+    __repr__ = brief
 
     def solve(self, **options: Any) -> Front:
         """Solve the task; arguments take precedence over the file.

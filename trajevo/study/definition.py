@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, final
 import pydantic
 
 from trajevo.base.plain import plain_data
+from trajevo.base.shown.brief import brief
 from trajevo.base.toml import Places, problem_of, read_toml
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.examples import example_file
@@ -54,6 +55,8 @@ class Study:
     record: StudyRecord
     cells: tuple[Cell, ...]
     jobs: tuple[Job, ...]
+
+    __repr__ = brief
 
     def __init__(
         self,

@@ -11,6 +11,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.files import why_not, write_whole
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import display
 from trajevo.errors import InvalidInputError
 from trajevo.exporters.exporter import cell
@@ -38,6 +39,8 @@ class StudyBox:
     lower: Array
     upper: Array
     origin: str
+
+    __repr__ = brief
 
     def share(self, F: Array) -> float:
         """Hypervolume of objective values, shape (N, n_obj), SI."""
@@ -71,6 +74,8 @@ class CellResult:
     cpu_seconds: float
     failures: int
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class StudyResults:
@@ -95,6 +100,8 @@ class StudyResults:
     length: str
     box: StudyBox | None
     cells: tuple[CellResult, ...]
+
+    __repr__ = brief
 
     @property
     def units(self) -> dict[str, str]:

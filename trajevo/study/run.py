@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Self, final
 
 from trajevo.base import jit
+from trajevo.base.shown.brief import brief
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, visible
 from trajevo.study.cell import Outcome
@@ -121,6 +122,8 @@ class StudyStanding:
     folder: Path
     cells: tuple[CellStanding, ...]
     stopped_by: str = ""
+
+    __repr__ = brief
 
     def __str__(self) -> str:
         counts = [(state, self.count(state)) for state in STATES]

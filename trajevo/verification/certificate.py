@@ -8,6 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
 
 #: Share of a limit by which a proven bound may exceed it and still count as within, for rounding exactly at the limit.
@@ -58,6 +59,8 @@ class Proof:
     full_limit: float
     least: bool = False
     between: tuple[str, ...] = ()
+
+    __repr__ = brief
 
     @property
     def proven(self) -> bool:
@@ -170,6 +173,8 @@ class Certificate:
     rows: tuple[Proof, ...]
     uncovered: tuple[Uncovered, ...] = ()
     notes: tuple[str, ...] = ()
+
+    __repr__ = brief
 
     @property
     def proven(self) -> bool:

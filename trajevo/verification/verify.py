@@ -15,6 +15,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError
@@ -131,6 +132,8 @@ class Verification:
     record_mismatch: float
     via_error: float
     via_unit: str
+
+    __repr__ = brief
 
     @property
     def exceeded(self) -> tuple[Utilisation, ...]:
