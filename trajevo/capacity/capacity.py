@@ -11,6 +11,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
+from trajevo.capacity.notebook import capacities_html, capacity_html
 from trajevo.robot.joints import Sides
 
 #: How a capacity was found.
@@ -73,6 +74,9 @@ class Capacity:
     history: tuple[tuple[float, float, str], ...] = ()
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return capacity_html(self)
 
     @property
     def feasible(self) -> bool:
@@ -185,6 +189,9 @@ class Capacities:
     at_full_limit: Array | None = None
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return capacities_html(self)
 
 
 @final

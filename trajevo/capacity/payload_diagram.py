@@ -15,6 +15,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.shown.brief import brief
+from trajevo.capacity.notebook import diagram_html
 from trajevo.capacity.payload_effort import MassRange, PayloadEffort, check_reach, limited_efforts
 from trajevo.dynamics.payload_bounds import REACH
 from trajevo.errors import InvalidInputError, checked_name
@@ -59,6 +60,9 @@ class PayloadDiagram:
     kept: float
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return diagram_html(self)
 
 
 def payload_diagram(

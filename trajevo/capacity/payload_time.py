@@ -13,6 +13,7 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import told_both
+from trajevo.capacity.notebook import curve_html, told_html
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.certified import certified
@@ -48,6 +49,10 @@ class PayloadCurve:
     at_full_limits: PayloadCurve | None = None
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        headers = ("payload [kg]", "least duration [s]")
+        return curve_html("Least duration for each payload", headers, (self.payloads, self.times))
 
 
 def capacity_front(
@@ -249,6 +254,9 @@ class LargestPayload:
     at_full_limits: LargestPayload | None = None
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return told_html("Largest payload of any motion found", self)
 
     def __str__(self) -> str:
         told = f"{self.mass:.6f} kg in {self.time:.4f} s; held at rest at both ends: {self.at_rest:.6f} kg"

@@ -11,6 +11,7 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.dlcc import SAMPLES
+from trajevo.capacity.notebook import curve_html
 from trajevo.capacity.payload_time import least_times
 from trajevo.capacity.robust import robust_slowdown
 from trajevo.dynamics.rollout import Rollout, rollout_of
@@ -45,6 +46,10 @@ class UncertaintyPrice:
     payload_model: str
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        headers = ("tolerance of the centre of mass [mm]", "least duration [s]", "price [%]")
+        return curve_html("Price of uncertainty", headers, (1e3 * self.tolerances, self.times, 100.0 * self.price))
 
     @property
     def price(self) -> Array:

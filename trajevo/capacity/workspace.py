@@ -15,6 +15,7 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen, numbers, read_only
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import told_both
+from trajevo.capacity.notebook import workspace_html
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.errors import InvalidInputError, checked_name
@@ -140,6 +141,9 @@ class WorkspaceCapacity:
     at_full_limits: WorkspaceCapacity | None = None
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return workspace_html(self)
 
     @property
     def reached(self) -> Array:

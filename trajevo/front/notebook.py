@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 #: Limits of a solution that are shown, those that are used most.
 _CLOSEST = 5
 
+#: Decimal places of speeds: inverse kinematics leaves a joint that stands with one of 1e-12 rad/s.
+_PLACES = 9
+
 #: Instants of a line of joint positions.
 _INSTANTS = 61
 
@@ -143,7 +146,7 @@ def _joints(solution: Solution) -> Piece:
                 name,
                 f"{q[0]:.4g} {unit}",
                 f"{q[-1]:.4g} {unit}",
-                f"{speed[k] * factor:.4g} {unit}/s",
+                f"{round(speed[k] * factor, _PLACES):.4g} {unit}/s",
                 html.line(q, label),
             )
         )

@@ -8,6 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
+from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
 
@@ -176,6 +177,12 @@ class Certificate:
 
     __repr__ = brief
 
+    def _repr_html_(self) -> str:
+        rows = [(row.name, row.bound_shown, row.limit_shown, _percent(row), row.at) for row in self.by_quantity]
+        headers = ("closest to its limit", "proven", "limit", "used at most", "at")
+        title = "Certificate: " + ("proven" if self.proven else "a limit is broken" if self.violated else "not decided")
+        return html.shown(title, html.sentence(str(self)), html.table(headers, rows))
+
     @property
     def proven(self) -> bool:
         """Whether every limit is kept at every instant: all rows are proven and every constraint has one."""
@@ -268,3 +275,7 @@ class Certificate:
 def _excess(row: Proof | Uncovered) -> float:
     share = row.exhibited_share if isinstance(row, Proof) else row.share
     return np.inf if np.isnan(share) else share
+
+
+def _percent(row: Proof) -> str:
+    return f"{100.0 * row.share:.3f} %" if np.isfinite(row.limit) else ""

@@ -14,7 +14,7 @@ _REFRESHED = 4
 
 @final
 class NotebookBar:
-    """How much is done, in one output of the cell that runs; for Jupyter kernels, where IPython is at hand.
+    """How much is done, in one output of the cell that runs; for kernels of Jupyter, which have IPython.
 
     Args:
         total: number of things to do.
@@ -23,19 +23,18 @@ class NotebookBar:
 
     def __init__(self, total: int, done: int = 0) -> None:
         display: Any = importlib.import_module("IPython.display").display
-        self._total, self._state, self._due = total, _State(done, total, ""), 0.0
-        self._handle: Any = display(self._state, display_id=True)
+        self._total = total
+        self._due = 0.0
+        self._handle: Any = display(_State(done, total, ""), display_id=True)
+
+    def due(self, done: int) -> bool:
+        """Whether to write the bar again: a few times a second, and in the end."""
+        return done >= self._total or time.perf_counter() >= self._due
 
     def update(self, done: int, text: str) -> None:
-        """Show how many things are done, and a text; at most a few times a second, but always what comes last."""
-        self._state = _State(done, self._total, text)
-        if done >= self._total or time.monotonic() >= self._due:
-            self.finish()
-
-    def finish(self) -> None:
-        """Write the latest state."""
-        self._due = time.monotonic() + 1.0 / _REFRESHED
-        self._handle.update(self._state)
+        """Write how many things are done, and a text."""
+        self._due = time.perf_counter() + 1.0 / _REFRESHED
+        self._handle.update(_State(done, self._total, text))
 
 
 @final

@@ -25,10 +25,13 @@ DOTS, _INSTANTS = 400, 80
 _CLOUD, _LINE = (300, 200), (130, 26)
 _LEFT, _RIGHT, _TOP, _BOTTOM = 12, 12, 20, 34
 
-#: A cell that stands right: a number, with a unit or without.
-_NUMBER = re.compile(r"(?:[<>≤≥±+\-−]\s*)?(?:\d|inf\b|∞|none$|$).*")
+#: Share of the greatest value by which a line may vary and still be flat.
+_ROUNDING = 1e-9
 
-_TABLE = "border-collapse:collapse;margin:0.4em 0;color:inherit"
+#: A cell that stands right: a number, with a unit or without.
+_NUMBER = re.compile(r"(?:[<>≤≥±+\-−]\s*)?(?:\d|inf\b|∞|none$|–$|$).*")
+
+_TABLE = "border-collapse:collapse;margin:0.4em 0;color:inherit;font-size:inherit"
 _SMALL = "margin:0.2em 0;color:inherit"
 
 
@@ -125,8 +128,9 @@ def line(values: Array, label: str) -> Piece:
     if not known.any():
         return Piece("")
     (width, height), low, high = _LINE, few[known].min(), few[known].max()
+    flat = high - low <= _ROUNDING * max(abs(low), abs(high))
     x = 2.0 + (width - 4.0) * np.linspace(0.0, 1.0, len(few))
-    y = height - 3.0 - (height - 6.0) * ((few - low) / (high - low) if high > low else np.where(known, 0.5, np.nan))
+    y = height - 3.0 - (height - 6.0) * (np.full(len(few), 0.5) if flat else (few - low) / (high - low))
     path = "".join(f"{'L' if k and known[k - 1] else 'M'}{x[k]:.1f} {y[k]:.1f}" for k in range(len(few)) if known[k])
     drawn = f'<path d="{path}" fill="none" stroke="currentColor" stroke-width="1.4" stroke-linejoin="round"/>'
     return _picture(_LINE, label, [drawn])

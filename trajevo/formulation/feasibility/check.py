@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.feasibility.findings import ROUNDING, Finding, at_least, number, of
@@ -58,6 +59,10 @@ class Feasibility:
     notes: tuple[str, ...]
 
     __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        headers, *rows = self.table or [()]
+        return html.shown(self.title, html.table(headers, rows), *map(html.sentence, self.sentences))
 
     @property
     def impossible(self) -> tuple[Finding, ...]:
