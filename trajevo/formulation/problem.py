@@ -369,7 +369,7 @@ def problem_html(problem: TrajectoryProblem) -> str:
         for unit, factor in (display(one.unit, **units),)
     ]
     objectives = [(one.name, pretty(display(one.unit, **units)[0]), one.reference) for one in problem.objectives]
-    limits = [(_of_all(one), one.proof, one.reference) for one in problem.constraints]
+    limits = [(_of_all(one), one.proof, one.reference) for one in problem.constraints if one.names]
     return html.shown(
         f"{type(problem).__name__}: {problem.title}",
         html.facts(told),

@@ -18,8 +18,8 @@ MOST = 200
 #: Greatest length of a value in it, and greatest number of entries of a sequence or a mapping.
 _VALUE, _ENTRIES = 60, 4
 
-#: Types whose values are compared with the default of their field, and left out if they equal it.
-_PLAIN = (str, int, float, bool, tuple, type(None))
+#: Types of numbers and texts, and of collections: what equals its default is left out.
+_PLAIN, _COLLECTIONS = (str, int, float), (tuple, list, dict)
 
 
 def cut(text: str, most: int = MOST) -> str:
@@ -51,9 +51,17 @@ def _fields(record: Any) -> Iterator[tuple[str, Any]]:
         declared = [(name, field.default) for name, field in type(record).model_fields.items()]
     for name, default in declared:
         value = getattr(record, name)
-        plain = isinstance(value, _PLAIN) and type(value) is type(default)
-        if value is not default and not (plain and value == default):
+        if not _same(value, default):
             yield name, value
+
+
+def _same(value: Any, default: Any) -> bool:
+    """Whether a value is the default of its field; arrays and what holds some are not compared."""
+    if type(value) is not type(default):
+        return False
+    if isinstance(value, _COLLECTIONS):
+        return not value and not default
+    return value is default or (isinstance(value, _PLAIN) and value == default)
 
 
 @final

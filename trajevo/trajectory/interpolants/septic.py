@@ -40,6 +40,8 @@ class State:
     acceleration: Array | None = None
     jerk: Array | None = None
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         position = numbers(self.position, name="position", shape=("n_joints",))
         for attribute in fields(self):
