@@ -36,12 +36,7 @@ SIZE = {"generations": 200, "population": 150} if FULL else {"generations": 25, 
 
 # %%
 problem = PointingMechanism()
-print(problem.title)
-for variable in problem.interpolant.variables:
-    print(f"variable   {variable.name} in [{variable.lower:g}, {variable.upper:g}] {variable.unit}")
-for objective in problem.objectives:
-    print(f"objective  {objective.name} [{objective.unit}]  {objective.reference}")
-print("limits    ", ", ".join(problem.constraint_names))
+problem
 
 # %% [markdown]
 # ## The run
@@ -50,7 +45,9 @@ print("limits    ", ", ".join(problem.constraint_names))
 
 # %%
 front = optimise(problem, seed=1, progress=False, **SIZE)
-print(f"{len(front)} solutions after {front.run.evaluations} evaluations in {front.run.seconds:.1f} s")
+front
+
+# %%
 plots.hypervolume(front);
 
 # %% [markdown]
@@ -70,7 +67,9 @@ plots.parallel_coordinates(front, mark={"knee": knee, "Table 4": table_4});
 # ## The motion at the knee
 
 # %%
-print({name: round(float(value), 6) for name, value in knee.F.items()}, "-", knee.reason)
+knee
+
+# %%
 plots.profiles(knee)
 plots.tool_path(knee);
 

@@ -38,7 +38,12 @@ PAYLOADS = [0.0, 4.0, 8.0, 10.0, 11.0, 11.5, 11.853, 12.1] if FULL else [0.0, 8.
 problem = HybridManipulator(payload=10.0)
 front = optimise(problem, seed=1, progress=False, **SIZE)
 best = front.weighted()
-print(f"{len(front)} solutions in {front.run.seconds:.1f} s;", best.reason)
+front
+
+# %%
+best
+
+# %%
 plots.front(front, mark={"weighted": best, "knee": front.knee()});
 
 # %%
@@ -70,7 +75,9 @@ for convention in hybrid_manipulator.CONVENTIONS:
 
 # %%
 rollout = problem.rollout(hybrid_manipulator.paper_solution())
-print("closed form:", dlcc(rollout))
+dlcc(rollout)
+
+# %%
 iterated = dlcc_iterative(rollout, step=0.05)
 print("iteration:  ", iterated)
 plots.dlcc_iteration(iterated)

@@ -63,8 +63,12 @@ plots.plot_rivals(rivals);
 # %%
 front = optimise(problem, seed=0, progress=False, **SIZE)
 knee = front.knee()
-print(f"{len(front)} points in {front.run.seconds:.1f} s, hypervolume {front.history.hypervolume[-1]:.4f}")
-print("knee:", {name: round(value, 3) for name, value in knee.F.items()})
+front
+
+# %%
+knee
+
+# %%
 dominating = (front.F <= problem.evaluate(pick_and_place.paper_solution())[0]).all(axis=1).sum()
 print(f"{dominating} points dominate the printed times")
 plots.front(front, mark={"knee": knee, "printed times": problem.evaluate(pick_and_place.paper_solution())[0][0]});

@@ -117,6 +117,8 @@ own = TimeJerkReparameterisation(
     path=flower, velocity="100 mm/s", acceleration="1000 mm/s^2", jerk="30000 mm/s^3", longest_time=10.0
 )
 knee = optimise(own, seed=1, generations=GENERATIONS, progress=False).knee()
-print(knee.F, knee.reason)
+knee
+
+# %%
 plots.path(knee, points=flower)
 plt.show()

@@ -36,7 +36,7 @@ SIZE = {"generations": 120, "population": 80} if FULL else {"generations": 30, "
 
 # %%
 robot = load_robot("ur5", tool="tool0", limits={"acceleration": "800 deg/s^2", "jerk": "8000 deg/s^3"})
-print(robot)
+robot
 
 # %% [markdown]
 # ## The points, as poses of the tool
@@ -67,7 +67,9 @@ print(f"least time {held.F[:, 0].min():.3f} s with held points, {front.F[:, 0].m
 
 # %%
 best = front.knee()
-print(best.F, best.reason)
+best
+
+# %%
 plots.front(front, mark=best)
 plt.show()
 
@@ -90,10 +92,11 @@ plt.show()
 
 # %%
 found = verify(best)
-print(found.verdict)
-print(found.worst)
 print(f"the two dynamics differ by {found.effort_difference:.1e} N·m at most")
-print(dlcc(best))
+found
+
+# %%
+dlcc(best)
 
 # %% [markdown]
 # ## From a file: around a post
@@ -103,6 +106,9 @@ print(dlcc(best))
 
 # %%
 task = load_task("xarm7_obstacle")
+task
+
+# %%
 around = task.solve(progress=False, **SIZE)
 blind = optimise(ViaPointProblem(**(task.problem.settings | {"scene": None})), seed=1, progress=False, **SIZE)
 scene = Scene.of(task.problem.settings["scene"])

@@ -67,9 +67,11 @@ CELLS = 41 if FULL else 11
 hybrid = HybridManipulator()
 table_7 = hybrid.rollout(hybrid_manipulator.paper_solution())
 capacity = dlcc(table_7)
-print("closed form:", capacity)
 print("iteration:  ", dlcc_iterative(table_7, step=0.05))
 print("sensitivity:", sensitivity(table_7))
+capacity
+
+# %%
 plots.capacity_margins(capacity);
 
 # %% [markdown]
@@ -91,7 +93,11 @@ front = task.solve(progress=False, **SIZE)
 knee, fastest = front.knee(), front.pick("least_time")
 print("knee:      ", dlcc(knee))
 print("least time:", dlcc(fastest))
-plots.front_capacities(capacities(front), knee=knee.index);
+carried = capacities(front)
+carried
+
+# %%
+plots.front_capacities(carried, knee=knee.index);
 
 # %%
 plots.capacity_margins(dlcc(knee))

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.path.curve import GeometricPath
 
 #: "GEMINI (smoothed)" of the UIUC airfoil collection: 79 points, upper trailing edge to lower, in chords.
@@ -47,6 +48,8 @@ class ExamplePath:
     acceleration: float
     jerk: float
     longest_time: float
+
+    __repr__ = brief
 
 
 def gemini_points() -> Array:

@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, one_blas_thread
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
@@ -48,6 +49,8 @@ class PathOptimum:
     runs: Reparameterisation
     dynamics: Dynamics
     effort: bool
+
+    __repr__ = brief
 
     def fastest(self, share: Array | None = None, begin: TimedShape | None = None) -> TimedShape:
         """The shape with the least time.

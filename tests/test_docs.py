@@ -11,9 +11,19 @@ from tests.helpers import mostly_long
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-GUIDES = ("check.md", "explain.md", "no_urdf.md", "payload.md", "payload_motion.md", "report.md", "robot_files.md", "tasks.md")
+GUIDES = (
+    "check.md",
+    "explain.md",
+    "no_urdf.md",
+    "notebooks.md",
+    "payload.md",
+    "payload_motion.md",
+    "report.md",
+    "robot_files.md",
+    "tasks.md",
+)
 #: Those that take a second; the others are run by `make test-long`.
-QUICK = ("check.md", "explain.md", "no_urdf.md", "report.md", "robot_files.md")
+QUICK = ("check.md", "explain.md", "no_urdf.md", "notebooks.md", "report.md", "robot_files.md")
 
 
 @pytest.mark.parametrize("guide", mostly_long(GUIDES, *QUICK))

@@ -58,6 +58,10 @@ class InvalidInputError(TrajevoError):
     """An argument or a file has a value that cannot be used."""
 
 
+class NoSuchRowError(InvalidInputError, IndexError):
+    """A row that a front does not have; an IndexError, by which Python ends a loop."""
+
+
 class UnknownNameError(TrajevoError):
     """A name is not registered; the message lists the registered names and suggests the nearest.
 

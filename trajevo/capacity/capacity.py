@@ -10,6 +10,8 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
+from trajevo.capacity.notebook import capacities_html, capacity_html
 from trajevo.robot.joints import Sides
 
 #: How a capacity was found.
@@ -70,6 +72,11 @@ class Capacity:
     kept: float = 1.0
     at_full_limit: float | None = None
     history: tuple[tuple[float, float, str], ...] = ()
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return capacity_html(self)
 
     @property
     def feasible(self) -> bool:
@@ -181,6 +188,11 @@ class Capacities:
     kept: float = 1.0
     at_full_limit: Array | None = None
 
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return capacities_html(self)
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -208,6 +220,8 @@ class EffortAlong:
     joint_names: tuple[str, ...]
     robot: str
     limit_backward: Array | None = None
+
+    __repr__ = brief
 
     @property
     def sides(self) -> Sides:

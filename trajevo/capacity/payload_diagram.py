@@ -14,6 +14,8 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.shown.brief import brief
+from trajevo.capacity.notebook import diagram_html
 from trajevo.capacity.payload_effort import MassRange, PayloadEffort, check_reach, limited_efforts
 from trajevo.dynamics.payload_bounds import REACH
 from trajevo.errors import InvalidInputError, checked_name
@@ -56,6 +58,11 @@ class PayloadDiagram:
     payload_model: str
     samples: int | None
     kept: float
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return diagram_html(self)
 
 
 def payload_diagram(
@@ -212,6 +219,8 @@ class CentreOfMassPolyhedron:
     samples: int | None
     kept: float
 
+    __repr__ = brief
+
     def contains(self, com: Any) -> Array:
         """Whether centres of mass, shape (P, 3) [m], are allowed: shape (P,), bool."""
         points = numbers(com, name="com", shape=("P", 3))
@@ -318,6 +327,8 @@ class AllowedRegions:
     used: Array
     samples: int | None
     kept: float
+
+    __repr__ = brief
 
 
 def allowed_regions(

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread, row_products
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.dlcc import SAMPLES, sampled_motion
 from trajevo.dynamics.payload_bounds import REACH, bound_payloads
 from trajevo.dynamics.payload_masses import NEGLIGIBLE
@@ -60,6 +61,8 @@ class MassRange:
     upper: Array
     joint: Array
     time: Array
+
+    __repr__ = brief
 
 
 @final
@@ -135,6 +138,8 @@ class PayloadEffort:
     below: Array
     each: Array
     limit_backward: Array | None = None
+
+    __repr__ = brief
 
     @property
     def sides(self) -> Sides:

@@ -11,6 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import Capacities, Capacity
 from trajevo.capacity.dlcc import capacities, dlcc, effort_along
 from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram, allowed_regions, payload_diagram
@@ -77,6 +78,8 @@ class LeastTimes:
     curve: PayloadCurve
     at_rest: float
 
+    __repr__ = brief
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -90,6 +93,8 @@ class AroundMotion:
 
     found: WorkspaceCapacity
     path: Array
+
+    __repr__ = brief
 
 
 @final

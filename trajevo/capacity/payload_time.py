@@ -11,7 +11,9 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import told_both
+from trajevo.capacity.notebook import curve_html, told_html
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.certified import certified
@@ -45,6 +47,12 @@ class PayloadCurve:
     payload_model: str
     effort_margin: float = 0.0
     at_full_limits: PayloadCurve | None = None
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        headers = ("payload [kg]", "least duration [s]")
+        return curve_html("Least duration for each payload", headers, (self.payloads, self.times))
 
 
 def capacity_front(
@@ -244,6 +252,11 @@ class LargestPayload:
     x: Array
     rollout: Rollout
     at_full_limits: LargestPayload | None = None
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return told_html("Largest payload of any motion found", self)
 
     def __str__(self) -> str:
         told = f"{self.mass:.6f} kg in {self.time:.4f} s; held at rest at both ends: {self.at_rest:.6f} kg"

@@ -18,8 +18,10 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.intervals import greatest_quadratic, interval, mass_interval
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import known, margin_of, rounded, told_both
 from trajevo.capacity.dlcc import SAMPLES, sampled_motion
+from trajevo.capacity.notebook import curve_html, told_html
 from trajevo.capacity.payload_effort import PayloadEffort, check_reach, limited_efforts, payload_effort
 from trajevo.capacity.scaled_path import LeastFactor, ScaledPath, least_factor
 from trajevo.capacity.slowdown import TOLD, Slowdown, slowdown_of, why_not
@@ -52,6 +54,9 @@ class WorstCase:
     com: tuple[float, float, float]
     samples: int | None
     kept: float
+
+    def _repr_html_(self) -> str:
+        return told_html("Worst payload of the intervals", self)
 
     @property
     def feasible(self) -> bool:
@@ -90,6 +95,9 @@ class RobustCapacity:
     samples: int | None
     kept: float
     at_full_limit: float | None
+
+    def _repr_html_(self) -> str:
+        return told_html("Payload wherever its centre of mass is", self)
 
     def __str__(self) -> str:
         if self.at_full_limit is None:
@@ -200,6 +208,12 @@ class RobustCurve:
     samples: int | None
     kept: float
 
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        headers = ("tolerance of the centre of mass [mm]", "largest payload [kg]", "limited by")
+        return curve_html("Largest payload by tolerance", headers, (1e3 * self.tolerances, self.mass), self.joints)
+
 
 def robust_curve(
     effort: PayloadEffort, *, com: Any = (0.0, 0.0, 0.0), within: float = 0.1, count: int = 26
@@ -286,6 +300,11 @@ class RobustSlowdown:
     instants: int
     effort_margin: float
     at_full_limits: RobustSlowdown | None = None
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return told_html("Least duration with every payload", self)
 
     def __str__(self) -> str:
         full = self.at_full_limits

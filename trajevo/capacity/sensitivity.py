@@ -9,6 +9,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.capacity.dlcc import SAMPLES, dlcc_sampled, sampled_motion
+from trajevo.capacity.notebook import told_html
 from trajevo.dynamics.path_effort import EffortOfPath
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.dynamics.rollout import Rollout
@@ -41,6 +42,9 @@ class Sensitivity:
     per_percent_of_effort: float
     per_second: float
     per_percent_slower: float
+
+    def _repr_html_(self) -> str:
+        return told_html("Sensitivity of the largest payload", self)
 
     def __str__(self) -> str:
         return (

@@ -14,10 +14,12 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import told_both
 from trajevo.capacity.dlcc import SAMPLES
+from trajevo.capacity.notebook import curve_html, slowdown_html
 from trajevo.capacity.scaled_constraints import problem_of
-from trajevo.capacity.scaled_path import LeastFactor, ScaledPath, least_factor
+from trajevo.capacity.scaled_path import SCALED_LIMITS, LeastFactor, ScaledPath, least_factor
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
@@ -78,6 +80,11 @@ class Slowdown:
     motion: Rollout
     problem: TrajectoryProblem | None
     at_full_limits: Slowdown | None = None
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return slowdown_html(self, SCALED_LIMITS)
 
     @cached_property
     def rollout(self) -> Rollout:
@@ -255,6 +262,12 @@ class SlowdownCurve:
     instants: int
     effort_margin: float
     at_full_limits: SlowdownCurve | None = None
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        headers = ("payload [kg]", "least duration [s]", "limited by")
+        return curve_html("Least duration along the same path", headers, (self.payloads, self.durations), self.limits)
 
 
 def slowdown_curve(

@@ -9,7 +9,9 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.dlcc import SAMPLES
+from trajevo.capacity.notebook import curve_html
 from trajevo.capacity.payload_time import least_times
 from trajevo.capacity.robust import robust_slowdown
 from trajevo.dynamics.rollout import Rollout, rollout_of
@@ -42,6 +44,12 @@ class UncertaintyPrice:
     times: Array
     X: Array | None
     payload_model: str
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        headers = ("tolerance of the centre of mass [mm]", "least duration [s]", "price [%]")
+        return curve_html("Price of uncertainty", headers, (1e3 * self.tolerances, self.times, 100.0 * self.price))
 
     @property
     def price(self) -> Array:

@@ -13,7 +13,9 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import told_both
+from trajevo.capacity.notebook import workspace_html
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.errors import InvalidInputError, checked_name
@@ -59,6 +61,8 @@ class ToolPlane:
     axes: str
     columns: Array
     rows: Array
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_name("plane", self.axes, PLANES)
@@ -135,6 +139,11 @@ class WorkspaceCapacity:
     payload_model: str
     effort_margin: float = 0.0
     at_full_limits: WorkspaceCapacity | None = None
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        return workspace_html(self)
 
     @property
     def reached(self) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 
 from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.rnea import HeldLoad, inverse_dynamics, stepped_dynamics
 from trajevo.errors import InvalidInputError
 from trajevo.path.loads import Schedule
@@ -56,6 +57,8 @@ class Dynamics:
     schedule: Schedule | None = field(default=None, kw_only=True)
     _pools: dict[tuple[str, bool, bool], Any] = field(default_factory=dict, init=False, repr=False)
     _models: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name, least, most in (("samples", 2, math.inf), ("threads", 1, _MOST_THREADS)):

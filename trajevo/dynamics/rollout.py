@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.integrals.nodes import lobatto
 from trajevo.dynamics.integrals.resolved import Resolved, at_samples, combined, resolve
 from trajevo.dynamics.inverse_dynamics import _ROUNDING, Dynamics
@@ -48,6 +49,8 @@ class Rollout:
     trajectory: TrajectoryBatch
     masses: Array | None = None
     kept_limits: JointLimits | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if self.trajectory.n_joints != self.robot.dof:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from trajevo.base.files import why_not, write_whole
 from trajevo.base.plugins import Registry
 from trajevo.base.units import ANGLE_UNITS
@@ -17,9 +15,7 @@ from trajevo.exporters.netcdf import NETCDF
 from trajevo.exporters.point_programs import FANUC, KRL, RAPID
 from trajevo.exporters.samples import CSV, JSON
 from trajevo.front.front import Front, Solution
-
-#: Greatest number of samples of a table.
-MOST_SAMPLES = 10_000_000
+from trajevo.front.motion_table import check_length, checked_step
 
 #: Formats by name. To add one, write a file with its function and its :class:`Exporter`, and add that here.
 EXPORTERS: dict[str, Exporter] = {
@@ -72,10 +68,8 @@ def export(
     checked_name("angle unit", angle, ANGLE_UNITS)
     if angle != "rad" and exporter.si:
         raise InvalidInputError(f"angle: the format {format!r} is in rad, got {angle!r}")
-    if step is not None and (
-        isinstance(step, bool) or not (isinstance(step, int | float) and np.isfinite(step) and step > 0.0)
-    ):
-        raise InvalidInputError(f"step: expected a positive time [s], got {step!r}")
+    if step is not None:
+        checked_step(step)
     step = exporter.step if step is None else step if exporter.step is None else float(step)
     if exporter.holds == "motion":
         _check_motion(source, format, step)
@@ -107,9 +101,8 @@ def _check_motion(source: Solution | Front, format: str, step: float | None) -> 
     if not isinstance(source, Solution):
         got = f"a front of {len(source)}" if isinstance(source, Front) else type(source).__name__
         raise InvalidInputError(f"source: the format {format!r} holds one solution, as front.knee(), got {got}")
-    duration = float(source.trajectory.duration[0])
-    if step is not None and duration / step > MOST_SAMPLES:
-        raise InvalidInputError(f"step: {step:g} s gives over {MOST_SAMPLES} samples of a motion of {duration:.4g} s")
+    if step is not None:
+        check_length(source, step)
 
 
 def _write(file: Path, content: bytes | memoryview) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, final
 from weakref import WeakKeyDictionary
 
+from trajevo.base.shown.brief import brief
 from trajevo.front.front import Solution
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.certify import certify
@@ -48,6 +49,8 @@ class Exporter:
     si: bool = field(default=False, kw_only=True)
     beginning: bytes = field(default=COMMENTED, kw_only=True)
     recognises: Callable[[Path], bool] | None = field(default=None, kw_only=True)
+
+    __repr__ = brief
 
     def wrote(self, file: Path, first: bytes) -> bool:
         """Whether a file is of this format and was made by trajevo.

@@ -19,6 +19,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.complex_step import stepped, unstepped
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import GradientWarning, TrajevoError
 from trajevo.formulation.evaluation import FailedFunctionError, Part
@@ -51,6 +52,8 @@ class Ways:
     """How functions are differentiated, as far as this is known; copies of a problem share it."""
 
     known: list[tuple[Any, Way]] = field(default_factory=list)
+
+    __repr__ = brief
 
     def of(self, thing: Any) -> Way | None:
         """How a function is differentiated; None if that is not known yet."""

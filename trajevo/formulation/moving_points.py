@@ -16,6 +16,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint
@@ -96,6 +97,8 @@ class MovingPoints(Interpolant):
     _offsets: tuple[tuple[Variable, ...], ...] = field(init=False, repr=False)
     _starts: tuple[int, ...] = field(init=False, repr=False)
     _group: tuple[int, ...] = field(init=False, repr=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         NAMED_INTERPOLANTS.find(self.kind)

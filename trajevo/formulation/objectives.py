@@ -13,6 +13,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.plugins import Registry, first_line, plain_name
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.integrals.efforts import (
     greatest_effort_rates,
     greatest_efforts,
@@ -54,6 +55,8 @@ class Objective:
     function: Callable[[Rollout], Array]
     needs: tuple[Need, ...] = field(default=(), kw_only=True)
     help: str = field(default="", kw_only=True)
+
+    __repr__ = brief
 
 
 def total_time(rollout: Rollout) -> Array:

@@ -11,7 +11,10 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from trajevo.base.arrays import Array, keep_heap, numbers, read_only
+from trajevo.base.shown import html
+from trajevo.base.shown.brief import MOST, brief, cut
 from trajevo.base.threads import in_threads
+from trajevo.base.units import display, pretty
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, TrajevoError
@@ -50,6 +53,8 @@ class SmoothForm:
     into: Callable[[Array], Array]
     back: Callable[[Array], Array]
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
@@ -65,6 +70,8 @@ class Expansion:
     problem: TrajectoryProblem
     points: Callable[[Array, Array], tuple[Array, Array]]
     fold: Callable[[Array], Array]
+
+    __repr__ = brief
 
 
 class TrajectoryProblem(Problem):
@@ -150,6 +157,13 @@ class TrajectoryProblem(Problem):
             xl=np.array([variable.lower for variable in variables]),
             xu=np.array([variable.upper for variable in variables]),
         )
+
+    def __repr__(self) -> str:
+        sizes = f"{self.n_var} variables, {self.n_obj} objectives, {self.n_ieq_constr} constraints"
+        return f"{type(self).__name__}({cut(self.title, MOST - len(sizes) - len(type(self).__name__) - 4)}: {sizes})"
+
+    def _repr_html_(self) -> str:
+        return problem_html(self)
 
     @property
     def robot(self) -> Robot:
@@ -338,3 +352,36 @@ class Weights:
 
     weights: tuple[float, ...]
     scales: tuple[float, ...] | None = None
+
+
+def problem_html(problem: TrajectoryProblem) -> str:
+    """A problem as a notebook shows it: robot and payload, variables, objectives and constraints with their units."""
+    told = {
+        "robot": problem.robot.name,
+        "interpolant": type(problem.interpolant).__name__,
+        "payload": f"{problem.dynamics.payload.mass:g} kg" if problem.dynamics.payload.mass else "",
+        "effort": f"at {problem.dynamics.samples} instants per segment",
+    }
+    units = {"angle": problem.angle, "length": problem.length}
+    variables = [
+        (one.name, *(f"{bound * factor:.5g} {pretty(unit)}".removesuffix(" 1") for bound in (one.lower, one.upper)))
+        for one in problem.variables
+        for unit, factor in (display(one.unit, **units),)
+    ]
+    objectives = [(one.name, pretty(display(one.unit, **units)[0]), one.reference) for one in problem.objectives]
+    limits = [(_of_all(one), one.proof, one.reference) for one in problem.constraints if one.names]
+    return html.shown(
+        f"{type(problem).__name__}: {problem.title}",
+        html.facts(told),
+        html.table(("variable", "from", "to"), variables),
+        html.table(("objective", "unit", "source"), objectives),
+        html.table(("constraint", "known by", "source"), limits),
+        *map(html.sentence, problem.notes),
+    )
+
+
+def _of_all(constraint: Constraint) -> str:
+    """Names of a constraint, of many that limit the same quantity only this and their number."""
+    quantity, *others = dict.fromkeys(name.partition(" of ")[0] for name in constraint.names)
+    many = len(constraint.names) > 1 and not others
+    return f"{quantity} ({len(constraint.names)})" if many else ", ".join(constraint.names)

@@ -10,6 +10,7 @@ import numpy as np
 import pydantic
 from pymoo.core.algorithm import Algorithm
 
+from trajevo.base.shown.brief import brief
 from trajevo.base.toml import problem_of
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 
@@ -137,6 +138,8 @@ class Search(pydantic.BaseModel):
     """
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True, arbitrary_types_allowed=True)
+
+    __repr__ = brief
 
     seed: Annotated[int | None, _whole(0, 2**128 - 1)] = _setting("Seed of all randomness.")
     algorithm: Annotated[str | Algorithm, pydantic.PlainValidator(_algorithm)] = pydantic.Field(

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, cast
 
 import pydantic
 
+from trajevo.base.shown.brief import brief
 from trajevo.base.toml import Places, read_toml, validated
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import LimitParameter
@@ -25,6 +26,8 @@ _Directed = _Number | str | list[_Number | str | _Side] | dict[str, _Number | st
 
 class _Strict(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+    __repr__ = brief
 
 
 class _Place(_Strict):
@@ -163,6 +166,8 @@ class _Constraints(pydantic.BaseModel):
     """What is limited; :func:`task_model` adds the parameters of limits."""
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True, strict=True)
+
+    __repr__ = brief
 
     limits: list[str] = ["position", "velocity", "acceleration", "jerk", "effort"]
     held: Literal["sampled", "certified"] = "certified"

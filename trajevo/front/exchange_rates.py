@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal, final
 import numpy as np
 
 from trajevo.base.arrays import Array, real_number
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front.quantities import with_unit
 
@@ -77,6 +78,8 @@ class ExchangeRates:
     unit: str
     imbalance: float
     exchanges: tuple[Exchange, ...]
+
+    __repr__ = brief
 
     def buys(self, share: float = 0.05) -> dict[str, float]:
         """By how much the objective falls if one thing alone is relaxed by a share, to first order.

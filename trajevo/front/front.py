@@ -1,102 +1,38 @@
-"""Fronts, which are the non-dominated feasible points of a run, and their solutions."""
+"""Fronts, which are the non-dominated feasible points of a run."""
 
 from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import pydantic
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.base.files import MOST_DATA, read_text, why_not, write_whole
+from trajevo.base.shown.brief import cut
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError, UnknownNameError
 from trajevo.formulation.problem import TrajectoryProblem, Weights
 from trajevo.formulation.registry import problem_class
 from trajevo.front import selection
 from trajevo.front.checked import RecordCheck
-from trajevo.front.exchange_rates import ON_LIMIT, ExchangeRates, exchange_rates
-from trajevo.front.quantities import Quantities, with_unit
+from trajevo.front.exchange_rates import ExchangeRates, exchange_rates
+from trajevo.front.notebook import front_frame, front_html
+from trajevo.front.quantities import with_unit
 from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, Run, told
-from trajevo.front.selection import Choice
+from trajevo.front.selection import Choice, by_hand, rows_of
+from trajevo.front.solution import Solution as Solution
 from trajevo.front.thinning import MOST_SHOWN, thinned
-from trajevo.trajectory.batch import TrajectoryBatch
 
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """One row of a front.
-
-    Attributes:
-        front: the front.
-        index: its row.
-        rule: name of the rule that chose it.
-        reason: why it was chosen, one sentence.
-    """
-
-    front: Front
-    index: int
-    rule: str
-    reason: str
-
-    @property
-    def x(self) -> Array:
-        """Decision vector, shape (n_var,)."""
-        row: Array = self.front.X[self.index]
-        return row
-
-    def __repr__(self) -> str:
-        return f"Solution({self.rule}, row {self.index}: {self.F})"
-
-    @property
-    def F(self) -> Quantities:
-        """Objective name -> value, SI; printed with its units."""
-        return self._quantities(self.front.F[self.index])
-
-    @property
-    def G(self) -> dict[str, float]:
-        """Constraint name -> value, at most 0, as a share of the limit."""
-        return dict(zip(self.front.record.constraints, self.front.G[self.index].tolist(), strict=True))
-
-    @property
-    def trajectory(self) -> TrajectoryBatch:
-        """Its trajectory, a batch of one."""
-        return self.rollout.trajectory
-
-    @cached_property
-    def rollout(self) -> Rollout:
-        """The robot on its trajectory; made once."""
-        return self.front.problem.rollout(self.x)
-
-    @cached_property
-    def known_to(self) -> Quantities:
-        """How far each objective is known, SI: how much it changes when segments have twice as many samples."""
-        return self._quantities(self.front.known_to([self.index])[0])
-
-    def sensitivity(self, objective: str | None = None, *, within: float = ON_LIMIT) -> ExchangeRates:
-        """What holds an objective back, and what a little more of it would buy.
-
-        Args:
-            objective: name of the objective that should fall; the first one if None.
-            within: share of a limit below it that counts as being on it.
-
-        Raises:
-            UnknownNameError: no such objective.
-            InvalidInputError: ``within`` is not a number from 0 to 1.
-        """
-        return exchange_rates(self.front, [self.index], objective, within=within)[0]
-
-    def _quantities(self, row: Array) -> Quantities:
-        objectives = self.front.record.objectives
-        values = dict(zip(self.front.objective_names, row.tolist(), strict=True))
-        return Quantities(values, {objective.name: objective.unit for objective in objectives})
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +74,48 @@ class Front:
     def __len__(self) -> int:
         return len(self.F)
 
+    @overload
+    def __getitem__(self, row: int | np.integer[Any]) -> Solution: ...
+    @overload
+    def __getitem__(self, row: slice | Sequence[int] | Array) -> Front: ...
+    def __getitem__(self, row: int | np.integer[Any] | slice | Sequence[int] | Array) -> Solution | Front:
+        """``front[0]`` is a solution, ``front[2:5]`` a front of these rows.
+
+        Args:
+            row: a row, negative ones from the end; or a slice, several rows, or a mask of shape (N,), for the front of
+                these rows, with the same record, run and history. It is sorted as every front is, and holds each row
+                once.
+
+        Raises:
+            NoSuchRowError: no such row.
+            InvalidInputError: neither rows nor a mask of as many entries as there are solutions.
+        """
+        found = rows_of(row, len(self))
+        if isinstance(found, int):
+            return self._solution(by_hand(found))
+        self._compare(found.tolist())
+        problem = self.__dict__.get("_made", self._problem)
+        return replace(self, X=self.X[found], F=self.F[found], G=self.G[found], _problem=problem)
+
+    def __iter__(self) -> Iterator[Solution]:
+        self._compare(range(len(self)))
+        return (self[row] for row in range(len(self)))
+
     def __repr__(self) -> str:
+        return cut(str(self))
+
+    def _repr_html_(self) -> str:
+        return front_html(self)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """One row per solution: objectives, variables, the share of each limit that is used, and rules that choose it.
+
+        Headers have the units: those in which the problem shows angles and lengths, where :attr:`F`, :attr:`X` and
+        :attr:`G` are in SI.
+        """
+        return front_frame(self)
+
+    def __str__(self) -> str:
         if not len(self):
             return f"Front({self.record.title}, empty)"
         ends = zip(self.record.objectives, self.F.min(axis=0), self.F.max(axis=0), strict=True)
@@ -188,7 +165,7 @@ class Front:
     def _shown_first(self) -> tuple[int, ...]:
         """Rows of a front that was read which are compared together: some of all, and those worth choosing."""
         few = () if self._check is None else self._check.few
-        return (*few, *(choice.index for choice in self._best)) if len(self) else ()
+        return (*few, *(choice.index for choice in self.best)) if len(self) else ()
 
     @cached_property
     def _made(self) -> TrajectoryProblem:
@@ -278,7 +255,7 @@ class Front:
         Raises:
             NoSolutionError: the front is empty.
         """
-        return tuple(map(self._solution, self._best))
+        return tuple(map(self._solution, self.best))
 
     def sensitivities(self, objective: str | None = None, *, most: int = 24) -> tuple[ExchangeRates, ...]:
         """What holds an objective back along the front.
@@ -314,10 +291,11 @@ class Front:
         return rows
 
     def _thinned(self, most: int) -> Array:
-        return thinned(self._points(), most, kept=(choice.index for choice in self._best))
+        return thinned(self._points(), most, kept=(choice.index for choice in self.best))
 
     @cached_property
-    def _best(self) -> tuple[Choice, ...]:
+    def best(self) -> tuple[Choice, ...]:
+        """The rows of :meth:`choices`, without their solutions."""
         weighted = () if self.paper_weights is None else ("weighted",)
         rules = ("knee", "utopia", *weighted, *(f"least_{name}" for name in self.objective_names))
         return tuple(map(self._choice, rules))
@@ -335,7 +313,7 @@ class Front:
         if rule in named:
             return named[rule]()
         if rule.isascii() and rule.isdecimal() and int(rule) < len(points):
-            return Choice(int(rule), "row", f"row {rule} of the front, by hand")
+            return by_hand(int(rule))
         raise UnknownNameError("solution", rule, [*named, f"a row from 0 to {len(self) - 1}"])
 
     def open(self, file: str | Path | None = None) -> Path:
@@ -423,7 +401,7 @@ class Front:
 
     def _points(self) -> Array:
         if not len(self.F):
-            raise NoSolutionError(f"the front is empty: {self.blocking}")
+            raise NoSolutionError(f"the front is empty: {self.blocking or 'none of its rows was taken'}")
         return self.F
 
     def _compare(self, rows: Iterable[int]) -> None:

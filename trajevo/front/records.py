@@ -16,6 +16,7 @@ import pydantic
 from trajevo.base.files import opening_robots_only
 from trajevo.base.jit import Kind
 from trajevo.base.plain import plain_data
+from trajevo.base.shown.brief import brief
 from trajevo.base.toml import problem_of
 from trajevo.errors import InvalidInputError, NotRegisteredError, one_line
 from trajevo.formulation.problem import TrajectoryProblem
@@ -43,6 +44,8 @@ class Record(pydantic.BaseModel):
     """Frozen data that is equal after a round trip through JSON; unknown keys, NaN and infinity are refused."""
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
+
+    __repr__ = brief
 
 
 def told(error: pydantic.ValidationError) -> str:

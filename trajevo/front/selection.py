@@ -6,13 +6,15 @@ one objective, and a weighted sum with given scales.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, NoSuchRowError
 from trajevo.formulation.problem import Weights
 
 
@@ -29,6 +31,47 @@ class Choice:
     index: int
     rule: str
     reason: str
+
+
+def by_hand(row: int) -> Choice:
+    """A row that was asked for by its number."""
+    return Choice(row, "row", f"row {row} of the front, by hand")
+
+
+def rows_of(asked: Any, count: int) -> int | Array:
+    """The row, or ascending rows of shape (R,), that an index of a front means.
+
+    Args:
+        asked: a row, negative ones from the end; or a slice, several rows, or a mask of shape (N,).
+        count: number N of rows.
+
+    Raises:
+        NoSuchRowError: no such row.
+        InvalidInputError: neither rows nor a mask of as many entries as there are rows.
+    """
+    if isinstance(asked, slice):
+        try:
+            return np.unique(np.arange(count)[asked])
+        except (TypeError, ValueError) as error:
+            raise InvalidInputError(f"front: expected whole numbers in a slice of rows, got {asked!r}") from error
+    found = np.asarray(asked) if isinstance(asked, Sequence | np.ndarray) and not isinstance(asked, str) else None
+    if found is not None and found.shape == (count,) and found.dtype == bool:
+        return np.flatnonzero(found)
+    if found is not None and found.ndim == 1 and (not found.size or np.issubdtype(found.dtype, np.integer)):
+        rows = {_row(one, count) for one in found.tolist()}
+        return np.array(sorted(rows), dtype=np.intp)
+    if isinstance(asked, bool | np.bool) or not hasattr(asked, "__index__") or found is not None:
+        name = f"; front.pick({asked!r}) takes the name of a rule" if isinstance(asked, str) else ""
+        got = f"an array of {found.dtype} of shape {found.shape}" if found is not None else repr(asked)
+        raise InvalidInputError(f"front: expected a row, a slice, rows or a mask of {count} entries, got {got}{name}")
+    return _row(operator.index(asked), count)
+
+
+def _row(asked: int, count: int) -> int:
+    if not -count <= asked < count:
+        known = f"rows are 0 to {count - 1}" if count else "it is empty"
+        raise NoSuchRowError(f"front: no row {asked}: {known}")
+    return asked % count
 
 
 def normalised(F: Array) -> Array:

@@ -8,6 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.robot.kinematics import ToolKinematics
 
@@ -37,6 +38,8 @@ class JointBox:
     point: int
     half_width: Array
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         _check(self, ("n_joints",))
 
@@ -59,6 +62,8 @@ class CartesianBox:
     point: int
     half_width: Array
     keep_orientation: bool = field(default=True, kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         _check(self, (3,))

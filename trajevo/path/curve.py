@@ -15,6 +15,7 @@ import numpy as np
 
 from trajevo.base import polynomials
 from trajevo.base.arrays import Array, frozen, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.path.via_points import ViaPoints
 
@@ -43,6 +44,8 @@ class GeometricPath:
     knots: Array
     control_points: Array
     parameters: Array | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         knots = numbers(self.knots, name="knots", shape=("n_control_points + order",))

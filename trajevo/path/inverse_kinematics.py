@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import if_degrees
 from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, checked_name
 from trajevo.path.levenberg_marquardt import (
@@ -56,6 +57,8 @@ class Pose:
     rotation: Array | None = None
     name: str = ""
     free: str | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", read_only(numbers(self.position, name="position", shape=(3,))))

@@ -8,6 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, known_names
 from trajevo.robot.payload import Payload
 
@@ -52,6 +53,8 @@ class Load:
     vary: bool | None = None
     shape: Any = None
     touches: tuple[str, ...] = ()
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "payload", Payload.of(self.payload, model=None))
@@ -102,6 +105,8 @@ class Schedule:
     loads: tuple[Load, ...]
     carried: tuple[tuple[int, ...], ...]
     varied: int | None
+
+    __repr__ = brief
 
     @property
     def phases(self) -> tuple[tuple[int, ...], ...]:

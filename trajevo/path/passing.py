@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, known_names
 
 #: Greatest dwell that is not taken for milliseconds [s].
@@ -40,6 +41,8 @@ class Passing:
     velocity: Array | None = None
     acceleration: Array | None = None
     window: tuple[float, float] | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if isinstance(self.point, bool) or not isinstance(self.point, int | np.integer) or self.point < 0:

@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import quantity
 from trajevo.errors import InvalidInputError, checked_name, known_names
 
@@ -73,6 +74,8 @@ class ToolSegment:
     upright: float | None = None
     axis: Any = "z"
     direction: Array | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for key, name in _PLACES.items():

@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, UnreachableError
 from trajevo.path.boxes import followed
 from trajevo.path.segments import ToolSegment
@@ -61,6 +62,8 @@ class ToolWay:
     about: Array
     turn: float
     oriented: bool
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, segment: ToolSegment, robot: Robot, first: Array, last: Array) -> ToolWay:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import display, if_degrees
 from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
@@ -46,6 +47,8 @@ class ViaPoints:
     """
 
     positions: Array
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         positions = numbers(self.positions, name="points", shape=("n_points", "n_joints"))

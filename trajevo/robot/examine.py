@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from trajevo.base.shown.brief import brief
 from trajevo.base.toml import read_toml
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.robot.description import Description
@@ -96,6 +97,8 @@ class RobotExamination:
     errors: tuple[str, ...]
     warnings: tuple[str, ...]
     notes: tuple[str, ...] = ()
+
+    __repr__ = brief
 
 
 def examine(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, final
@@ -10,6 +10,9 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, read_only
+from trajevo.base.shown.brief import brief
+from trajevo.base.shown.html import Piece, table
+from trajevo.base.units import per_time, pretty
 from trajevo.errors import InvalidInputError
 
 #: Limits that may differ by the direction of the joint, and what ends the names of those of the negative one.
@@ -28,6 +31,8 @@ class Sides:
 
     forward: Array
     backward: Array
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, limit: Array | Sides) -> Sides:
@@ -137,6 +142,8 @@ class JointLimits:
     acceleration_backward: Array | None = None
     effort_backward: Array | None = None
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         for field in fields(self):
             if getattr(self, field.name) is None and field.name.endswith(_BACKWARD):
@@ -213,6 +220,8 @@ class Friction:
     armature: Array
     coulomb_backward: Array | None = None
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         if self.coulomb_backward is None:
             object.__setattr__(self, "coulomb_backward", self.coulomb)
@@ -251,3 +260,17 @@ def least_share(kept: Array, full: Array) -> float:
     """Least share of the finite full limits that the kept ones are, shapes (n_joints,); 1 if nothing is limited."""
     limited = np.isfinite(full)
     return float((kept[limited] / full[limited]).min(initial=1.0))
+
+
+def limits_table(limits: JointLimits, names: Sequence[str], units: Sequence[str]) -> Piece:
+    """The limits of all joints as a notebook shows them, with their units; two where the directions differ."""
+    rows = []
+    for k, (name, unit) in enumerate(zip(names, units, strict=True)):
+        told = [name, f"{limits.lower[k]:.4g} to {limits.upper[k]:.4g} {unit}"]
+        for order, quantity in enumerate(("velocity", "acceleration", "jerk", "effort"), start=1):
+            of = ("N·m" if unit == "rad" else "N") if quantity == "effort" else pretty(per_time(unit, order))
+            sides = limits.sides(quantity)
+            both = dict.fromkeys((f"{sides.forward[k]:.4g}", f"{sides.backward[k]:.4g}"))
+            told.append("none" if list(both) == ["inf"] else f"{' / '.join(both)} {of}")
+        rows.append(told)
+    return table(("joint", "position", "velocity", "acceleration", "jerk", "effort"), rows)

@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.base.plain import plain_data
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import believed, quantity, with_unit
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.robot.robot import Robot
@@ -57,6 +58,8 @@ class Payload:
     com: tuple[float, float, float] = (0.0, 0.0, 0.0)
     inertia: tuple[tuple[float, ...], ...] | None = None
     model: str = "rigid"
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_name("payload model", self.model, LOAD_MODELS)

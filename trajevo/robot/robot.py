@@ -19,13 +19,15 @@ import numpy as np
 import pinocchio as pin
 
 from trajevo.base.arrays import Array, numbers
+from trajevo.base.shown import html
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
 from trajevo.robot.files.cell import placed
 from trajevo.robot.files.opened import opened
 from trajevo.robot.files.parts import drives_of, masses_meant, tool_of
 from trajevo.robot.friction_sources import friction_notes, friction_of
-from trajevo.robot.joints import Friction, JointLimits
+from trajevo.robot.joints import Friction, JointLimits, limits_table
 from trajevo.robot.limit_files import declared_limits, given_limits, limits_or_none
 from trajevo.robot.loading.arguments import (
     STANDARD_GRAVITY,
@@ -102,6 +104,15 @@ class Robot(WithoutUrdf):
     file_kind: str = "URDF"
     file_notes: tuple[str, ...] = ()
     has_body: bool = True
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        locked = ", ".join(self.locked)
+        told = {"mass": f"{self.mass:.4g} kg" if self.has_body else "", "tool": self.tool, "locked": locked}
+        told |= {"from": str(self.urdf or self.reference), "notes": "; ".join(self.mass_notes)}
+        table = limits_table(self.limits, self.joint_names, self.joint_units)
+        return html.shown(f"Robot {self.name}: {self.dof} joints", html.facts(told), table)
 
     @classmethod
     def _written(cls, given: Written) -> Robot:

@@ -13,6 +13,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.robot.urdf.joints import Follower
 
 
@@ -100,6 +101,8 @@ class Mimicking(Transmission):
 
     own: tuple[int, ...]
     mimics: tuple[Mimic, ...]
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, model: Sequence[str], followers: Sequence[Follower]) -> Mimicking:

@@ -12,6 +12,8 @@ from pymoo.core.algorithm import Algorithm
 
 from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.base.shown import html
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.evaluation import checked_time_limit
 from trajevo.formulation.examples import example_file
@@ -56,7 +58,8 @@ def optimise(
         out: folder for every evaluated individual, checkpoints and the front. If the front is polished, the front
             before polishing is kept too, in ``evolved.json``.
         overwrite: replace a run that the folder holds; otherwise such a folder is refused.
-        progress: show generation, hypervolume, least violation and time left on standard error.
+        progress: show generation, hypervolume, least violation and time left, on standard error or, in a
+            notebook, in the output of the cell.
         **settings: settings of the search by name, see :class:`~trajevo.formulation.search.Search`; they take
             precedence over ``search``.
 
@@ -207,6 +210,12 @@ class Task:
     settings: TaskSettings
     problem: TrajectoryProblem
     search: Search
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        given = {name: str(value) for name, value in self.search.given.items()}
+        return html.shown(f"Task {self.file.name}", html.facts(given), html.Piece(self.problem._repr_html_()))
 
     def solve(self, **options: Any) -> Front:
         """Solve the task; arguments take precedence over the file.

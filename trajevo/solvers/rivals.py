@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.integrals.efforts import mechanical_energy
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
@@ -102,6 +103,8 @@ class Rival:
     effort: float
     energy: float
     within: bool
+
+    __repr__ = brief
 
 
 def compare_rivals(

@@ -14,6 +14,8 @@ from typing import Annotated, Any, Literal, final
 import pydantic
 
 from trajevo.base.plain import plain_data
+from trajevo.base.shown import html
+from trajevo.base.shown.brief import brief
 from trajevo.base.toml import Places, problem_of, read_toml
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.formulation.examples import example_file
@@ -54,6 +56,16 @@ class Study:
     record: StudyRecord
     cells: tuple[Cell, ...]
     jobs: tuple[Job, ...]
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        record = self.record
+        solved = record.problem or "a task"
+        levels = [(name, ", ".join(level.label for level in levels)) for name, levels in record.factors.items()]
+        told = html.sentence(f"{solved}: {len(self.cells)} cells, repeats: {record.repeats}, seed {record.seed}")
+        fixed = {name: str(value) for name, value in record.fixed.items()}
+        return html.shown("Study", told, html.table(("factor", "levels"), levels), html.facts(fixed))
 
     def __init__(
         self,

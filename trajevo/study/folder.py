@@ -25,6 +25,7 @@ from trajevo.base.files import (
     write_whole,
 )
 from trajevo.base.jit import Kind
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.front.records import Record, told
 from trajevo.solvers.run.folder import RunFolder
@@ -58,6 +59,8 @@ class CellStanding:
     cell: Cell
     state: State
     failure: Failure | None
+
+    __repr__ = brief
 
 
 @final

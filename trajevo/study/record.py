@@ -17,6 +17,7 @@ import numpy as np
 import pydantic
 
 from trajevo.base.plain import plain_data
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.front.records import Line, Record, Settings
 
@@ -101,6 +102,8 @@ class Cell:
     values: Mapping[str, Any]
     repeat: int
     seed: int
+
+    __repr__ = brief
 
 
 def cells_of(record: StudyRecord) -> tuple[Cell, ...]:

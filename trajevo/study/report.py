@@ -12,6 +12,7 @@ from typing import Any
 import matplotlib.pyplot as plt
 
 from trajevo.base.files import own_folder, why_not, write_whole
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.exporters.exporter import cell
 from trajevo.study.plots import attainments, hypervolume_bands, hypervolume_boxes
@@ -34,6 +35,8 @@ class StudyReport:
     files: tuple[Path, ...]
     comparisons: tuple[Comparison, ...]
     notes: tuple[str, ...]
+
+    __repr__ = brief
 
 
 def write_study(results: StudyResults, folder: str | Path | None = None) -> StudyReport:

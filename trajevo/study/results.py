@@ -11,7 +11,9 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.files import why_not, write_whole
-from trajevo.base.units import display
+from trajevo.base.shown import html
+from trajevo.base.shown.brief import brief
+from trajevo.base.units import display, pretty
 from trajevo.errors import InvalidInputError
 from trajevo.exporters.exporter import cell
 from trajevo.front.hypervolume import hypervolume
@@ -38,6 +40,8 @@ class StudyBox:
     lower: Array
     upper: Array
     origin: str
+
+    __repr__ = brief
 
     def share(self, F: Array) -> float:
         """Hypervolume of objective values, shape (N, n_obj), SI."""
@@ -71,6 +75,8 @@ class CellResult:
     cpu_seconds: float
     failures: int
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, eq=False)
 class StudyResults:
@@ -95,6 +101,24 @@ class StudyResults:
     length: str
     box: StudyBox | None
     cells: tuple[CellResult, ...]
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        shown = [self.display(k) for k in range(len(self.objectives))]
+        least_of = (f"least {name} [{pretty(unit)}]" for name, unit, _ in shown)
+        headers = ["levels", "runs", "median hypervolume", *least_of]
+        rows = []
+        for levels in dict.fromkeys(result.cell.combination for result in self.cells):
+            runs = [result for result in self.cells if result.cell.combination == levels]
+            least = [np.inf] * len(shown)
+            for result in runs:
+                least = np.minimum(least, result.F.min(axis=0, initial=np.inf)).tolist()
+            values = (f"{value * factor:.5g}" for value, (_, _, factor) in zip(least, shown, strict=True))
+            median = float(np.median([result.hypervolume[-1] for result in runs]))
+            rows.append((levels or "all", str(len(runs)), f"{median:.5g}", *values))
+        told = f"{len(self.cells)} cells, {self.unfinished} not finished; {self.origin}"
+        return html.shown(f"Results of the study in {self.folder}", html.sentence(told), html.table(headers, rows))
 
     @property
     def units(self) -> dict[str, str]:

@@ -10,6 +10,9 @@ from types import TracebackType
 from typing import Self, final
 
 from trajevo.base import jit
+from trajevo.base.shown import html
+from trajevo.base.shown.bar import NotebookBar
+from trajevo.base.shown.brief import brief
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, visible
 from trajevo.study.cell import Outcome
@@ -24,7 +27,9 @@ _LINES = 20
 
 @final
 class CellsShown:
-    """Shows on standard error how many cells are finished, failed, running and waiting, and the time left.
+    """Shows how many cells are finished, failed, running and waiting, and the time left.
+
+    In a notebook this is a bar in the output of the cell, elsewhere it is on standard error.
 
     Args:
         total: cells of the study.
@@ -49,12 +54,15 @@ class CellsShown:
             TextColumn("{task.description}", table_column=Column(no_wrap=True)),
         )
         self._bar = Progress(*columns, console=self._console, expand=True) if self._console.is_terminal else None
+        self._notebook: NotebookBar | None = None
 
     def __enter__(self) -> Self:
         self._began = time.perf_counter()
         if self._enabled and self._bar is not None:
             self._task = self._bar.add_task(self._told(), total=self._total, completed=self._finished)
             self._bar.start()
+        if self._enabled and self._console.is_jupyter:
+            self._notebook = NotebookBar(self._total, self._finished)
         return self
 
     def __exit__(
@@ -74,7 +82,9 @@ class CellsShown:
             console.print(
                 visible(f"failed: {outcome['cell']}: {outcome['said']}"), markup=False, highlight=False, soft_wrap=True
             )
-        if self._bar is not None:
+        if self._notebook is not None:
+            self._notebook.update(self._finished, f"cells, {self._told()}")
+        elif self._bar is not None:
             self._bar.update(self._task, completed=self._finished, description=self._told())
         elif not (self._finished + self._failed - self._before) % self._every or not self._left:
             console.print(f"{self._finished}/{self._total} cells  {self._told()}", highlight=False, soft_wrap=True)
@@ -122,6 +132,13 @@ class StudyStanding:
     cells: tuple[CellStanding, ...]
     stopped_by: str = ""
 
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        rows = [(cell.cell.name, cell.state, cell.failure.sentence if cell.failure else "") for cell in self.cells]
+        rows.sort(key=lambda row: row[1] == "finished")  # stable: what is finished last
+        return html.shown(f"Study in {self.folder}", html.sentence(str(self)), html.table(("cell", "state", ""), rows))
+
     def __str__(self) -> str:
         counts = [(state, self.count(state)) for state in STATES]
         return f"{len(self.cells)} cells: " + ", ".join(f"{count} {state}" for state, count in counts if count)
@@ -150,7 +167,8 @@ def run_study(
         folder: folder of the study: ``study.json``, and the run folders of all cells in ``cells``. It may already hold
             the same study with fewer levels or repeats.
         engine: runs the cells; one after the other in this process if None.
-        progress: show finished, failed, running and waiting cells and the time left on standard error.
+        progress: show finished, failed, running and waiting cells and the time left, on standard error or, in a
+            notebook, in the output of the cell.
 
     Returns:
         The state of the study.

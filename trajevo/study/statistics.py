@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.study.results import StudyResults
 
@@ -37,6 +38,8 @@ class Comparison:
     effect: float
     p: float
     p_holm: float
+
+    __repr__ = brief
 
 
 def compare_levels(results: StudyResults, factor: str, *, measure: str = "hypervolume") -> tuple[Comparison, ...]:

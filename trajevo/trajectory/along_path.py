@@ -8,6 +8,7 @@ from typing import Any, SupportsIndex, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.trajectory.batch import TrajectoryBatch, checked_factor, checked_order, checked_shares, chosen_rows
 from trajevo.trajectory.parameterisation import ORDERS, Course
@@ -32,6 +33,8 @@ class ComposedBatch(TrajectoryBatch):
     course: Course
     durations: Array
     breaks: Array = field(init=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         durations = read_only(self.durations)

@@ -11,6 +11,7 @@ from typing import Any, SupportsIndex
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 
 #: Position, velocity, acceleration, jerk: the derivatives that can have limits.
@@ -34,6 +35,8 @@ class Motion:
     v: Array
     a: Array
     j: Array
+
+    __repr__ = brief
 
 
 class TrajectoryBatch(ABC):

@@ -18,6 +18,7 @@ import numpy as np
 
 from trajevo.base import polynomials
 from trajevo.base.arrays import Array, frozen, read_only, row_products
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.path.curve import GeometricPath
 from trajevo.trajectory.bernstein import gauss, greatest_magnitude, least_tolerance, local_greatest
@@ -99,6 +100,8 @@ class Course:
     control_points: Array
     order: int = field(default=6, kw_only=True)
     tolerance: float = field(default=1e-6, kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         c = read_only(self.control_points)

@@ -10,6 +10,7 @@ import numpy as np
 
 from trajevo.base import jit, polynomials
 from trajevo.base.arrays import Array, frozen, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.trajectory import polynomial_loops
 from trajevo.trajectory.batch import (
@@ -42,6 +43,8 @@ class PolynomialBatch(TrajectoryBatch):
     breaks: Array
     coefficients: Array
     _last_sampled: Any = field(default=None, init=False, repr=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         breaks, coefficients = self._numbers()

@@ -8,6 +8,8 @@ from typing import Any, final
 
 import numpy as np
 
+from trajevo.base.shown import html
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
 
 #: Share of a limit by which a proven bound may exceed it and still count as within, for rounding exactly at the limit.
@@ -58,6 +60,8 @@ class Proof:
     full_limit: float
     least: bool = False
     between: tuple[str, ...] = ()
+
+    __repr__ = brief
 
     @property
     def proven(self) -> bool:
@@ -171,6 +175,14 @@ class Certificate:
     uncovered: tuple[Uncovered, ...] = ()
     notes: tuple[str, ...] = ()
 
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        rows = [(row.name, row.bound_shown, row.limit_shown, _percent(row), row.at) for row in self.by_quantity]
+        headers = ("closest to its limit", "proven", "limit", "used at most", "at")
+        title = "Certificate: " + ("proven" if self.proven else "a limit is broken" if self.violated else "not decided")
+        return html.shown(title, html.sentence(str(self)), html.table(headers, rows))
+
     @property
     def proven(self) -> bool:
         """Whether every limit is kept at every instant: all rows are proven and every constraint has one."""
@@ -263,3 +275,7 @@ class Certificate:
 def _excess(row: Proof | Uncovered) -> float:
     share = row.exhibited_share if isinstance(row, Proof) else row.share
     return np.inf if np.isnan(share) else share
+
+
+def _percent(row: Proof) -> str:
+    return f"{100.0 * row.share:.3f} %" if np.isfinite(row.limit) else ""

@@ -15,6 +15,8 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown import html
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, NoSolutionError
@@ -131,6 +133,17 @@ class Verification:
     record_mismatch: float
     via_error: float
     via_unit: str
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        at = ("" if row.instant is None else f"{row.instant:.3f} s" for row in self.by_limit)
+        used = [(row.limit, row.joint or "", f"{100.0 * row.share:.2f} %") for row in self.by_limit]
+        rows = [(*row, when) for row, when in zip(used, at, strict=True)]
+        told = {one.name: f"known to {one.known_to:.2g} {pretty(one.unit)}" for one in self.objectives if one.known_to}
+        table = html.table(("limit", "joint that uses most", "used", "at"), rows)
+        title = f"Verification: {'passed' if self.passed else 'failed'}"
+        return html.shown(title, html.sentence(self.verdict), table, html.facts(told))
 
     @property
     def exceeded(self) -> tuple[Utilisation, ...]:

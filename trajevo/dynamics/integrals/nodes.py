@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.base.shown.brief import brief
 
 #: Greatest number of nodes: beyond it the polynomial through values at interlaced nodes begins to swing between them.
 MOST_NODES = 49
@@ -33,6 +34,8 @@ class Nodes:
     """
 
     shares: Array
+
+    __repr__ = brief
 
     @property
     def finer(self) -> Nodes | None:

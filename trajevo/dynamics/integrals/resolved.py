@@ -16,6 +16,7 @@ import numpy as np
 
 from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.integrals import loops
 from trajevo.dynamics.integrals.nodes import Nodes, nested
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -41,6 +42,8 @@ class Resolved:
     durations: Array
     values: Array
     _states: Callable[[], Array]
+
+    __repr__ = brief
 
     @cached_property
     def states(self) -> Array:

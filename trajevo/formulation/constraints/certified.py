@@ -14,6 +14,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.enclosure import decide
 from trajevo.dynamics.piece_bounds import PieceBounds, Pieces
 from trajevo.dynamics.rollout import Rollout
@@ -69,6 +70,8 @@ class _Proof:
     """Excess of efforts or tool speed over their limits, as a share of the limit."""
 
     sampled: Constraint
+
+    __repr__ = brief
 
     def __call__(self, rollout: Rollout) -> Array:
         return proven_excess(self.sampled.function(rollout), rollout, self._decided, self.terms)

@@ -15,6 +15,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError, known_names
 from trajevo.formulation.constraints.clearance_gradients import (
@@ -140,6 +141,8 @@ class ProvenClearance:
     tolerance: float
     part: tuple[int, ...] | None = None
 
+    __repr__ = brief
+
     def name(self, kind: int) -> str:
         """Name of the column of a kind of pairs."""
         carried = self.collision.carried
@@ -242,6 +245,8 @@ class Closest:
     instant: Array
     pairs: tuple[Pair, ...]
 
+    __repr__ = brief
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -257,6 +262,8 @@ class ClearanceProfile:
     t: Array
     distances: Array
     pairs: tuple[Pair, ...]
+
+    __repr__ = brief
 
     def least(self, *, itself: bool) -> Array:
         """Least distance between links of the robot, or to obstacles, shape (B, T) [m]; inf if not checked."""

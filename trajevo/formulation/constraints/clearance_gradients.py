@@ -13,6 +13,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.broad_phase.bodies import Placed, PlacedByLoops
@@ -144,6 +145,8 @@ class ClearanceTerms:
     collision: Collision
     tolerance: float
     part: tuple[int, ...] | None = None
+
+    __repr__ = brief
 
     def __call__(self, rollout: Rollout) -> Array:
         """Missing clearance divided by the clearance."""

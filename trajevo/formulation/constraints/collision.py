@@ -80,7 +80,7 @@ class CarriedSolid:
     touches: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Made:
     """What is made of a robot and a scene once.
 
@@ -102,7 +102,7 @@ class _Made:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Collision:
     """The collision geometry of a robot in a scene.
 

@@ -12,6 +12,7 @@ from typing import Any, Literal, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
@@ -62,6 +63,8 @@ class Constraint:
     share: float | None = None
     proof: Guarantee = "samples"
     terms_of: tuple[int, ...] = ()
+
+    __repr__ = brief
 
     @property
     def term_period(self) -> int:
@@ -197,6 +200,8 @@ class LimitParameter:
     table: bool = field(default=False, kw_only=True)
     plain: Callable[[Any], Any] | None = field(default=None, kw_only=True)
 
+    __repr__ = brief
+
     def value(self, given: Any) -> Any:
         """The given value, checked; None stays None if that is the default."""
         return None if given is None and self.default is None else self.check(self.name, given, self.unit)
@@ -227,6 +232,8 @@ class LimitKind:
     help: str
     make: Callable[..., Constraint]
     parameters: tuple[LimitParameter, ...] = ()
+
+    __repr__ = brief
 
     @property
     def by_name(self) -> bool:

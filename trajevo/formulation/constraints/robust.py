@@ -22,6 +22,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.intervals import greatest_quadratic, interval, mass_interval
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
@@ -68,6 +69,8 @@ class PayloadBox:
     middle: Dynamics
     faces: tuple[tuple[Dynamics, Dynamics | None], ...]
     edges: tuple[tuple[int, int, Dynamics], ...]
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, dynamics: Dynamics, mass: Any, com: Any) -> PayloadBox:

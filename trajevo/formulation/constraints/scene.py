@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, final
 
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.scenes.obstacles import (
     FARTHEST,
@@ -98,6 +99,8 @@ class Scene:
     clearance: float = 0.0
     self_clearance: float | None = None
     attached: tuple[Attached, ...] = ()
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         given = self.obstacles if isinstance(self.obstacles, list | tuple) else None

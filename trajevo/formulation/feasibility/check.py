@@ -8,6 +8,8 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.base.shown import html
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.feasibility.findings import ROUNDING, Finding, at_least, number, of
 from trajevo.formulation.feasibility.holding import Holding
@@ -55,6 +57,12 @@ class Feasibility:
     least_times: tuple[LeastTime, ...]
     findings: tuple[Finding, ...]
     notes: tuple[str, ...]
+
+    __repr__ = brief
+
+    def _repr_html_(self) -> str:
+        headers, *rows = self.table or [()]
+        return html.shown(self.title, html.table(headers, rows), *map(html.sentence, self.sentences))
 
     @property
     def impossible(self) -> tuple[Finding, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, final
 
+from trajevo.base.shown.brief import brief
 from trajevo.robot.robot import Robot
 
 #: Share by which a limit must be exceeded to rule a motion out, so that rounding never does.
@@ -46,6 +47,8 @@ class Finding:
     severity: Severity
     sentence: str
     remedy: str = ""
+
+    __repr__ = brief
 
     @property
     def impossible(self) -> bool:

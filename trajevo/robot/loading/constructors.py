@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.robot.limit_files import is_pair
 from trajevo.robot.loading.arguments import STANDARD_GRAVITY, checked_gravity, plain_settings
@@ -42,6 +43,8 @@ class Written:
     allow_massless: bool
     settings: Mapping[str, Any]
     base: Any = None
+
+    __repr__ = brief
 
 
 class WithoutUrdf(ABC):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, real_number
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import believed, quantity, with_unit
 from trajevo.errors import InvalidInputError, UnknownNameError, checked_name
 from trajevo.robot.loading.chain import DhStep, Pose6, Segment, chain_urdf
@@ -47,6 +48,8 @@ class DhTable:
     inertias: Array
     names: tuple[str, ...]
     tool: Pose6
+
+    __repr__ = brief
 
     @classmethod
     def of(

@@ -14,6 +14,7 @@ from pymoo.core.algorithm import Algorithm
 
 from trajevo.base.arrays import Array
 from trajevo.base.plugins import Registry
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import DEFAULT_STARTS, OF_ALGORITHM, USUAL, Search
@@ -39,6 +40,8 @@ class EvolutionaryAlgorithm:
     help: str
     takes: tuple[str, ...] = ("population", "offsprings")
     objectives: int = 1
+
+    __repr__ = brief
 
 
 def _nsga2(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:

@@ -13,6 +13,7 @@ from pymoo.operators.sampling.rnd import FloatRandomSampling
 
 from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
 from trajevo.base.sampling import latin_hypercube, sobol
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import STARTS, Search
@@ -50,6 +51,8 @@ class FirstPopulation:
 
     X: Array
     evaluations: int
+
+    __repr__ = brief
 
 
 def first_population(problem: TrajectoryProblem, size: int, *, starts: str, seed: int) -> FirstPopulation:

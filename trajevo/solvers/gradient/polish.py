@@ -17,6 +17,7 @@ from weakref import WeakSet
 import numpy as np
 
 from trajevo.base.arrays import Array, one_blas_thread
+from trajevo.base.shown.brief import brief
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError
 from trajevo.formulation.problem import TrajectoryProblem
@@ -60,6 +61,8 @@ class Polished:
     evaluations: int
     seconds: float
     anchors: tuple[Anchor, ...] = ()
+
+    __repr__ = brief
 
     def __str__(self) -> str:
         return (

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers, one_blas_thread
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem, Weights
@@ -40,6 +41,8 @@ class WeightedOptimum:
     G: dict[str, float]
     costs: Array
     seconds: float
+
+    __repr__ = brief
 
     @property
     def trajectory(self) -> TrajectoryBatch:

@@ -1,4 +1,4 @@
-"""Progress of a run on standard error: a bar on a terminal, a few plain lines elsewhere."""
+"""Progress of a run: a bar on a terminal or in a notebook, a few plain lines on standard error elsewhere."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, final
 
+from trajevo.base.shown.bar import NotebookBar
 from trajevo.front.books import Generation
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ class Reporter(ABC):
 
 
 def reporter(total: int, *, enabled: bool, done: int = 0) -> Reporter:
-    """The reporter that fits standard error: a bar on a terminal, plain lines otherwise, nothing when disabled.
+    """The reporter that fits: a bar on a terminal or in a notebook, plain lines otherwise, nothing when disabled.
 
     Args:
         total: generations of the whole run.
@@ -49,6 +50,8 @@ def reporter(total: int, *, enabled: bool, done: int = 0) -> Reporter:
     from rich.console import Console  # imported where something is shown
 
     console = Console(stderr=True)
+    if console.is_jupyter:
+        return _InNotebook(total, done)
     return _Bar(total, console, done) if console.is_terminal else _Lines(total, console, done)
 
 
@@ -97,6 +100,29 @@ class _Bar(Reporter):
 
 
 @final
+class _InNotebook(Reporter):
+    def __init__(self, total: int, done: int = 0) -> None:
+        self._total, self._done = total, done
+        self._began = time.perf_counter()
+        self._latest: Generation | None = None
+
+    def __enter__(self) -> Self:
+        self._began = time.perf_counter()
+        self._bar = NotebookBar(self._total, self._done)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._latest is not None:
+            self._bar.update(self._latest.number, f"generations, {self._latest.brief}")
+
+    def update(self, generation: Generation) -> None:
+        self._latest = generation
+        if self._bar.due(generation.number):
+            left = _left(self._began, generation.number - self._done, self._total - generation.number)
+            self._bar.update(generation.number, f"generations, {left:.0f} s left, {generation.brief}")
+
+
+@final
 class _Lines(Reporter):
     def __init__(self, total: int, console: Console, done: int = 0) -> None:
         self._total, self._done, self._console = total, done, console
@@ -113,10 +139,14 @@ class _Lines(Reporter):
     def update(self, generation: Generation) -> None:
         if generation.number % self._every and generation.number != self._total:
             return
-        spent = time.perf_counter() - self._began
-        left = spent / (generation.number - self._done) * (self._total - generation.number)
+        left = _left(self._began, generation.number - self._done, self._total - generation.number)
         self._console.print(
             f"generation {generation.number}/{self._total}  {generation}  {left:.0f} s left",
             highlight=False,
             soft_wrap=True,
         )
+
+
+def _left(began: float, finished: int, missing: int) -> float:
+    """Time until the missing generations are finished, if they take as long as those finished since [s]."""
+    return (time.perf_counter() - began) / finished * missing

@@ -81,7 +81,8 @@ def resume(
         folder: folder that was passed to :func:`trajevo.solvers.optimise.optimise` as ``out``.
         problem: the problem, if it is not a registered one.
         generations: new total number of generations, to make the run longer.
-        progress: show generation, hypervolume, least violation and time left on standard error.
+        progress: show generation, hypervolume, least violation and time left, on standard error or, in a
+            notebook, in the output of the cell.
 
     Returns:
         The front; if the run is finished, it is made again from the evaluated individuals.

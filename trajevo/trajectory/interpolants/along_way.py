@@ -16,6 +16,7 @@ import numpy as np
 
 from trajevo.base import polynomials
 from trajevo.base.arrays import Array, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import UnreachableError
 from trajevo.path.segments import ToolSegment
 from trajevo.path.tool_ways import ToolWay, WayPostures
@@ -64,6 +65,8 @@ class FixedCurve(Interpolant):
     deviation: float
     turned: float
     duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))

@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -45,6 +46,8 @@ class Flowing(Interpolant):
     given: Mapping[str, Any]
     _inner: Interpolant = field(init=False, repr=False)
     _group: tuple[int, ...] = field(init=False, repr=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if not getattr(self.make, "takes_velocities", False):

@@ -20,6 +20,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.base.shown.brief import brief
 from trajevo.errors import checked_name
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -84,6 +85,8 @@ class HybridQuartic(Interpolant):
     form: str = field(default="smooth", kw_only=True)
     duration_bounds: tuple[float, float] = field(kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_name("form of the hybrid quartic", self.form, OFFSETS)

@@ -16,6 +16,7 @@ from typing import Any, cast, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
@@ -77,6 +78,8 @@ class Legs(Interpolant):
     _counts: tuple[int, ...] = field(init=False, repr=False)
     _variables: tuple[Variable, ...] = field(init=False, repr=False)
     _fixed: tuple[tuple[int, float], ...] = field(init=False, repr=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "duration_bounds", checked_durations(self.duration_bounds, len(self.points)))

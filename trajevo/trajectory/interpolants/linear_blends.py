@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -42,6 +43,8 @@ class LinearBlends(Interpolant):
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "lines with blends")

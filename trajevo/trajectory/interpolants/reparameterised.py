@@ -12,6 +12,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.path.curve import GeometricPath
 from trajevo.path.via_points import ViaPoints
@@ -69,6 +70,8 @@ class Reparameterisation(Interpolant):
     control_points: int = field(default=16, kw_only=True)
     order: int = field(default=6, kw_only=True)
     tolerance: float = field(default=1e-6, kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_name("limits", self.bound, BOUNDS)

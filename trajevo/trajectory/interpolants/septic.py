@@ -8,6 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.hermite import hermite_segments
@@ -39,6 +40,8 @@ class State:
     acceleration: Array | None = None
     jerk: Array | None = None
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         position = numbers(self.position, name="position", shape=("n_joints",))
         for attribute in fields(self):
@@ -69,6 +72,8 @@ class SepticPolynomial(Interpolant):
     start: State
     end: State
     duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "duration_bounds", checked_bounds(self.duration_bounds))

@@ -9,6 +9,7 @@ import numpy as np
 
 from trajevo.base import polynomials
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.interpolant import (
@@ -40,6 +41,8 @@ class SinglePolynomial(Interpolant):
 
     points: ViaPoints
     duration_bounds: tuple[float, float] = field(kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the single polynomial")

@@ -8,6 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only, row_products
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -41,6 +42,8 @@ class Paced(Interpolant):
     count: int
     _basis: Array = field(init=False, repr=False)
     _bounds: tuple[float, float] = field(init=False, repr=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         variables = self.inner.variables

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.shown.brief import brief
 from trajevo.base.units import if_degrees
 from trajevo.errors import InvalidInputError, known_names
 from trajevo.formulation.constraints.scenes.rotations import Triple, matrix_of, rpy_of
@@ -81,6 +82,8 @@ class ObstacleMotion:
     t: tuple[float, ...]
     positions: tuple[Triple, ...]
     rpys: tuple[Triple, ...]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         t = numbers(self.t, name="motion: t", shape=("poses",))

@@ -15,6 +15,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.files import source_of_names
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.scenes.hulls import hull_points
 from trajevo.formulation.constraints.scenes.motions import ObstacleMotion
@@ -284,6 +285,8 @@ class Hull(Cornered):
     """
 
     points: tuple[Triple, ...]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -20,6 +20,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, checked_name, known_names
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
@@ -104,6 +105,8 @@ class BSpline(Interpolant):
     start_acceleration: Array | None = field(default=None, kw_only=True)
     end_velocity: Array | None = field(default=None, kw_only=True)
     end_acceleration: Array | None = field(default=None, kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the B-spline")
@@ -338,6 +341,8 @@ class BSplineShape:
     half_width: Array
     joints: tuple[str, ...]
     units: tuple[str, ...]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if not isinstance(self.settings, Mapping):

@@ -15,6 +15,7 @@ import numpy as np
 from trajevo.base import jit, polynomials
 from trajevo.base.arrays import Array
 from trajevo.base.jit import fast
+from trajevo.base.shown.brief import brief
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.interpolant import (
@@ -128,6 +129,8 @@ class CubicSpline(Interpolant):
     end_acceleration: Array | None = field(default=None, kw_only=True)
     at_rest: AtRest = field(default=(), kw_only=True)
     velocities: Mapping[int, Array] = field(default_factory=dict, kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the cubic spline")

@@ -15,6 +15,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
@@ -52,6 +53,8 @@ class ExtraPoints:
     half_width: Array
     joints: tuple[str, ...]
     units: tuple[str, ...]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "count", checked_count(self.count, least=1))
@@ -110,6 +113,8 @@ class WithExtraPoints:
     make: Any
     extra: ExtraPoints
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         if getattr(self.make, "virtual_knots", None) is None:
             raise InvalidInputError(
@@ -160,6 +165,8 @@ class FreePoints(Interpolant):
     cyclic: bool = field(default=False, kw_only=True)
     _guess: Any = field(init=False, repr=False)
     _fine: Any = field(init=False, repr=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         each, count = self.extra.count + 1, len(self.points)

@@ -16,6 +16,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
@@ -85,6 +86,8 @@ class HermiteSpline(Interpolant):
     start_acceleration: Array | None = field(default=None, kw_only=True)
     end_velocity: Array | None = field(default=None, kw_only=True)
     end_acceleration: Array | None = field(default=None, kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the Hermite spline")
@@ -210,6 +213,8 @@ class HermiteShape:
     span: Array
     joints: tuple[str, ...]
     units: tuple[str, ...]
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, given: Any, robot: Robot, points: ViaPoints) -> HermiteShape:

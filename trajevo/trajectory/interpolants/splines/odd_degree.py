@@ -9,6 +9,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants.hermite import odd_spline
@@ -60,6 +61,8 @@ class QuinticSpline(Interpolant):
     end_velocity: Array | None = field(default=None, kw_only=True)
     end_acceleration: Array | None = field(default=None, kw_only=True)
     cyclic: bool = field(default=False, kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the quintic spline")
@@ -118,6 +121,8 @@ class SepticSpline(Interpolant):
     end_velocity: Array | None = field(default=None, kw_only=True)
     end_acceleration: Array | None = field(default=None, kw_only=True)
     cyclic: bool = field(default=False, kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         checked_points(self.points, 2, "the septic spline")
