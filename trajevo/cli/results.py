@@ -179,7 +179,9 @@ def write_report_of(
     drawn = pictures_shown(front, found, plots, views=views, quiet=quiet) if pictures else ()
     save_pictures(drawn, plots)
     if kind != "none":
-        told.append(str(write_report(front, folder / REPORT_FILE, analyses=found, pictures=drawn, files=files)))
+        told.append(
+            str(write_report(front, folder / REPORT_FILE, analyses=found, pictures=drawn, files=files, run=str(folder)))
+        )
     share = told_share(front.thinned(), front) if drawn else ""
     if share:
         _out.print(f"note: pictures show {share}")

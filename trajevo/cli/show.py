@@ -91,7 +91,7 @@ def report(
         return
     found = analyses_shown(front, kind, analyses_of(run))
     drawn = pictures_shown(front, found, beside(run, PLOTS_FOLDER), views=full) if pictures else ()
-    file = write_report(front, out or beside(run, REPORT_FILE), analyses=found, pictures=drawn)
+    file = write_report(front, out or beside(run, REPORT_FILE), analyses=found, pictures=drawn, run=str(run))
     _out.written(file, then="open it in a browser")
 
 

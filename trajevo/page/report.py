@@ -67,11 +67,12 @@ def report(
     top, scripts = "", ""
     if len(front):
         found = analyse(front) if analyses is None else analyses
-        choices = front.choices()[:1] if files == "knee" else front.choices()
-        part = explorer(front, found, run=run or str(Path(file).parent), choices=choices, live=live)
+        choices = front.choices()
+        held = choices[:1] if files == "knee" else choices
+        part = explorer(front, found, run=run or str(Path(file).parent), choices=held, live=live)
         shown = f'<p class="note live-only">Here are {part.share}.</p>' if part.share else ""
         top, scripts = shown + part.body, part.scripts
-        body = _sections(front, found, draw_all(front, found) if pictures is None else pictures)
+        body = _sections(choices, found, draw_all(front, found) if pictures is None else pictures)
     else:
         body = [f'<p class="alert">The front is empty: {escape(str(front.blocking))}.</p>']
     text = Template(static("page.html")).substitute(
@@ -88,16 +89,23 @@ def report(
     return written(Path(file), text.encode())
 
 
-def _sections(front: Front, found: Mapping[str, Any], pictures: Sequence[Picture]) -> list[str]:
-    """Sections about a front that is not empty, without what was not computed or drawn."""
+def _sections(choices: Sequence[Solution], found: Mapping[str, Any], pictures: Sequence[Picture]) -> list[str]:
+    """Sections about a front that is not empty, without what was not computed or drawn.
+
+    Args:
+        choices: the front's choices, the knee first.
+        found: analyses of the front.
+        pictures: pictures of the front.
+    """
+    front = choices[0].front
     drawn = {picture.stem: _figure(picture) for picture in pictures}
     about_payload = [drawn.pop(stem) for stem in PAYLOAD_FIGURES if stem in drawn]
     wide = drawn.pop("front", "")
     notes = [f"<p>Note: {escape(note)}.</p>" for note in front.problem.notes]
-    sections = ["<h2>Solutions</h2>", *notes, _choices_table(front)]
+    sections = ["<h2>Solutions</h2>", *notes, _choices_table(choices)]
     if about_payload or found.get("carried"):
         sections += ["<h2>Payload</h2>", _payload(found.get("carried") or ()), _grid(about_payload)]
-    sections += ["<h2>Limits at the knee</h2>", _limits_table(front.knee())]
+    sections += ["<h2>Limits at the knee</h2>", _limits_table(choices[0])]
     if found.get("exchange_rates"):
         sections += ["<h2>What holds the knee back</h2>", *_exchange_rates(found["exchange_rates"])]
     if found.get("certificate"):
@@ -128,9 +136,9 @@ def _payload(carried: Sequence[Carried]) -> str:
     return _table(("solution", "largest payload", "what would give more"), rows) if rows else ""
 
 
-def _choices_table(front: Front) -> str:
+def _choices_table(choices: Sequence[Solution]) -> str:
+    front = choices[0].front
     headers = objective_headers(front)
-    choices = front.choices()
     values = known_values(front, [one.index for one in choices], [factor for _, factor in headers])
     rows = [
         (escape(one.rule), *texts, str(one.index), escape(one.reason))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
@@ -82,6 +81,8 @@ def triangles_of(solid: Obstacle, width: float = 1.0) -> Array:
     Raises:
         InvalidInputError: no solid that can be drawn.
     """
+    from scipy.spatial import ConvexHull  # imported where a solid is drawn, since that takes long
+
     points = _points(solid, width)
     hull = ConvexHull(points)
     corners: Array = points[hull.simplices]
