@@ -179,9 +179,8 @@ def write_report_of(
     drawn = pictures_shown(front, found, plots, views=views, quiet=quiet) if pictures else ()
     save_pictures(drawn, plots)
     if kind != "none":
-        told.append(
-            str(write_report(front, folder / REPORT_FILE, analyses=found, pictures=drawn, files=files, run=str(folder)))
-        )
+        file = folder / REPORT_FILE
+        told.append(str(write_report(front, file, analyses=found, pictures=drawn, files=files, run=str(folder))))
     share = told_share(front.thinned(), front) if drawn else ""
     if share:
         _out.print(f"note: pictures show {share}")
