@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from tests.benchmarks.arms import ARMS, rods
+from tests.benchmarks.arms import ARMS, CORNERS, rods
 from tests.formulation.test_free_points import problem
 from tests.helpers import small_problem
 from trajevo import certify, minimise_weighted, optimise, polish
 from trajevo.formulation.problem import Weights
+from trajevo.front.hypervolume import hypervolume
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.solvers.gradient import anchors
 from trajevo.solvers.gradient.anchors import AnchorSearch
@@ -123,6 +124,11 @@ def test_where_points_move_under_effort_limits_the_least_time_is_the_same_from_e
         assert found <= told["value"] <= (1.0 + 1e-9) * found
         assert told["residual"] < 1e-3
         assert 1 <= told["agreeing"] <= told["starts"] > 20
+
+
+def test_where_points_move_under_effort_limits_the_front_is_near_the_best_known():
+    found = optimise(rods(5), seed=1, progress=False)
+    assert hypervolume(found.F, np.array(CORNERS["rods"])) >= 0.98 * 0.7262
 
 
 def test_the_same_motion_is_passed_through_points_at_other_instants():

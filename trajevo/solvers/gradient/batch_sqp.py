@@ -143,6 +143,9 @@ class Lockstep:
             does not shrink with every step that is shortened, and a failure uses up a restart instead of ending a
             member. Members from afar, under limits that bind everywhere, then come to an end where they would
             creep along a limit and fail; near an optimum they take more steps.
+        memory: how many merits before a bold step is compared with; 1 if none may raise the merit.
+        stiffest: greatest curvature of directions that no step has gone along yet. A first step along a stiff direction
+            would make all others as stiff, and many steps be too short.
 
     Attributes:
         y: current points, shape (M, n).
@@ -162,6 +165,8 @@ class Lockstep:
         radius: float = 0.5,
         restarts: Array | int = 0,
         bold: bool = False,
+        memory: int = _MEMORY,
+        stiffest: float = np.inf,
     ) -> None:
         self._scaled, self._reference, self._augmentation = scaled, reference, augmentation
         self.y = np.clip(y, *scaled.bounds)
@@ -170,6 +175,7 @@ class Lockstep:
         self._unscaled = np.full(count, curvature is None)
         self.curvature = np.repeat(np.eye(size)[None], count, axis=0) if curvature is None else curvature.copy()
         self._penalty, self._radius = np.full(count, _BOLD_PENALTY if bold else _PENALTY), np.full(count, radius)
+        self._memory, self._stiffest = memory, stiffest
         self._bold, self._passed = bold, [list[tuple[float, float]]() for _ in range(count)]
         self._restarts, self._failures = np.full(count, restarts), np.zeros(count, dtype=np.int64)
         self._f, self._df, self._g, self._dg = scaled.slopes(self.y)
@@ -278,7 +284,7 @@ class Lockstep:
         value = self._values(going, self._f[going])
         excess = np.maximum(self._g[going].max(axis=1, initial=0.0), 0.0)
         for k, i in enumerate(going):
-            self._passed[i] = [*self._passed[i], (float(value[k]), float(excess[k]))][-_MEMORY:]
+            self._passed[i] = [*self._passed[i], (float(value[k]), float(excess[k]))][-self._memory :]
         return np.array([max(v + self._penalty[i] * e for v, e in self._passed[i]) for i in going])
 
     def _move(self, rows: Array, taken: Array, steps: list[Step]) -> None:
@@ -310,7 +316,7 @@ class Lockstep:
         if self._unscaled[i]:
             self._unscaled[i] = False
             if bent @ step > 1e-3 * square:
-                self.curvature[i] *= (bent @ step) / square
+                self.curvature[i] *= min((bent @ step) / square, self._stiffest)
         ahead = self.curvature[i] @ step
         along = step @ ahead
         if step @ bent < _DAMPING * along:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple, final
 
 import numpy as np
@@ -49,11 +49,24 @@ _MEMBERS_OF_GAPS = 60
 #: Initial trust region of members that begin near the front.
 _NEAR = 0.2
 
+#: Where there are many valleys: merits before that bold steps are compared with, and greatest curvature of directions
+#: that no step has gone along.
+_MEMORY, _STIFFEST = 3, 1.0
+
+#: Members all over the front from which the least of a column is sought there; shares of them that take steps, and how
+#: many, one after another; difference of values that count as the same optimum.
+_SPREAD, _STAGES, _SAME = 12, ((1.0, 20), (0.5, 30), (0.25, 40)), 1e-3
+
+#: Middles of gaps that are refined when gaps are filled there, with so many steps, unless they exceed a limit by more
+#: than this share of it.
+_MIDDLES, _FEW_STEPS, _BEYOND = 20, 5, 0.5
+
 
 class _Part(NamedTuple):
-    """Members that are refined in the same way: their starting points, and arguments of :class:`Lockstep`."""
+    """Members that are refined in the same way: starting points, their columns, and arguments of :class:`Lockstep`."""
 
     y: Array
+    f: Array
     reference: Array
     share: float
     steps: int
@@ -109,57 +122,107 @@ class Refinement:
         """
         if self._stop(self.cost, _UNTIL_REFINED):
             return
-        chosen = covering(self.archive.F, self._probes(number), members)
-        y, f = self._inside(self.archive.X[chosen]), self._scaled.columns(self.archive.F[chosen])
-        if number and len(chosen) > 1:
-            within = self._scaled.columns(np.minimum(self.archive.F[chosen], self.box.corner))
-            y = np.concatenate([y, between(y, gaps(within, members), members)])
-            f = np.concatenate([f, self._scaled.values(y[len(f) :])[0]])
-        if len(self._slower):
-            y = np.concatenate([y, self._slower])
-            f = np.concatenate([f, self._scaled.values(self._slower)[0]])
-            self._slower = self._slower[:0]
+        elsewhere = self._explored() if anchors else {}
+        y, f = self._starts(members, number)
         single = np.arange(f.shape[1]) < self._problem.n_obj
-        parts = [_Part(y, np.where(single, f, np.inf), _SHARE, _STEPS, _TOLERANCE, 0)]
-        elsewhere = self._explored_columns() if anchors else np.zeros(0, dtype=bool)
+        parts = [_Part(y, f, np.where(single, f, np.inf), _SHARE, _STEPS, _TOLERANCE, 0)]
         if anchors:
             parts.insert(0, self._anchors())
-        y, reference = np.concatenate([part.y for part in parts]), np.concatenate([part.reference for part in parts])
+        y, f, reference = (np.concatenate([part[k] for part in parts]) for k in range(3))
         share, steps, tolerance, restarts = (
-            np.concatenate([np.full(len(part.y), part[k]) for part in parts]) for k in range(2, 6)
+            np.concatenate([np.full(len(part.y), part[k]) for part in parts]) for k in range(3, 7)
         )
-        steps[: len(elsewhere)][elsewhere] = 0
-        run = Lockstep(
-            self._scaled,
+        steps[list(elsewhere)] = 0
+        run = self._lockstep(
             y,
-            reference=reference,
-            augmentation=share[:, None] * single,
+            reference,
+            share,
             curvature=self._curvature[self._nearest(f)] if len(self._known) else None,
             radius=0.5 if number == 0 else _NEAR,
             restarts=restarts + self._many_valleys,
-            bold=self._many_valleys,
         )
         run.run(steps, tolerance, lambda: self._stop(self.cost, _UNTIL_ANCHORED if anchors else _UNTIL_REFINED))
         self._finish(run, y)
         if anchors:
             self._end_anchors(run.converged[: f.shape[1]], elsewhere)
 
-    def _explored_columns(self) -> Array:
-        """Which anchors are sought from many starts, since the front's ends may lie in the wrong valley."""
+    def _starts(self, members: int, number: int) -> tuple[Array, Array]:
+        """Members and points of gaps to be refined in a round, in scaled variables (M, n_var), and their columns."""
+        chosen = covering(self.archive.F, self._probes(number), members)
+        y, f = self._inside(self.archive.X[chosen]), self._scaled.columns(self.archive.F[chosen])
+        if number and len(chosen) > 1:
+            y = np.concatenate([y, between(y, self._gaps(chosen, members), members)])
+            f = np.concatenate([f, self._scaled.values(y[len(f) :])[0]])
+        if len(self._slower):
+            y = np.concatenate([y, self._slower])
+            f = np.concatenate([f, self._scaled.values(self._slower)[0]])
+            self._slower = self._slower[:0]
+        return y, f
+
+    def _gaps(self, chosen: Array, most: int) -> Array:
+        """The widest gaps between members, as pairs of them, (pairs, 2)."""
+        return gaps(self._scaled.columns(np.minimum(self.archive.F[chosen], self._reach.corner)), most)
+
+    def _lockstep(
+        self,
+        y: Array,
+        reference: Array,
+        share: Array,
+        *,
+        curvature: Array | None = None,
+        radius: float = 0.5,
+        restarts: Array | int = 0,
+    ) -> Lockstep:
+        single = np.arange(reference.shape[1]) < self._problem.n_obj
+        return Lockstep(
+            self._scaled,
+            y,
+            reference=reference,
+            augmentation=share[:, None] * single,
+            curvature=curvature,
+            radius=radius,
+            restarts=restarts,
+            bold=self._many_valleys,
+            memory=_MEMORY,
+            stiffest=_STIFFEST if self._many_valleys else np.inf,
+        )
+
+    def _explored(self) -> dict[int, Found]:
+        """What was found for times sought from many starts, since the front's ends may lie in the wrong valley.
+
+        Where there are such, they come first, then all other columns from them: a front that begins elsewhere is not
+        worth refining.
+        """
         least = self._scaled.columns(self.archive.F).argmin(axis=0)
         pairs = zip(self._scaled.columns.weights, self.archive.X[least], strict=True)
-        return np.array([self._of_time(weights) and many_valleys(self._problem, x) for weights, x in pairs])
+        times = [k for k, (weights, x) in enumerate(pairs) if self._of_time(weights) and many_valleys(self._problem, x)]
+        self._many_valleys = bool(times)
+        found = {column: self._sought(column, explore=True) for column in times}
+        others = [k for k in range(len(least)) if k not in found] if found else []
+        return found | {column: self._descended(column) for column in others}
 
-    def _end_anchors(self, converged: Array, elsewhere: Array) -> None:
-        """End anchors that the lockstep left before, or that may lie in the wrong valley, and judge all of them."""
+    def _descended(self, column: int) -> Found:
+        """Descend to the least of a column from members all over the front; the worse half is given up twice."""
+        best = self._scaled.columns(self.archive.F)[:, column].argmin()
+        chosen = np.unique([best, *covering(self.archive.F, self._probes(0), _SPREAD)])
+        y, f = self._inside(self.archive.X[chosen]), self._scaled.columns(self.archive.F[chosen])
+        reference = np.where(np.arange(f.shape[1]) == column, f, np.inf)
+        run = self._lockstep(y, reference, np.full(len(y), _ANCHOR_SHARE), restarts=_ANCHOR_RESTARTS)
+        tolerance = np.full(len(y), _ANCHOR_TOLERANCE)
+        for share, steps in _STAGES:
+            rank = (run.merit + f[:, column]).argsort(kind="stable").argsort(kind="stable")
+            going = np.where(rank < share * len(y), steps, 0)
+            run.run(going, tolerance, lambda: self._stop(self.cost, _UNTIL_ANCHORED))
+        self._finish(run, y)
+        merit = run.merit + f[:, column]
+        return Found(None, len(y), int((merit <= merit.min() + _SAME).sum()), 0, 0)
+
+    def _end_anchors(self, converged: Array, elsewhere: Mapping[int, Found]) -> None:
+        """End anchors that the lockstep left before, and judge all of them."""
         for column in range(len(converged)):
-            weights = self._scaled.columns.weights[column]
-            order = self._scaled.columns(self.archive.F)[:, column].argsort(kind="stable")
-            found = Found(None, 1, 1, 0, 0)
-            explore = bool(elsewhere[column])
-            self._many_valleys |= explore
-            if explore or not converged[column]:
-                found = self._sought(weights, self.archive.X[order], explore=explore)
+            found = elsewhere.get(column, Found(None, 1, 1, 0, 0))
+            if column not in elsewhere and not converged[column]:
+                found = self._sought(column, explore=False)
             least = self._scaled.columns(self.archive.F)[:, column].argmin()
             self.anchors.append(self._judged(column, self.archive.X[least], found))
 
@@ -168,8 +231,10 @@ class Refinement:
         units = [each.unit for each, weight in zip(self._problem.objectives, weights, strict=True) if weight]
         return self._problem.smooth is None and units == ["s"]
 
-    def _sought(self, weights: Array, members: Array, *, explore: bool) -> Found:
+    def _sought(self, column: int, *, explore: bool) -> Found:
         """Search for an anchor from members, the best first, and add what is found with slower copies."""
+        weights = self._scaled.columns.weights[column]
+        members = self.archive.X[self._scaled.columns(self.archive.F)[:, column].argsort(kind="stable")]
         plain = self._problem.smooth is None
         problem, size = self._problem if plain else self._smooth, int(self._problem.n_var)
         search = AnchorSearch(
@@ -198,8 +263,16 @@ class Refinement:
     def _anchors(self) -> _Part:
         f = self._scaled.columns(self.archive.F)
         reference = np.where(np.eye(f.shape[1], dtype=bool), f.min(axis=0), np.inf)
-        y = self._inside(self.archive.X[f.argmin(axis=0)])
-        return _Part(y, reference, _ANCHOR_SHARE, _ANCHOR_STEPS, _ANCHOR_TOLERANCE, _ANCHOR_RESTARTS)
+        least = f.argmin(axis=0)
+        return _Part(
+            self._inside(self.archive.X[least]),
+            f[least],
+            reference,
+            _ANCHOR_SHARE,
+            _ANCHOR_STEPS,
+            _ANCHOR_TOLERANCE,
+            _ANCHOR_RESTARTS,
+        )
 
     def fill(self) -> None:
         """Evaluate points on the lines through neighbours, between and beyond them."""
@@ -210,6 +283,27 @@ class Refinement:
         y = self._inside(self.archive.X[chosen])
         first, second = y[pairs[:, 0]], y[pairs[:, 1]]
         self._add(np.concatenate([(1.0 - share) * first + share * second for share in _SHARES]))
+        if self._many_valleys:
+            self._bridge()
+
+    def _bridge(self) -> None:
+        """Refine middles of the widest gaps by a few steps, since lines leave limits that bind all over."""
+        chosen = covering(self.archive.F, self._probes(0), _MEMBERS_OF_GAPS)
+        if len(chosen) < 2 or self._stop(self.cost, 1.0):
+            return
+        y, pairs = self._inside(self.archive.X[chosen]), self._gaps(chosen, _MIDDLES)
+        y = 0.5 * (y[pairs[:, 0]] + y[pairs[:, 1]])
+        f, g = self._scaled.values(y)
+        near = g.max(axis=1, initial=0.0) < _BEYOND
+        if not near.any() or not len(self._known):
+            return
+        y, f = y[near], f[near]
+        single = np.arange(f.shape[1]) < self._problem.n_obj
+        reference, share = np.where(single, f, np.inf), np.full(len(y), _SHARE)
+        run = self._lockstep(y, reference, share, curvature=self._curvature[self._nearest(f)], radius=_NEAR)
+        steps, tolerance = np.full(len(y), _FEW_STEPS), np.full(len(y), _TOLERANCE)
+        run.run(steps, tolerance, lambda: self._stop(self.cost, 1.0))
+        self._finish(run, y)
 
     @property
     def gradients(self) -> int:
@@ -236,7 +330,12 @@ class Refinement:
         return int((~self.news()).sum())
 
     def _probes(self, number: int) -> Array:
-        return self.box.probes(self.archive.F, self._seed + number)
+        return self._reach.probes(self.archive.F, self._seed + number)
+
+    @property
+    def _reach(self) -> ReferenceBox:
+        """The box in which members are chosen: beyond that of an evolved front whose valley was left, most gaps are."""
+        return ReferenceBox.of(self.archive.F, None) if self._many_valleys else self.box
 
     def _nearest(self, f: Array) -> Array:
         """Index of the refined member with the nearest scaled objectives, for each row of f."""
