@@ -44,7 +44,7 @@ class Page:
     def model(self, row, time):
         """Positions of the model's joints at an instant."""
         if "model" in self.data["members"]:
-            places = self.members("model")[row]
+            places = self.members("model")[row] * np.array(self.data["members"]["model_scale"])
             shares = np.linspace(0.0, float(self.members("breaks")[row, -1]), len(places))
             return np.array([np.interp(time, shares, column) for column in places.T])
         q, leads = self.values(row, time, 0), self.data["arm"]["leads"]

@@ -24,8 +24,11 @@ from trajevo.page.parts import NO_VIEWER, packed_viewer, scripts_of, static, tra
 #: Scripts in the order in which they need each other.
 SCRIPTS = ("data.js", "canvas.js", "motions.js", "clock.js", "front.js", "profiles.js", "arm.js", "live.js", "page.js")
 
-#: Greatest size of all files that a page holds, before they are compressed [byte].
-_ROOM = 1_800_000
+#: Greatest size of all files that a page holds, and of what they become, compressed [byte].
+_ROOM, _PACKED_FILES = 1_800_000, 800_000
+
+#: Greatest size of a page without its scripts and tables, and bytes that four letters of base64 hold [byte].
+_PAGE, _OF_FOUR = 5_400_000, 3
 
 #: Formats whose files a page holds, and their media types.
 _FILES = {"csv": "text/csv", "json": "application/json", "ros2": "application/yaml"}
@@ -52,6 +55,7 @@ def explorer(
     *,
     run: str,
     choices: Sequence[Solution],
+    taken: int = 0,
     live: Mapping[str, Any] | None = None,
 ) -> Explorer:
     """The interactive part of the page of a front.
@@ -62,9 +66,10 @@ def explorer(
         run: what commands call the run.
         choices: the choices whose certificates and files are in the page, the knee first; files as far as there is
             room for them.
+        taken: what pictures take of the page [byte].
         live: what a page that is served needs to follow its run.
     """
-    pack, rows = Packed(), rows_of(choices[0])
+    pack, rows = Packed(), rows_of(choices[0], _OF_FOUR * (_PAGE - taken) // 4 - _PACKED_FILES)
     rollout, has_body, viewer = front.rollouts_of(rows), front.problem.robot.has_body, packed_viewer()
     data = {
         **_about(front, rows, run),

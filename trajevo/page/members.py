@@ -18,9 +18,6 @@ from trajevo.trajectory.batch import DERIVATIVES, TrajectoryBatch
 from trajevo.trajectory.interpolants.hermite import hermite_segments
 from trajevo.trajectory.polynomial import PolynomialBatch
 
-#: Greatest size of all motions before they are compressed [byte].
-_ROOM = 2_600_000
-
 #: Least number of solutions that have motions, whatever these take, and greatest number of them.
 _LEAST, _MOST = 50, 4000
 
@@ -28,20 +25,30 @@ _LEAST, _MOST = 50, 4000
 #: instants with efforts.
 _PIECES, _INSTANTS = 60, (28, 160)
 
+#: Size that efforts may take where there are more than the least number of instants [byte].
+_ROOM_OF_EFFORTS = 600_000
+
 #: Pieces of a segment that is no polynomial of low degree.
 _PARTS = 3
 
 #: Share of a motion's time that is rounding.
 _ROUNDING = 1e-12
 
-#: Greatest number that stands for an effort.
-_WHOLE = 32_000
+#: Greatest number that stands for a value.
+_GREATEST = 32_000
 
 
-def rows_of(solution: Solution) -> Array:
-    """Rows of a solution's front whose motions a page has room for, spread over it, ascending, (R,)."""
-    room = int(_ROOM / _bytes_each(solution.rollout))
-    return solution.front.thinned(max(min(room, _MOST), _LEAST))
+def rows_of(solution: Solution, room: int) -> Array:
+    """Rows of a solution's front whose motions a page has room for, spread over it, ascending, (R,).
+
+    Args:
+        solution: one of them.
+        room: greatest size of all solutions, before they are compressed [byte].
+    """
+    record = solution.front.record
+    numbers = 8 * (len(record.objectives) + len(record.variables)) + 4 * len(record.constraints)
+    most = int(room / (_bytes_each(solution.rollout) + numbers))
+    return solution.front.thinned(max(min(most, _MOST), _LEAST))
 
 
 def numbers_of(front: Front, rows: Array, pack: Packed) -> dict[str, Any]:
@@ -83,7 +90,7 @@ def motions_of(rollout: Rollout, pack: Packed) -> dict[str, Any]:
         shares = np.linspace(0.0, 1.0, _PIECES + 1)
         q = rollout.trajectory.evaluate(rollout.trajectory.duration[:, None] * shares)
         still = np.zeros_like(q)
-        found["model"] = pack.add(rollout.robot.transmission.motion(q, still, still)[0], "f4")
+        found |= _whole("model", rollout.robot.transmission.motion(q, still, still)[0], pack)
     return found
 
 
@@ -130,9 +137,10 @@ def as_polynomials(trajectory: TrajectoryBatch) -> PolynomialBatch:
 
 def _bytes_each(rollout: Rollout) -> int:
     """Bytes that a motion takes."""
-    motion = as_polynomials(rollout.trajectory)
+    motion, robot = as_polynomials(rollout.trajectory), rollout.robot
     size = int(4 * (motion.breaks[0].size + motion.coefficients[0].size))
-    return size + (2 * _INSTANTS[0] * motion.n_joints if rollout.robot.gives_effort else 0)
+    size += 2 * _INSTANTS[0] * motion.n_joints if robot.gives_effort else 0
+    return size + (0 if _linear(robot.transmission) or not robot.has_body else 2 * (_PIECES + 1) * robot.model.nq)
 
 
 def _efforts(rollout: Rollout, breaks: Array, pack: Packed) -> dict[str, Any]:
@@ -145,7 +153,7 @@ def _efforts(rollout: Rollout, breaks: Array, pack: Packed) -> dict[str, Any]:
     """
     count, pieces = len(breaks), breaks.shape[1] - 1
     least, most = _INSTANTS
-    wanted = min(max(int(_ROOM / (4 * rollout.robot.dof * count)), least), most)
+    wanted = min(max(int(_ROOM_OF_EFFORTS / (2 * rollout.robot.dof * count)), least), most)
     samples = max(-(-wanted // pieces), 3)
     nodes = lobatto(samples)[0]
     if isinstance(rollout.trajectory, PolynomialBatch):
@@ -154,13 +162,14 @@ def _efforts(rollout: Rollout, breaks: Array, pack: Packed) -> dict[str, Any]:
         t = (breaks[:, :-1, None] + np.diff(breaks, axis=1)[..., None] * nodes).reshape(count, -1)
         q, v, a = (rollout.trajectory.evaluate(t, order) for order in range(3))
         effort = rollout.effort_in(q, v, a, t)
-    scale = np.abs(effort).max(axis=(0, 1))
-    scale = np.where(scale > 0.0, scale, 1.0) / _WHOLE
-    return {
-        "effort": pack.add(np.rint(effort / scale), "i2"),
-        "effort_scale": scale.tolist(),
-        "effort_at": nodes.tolist(),
-    }
+    return _whole("effort", effort, pack) | {"effort_at": nodes.tolist()}
+
+
+def _whole(name: str, values: Array, pack: Packed) -> dict[str, Any]:
+    """Values of joints, shape (R, T, n), as whole numbers, and what these stand for."""
+    scale = np.abs(values).max(axis=(0, 1))
+    scale = np.where(scale > 0.0, scale, 1.0) / _GREATEST
+    return {name: pack.add(np.rint(values / scale), "i2"), f"{name}_scale": scale.tolist()}
 
 
 def _linear(transmission: Transmission) -> bool:

@@ -69,10 +69,12 @@ def report(
         found = analyse(front) if analyses is None else analyses
         choices = front.choices()
         held = choices[:1] if files == "knee" else choices
-        part = explorer(front, found, run=run or str(Path(file).parent), choices=held, live=live)
+        drawn = draw_all(front, found) if pictures is None else pictures
+        taken = sum(4 * len(picture.png) // 3 for picture in drawn)
+        part = explorer(front, found, run=run or str(Path(file).parent), choices=held, taken=taken, live=live)
         shown = f'<p class="note live-only">Here are {part.share}.</p>' if part.share else ""
         top, scripts = shown + part.body, part.scripts
-        body = _sections(choices, found, draw_all(front, found) if pictures is None else pictures)
+        body = _sections(choices, found, drawn)
     else:
         body = [f'<p class="alert">The front is empty: {escape(str(front.blocking))}.</p>']
     text = Template(static("page.html")).substitute(

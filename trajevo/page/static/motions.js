@@ -14,6 +14,7 @@ class Motions {
     this.effortAt = members.effort_at;
     this.effortScale = members.effort_scale;
     this.model = members.model && array(members.model);
+    this.modelScale = members.model_scale;
     this.factorials = [0, 1, 2, 3].map((order) =>
       Array.from({length: this.terms}, (_, power) => {
         let factor = 1;
@@ -116,7 +117,8 @@ class Motions {
     const rest = share - first;
     const place = (row * places + first) * joints;
     return Float64Array.from({length: joints}, (_, joint) =>
-      (1 - rest) * this.model[place + joint] + rest * this.model[place + joints + joint],
+      this.modelScale[joint] *
+        ((1 - rest) * this.model[place + joint] + rest * this.model[place + joints + joint]),
     );
   }
 }
