@@ -222,7 +222,8 @@ def test_joints_are_hidden_and_shares_of_limits_shown(ur5):
     page.get_by_role("button", name="elbow_joint").click()
     assert page.evaluate("trajevo.state.joints.size") == 5
     page.get_by_role("button", name="% of limits").click()
-    assert "% of the limit" in page.locator("#profiles canvas").nth(1).get_attribute("aria-label")
+    label = "document.querySelectorAll('#profiles canvas')[1].getAttribute('aria-label')"
+    until(page, f"{label}.includes('% of the limit')")
 
 
 def test_files_to_save_are_those_of_export(ur5, tmp_path):

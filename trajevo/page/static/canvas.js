@@ -46,6 +46,17 @@ function layerOf({width, height, ratio}) {
   return {canvas, context};
 }
 
+/** Draw what a view keeps as a layer; the layer is made again where there is none, or the size is another one. */
+function drawLayer(view, sheet) {
+  if (!view.layer || view.layer.width !== sheet.width || view.layer.height !== sheet.height) {
+    const {canvas, context} = layerOf(sheet);
+    view.place(sheet);
+    view.drawAll(context);
+    view.layer = {canvas, width: sheet.width, height: sheet.height};
+  }
+  sheet.context.drawImage(view.layer.canvas, 0, 0, sheet.width, sheet.height);
+}
+
 /** A linear map of an axis, with some room at both ends. */
 function scale(low, high, from, to, room = 0.04) {
   let [first, last] = [low, high];

@@ -29,13 +29,7 @@ class FrontView {
   drawNow() {
     const sheet = prepared(this.canvas);
     if (!sheet) return;
-    if (!this.layer || this.layer.width !== sheet.width || this.layer.height !== sheet.height) {
-      const {canvas, context} = layerOf(sheet);
-      this.place(sheet);
-      this.drawAll(context, sheet);
-      this.layer = {canvas, width: sheet.width, height: sheet.height};
-    }
-    sheet.context.drawImage(this.layer.canvas, 0, 0, sheet.width, sheet.height);
+    drawLayer(this, sheet);
     const {chosen, hovered, pins} = this.state;
     for (const pin of pins) this.mark(sheet.context, "pin", pin);
     if (hovered !== null) this.mark(sheet.context, "hover", hovered);

@@ -126,16 +126,8 @@ class Profile {
   drawNow() {
     const sheet = prepared(this.canvas);
     if (!sheet) return;
-    if (!this.layer || this.layer.width !== sheet.width || this.layer.height !== sheet.height) {
-      const {canvas, context} = layerOf(sheet);
-      this.place(sheet);
-      this.drawLines(context);
-      this.layer = {canvas, width: sheet.width, height: sheet.height};
-      const ends = `${this.title} against time [s], 0 to ${shown(this.state.duration)} s`;
-      this.canvas.setAttribute("aria-label", `${ends}. Left and right move the cursor; drag to zoom.`);
-    }
+    drawLayer(this, sheet);
     const {context} = sheet;
-    context.drawImage(this.layer.canvas, 0, 0, sheet.width, sheet.height);
     const x = this.x.at(this.state.time);
     if (x >= this.box.left - 1 && x <= this.box.right + 1) {
       context.strokeStyle = themed("accent");
@@ -153,7 +145,9 @@ class Profile {
     }
   }
 
-  drawLines(context) {
+  drawAll(context) {
+    const ends = `${this.title} against time [s], 0 to ${shown(this.state.duration)} s`;
+    this.canvas.setAttribute("aria-label", `${ends}. Left and right move the cursor; drag to zoom.`);
     drawAxes(context, this.box, this.x, this.y, {y: this.title});
     context.save();
     context.beginPath();
