@@ -47,6 +47,17 @@ problem
 front = optimise(problem, seed=1, progress=False, **SIZE)
 front
 
+# %% [markdown]
+# The page of the front: a click on a solution shows its motion inside its limits and the robot along it;
+# `page.solution` is what was clicked, the knee until then.
+
+# %%
+page = front.widget(height=760)
+page
+
+# %%
+page.solution
+
 # %%
 plots.hypervolume(front);
 

@@ -40,6 +40,17 @@ front = optimise(problem, seed=1, progress=False, **SIZE)
 best = front.weighted()
 front
 
+# %% [markdown]
+# The page of the front: a click on a solution shows its motion inside its limits and the robot along it;
+# `page.solution` is what was clicked, the knee until then.
+
+# %%
+page = front.widget(height=760)
+page
+
+# %%
+page.solution
+
 # %%
 best
 

@@ -65,6 +65,17 @@ front = optimise(problem, seed=0, progress=False, **SIZE)
 knee = front.knee()
 front
 
+# %% [markdown]
+# The page of the front: a click on a solution shows its motion inside its limits and the robot along it;
+# `page.solution` is what was clicked, the knee until then.
+
+# %%
+page = front.widget(height=760)
+page
+
+# %%
+page.solution
+
 # %%
 knee
 

@@ -59,6 +59,17 @@ plots.profiles(best)
 plots.profiles(tight.least("time"));
 
 # %% [markdown]
+# The page of the front: a click on a solution shows its motion inside its limits and the robot along it;
+# `page.solution` is what was clicked, the knee until then.
+
+# %%
+page = tight.widget(height=760)
+page
+
+# %%
+page.solution
+
+# %% [markdown]
 # ## Evolution on the same problem
 # With rises of u(t) as variables and the least time of each in closed form every individual is feasible. And since
 # ∫‖jerk‖² falls with the fifth power of the time, each u(t) is a whole curve of the front: `encoding="shape"` evolves

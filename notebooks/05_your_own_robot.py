@@ -65,6 +65,17 @@ boxes = [CartesianBox(point, [0.0, 0.05, 0.05]) for point in (1, 2)]
 front = optimise(ViaPointProblem(**arguments, moving=boxes), seed=1, progress=False, **SIZE)
 print(f"least time {held.F[:, 0].min():.3f} s with held points, {front.F[:, 0].min():.3f} s with moving ones")
 
+# %% [markdown]
+# The page of the front: a click on a solution shows its motion inside its limits and the robot along it;
+# `page.solution` is what was clicked, the knee until then.
+
+# %%
+page = front.widget(height=760)
+page
+
+# %%
+page.solution
+
 # %%
 best = front.knee()
 best

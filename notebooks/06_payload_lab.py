@@ -96,6 +96,17 @@ print("least time:", dlcc(fastest))
 carried = capacities(front)
 carried
 
+# %% [markdown]
+# The page of the front: a click on a solution shows its motion inside its limits and the robot along it;
+# `page.solution` is what was clicked, the knee until then.
+
+# %%
+page = front.widget(height=760)
+page
+
+# %%
+page.solution
+
 # %%
 plots.front_capacities(carried, knee=knee.index);
 
