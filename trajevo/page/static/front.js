@@ -203,6 +203,7 @@ class ParallelView extends FrontView {
     this.canvas.style.touchAction = "none";
     this.canvas.addEventListener("pointerdown", (event) => {
       const [x, y] = placeOf(event, this.canvas);
+      if (!this.xs) return;
       const axis = this.xs.findIndex((place) => Math.abs(place - x) < 18);
       if (axis < 0) return;
       this.held = {axis, from: y, moved: false};
@@ -250,6 +251,7 @@ class ParallelView extends FrontView {
 
   nearest(x, y) {
     let [best, found] = [NEAR, null];
+    if (!this.xs) return found;
     const next = this.xs.findIndex((place) => place >= x);
     const axis = next < 0 ? this.xs.length - 1 : Math.max(next, 1);
     for (let k = 0; k < this.state.count; k += 1) {

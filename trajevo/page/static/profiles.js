@@ -23,6 +23,7 @@ class Profile {
   watch() {
     const {canvas, state} = this;
     canvas.addEventListener("pointerdown", (event) => {
+      if (!this.x) return;
       [this.from] = placeOf(event, canvas);
       this.to = this.from;
       canvas.setPointerCapture(event.pointerId);
@@ -30,7 +31,7 @@ class Profile {
     canvas.addEventListener("pointermove", (event) => {
       const [x] = placeOf(event, canvas);
       if (this.from === undefined) {
-        this.tell(x, event);
+        if (this.x) this.tell(x, event);
         return;
       }
       this.to = x;
