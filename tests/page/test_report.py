@@ -8,6 +8,7 @@ import pytest
 from tests.helpers import refused
 from tests.page.reading import Page
 from trajevo import Front, Robot, ViaPointProblem, export, load_problem, optimise, report
+from trajevo.cli.main import COMMANDS
 from trajevo.page import parts
 from trajevo.page.members import as_polynomials
 from trajevo.trajectory.batch import DERIVATIVES
@@ -50,7 +51,6 @@ def test_numbers_are_those_of_the_front_to_the_bit(solved):
     rows = page.members("rows")
     np.testing.assert_array_equal(rows, front.thinned())
     np.testing.assert_array_equal(page.members("F"), front.F)
-    np.testing.assert_array_equal(page.members("X"), front.X)
     np.testing.assert_allclose(page.members("G"), front.G, rtol=1e-6, atol=1e-6)
     assert page.data["constraints"] == list(front.record.constraints)
     chosen = {one["rule"]: rows[one["member"]] for one in page.data["choices"]}
@@ -127,6 +127,11 @@ def test_the_page_asks_for_nothing_and_can_be_read_without_scripts(solved):
     for expected in ("<h2>Solutions</h2>", "<h2>Limits at the knee</h2>", "<summary>Run</summary>"):
         assert expected in static
     assert f"<h1>{front.record.title}</h1>" in static
+
+
+def test_commands_that_the_page_names_exist():
+    named = re.findall(r'command\("([a-z-]+)"\)', parts.static("page.js"))
+    assert set(named) == {"certify", "capacity", "export"} <= set(COMMANDS)
 
 
 def test_files_of_the_knee_alone_where_they_are_enough(tmp_path):

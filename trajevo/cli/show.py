@@ -287,7 +287,7 @@ def open_run(
             f"run: expected the folder of a run, got {run}; trajevo report {run} makes a page of it"
         )
     front_of(run, problem)  # refuses what cannot be read before anything is served
-    with Served(run, port=port, read=lambda: front_of(run, problem)) as served:
+    with Served(run, port=port, read=lambda: front_of(run, problem), problem=problem) as served:
         _out.print(f"{run} is at {served.address} until Ctrl-C")
         if browser:
             webbrowser.open(served.address)

@@ -41,14 +41,13 @@ def arm(motion: Solution | Rollout, rollout: Rollout, pack: Packed) -> dict[str,
     seen = np.concatenate([np.zeros((1, 3)), origins.reshape(-1, 3)])
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle, extent = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 1e-9)
-    shapes, notes = _shapes(robot)
+    shapes = _shapes(robot)
     return {
         **_chain(robot),
         "middle": middle.tolist(),
         "extent": extent,
         "gravity": np.asarray(robot.model.gravity.linear).tolist(),
         "sticks": not shapes,
-        "notes": notes,
         "surfaces": [
             *(_link(shape, pack) for shape in shapes),
             *(_surface(one, rollout, pack) for one in scenery(motion, middle, _WIDE * extent)),
@@ -80,13 +79,13 @@ def _chain(robot: Robot) -> dict[str, Any]:
     }
 
 
-def _shapes(robot: Robot) -> tuple[tuple[LinkShape, ...], list[str]]:
-    """The links as they look; none, and a note, where their geometry cannot be read."""
+def _shapes(robot: Robot) -> tuple[LinkShape, ...]:
+    """The links as they look; none, and a warning, where their geometry cannot be read."""
     try:
-        return link_shapes(robot), []
+        return link_shapes(robot)
     except InvalidInputError as error:
         warnings.warn(f"{error}; the arm is drawn as sticks", stacklevel=2)
-        return (), [f"{error}; the arm is drawn as sticks"]
+        return ()
 
 
 def _link(shape: LinkShape, pack: Packed) -> dict[str, Any]:

@@ -103,7 +103,6 @@ def _about(front: Front, rows: Any, run: str) -> dict[str, Any]:
         "run": run,
         "objectives": objectives,
         "constraints": list(record.constraints),
-        "variables": [{"name": one.name, "unit": one.unit} for one in record.variables],
         "joints": list(problem.robot.joint_names),
         "quantities": quantities(front),
         "choices": list(choices.values()),

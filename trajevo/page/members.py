@@ -46,13 +46,13 @@ def rows_of(solution: Solution, room: int) -> Array:
         room: greatest size of all solutions, before they are compressed [byte].
     """
     record = solution.front.record
-    numbers = 8 * (len(record.objectives) + len(record.variables)) + 4 * len(record.constraints)
+    numbers = 8 * len(record.objectives) + 4 * len(record.constraints)
     most = int(room / (_bytes_each(solution.rollout) + numbers))
     return solution.front.thinned(max(min(most, _MOST), _LEAST))
 
 
 def numbers_of(front: Front, rows: Array, pack: Packed) -> dict[str, Any]:
-    """Rows, objectives, constraints and decision vectors of the solutions in some rows, and when they pass points.
+    """Rows, objectives and constraints of the solutions in some rows, and when they pass points.
 
     Args:
         front: the front.
@@ -63,7 +63,6 @@ def numbers_of(front: Front, rows: Array, pack: Packed) -> dict[str, Any]:
         "rows": pack.add(rows, "u4"),
         "F": pack.add(front.F[rows], "f8"),
         "G": pack.add(front.G[rows], "f4"),
-        "X": pack.add(front.X[rows], "f8"),
         "via": via_times(front, front.X[rows], pack),
     }
 

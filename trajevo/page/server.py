@@ -58,10 +58,12 @@ class RunPage:
     Args:
         run: the run's folder.
         read: reads the front of the folder; :func:`~trajevo.solvers.run.runs.read_run` if None.
+        problem: what commands need as ``--problem`` for a run whose problem is not registered.
     """
 
-    def __init__(self, run: Path, read: Callable[[], Front] | None = None) -> None:
+    def __init__(self, run: Path, read: Callable[[], Front] | None = None, problem: str | None = None) -> None:
         self.run = run
+        self._problem = [] if problem is None else ["--problem", problem]
         self._read = read or (lambda: read_run(run))
         self._lock = threading.Lock()
         self._made: tuple[str, bytes] | None = None
@@ -154,7 +156,10 @@ class RunPage:
         arguments = self._arguments(name, weights)
         said = tempfile.TemporaryFile()  # noqa: SIM115 - read as long as the page is served
         process = subprocess.Popen(
-            [sys.executable, "-m", "trajevo", *arguments], stdin=subprocess.DEVNULL, stdout=said, stderr=said
+            [sys.executable, "-m", "trajevo", *arguments, *self._problem],
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=said,
         )
         self._job = name, process, said
 
@@ -242,6 +247,7 @@ class Served:
         run: the run's folder.
         port: port of the loopback; any that is free if 0.
         read: see :class:`RunPage`.
+        problem: the same.
 
     Attributes:
         address: where a browser finds it.
@@ -250,9 +256,11 @@ class Served:
         InvalidInputError: the port cannot be used.
     """
 
-    def __init__(self, run: Path, *, port: int = 0, read: Callable[[], Front] | None = None) -> None:
+    def __init__(
+        self, run: Path, *, port: int = 0, read: Callable[[], Front] | None = None, problem: str | None = None
+    ) -> None:
         token = secrets.token_urlsafe(16)
-        self.page = RunPage(run, read)
+        self.page = RunPage(run, read, problem)
         handler = type("Handler", (_Handler,), {"page": self.page, "token": token})
         try:
             self._server = ThreadingHTTPServer((LOOPBACK, port), handler)

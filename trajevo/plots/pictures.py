@@ -87,9 +87,6 @@ _MADE_FOR = "trajevo"
 #: Figures wider than this scroll sideways on a small screen instead of shrinking [inch].
 _WIDE = 10.0
 
-#: Characters of a title that stand side by side on an inch.
-_PER_INCH = 12
-
 #: File stems of all pictures that a run may have.
 FIGURES = (
     "front",

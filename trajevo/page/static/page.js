@@ -8,7 +8,6 @@ class State extends Clock {
     this.rows = array(data.members.rows);
     this.F = array(data.members.F);
     this.G = array(data.members.G);
-    this.X = array(data.members.X);
     this.count = this.rows.length;
     this.within = new Uint8Array(this.count).fill(1);
     this.kept = this.objectives.map(() => null);
@@ -210,7 +209,7 @@ function showKnown(state) {
   const command = (verb) => made("code", {text: `trajevo ${verb} ${state.data.run} --solution ${row}`});
   const lines = [
     ["Certificate", known.certificate || command("certify")],
-    ...(state.data.carries ? [["Largest payload", known.payload || command("payload")]] : []),
+    ...(state.data.carries ? [["Largest payload", known.payload || command("capacity")]] : []),
   ];
   const files = known.files && known.files.length
     ? known.files.map(({name, text, kind}) => made("button", {type: "button", text: name, onclick: () => saved(name, text, kind, state)}))
