@@ -347,6 +347,17 @@ def needs_payload_variable(names: Sequence[str]) -> bool:
     return any("payload variable" in NAMED_OBJECTIVES.find(name).needs for name in names)
 
 
+def of_joints_alone(names: Sequence[str]) -> bool:
+    """Whether named objectives know nothing but time and the motion of the joints; False for what is no list.
+
+    Those of users and of other packages may know more.
+    """
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        return False
+    known = [OBJECTIVES.get(name) for name in names]
+    return all(one is not None and set(one.needs) <= {"continuous accelerations"} for one in known)
+
+
 def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> None:
     if "tool" in objective.needs:
         robot.check_body(objective.name)

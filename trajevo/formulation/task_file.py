@@ -194,7 +194,7 @@ class TaskSettings(_Strict):
     passing: list[PassingSettings] = []
     segment: list[SegmentSettings] = []
     cyclic: Annotated[bool, pydantic.Strict()] = False
-    interpolant: str = "quintic_spline"
+    interpolant: str | None = None
     extra_points: Annotated[int, pydantic.Field(strict=True, ge=0)] = 0
     pace: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = None
     bspline: dict[str, Any] | None = None

@@ -15,11 +15,12 @@ from trajevo.base.plain import plain_data
 from trajevo.base.units import if_degrees
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, known_names
+from trajevo.formulation.constraints import kinds
 from trajevo.formulation.constraints.clearance import load_clearances, notes_on_shapes
 from trajevo.formulation.constraints.constraint import Limited, LimitParameter
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
-from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of
+from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of, of_joints_alone
 from trajevo.formulation.passing_points import (
     check_free,
     check_jumps,
@@ -50,6 +51,7 @@ from trajevo.trajectory.interpolants import (
     Interpolant,
     interpolant_through,
     price_of_rest,
+    usual_interpolant,
 )
 from trajevo.trajectory.interpolants.legs import checked_durations
 from trajevo.trajectory.pace.choice import notes_on_pace, with_pace
@@ -78,7 +80,9 @@ class ViaPointProblem(TrajectoryProblem):
         duration_bounds: least and greatest time between two points [s], or such a pair for every segment, shape
             (K - 1, 2); a duration whose bounds are equal is fixed, and no variable.
         interpolant: a name in :data:`~trajevo.trajectory.interpolants.THROUGH_POINTS`, an interpolant of another
-            package, your own class derived from :class:`~trajevo.trajectory.interpolants.Interpolant`, or its place.
+            package, your own class derived from :class:`~trajevo.trajectory.interpolants.Interpolant`, or its place. If
+            None, ``"bspline"`` where time and the motions of joints alone count, for up to 60 variables, else
+            ``"quintic_spline"``; see :func:`~trajevo.trajectory.interpolants.usual.usual_interpolant`.
         extra_points: number of free points between every two points, for ``quintic_spline``, ``septic_spline``,
             ``cubic`` and ``hermite``: when they are passed, and where, are variables; 0 for none.
         pace: number of variables of a smooth pace that all segment times follow, from 4 to 200, instead of a time for
@@ -133,7 +137,7 @@ class ViaPointProblem(TrajectoryProblem):
         points: Any = None,
         turns: str = "as_written",
         duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
-        interpolant: str | type[Interpolant] = "quintic_spline",
+        interpolant: str | type[Interpolant] | None = None,
         extra_points: int = 0,
         pace: int | None = None,
         bspline: Mapping[str, Any] | None = None,
@@ -155,12 +159,16 @@ class ViaPointProblem(TrajectoryProblem):
         if title is not None:
             self.title = checked_title(title)
         self._own: dict[str, Any] = {}
-        kind: str = self._named([interpolant], "interpolant")[0]
         objectives, constraints = self._named(objectives, "objectives"), self._named(constraints, "constraints")
-        NAMED_INTERPOLANTS.find(kind)
         _check_keys(parameters)
         named = robot_of(robot)
         via = closed(joint_points(points, named, turns=turns), cyclic)
+        if interpolant is None:
+            alone = not any((moving, passing, segments, cyclic, pace, extra_points))
+            alone = alone and kinds.of_joints_alone(constraints, parameters) and of_joints_alone(objectives)
+            interpolant = "bspline" if bspline else usual_interpolant(len(via), named.dof, of_joints_alone=alone)
+        kind: str = self._named([interpolant], "interpolant")[0]
+        NAMED_INTERPOLANTS.find(kind)
         bounds = checked_durations(duration_bounds, len(via))
         boxes = _boxes(moving)
         _check_widths(boxes, via, named)

@@ -44,6 +44,9 @@ KINDS: dict[str, LimitKind] = {
     )
 }
 
+#: Those that know nothing but time and the motion of the joints.
+_OF_JOINTS = {kind.name for kind in (POSITION, VELOCITY, ACCELERATION, JERK, MEAN_VELOCITY, OVERSHOOT, LONGEST_TIME)}
+
 #: Kinds of limits by name, with those of other packages.
 NAMED_KINDS: Registry[LimitKind] = Registry(
     kind="constraint",
@@ -120,6 +123,19 @@ def parameters_of(kinds: Mapping[str, LimitKind]) -> dict[str, LimitParameter]:
                 )
             found[parameter.name] = parameter
     return found
+
+
+def of_joints_alone(names: Sequence[str], given: Mapping[str, Any]) -> bool:
+    """Whether named limits, and those that a parameter switches on, know nothing but time and the joints' motion.
+
+    Args:
+        names: as in :func:`constraints_of`; False for what is no list.
+        given: parameters of limits; None means not given.
+    """
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        return False
+    known = {parameter.name for name in _OF_JOINTS for parameter in KINDS[name].parameters}
+    return set(names) <= _OF_JOINTS and {key for key, value in given.items() if value is not None} <= known
 
 
 def _of_user(place: str) -> LimitKind:

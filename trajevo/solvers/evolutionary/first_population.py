@@ -220,10 +220,15 @@ def _of_ratios(problem: TrajectoryProblem, unit: Array, width: Array, level: Arr
     """Decision vectors for points of the unit cube, with times near the level of each individual, shape (B, n_var).
 
     Level and width have shape (B,); the ratio between two times of an individual is at most 16 to the power of its
-    width.
+    width. Below one half, the narrower an individual, the nearer it is to the plain motion without departures: random
+    departures in all of many variables make slow motions only.
     """
     times = in_seconds(problem)
     middle = _in_log_time(problem, np.where(times, level[:, None], unit))
+    departs = np.array([variable.departs for variable in problem.variables])
+    plain = 0.5 * (problem.xl + problem.xu)
+    near = plain + np.minimum(1.0, 2.0 * width)[:, None] * (middle - plain)
+    middle = np.where(departs, near, middle)
     apart = np.where(times, _WIDEST ** (width[:, None] * (unit - 0.5)), 1.0)
     return np.asarray(np.clip(middle * apart, problem.xl, problem.xu), dtype=np.float64)
 

@@ -22,6 +22,7 @@ from trajevo.trajectory.interpolants.splines.free_points import ExtraPoints
 from trajevo.trajectory.interpolants.splines.hermite import HermiteShape, HermiteSpline
 from trajevo.trajectory.interpolants.splines.odd_degree import QuinticSpline, SepticSpline
 from trajevo.trajectory.interpolants.stop_and_go import stop_and_go
+from trajevo.trajectory.interpolants.usual import usual_interpolant
 
 #: Interpolants through via points whose times are free: name -> class that takes points and ``duration_bounds``.
 THROUGH_POINTS: dict[str, Callable[..., Interpolant]] = {
@@ -130,4 +131,5 @@ __all__ = [
     "price_of_rest",
     "slowness",
     "stop_and_go",
+    "usual_interpolant",
 ]

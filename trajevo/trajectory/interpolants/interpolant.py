@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,12 +17,22 @@ from trajevo.trajectory.batch import TrajectoryBatch
 
 @dataclass(frozen=True)
 class Variable:
-    """A decision variable: its name, SI unit and bounds."""
+    """A decision variable: its name, SI unit and bounds.
+
+    Attributes:
+        name: its name.
+        unit: its SI unit.
+        lower: least value.
+        upper: greatest value.
+        departs: whether it departs from a plainer motion, which is there where all such variables are in the middle
+            between their bounds.
+    """
 
     name: str
     unit: str
     lower: float
     upper: float
+    departs: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         if not (np.isfinite([self.lower, self.upper]).all() and self.lower < self.upper):

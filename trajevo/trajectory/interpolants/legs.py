@@ -233,7 +233,7 @@ class Legs(Interpolant):
             if low == high:
                 fixed.append((column, low))
             else:
-                named.append(Variable(name, variable.unit, low, high))
+                named.append(Variable(name, variable.unit, low, high, departs=variable.departs))
         object.__setattr__(self, "_fixed", tuple(fixed))
         object.__setattr__(self, "_variables", tuple(named))
 

@@ -192,7 +192,13 @@ class BSpline(Interpolant):
         names, units, widths = self.joints or (), self.units or (), np.asarray(self.half_width).tolist()
         numbered = np.concatenate([np.arange(np.count_nonzero(joints == k)) for k in range(len(names))])
         offsets = [
-            Variable(f"{names[joint]} of control point_{number + 1}", units[joint], -widths[joint], widths[joint])
+            Variable(
+                f"{names[joint]} of control point_{number + 1}",
+                units[joint],
+                -widths[joint],
+                widths[joint],
+                departs=True,
+            )
             for joint, number in zip(joints.tolist(), numbered.tolist(), strict=True)
         ]
         return (*duration_variables(gaps, self.duration_bounds), *weights, *offsets)

@@ -195,12 +195,13 @@ class FreePoints(Interpolant):
                 "1",
                 (max(k - _ASIDE, _INSIDE) if k > 1 else _INSIDE) / even,
                 (min(k + _ASIDE, even - _INSIDE) if k < extra.count else even - _INSIDE) / even,
+                departs=True,
             )
             for gap in range(gaps)
             for k in range(1, even)
         ]
         offsets = [
-            Variable(f"{joint} at knot_{knot + 1}", unit, -width, width)
+            Variable(f"{joint} at knot_{knot + 1}", unit, -width, width, departs=True)
             for joint, unit, width in zip(extra.joints, extra.units, extra.half_width.tolist(), strict=True)
             for knot in range(gaps * extra.count)
         ]

@@ -66,7 +66,7 @@ def named_joints(
 
 def weight_variables(pieces: int) -> list[Variable]:
     """Weights of pieces between free knots."""
-    return [Variable(f"weight of piece_{k + 1}", "1", *_WEIGHTS) for k in range(pieces)]
+    return [Variable(f"weight of piece_{k + 1}", "1", *_WEIGHTS, departs=True) for k in range(pieces)]
 
 
 def divided(times: Array, weights: Array) -> Array:

@@ -174,7 +174,7 @@ class HermiteSpline(Interpolant):
         gaps, names, units = len(self.points) - 1, self.joints or (), self.units or ()
         weights = weight_variables(gaps * (self.extra_points + 1) if self.extra_points else 0)
         offsets = [
-            Variable(f"{what} {names[joint]} at knot_{knot}", units[joint], -share * span, share * span)
+            Variable(f"{what} {names[joint]} at knot_{knot}", units[joint], -share * span, share * span, departs=True)
             for what, share, (knots, joints) in (
                 ("travel of", _TRAVEL, self._free),
                 ("offset of", _WIDTH, self._moved),
