@@ -453,6 +453,8 @@ def via_points(draw):
         "threads": draw.whole(1, 2),
         "title": draw.choice([None, "Feeding press 3"]),
     }
+    if draw.chance(0.1):  # the usual one, which the settings name
+        data |= {"interpolant": None, "bspline": None}
     return suited(interpolant, data | draw.parameters(constraints, robot, with_scene=dof > 2))
 
 

@@ -141,6 +141,22 @@ def test_times_are_even_in_their_logarithms(starts):
     assert (np.array(counts) == 16).all()
 
 
+def test_half_of_the_individuals_are_near_the_plain_motion():
+    free = load_problem("via-points", robot="feed_drive", points=[[0.0, 0.0], [0.05, 0.02], [0.1, 0.1]])
+    assert free.settings["interpolant"] == "bspline"
+    departs = np.array([variable.departs for variable in free.variables])
+    assert departs.tolist() == [not variable.name.startswith("dt_") for variable in free.variables]
+    low, high = free.xl[departs], free.xu[departs]
+    how_far = {}
+    for starts in ("random", "fastest"):
+        X = first_population(free, 128, starts=starts, seed=1).X[:, departs]
+        how_far[starts] = np.abs(2.0 * (X - low) / (high - low) - 1.0).max(axis=1)
+    assert (how_far["random"] > 0.9).mean() > 0.6
+    assert 0.3 <= (how_far["fastest"] > 0.9).mean() <= 0.5
+    assert how_far["random"].min() > 0.3
+    assert how_far["fastest"].min() < 0.1
+
+
 def test_where_nothing_is_feasible_those_are_taken_that_break_least():
     robot = small_problem().robot
     problem = small_problem(constraints=(impossible(robot, 0.5),))
