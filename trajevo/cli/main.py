@@ -50,11 +50,11 @@ COMMANDS = {
         "check_problem",
         "Show what rules a motion out before a search: efforts, clearances and least times; exit code 3 if any does.",
     ),
-    "solve": _Home("solve", "solve", "Solve a problem or a task and write its front, pictures and report."),
+    "solve": _Home("solve", "solve", "Solve a problem or a task and write its front and report."),
     "resume": _Home(
         "solve",
         "resume",
-        "Continue a run as if it had never stopped, and write its front, pictures and report.",
+        "Continue a run as if it had never stopped, and write its front and report.",
     ),
     "polish": _Home(
         "solve",

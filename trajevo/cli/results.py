@@ -35,6 +35,13 @@ ReportOption = Annotated[
     ),
 ]
 PicturesOption = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw pictures, or write tables only.")]
+RunPicturesOption = Annotated[
+    bool | None,
+    typer.Option(
+        "--pictures/--no-pictures",
+        help="Draw pictures as files too; unless told, not with the short report, whose page draws them itself.",
+    ),
+]
 RunArgument = Annotated[
     Path,
     typer.Argument(help="Folder that `trajevo solve` wrote, or a front's file.", autocompletion=completion.runs),
@@ -111,12 +118,13 @@ _out = Terminal()
 
 
 def write_results(
-    front: Front, folder: Path, *, kind: str, pictures: bool, quiet: bool = False, verbose: bool = False
+    front: Front, folder: Path, *, kind: str, pictures: bool | None, quiet: bool = False, verbose: bool = False
 ) -> None:
     """Print the results of a finished run, write its pictures and report, and exit with 3 if its front is empty.
 
-    After an interruption, print the next command and exit.
+    After an interruption, print the next command and exit. Pictures, if not told, are left out with the short report.
     """
+    pictures = kind != "short" if pictures is None else pictures
     if not (folder / FRONT_FILE).exists():
         raise typer.Exit(2)
     clear_stale(folder)
@@ -140,10 +148,12 @@ def _then(front: Front, folder: Path, *, kind: str, pictures: bool) -> str:
     if not len(front):
         return "trajevo check with the same problem and options, which tells what rules motions out"
     later = len(analysed(front)) - len(analysed(front, kind))
-    left_out = ["views in space"] if pictures and kind != "full" else []
+    drawn = "" if pictures else f"; trajevo report {folder} for pictures"
+    left_out = ["views in space"] if kind != "full" else []
     left_out += [f"{later} analyses that take longer"] if later else []
-    more = f"; trajevo report {folder} --full for {' and '.join(left_out)}" if left_out else ""
-    return f"trajevo certify {folder}{more}"
+    full = "--full" if drawn else f"trajevo report {folder} --full"
+    more = f"{',' if drawn else ';'} {full} for {' and '.join(left_out)}" if left_out else ""
+    return f"trajevo certify {folder}{drawn}{more}"
 
 
 def analyses_shown(front: Front, kind: str, file: Path, *, quiet: bool = False) -> Mapping[str, Any]:

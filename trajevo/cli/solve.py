@@ -26,9 +26,9 @@ from trajevo.cli.problem_options import (
 from trajevo.cli.results import (
     NO_SOLUTION,
     PLOTS_FOLDER,
-    PicturesOption,
     ReportOption,
     RunArgument,
+    RunPicturesOption,
     VerboseOption,
     front_of,
     reading,
@@ -71,13 +71,13 @@ def solve(
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that the folder holds.")] = False,
     report: ReportOption = "short",
-    pictures: PicturesOption = True,
+    pictures: RunPicturesOption = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     verbose: VerboseOption = False,
     options: dict[str, Any],
     search: dict[str, Any],
 ) -> None:
-    """Solve a problem or a task and write its front, pictures and report."""
+    """Solve a problem or a task and write its front and report."""
     how = _Method(method, tolerance, sqp_seeds)
     to_solve, own = chosen_problem(problem, options, others=how.given)
     settings = own.updated(**search)
@@ -147,7 +147,7 @@ def resume(
         int | None, typer.Option(min=1, help="Extend the run to this number of generations.")
     ] = None,
     report: ReportOption = "short",
-    pictures: PicturesOption = True,
+    pictures: RunPicturesOption = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
     verbose: VerboseOption = False,
     problem: ProblemOption = None,
@@ -200,7 +200,7 @@ def polish_run(
     cpu_time: Annotated[float | None, typer.Option(help="CPU time after which no step is started [s].")] = None,
     out: Annotated[Path | None, typer.Option(help="File for the polished front; the run then stays as it is.")] = None,
     report: ReportOption = "short",
-    pictures: PicturesOption = True,
+    pictures: RunPicturesOption = None,
     problem: ProblemOption = None,
 ) -> None:
     """Refine a run's front by gradients; the original front is kept beside it in evolved.json."""

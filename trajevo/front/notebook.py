@@ -66,6 +66,13 @@ def solution_html(solution: Solution) -> str:
     )
 
 
+def small_pictures(front: Front) -> str:
+    """The first two objectives of a front with its knee, and the joints of the knee, as HTML without scripts."""
+    units, factors = _display(front)
+    headers = [_header(name, pretty(unit)) for name, unit in zip(front.objective_names, units, strict=True)]
+    return f"{_cloud(front, headers, factors)}{_joints(front.knee())}"
+
+
 def front_frame(front: Front) -> pd.DataFrame:
     """The front as a table, see :meth:`trajevo.Front.to_dataframe`."""
     import pandas as pd  # imported where it is asked for, since that takes long

@@ -15,6 +15,7 @@ from trajevo.capacity.payload_studies import Carried
 from trajevo.errors import checked_name
 from trajevo.front.exchange_rates import ExchangeRates
 from trajevo.front.front import Front, Solution
+from trajevo.front.notebook import small_pictures
 from trajevo.front.thinning import told_share
 from trajevo.page.explorer import explorer
 from trajevo.page.facts import brief, known_values, objective_headers, run_facts
@@ -113,7 +114,9 @@ def _sections(choices: Sequence[Solution], found: Mapping[str, Any], pictures: S
     if found.get("certificate"):
         sections += ["<h2>Certificate of the knee</h2>", *_certificate(found["certificate"])]
     sections += _rivals(found.get("rivals") or ())
-    if pictures:
+    if not pictures:
+        sections.append(f"<noscript><h2>Front and knee</h2>{small_pictures(front)}</noscript>")
+    else:
         share = told_share(front.thinned(), front)
         told = f"<p>Pictures show {share}.</p>" if share else ""
         sections.append(_folded("Pictures", [told, wide, _grid(drawn.values())]))
