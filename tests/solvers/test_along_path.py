@@ -119,7 +119,7 @@ def test_more_control_points_are_never_slower(puma, path):
     assert times == sorted(times, reverse=True)
 
 
-@pytest.mark.parametrize("order", [4, 5, 6, 7])
+@pytest.mark.parametrize("order", mostly_long([4, 5, 6, 7], 4, 7))
 def test_every_order_keeps_the_limits(puma, path, order):
     found = along(path, puma, control_points=60, order=order).least_time()
     assert found.F["time"] < 4.8
@@ -171,8 +171,8 @@ def test_a_longest_time_that_is_too_short_is_told(puma, path):
         TimeJerkReparameterisation(path=path, robot=puma, control_points=60, longest_time=4.0)
 
 
-@pytest.mark.parametrize(("count", "size"), [(44, 15), pytest.param(60, 30, marks=pytest.mark.long)])
-@pytest.mark.parametrize("encoding", ["plain", "shape"])
+@pytest.mark.parametrize(("count", "size"), [(44, 8), pytest.param(60, 30, marks=pytest.mark.long)])
+@pytest.mark.parametrize("encoding", mostly_long(["plain", "shape"], "shape"))
 def test_a_search_begins_with_a_front(puma, path, encoding, count, size):
     problem = along(path, puma, control_points=count, encoding=encoding)
     known = problem.known_good(size)
