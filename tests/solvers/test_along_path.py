@@ -58,7 +58,10 @@ def greatest_share(motion, limits):
     )
 
 
-@pytest.mark.parametrize(("jerk", "length"), [(30.0, 1.0), (300.0, 1.0), (30.0, 0.05), (np.inf, 1.0)])
+LINES = [(30.0, 1.0), (300.0, 1.0), (30.0, 0.05), (np.inf, 1.0)]
+
+
+@pytest.mark.parametrize(("jerk", "length"), mostly_long(LINES, LINES[0], LINES[3], several=True))
 def test_on_a_straight_line_the_least_time_is_that_of_ruckig(jerk, length):
     feed = load_robot("feed_drive")
     robot = freed(feed, velocity=np.full(2, 0.8), acceleration=np.full(2, 4.0), jerk=np.full(2, jerk))
