@@ -174,8 +174,11 @@ def test_a_longest_time_that_is_too_short_is_told(puma, path):
         TimeJerkReparameterisation(path=path, robot=puma, control_points=60, longest_time=4.0)
 
 
-@pytest.mark.parametrize(("count", "size"), [(44, 8), pytest.param(60, 30, marks=pytest.mark.long)])
-@pytest.mark.parametrize("encoding", mostly_long(["plain", "shape"], "shape"))
+#: Encodings, numbers of control points, and sizes of a population.
+BEGINNINGS = [("shape", 44, 8), *((kind, *size) for kind in ("plain", "shape") for size in ((44, 15), (60, 30)))]
+
+
+@pytest.mark.parametrize(("encoding", "count", "size"), mostly_long(BEGINNINGS, BEGINNINGS[0], several=True))
 def test_a_search_begins_with_a_front(puma, path, encoding, count, size):
     problem = along(path, puma, control_points=count, encoding=encoding)
     known = problem.known_good(size)
