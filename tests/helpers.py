@@ -91,10 +91,16 @@ def trajevo_process(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True)
 
 
-def mostly_long(values, *often):
-    """Parameters of a sweep: `make test` takes those that are named, `make test-long` all others."""
-    assert set(often) <= set(values)
-    return [value if value in often else pytest.param(value, marks=pytest.mark.long) for value in values]
+def mostly_long(values, *often, several=False):
+    """Parameters of a sweep: `make test` takes those that are named, `make test-long` all others.
+
+    With ``several`` each value is a tuple, of one value for each of several parameters.
+    """
+    assert all(value in values for value in often)
+    return [
+        value if value in often else pytest.param(*(value if several else (value,)), marks=pytest.mark.long)
+        for value in values
+    ]
 
 
 def suited(name: str, given: dict[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from trajevo.base import jit
 from trajevo.dynamics.rollout import Rollout
 
 #: How many problems a long run solves, those of an ordinary run, and how many of the first have solutions.
-MANY, OFTEN, SOLVED = 300, (1, 3), 6
+MANY, OFTEN, SOLVED = 300, (1,), 6
 
 SMALL = {"population": 12, "generations": 5, "progress": False}
 

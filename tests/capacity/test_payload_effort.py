@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from tests.guo2016 import TABLE_7
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from trajevo import Payload, PolynomialBatch, load_robot, optimise
 from trajevo.capacity.dlcc import dlcc_sampled
 from trajevo.capacity.payload_effort import payload_effort
@@ -24,7 +24,7 @@ ROBOTS = {
     ),
     "hybrid_manipulator": load_robot("hybrid_manipulator"),
 }
-every_robot = pytest.mark.parametrize("name", ROBOTS)
+every_robot = pytest.mark.parametrize("name", mostly_long(ROBOTS, *[*ROBOTS][::2]))
 COM_MODELS = ("rigid", "weight_only")
 every_com_model = pytest.mark.parametrize("model", COM_MODELS)
 

@@ -7,6 +7,7 @@ import pytest
 
 from tests.capacity.test_dlcc import with_effort
 from tests.guo2016 import GUO2016, TABLE_7
+from tests.helpers import mostly_long
 from trajevo import optimise, plots
 from trajevo.capacity import payload_time
 from trajevo.capacity.dlcc import dlcc
@@ -157,7 +158,7 @@ UR5 = {
 }
 
 
-@pytest.mark.parametrize("limits", ["sampled", "certified"])
+@pytest.mark.parametrize("limits", mostly_long(["sampled", "certified"], "sampled"))
 def test_a_margin_is_kept_and_the_full_limits_are_told(limits):
     with_margin, whole = (ViaPointProblem(**UR5, limits=limits, effort_margin=margin) for margin in (0.2, 0.0))
     found, full = (largest_payload(problem, within=2.0, seed=1, starts=1) for problem in (with_margin, whole))

@@ -71,7 +71,9 @@ def least_by_bisection(found, samples=1001):
     return high
 
 
-@pytest.mark.parametrize("motion", list(motions()))
+@pytest.mark.parametrize(
+    "motion", [pytest.param(one, marks=[pytest.mark.long] if k % 3 else []) for k, one in enumerate(motions())]
+)
 def test_the_factor_is_proven_by_a_certificate_and_the_least_by_dense_sampling(motion):
     found = slowdown_for(motion, motion.dynamics.payload)
     assert found.proven

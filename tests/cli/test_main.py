@@ -31,7 +31,7 @@ SMALL = ["--generations", "8", "--population", "20", "--no-polish"]
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "pointing"
-    result = trajevo_process("solve", "pointing", "--seed", "1", *SMALL, "--out", folder)
+    result = trajevo("solve", "pointing", "--seed", "1", *SMALL, "--out", folder)
     assert result.returncode == 0, result.stderr
     return folder
 

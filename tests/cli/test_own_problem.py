@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from tests.helpers import UNDRAWN, trajevo, trajevo_process
+from tests.helpers import UNDRAWN, mostly_long, trajevo, trajevo_process
 from trajevo import Front
 
 CELL = """
@@ -70,7 +70,8 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
-def test_commands_take_the_problem_that_is_not_registered(folder, command):
+@pytest.mark.parametrize("given", mostly_long(["problem", "Cell"], "problem"))
+def test_commands_take_the_problem_that_is_not_registered(folder, command, given):
     name, *options = command
     refused = trajevo(name, RUN, *options, cwd=folder)
     assert refused.returncode == 2
@@ -78,9 +79,8 @@ def test_commands_take_the_problem_that_is_not_registered(folder, command):
         f"error: {RUN}: its problem 'Feeding press 3' is not a registered one; give it: --problem MODULE:NAME, where "
         "NAME in the Python module MODULE is the problem, or makes it\n"
     )
-    for given in ("my_own_cell:problem", "my_own_cell:Cell"):
-        done = trajevo(name, RUN, *options, "--problem", given, cwd=folder)
-        assert done.returncode == 0, done.stderr
+    done = trajevo(name, RUN, *options, "--problem", f"my_own_cell:{given}", cwd=folder)
+    assert done.returncode == 0, done.stderr
 
 
 def test_an_unfinished_run_is_shown_and_a_front_alone_too(folder, tmp_path):

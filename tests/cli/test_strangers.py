@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from tests.fuzz.kinds import PLAIN, URDF
-from tests.helpers import refused, trajevo, trajevo_process
+from tests.helpers import mostly_long, refused, trajevo, trajevo_process
 from trajevo import Front, TrajevoError, ViaPointProblem, load_robot, optimise, read_run, resume
 from trajevo.base.files import SCRATCH
 
@@ -212,7 +212,10 @@ def test_python_s_folder_cut_short_goes_on_on_the_command_line(made, tmp_path):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is always full")
-@pytest.mark.parametrize("arguments", [("show", "RUN"), ("--help",), ("--version",), ("study", "--help")])
+@pytest.mark.parametrize(
+    "arguments",
+    mostly_long([("show", "RUN"), ("--help",), ("--version",), ("study", "--help")], ("show", "RUN"), ("--help",)),
+)
 def test_a_full_device_costs_a_sentence(arguments, made):
     command = [sys.executable, "-m", "trajevo", *(str(made) if each == "RUN" else each for each in arguments)]
     with open("/dev/full", "w") as full:
@@ -229,11 +232,12 @@ def test_a_reader_that_has_seen_enough_is_no_error(made):
         assert process.stderr.read() == ""
 
 
-def test_the_package_raises_no_warnings_of_its_own(tmp_path):
+@pytest.mark.parametrize("polished", mostly_long([False, True], False))
+def test_the_package_raises_no_warnings_of_its_own(tmp_path, polished):
     script = (
         "import trajevo\n"
         "problem = trajevo.load_problem('hybrid')\n"
-        "front = trajevo.optimise(problem, population=12, generations=3, seed=1, progress=False)\n"
+        f"front = trajevo.optimise(problem, population=12, generations=3, seed=1, progress=False, polish={polished})\n"
         "front.choices()\n"
         f"front.save({str(tmp_path / 'front.json')!r})\n"
         f"trajevo.Front.load({str(tmp_path / 'front.json')!r}).knee().rollout\n"

@@ -1,5 +1,6 @@
 """What a terminal shows: results first, then what was written, then the next command; bars only where one watches."""
 
+import json
 import os
 import re
 import select
@@ -10,7 +11,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.helpers import small_problem, trajevo
+from tests.helpers import mostly_long, small_problem, trajevo
 from trajevo import Front, optimise
 from trajevo.cli.screen.printed import _alike, _closest
 from trajevo.cli.screen.waiting import Waiting
@@ -145,8 +146,22 @@ def test_fronts_are_told_in_one_line():
     )
 
 
-def on_a_terminal(*arguments, cwd, columns=80):
-    """What a command shows on a terminal of some columns, line by line, without its control sequences."""
+#: Several commands in one process, for whoever pays for its start; a line of equal signs ends each.
+COMMANDS = """
+import json, sys
+from trajevo.cli.main import main
+for arguments in json.loads(sys.argv[1]):
+    sys.argv[1:] = arguments
+    try:
+        main()
+    except SystemExit as ended:
+        assert not ended.code, ended.code
+    print(20 * "=", flush=True)
+"""
+
+
+def on_a_terminal(*commands, cwd, columns=80):
+    """What commands show on a terminal of some columns, each line by line, without its control sequences."""
     pty = pytest.importorskip("pty")
     import fcntl
     import termios
@@ -154,7 +169,7 @@ def on_a_terminal(*arguments, cwd, columns=80):
     ours, its = pty.openpty()
     fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "NO_COLOR")}
-    command = [sys.executable, "-c", "from trajevo.cli.main import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-c", COMMANDS, json.dumps([list(map(str, one)) for one in commands])]
     process = subprocess.Popen(
         command, cwd=cwd, stdin=its, stdout=its, stderr=its, env=environment | {"TERM": "xterm"}, close_fds=True
     )
@@ -170,14 +185,22 @@ def on_a_terminal(*arguments, cwd, columns=80):
         shown += got
     os.close(ours)
     assert process.wait() == 0, shown
-    return [
-        line for line in re.split(r"[\r\n]+", re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode())) if line.strip()
-    ]
+    *each, rest = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode()).split(20 * "=")
+    assert not rest.strip()
+    return [[line for line in re.split(r"[\r\n]+", one) if line.strip()] for one in each]
 
 
-def test_bars_fill_a_terminal_and_nothing_else(cell):
+SMALL = ("pointing", "--generations", "3", "--population", "12", "--no-polish")
+
+
+@pytest.mark.parametrize("solved", mostly_long([SMALL, ("cell.toml",)], SMALL), ids=" ".join)
+def test_bars_fill_a_terminal_and_nothing_else(cell, tmp_path, solved):
     folder, done = cell
-    shown = on_a_terminal("solve", "cell.toml", "--out", "runs/seen", cwd=folder)
+    shown, quiet = on_a_terminal(
+        ("solve", *solved, "--out", tmp_path / "seen"),
+        ("solve", *solved, "--out", tmp_path / "unseen", "--quiet"),
+        cwd=folder,
+    )
     for begun in ("computing: certificate ━", "drawing: front ━"):
         (bar, *_) = [line for line in shown if line.startswith(begun)]
         assert len(bar) == 80
@@ -185,7 +208,7 @@ def test_bars_fill_a_terminal_and_nothing_else(cell):
     searched = [line for line in shown if re.match(r"3/3 ━+ .* left, \d+ points, hypervolume 0\.\d{4}", line)]
     assert searched
     assert searched[0].count("━") >= 25
-    quiet = on_a_terminal("solve", "cell.toml", "--out", "runs/unseen", "--quiet", cwd=folder)
+    assert len(quiet) > 5
     assert not [line for line in quiet if "━" in line]
     assert "━" not in done.stdout + done.stderr
     assert "drawing" not in done.stdout + done.stderr

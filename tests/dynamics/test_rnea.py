@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from tests.helpers import mostly_long
 from tests.verification.test_newton_euler import PAYLOADS, ROBOTS, random_states
 from trajevo import load_robot, optimise
 from trajevo.base import jit
@@ -26,7 +27,7 @@ def plain(monkeypatch):
     monkeypatch.setattr(jit, "can_compile", lambda: False)
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
+@pytest.fixture(scope="module", params=mostly_long(ROBOTS, *[*ROBOTS][::3]))
 def robot(request):
     return load_robot(request.param, **ROBOTS[request.param])
 
@@ -321,7 +322,10 @@ def test_a_kernel_that_is_wrong_is_told_and_not_used(wrong, monkeypatch):
     [
         HybridManipulator,
         pytest.param(PickAndPlace, marks=pytest.mark.long),
-        lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("time", "energy"), payload=2.0),
+        pytest.param(
+            lambda: ViaPointProblem(points=TABLE_1_JOINTS, objectives=("time", "energy"), payload=2.0),
+            marks=pytest.mark.long,
+        ),
     ],
     ids=["hybrid", "pick-place", "certified"],
 )

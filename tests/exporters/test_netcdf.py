@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from tests.exporters.test_export import read
-from tests.helpers import small_problem
+from tests.helpers import mostly_long, small_problem
 from trajevo import Front, load_robot, optimise
 from trajevo.capacity.payload_time import max_payload_problem
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -36,7 +36,7 @@ PROBLEMS = {
 }
 
 
-@pytest.fixture(scope="module", params=PROBLEMS)
+@pytest.fixture(scope="module", params=mostly_long(PROBLEMS, "hybrid", "reparam"))
 def front(request) -> Front:
     return optimise(PROBLEMS[request.param](), **SMALL, polish=False)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.formulation.test_free_points import ARM, ROWS, UR5
-from tests.helpers import assert_exact_gradients, refused
+from tests.helpers import assert_exact_gradients, mostly_long, refused
 from trajevo import BSpline, Passing, ViaPointProblem, certify, load_task, optimise
 
 #: Shapes whose random motions are certified.
@@ -81,10 +81,11 @@ def test_gradients_agree_with_differences(shape):
 
 
 @pytest.mark.parametrize(("jerk", "by_b_spline"), [(200.0, 1.346), pytest.param(2000.0, 1.278, marks=pytest.mark.long)])
-def test_least_time_is_below_that_of_an_even_b_spline(jerk, by_b_spline):
+@pytest.mark.parametrize("generations", mostly_long([4, 30], 4))
+def test_least_time_is_below_that_of_an_even_b_spline(jerk, by_b_spline, generations):
     """The B-spline of degree 5 with 24 control points was optimised by another package."""
     limits = ARM["limits"] | {"jerk": jerk}
-    best = optimise(problem(robot=ARM | {"limits": limits}), seed=1, generations=30, progress=False).pick("0")
+    best = optimise(problem(robot=ARM | {"limits": limits}), seed=1, generations=generations, progress=False).pick("0")
     assert best.F["time"] < by_b_spline
     assert certify(best).proven
     t = np.linspace(0.0, best.F["time"], 5001)

@@ -115,7 +115,7 @@ def ids() -> list[str]:
 
 
 #: Every fifth case is tried by `make test`, and those with proven limits and scenes; all others by `make test-long`.
-OFTEN = {*range(0, len(CASES), 5), *range(len(CASES) - 6, len(CASES))}
+OFTEN = {*range(0, len(CASES), 9), *range(len(CASES) - 6, len(CASES))}
 
 
 @pytest.fixture(

@@ -165,8 +165,9 @@ def used_by_column(problem, x) -> np.ndarray:
     return np.concatenate(found, axis=1)
 
 
-def test_polished_members_are_proven_and_polish_still_gains(fronts):
-    gained = {limits: polish(front, members=6, rounds=1) for limits, front in fronts.items()}
+@pytest.mark.parametrize("members", mostly_long([2, 6], 2))
+def test_polished_members_are_proven_and_polish_still_gains(fronts, members):
+    gained = {limits: polish(front, members=members, rounds=1) for limits, front in fronts.items()}
     assert all(found.proven for found in certify_all(gained["certified"].front))
     assert gained["certified"].hypervolume_after > gained["certified"].hypervolume_before
     assert gained["certified"].refined > 0

@@ -61,7 +61,7 @@ def complain():
     [
         (hang, "took longer than 0.6 s"),
         (die, "the process that evaluated it died: signal SIGKILL"),
-        (leave, "the process that evaluated it died: exit code 3"),
+        pytest.param(leave, "the process that evaluated it died: exit code 3", marks=pytest.mark.long),
         (complain, "LookupError: no such torque"),
     ],
 )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.helpers import assert_exact_gradients, refused
+from tests.helpers import assert_exact_gradients, mostly_long, refused
 from trajevo import Passing, ViaPointProblem, ViaPoints, certify, optimise
 from trajevo.trajectory.interpolants import stop_and_go
 
@@ -55,11 +55,12 @@ def test_gradients_agree_with_differences(interpolant):
 
 
 @pytest.mark.parametrize(("jerk", "by_b_spline"), [(200.0, 1.346), pytest.param(2000.0, 1.278, marks=pytest.mark.long)])
-def test_least_time_is_below_that_of_an_even_b_spline(jerk, by_b_spline):
+@pytest.mark.parametrize("generations", mostly_long([20, 80], 20))
+def test_least_time_is_below_that_of_an_even_b_spline(jerk, by_b_spline, generations):
     """The B-spline of degree 5 with 24 control points was optimised by another package."""
     limits = ARM["limits"] | {"jerk": jerk}
     made = problem(robot=ARM | {"limits": limits}, duration_bounds=(0.02, 3.0))
-    best = optimise(made, seed=1, population=60, generations=80, progress=False).pick("0")
+    best = optimise(made, seed=1, population=60, generations=generations, progress=False).pick("0")
     stopping = stop_and_go(ViaPoints(np.array(ROWS)), made.robot.limits, profile="double_s", straight=False)
     assert best.F["time"] < by_b_spline < float(stopping.duration[0])
     assert certify(best).proven

@@ -85,7 +85,7 @@ PROBLEMS |= {
 
 
 #: Every third, and the distances of solids, whose derivatives are coal's; `make test-long` takes the others.
-OFTEN = {*[*PROBLEMS][::3], "clearance to itself"} - {"task pick_and_place_cell"}
+OFTEN = {*[*PROBLEMS][::5], "clearance to itself"} - {"task pick_and_place_cell"}
 
 
 @pytest.fixture(scope="module", params=mostly_long(PROBLEMS, *OFTEN))

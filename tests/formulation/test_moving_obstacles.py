@@ -316,9 +316,10 @@ def test_gradients_know_that_waiting_helps():
 
 
 @pytest.mark.parametrize("polish", mostly_long([False, True], False))
-def test_motions_wait_or_hurry_and_the_certificate_holds(tmp_path, polish):
+@pytest.mark.parametrize("generations", mostly_long([10, 20], 10))
+def test_motions_wait_or_hurry_and_the_certificate_holds(tmp_path, polish, generations):
     problem = problem_with(CROSSING)
-    settings = {"population": 24, "generations": 20, "polish": polish, "progress": False}
+    settings = {"population": 24, "generations": generations, "polish": polish, "progress": False}
     front = optimise(problem, seed=1, out=tmp_path / "run", **settings)
     assert len(front) > 3
     around = problem.constraints[-1].function.collision.scene

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, refused, trajevo, trajevo_process
+from tests.helpers import UNDRAWN, mostly_long, refused, trajevo, trajevo_process
 from trajevo import Front, Objective, Payload, ViaPointProblem, certify, load_task, optimise, resume
 from trajevo.base.own.code import allow_module
 from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter
@@ -309,11 +309,12 @@ def test_options_of_the_command_line_name_functions_too(folder):
     assert "peak_speed" in done.stdout
 
 
-def test_studies_run_with_functions_beside_them(folder):
+@pytest.mark.parametrize("workers", mostly_long(["1", "2"], "1"))
+def test_studies_run_with_functions_beside_them(folder, workers):
     (folder / "study.toml").write_text(
         'task = "task.toml"\nseed = 1\nrepeats = 1\ngenerations = 2\npopulation = 8\n[factors]\nsamples = [4, 6]\n'
     )
-    done = trajevo_process("study", "run", "study.toml", "--workers", "2", cwd=folder)
+    done = trajevo_process("study", "run", "study.toml", "--workers", workers, cwd=folder)
     assert done.returncode == 0, done.stderr + done.stdout
     fronts = list((folder / "runs" / "study").glob("cells/*/front.json"))
     assert len(fronts) == 2

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, refused, trajevo
+from tests.helpers import UNDRAWN, mostly_long, refused, trajevo
 from trajevo import Front, Payload, ViaPoints, load_problem, load_robot, optimise
 from trajevo.base.units import to_si
 from trajevo.problems import HybridManipulator, ViaPointProblem
@@ -17,7 +17,7 @@ from trajevo.solvers.optimise import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"
 #: Tasks whose search and polish take seconds; `make test-long` solves them.
-SLOW = ("xarm7_obstacle", "pick_and_place_cell", "ur5_pick_and_place")
+SLOW = ("panda_six_points", "xarm7_obstacle", "pick_and_place_cell", "ur5_pick_and_place")
 
 SMALL = """\
 format = 1
@@ -237,10 +237,11 @@ def test_mistakes_are_told_with_their_line(write, old, new, says):
     refused(lambda: load_task(file).solve(progress=False), says)
 
 
-def test_the_way_from_an_empty_folder_to_a_file(tmp_path):
+@pytest.mark.parametrize("drawn", mostly_long([(), UNDRAWN], UNDRAWN), ids=["drawn", "undrawn"])
+def test_the_way_from_an_empty_folder_to_a_file(tmp_path, drawn):
     for command in (
         ("init",),
-        ("solve", "task.toml", "--generations", "12", "--population", "24", "--no-polish", "--quiet"),
+        ("solve", "task.toml", "--generations", "12", "--population", "24", "--no-polish", "--quiet", *drawn),
         ("report", "runs/task"),
         ("export", "runs/task", "--format", "csv"),
     ):

@@ -50,11 +50,15 @@ def at_once(parts):
     return X[left], F[left], G[left]
 
 
+#: Whether loops are compiled, from which sizes on pairs are compared, and how many at a time.
+WAYS = [(False, (4, 500), 2**16), (False, (1, 0), 2**16), (False, (1, 0), 500), (False, (1, 0), 1), (True, (1, 0), 1)]
+
+
 @pytest.mark.parametrize("n_obj", mostly_long([1, 2, 3, 4, 5], 1, 3))
 @pytest.mark.parametrize("levels", [5, 10**6])
 @pytest.mark.parametrize(
     ("compiles", "slow_from", "pairs"),
-    [(False, (4, 500), 2**16), (False, (1, 0), 2**16), (False, (1, 0), 500), (False, (1, 0), 1), (True, (1, 0), 1)],
+    mostly_long(WAYS, WAYS[0], WAYS[2], WAYS[4], several=True),
     indirect=["compiles"],
 )
 def test_an_archive_is_that_of_all_points_together(monkeypatch, compiles, n_obj, levels, slow_from, pairs):

@@ -51,7 +51,7 @@ def test_a_time_limit_and_a_folder_give_the_same_front(expected, tmp_path):
     assert digest(problem, time_limit=20.0, out=tmp_path / "run") == expected
 
 
-@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.parametrize("method", mostly_long(["fork", "spawn"], "fork"))
 @pytest.mark.parametrize("threads", mostly_long([1, 2], 2))
 def test_another_process_gives_the_same_front(method, threads, expected, monkeypatch):
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", str(threads))

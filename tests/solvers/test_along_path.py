@@ -58,7 +58,10 @@ def greatest_share(motion, limits):
     )
 
 
-@pytest.mark.parametrize(("jerk", "length"), [(30.0, 1.0), (300.0, 1.0), (30.0, 0.05), (np.inf, 1.0)])
+LINES = [(30.0, 1.0), (300.0, 1.0), (30.0, 0.05), (np.inf, 1.0)]
+
+
+@pytest.mark.parametrize(("jerk", "length"), mostly_long(LINES, LINES[0], LINES[3], several=True))
 def test_on_a_straight_line_the_least_time_is_that_of_ruckig(jerk, length):
     feed = load_robot("feed_drive")
     robot = freed(feed, velocity=np.full(2, 0.8), acceleration=np.full(2, 4.0), jerk=np.full(2, jerk))
@@ -119,7 +122,7 @@ def test_more_control_points_are_never_slower(puma, path):
     assert times == sorted(times, reverse=True)
 
 
-@pytest.mark.parametrize("order", [4, 5, 6, 7])
+@pytest.mark.parametrize("order", mostly_long([4, 5, 6, 7], 4, 7))
 def test_every_order_keeps_the_limits(puma, path, order):
     found = along(path, puma, control_points=60, order=order).least_time()
     assert found.F["time"] < 4.8
@@ -171,8 +174,11 @@ def test_a_longest_time_that_is_too_short_is_told(puma, path):
         TimeJerkReparameterisation(path=path, robot=puma, control_points=60, longest_time=4.0)
 
 
-@pytest.mark.parametrize(("count", "size"), [(44, 15), pytest.param(60, 30, marks=pytest.mark.long)])
-@pytest.mark.parametrize("encoding", ["plain", "shape"])
+#: Encodings, numbers of control points, and sizes of a population.
+BEGINNINGS = [("shape", 44, 8), *((kind, *size) for kind in ("plain", "shape") for size in ((44, 15), (60, 30)))]
+
+
+@pytest.mark.parametrize(("encoding", "count", "size"), mostly_long(BEGINNINGS, BEGINNINGS[0], several=True))
 def test_a_search_begins_with_a_front(puma, path, encoding, count, size):
     problem = along(path, puma, control_points=count, encoding=encoding)
     known = problem.known_good(size)

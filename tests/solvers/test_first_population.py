@@ -123,7 +123,7 @@ def test_spread_reaches_from_the_limits_to_the_bounds():
     assert spread.max() > 1.5 * np.median(fast)
 
 
-@pytest.mark.parametrize("starts", list(STARTS))
+@pytest.mark.parametrize("starts", mostly_long(list(STARTS), *[*STARTS][::2]))
 def test_a_seed_repeats_and_another_does_not(starts):
     problem = PickAndPlace()
     one, again, other = (first_population(problem, 20, starts=starts, seed=seed).X for seed in (3, 3, 4))

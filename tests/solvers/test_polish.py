@@ -136,9 +136,10 @@ def test_the_same_seed_gives_the_same_front_and_another_is_used():
     assert other.front.F.shape != first.front.F.shape or (other.front.F != first.front.F).any()
 
 
-def test_polishing_again_loses_nothing():
-    once = polish(evolved(HybridManipulator(convention="printed")), members=8)
-    twice = polish(once.front, members=8)
+@pytest.mark.parametrize("members", mostly_long([3, 8], 3))
+def test_polishing_again_loses_nothing(members):
+    once = polish(evolved(HybridManipulator(convention="printed")), members=members)
+    twice = polish(once.front, members=members)
     assert twice.hypervolume_before == pytest.approx(once.hypervolume_after, rel=1e-9)
     assert twice.hypervolume_after >= twice.hypervolume_before
 

@@ -64,7 +64,7 @@ def test_five_hundred_generations_of_five_hundred_stay_below_400_mb(tmp_path):
     assert sum(len(block.X) for block in RunFolder(tmp_path / "run").blocks(500)) == 250_000
 
 
-@pytest.mark.parametrize("name", ALGORITHMS)
+@pytest.mark.parametrize("name", mostly_long(ALGORITHMS, *ALGORITHMS[::3]))
 @pytest.mark.parametrize("generation", mostly_long([1, 2, 7], 2))
 def test_every_adapter_goes_on_to_the_bit_from_any_generation(name, generation, tmp_path, stopped_after):
     expected = begin("hybrid", name, 10, 5, None)

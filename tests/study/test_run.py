@@ -95,12 +95,12 @@ def expected_long(tmp_path_factory):
     return hash_of(study, folder)
 
 
-@pytest.fixture(scope="module")
-def cluster():
-    """Two workers that do not look every 10 ms at what they do."""
+@pytest.fixture(scope="module", params=mostly_long([1, 2], 1))
+def cluster(request):
+    """Workers that do not look every 10 ms at what they do."""
     with (
         dask.config.set({"distributed.worker.profile.enabled": False}),
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as found,
+        LocalCluster(n_workers=request.param, threads_per_worker=1, dashboard_address=":0", silence_logs=50) as found,
     ):
         yield found
 
@@ -315,7 +315,8 @@ STOPS = {
 @pytest.mark.parametrize(
     "stops",
     [
-        pytest.param([signal.SIGINT, signal.SIGKILL], id="twice"),
+        pytest.param([signal.SIGINT], id="once"),
+        pytest.param([signal.SIGINT, signal.SIGKILL], marks=pytest.mark.long, id="twice"),
         pytest.param([*STOPS], marks=pytest.mark.long, id="in every way"),
     ],
 )

@@ -33,7 +33,7 @@ PATHS = {
 }
 
 
-@pytest.fixture(params=mostly_long(PATHS, "gemini", "cubic"))
+@pytest.fixture(params=mostly_long(PATHS, "cubic"))
 def path(request):
     return PATHS[request.param]()
 

@@ -193,4 +193,10 @@ def told_kind(thing: Any) -> str:
 
 
 def _is_own(point: EntryPoint) -> bool:
-    return getattr(point.dist, "name", None) == _OWN
+    return _name(point.dist) == _OWN
+
+
+@lru_cache(maxsize=256)
+def _name(distribution: Any) -> str | None:
+    """The name of a distribution, for which its whole description is parsed."""
+    return getattr(distribution, "name", None)

@@ -105,7 +105,7 @@ def joint_trajectory(solution: Solution, step: float) -> str:
         stamps, found.q.tolist(), found.v.tolist(), found.a.tolist(), efforts.tolist(), strict=True
     ):
         for mark, key, row in zip("-   ", ("positions", "velocities", "accelerations", "effort"), values, strict=True):
-            lines.append(f"{mark} {key}: [{', '.join(map(_yaml_float, row))}]")
+            lines.append(f"{mark} {key}: {_yaml_floats(row)}")
         seconds, nanoseconds = divmod(stamp, _NANOSECONDS)
         lines.append(f"  time_from_start: {{sec: {seconds}, nanosec: {nanoseconds}}}")
     return "\n".join([*lines, ""])
@@ -246,6 +246,12 @@ def _fixed_rate(duration: float, step: float) -> Array:
     """Instants k step from 0 to the first that is, up to rounding, not before the end, shape (T,) [s]."""
     count = max(math.ceil(duration / step - 1e-9), 1)
     return frozen(np.arange(count + 1) * step)
+
+
+def _yaml_floats(values: list[float]) -> str:
+    """A list of numbers, each by :func:`_yaml_float`."""
+    text = repr(values)
+    return f"[{', '.join(map(_yaml_float, values))}]" if "e" in text else text
 
 
 def _yaml_float(value: float) -> str:

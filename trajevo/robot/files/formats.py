@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -55,4 +56,10 @@ def described(
 def checked_description(file: Path, lock: Collection[str], **given: Any) -> Description:
     """As :func:`described`, checked by :func:`~trajevo.robot.urdf.problems.checked_urdf`."""
     found = described(file, lock, **given)
-    return replace(found, text=checked_text(ElementTree.fromstring(found.text), file, lock))
+    return replace(found, text=_checked(found.text, str(file), frozenset(lock)))
+
+
+@lru_cache(maxsize=8)
+def _checked(text: str, file: str, lock: frozenset[str]) -> str:
+    """Text that was checked, once for the same text: studies and scripts load one robot again and again."""
+    return checked_text(ElementTree.fromstring(text), file, lock)
