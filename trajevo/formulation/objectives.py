@@ -108,7 +108,7 @@ class _TrapezoidSquareJerk:
 
 
 def trapezoid_square_jerk(intervals: int) -> Callable[[Rollout], Array]:
-    """∫ Σ over joints of jerk² dt by the trapezoidal rule, equal intervals, eq. (29) of Paing 2021 [rad²/s⁵ or m²/s⁵]."""
+    """∫ Σ over joints of jerk² dt by the trapezoidal rule, eq. (29) of Paing 2021 [rad²/s⁵ or m²/s⁵]."""
     return _TrapezoidSquareJerk(intervals)
 
 
