@@ -21,6 +21,9 @@ from trajevo.plots.paper import BEYOND, LIMIT, NOTE, Width, colour, curve, key, 
 from trajevo.plots.pareto import quantities
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
+#: Limits of effort, of which the picture tells, are drawn as far from the curves as this, in extents of these.
+_NEAR = 1.5
+
 
 def effort_utilisation(
     motion: Solution | Rollout | WeightedOptimum | EffortAlong,
@@ -54,7 +57,7 @@ def effort_utilisation(
     with panel(ax, width=width, height=54.0) as ax:
         for k in limited.tolist():
             ax.plot(found.times, share[:, k], label=found.joint_names[k], **curve(k))
-        draw_limits(ax, share[:, limited], np.array([-1.0]), np.array([1.0]), "", coloured=False)
+        draw_limits(ax, share[:, limited], np.array([-1.0]), np.array([1.0]), "", coloured=False, near=_NEAR)
         if capacity.joint:
             joint, instant = found.joint_names.index(capacity.joint), int(np.abs(found.times - capacity.time).argmin())
             ax.plot(capacity.time, share[instant, joint], "ko")

@@ -16,7 +16,7 @@ from trajevo.plots.pareto import clear_space
 from trajevo.trajectory.batch import DERIVATIVES
 
 #: A limit further from all curves than this share of their extent would leave them less than half of a panel.
-_NEAR = 0.5
+NEAR = 0.5
 
 #: Room between curves or limits and the edge of a panel, in extents of what is shown.
 _MARGIN = 0.06
@@ -78,7 +78,9 @@ def profiles(
     return made
 
 
-def draw_limits(ax: Axes, drawn: Array, low: Array, high: Array, unit: str, *, coloured: bool = True) -> None:
+def draw_limits(
+    ax: Axes, drawn: Array, low: Array, high: Array, unit: str, *, coloured: bool = True, near: float = NEAR
+) -> None:
     """Limits of curves where they are near; the others are told above the panel. Sets the range that is shown.
 
     Args:
@@ -88,13 +90,14 @@ def draw_limits(ax: Axes, drawn: Array, low: Array, high: Array, unit: str, *, c
         high: upper limits.
         unit: unit of all of them, as it is printed.
         coloured: whether a limit of a single curve has the colour of that curve.
+        near: greatest distance of a limit that is drawn from all curves, in their extent.
     """
     least, most = float(drawn.min()), float(drawn.max())
     extent = max(most - least, 1e-9)
-    near_low = np.isfinite(low) & (low >= least - _NEAR * extent)
-    near_high = np.isfinite(high) & (high <= most + _NEAR * extent)
-    for bounds, near in ((low, near_low), (high, near_high)):
-        for bound in np.unique(bounds[near]):
+    near_low = np.isfinite(low) & (low >= least - near * extent)
+    near_high = np.isfinite(high) & (high <= most + near * extent)
+    for bounds, shown in ((low, near_low), (high, near_high)):
+        for bound in np.unique(bounds[shown]):
             (own,) = np.nonzero(bounds == bound)
             tint = colour(int(own[0])) if coloured and len(own) == 1 < len(low) else LIMIT
             ax.axhline(bound, color=tint, linestyle=(0, (3, 2)), linewidth=0.7, gid="limit")

@@ -40,6 +40,9 @@ _FEW_DECADES = 60.0
 
 _FILE = Path(__file__).with_name("trajevo.mplstyle")
 
+#: Colours of areas: those of curves, with yellow in place of black.
+_AREAS = ("#0072B2", "#D55E00", "#CC79A7", "#E69F00", "#F0E442", "#009E73", "#56B4E9")
+
 #: Colours of what is not a curve: limits, what lies beyond them, and notes.
 LIMIT, BEYOND, NOTE = "0.25", "0.9", "0.35"
 
@@ -70,6 +73,11 @@ def curve(number: int) -> dict[str, Any]:
 def colour(number: int) -> str:
     """Colour of a curve: seven in a row differ."""
     return f"#{_curves()[number % len(_curves())]['color'].lstrip('#')}"
+
+
+def area(number: int) -> str:
+    """Colour of an area, which may be lightened: without black, whose tints are the greys of what has no colour."""
+    return _AREAS[number % len(_AREAS)]
 
 
 def sequence(name: str = "viridis") -> Any:

@@ -21,7 +21,7 @@ from trajevo.capacity.uncertainty import UncertaintyPrice
 from trajevo.capacity.workspace import WorkspaceCapacity
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.plots.effort import dots
-from trajevo.plots.paper import LIMIT, NOTE, Width, colour, key, panel, scale_beside, sequence
+from trajevo.plots.paper import LIMIT, NOTE, Width, area, colour, key, panel, scale_beside, sequence
 
 #: Share of white in the colour of a joint, in the bands of the least and of the greatest masses.
 _LIGHTEST, _DARKEST = 0.78, 0.05
@@ -30,8 +30,11 @@ _LINE_STYLES: tuple[Literal["solid", "dashed", "dotted", "dashdot"], ...] = ("so
 
 _NOTHING_LIMITS, _NO_MASS = "white", "0.6"
 
+#: Points from which a line is long enough for its mass to stand on it.
+_LABELLED = 8
+
 #: Places along each side of a map between which its grid is interpolated.
-_FINE = 180
+_FINE = 280
 
 
 def payload_contours(
@@ -66,12 +69,13 @@ def payload_contours(
     masses = _levels(list(named.values()), levels if len(named) == 1 else max(levels // 2, 2))
     with panel(ax, width=width, height=58.0) as ax:
         handles = _fill(first, masses, ax)
-        for style, (name, diagram) in zip(_LINE_STYLES, named.items(), strict=False):
-            _lines(diagram, masses, style, ax)
+        for k, (name, diagram) in enumerate(named.items()):
+            style = _LINE_STYLES[k]
+            _lines(diagram, masses, style, ax, at=(k + 1.0) / (len(named) + 1.0))
             if name:
                 handles.append(Line2D([], [], color="black", linestyle=style, linewidth=0.8, label=name))
         where = "in the worst direction" if first.worst else f"at {np.degrees(first.direction.flat[0]):g}°"
-        ax.set(xlabel=f"L_xy off the tool's z axis [mm], {where}", ylabel="L_z along the tool's z axis [mm]")
+        ax.set(xlabel=f"L_xy off the tool's z axis [mm],\n{where}", ylabel="L_z along the tool's z axis [mm]")
         ax.set_title(f"largest payload [kg] ({first.payload_model})", loc="left", color=NOTE)
         key(ax, handles)
     return ax
@@ -135,7 +139,7 @@ def allowed_region(regions: AllowedRegions, *, ax: Axes | None = None, width: Wi
 
 def _region(regions: AllowedRegions, k: int, tint: Any, ax: Axes) -> None:
     """Fill the exact polygon of one mass, or the part of a grid in which every effort keeps its limit."""
-    filling: dict[str, Any] = {"facecolor": (*tint[:3], 0.25), "edgecolor": tint, "linewidth": 1.0}
+    filling: dict[str, Any] = {"facecolor": (*tint[:3], 0.25), "edgecolor": tint, "linewidth": 1.0, "linestyle": "-"}
     if regions.polygons:
         corners, anywhere = 1e3 * regions.polygons[k], len(regions.polygons[k]) > 0
     else:
@@ -212,7 +216,7 @@ def _fill(diagram: PayloadDiagram, masses: Array, ax: Axes) -> list[Any]:
     """Fill with the colours of the joints, lightened by bands of mass; returns the legend entries."""
     x, y = 1e3 * diagram.offset_xy, 1e3 * diagram.offset_z
     nothing, free = np.isnan(diagram.mass), np.isposinf(diagram.mass)
-    tints = [*(to_rgb(colour(joint)) for joint in range(len(diagram.joint_names))), to_rgb(_NO_MASS), (1.0, 1.0, 1.0)]
+    tints = [*(to_rgb(area(joint)) for joint in range(len(diagram.joint_names))), to_rgb(_NO_MASS), (1.0, 1.0, 1.0)]
     kinds = np.where(nothing, len(tints) - 2, np.where(free, len(tints) - 1, diagram.joint))
     fine_x, fine_y = _between(x), _between(y)
     shown = _finer_regions(kinds, len(tints), (y, x), (fine_y, fine_x))
@@ -227,7 +231,7 @@ def _fill(diagram: PayloadDiagram, masses: Array, ax: Axes) -> list[Any]:
         for kind in np.unique(shown)[1:]:  # borders, which colours alone do not show in grey
             ax.contour(fine_x, fine_y, shown >= kind, [0.5], colors="0.35", linewidths=0.5, linestyles="dotted")
     handles: list[Any] = [
-        Patch(color=colour(int(joint)), label=f"{diagram.joint_names[joint]} binds")
+        Patch(color=area(int(joint)), label=f"{diagram.joint_names[joint]} binds")
         for joint in np.unique(diagram.joint[diagram.joint >= 0])
     ]
     if nothing.any():
@@ -282,7 +286,8 @@ def _filled(values: Array) -> Array:
     return np.nan_to_num(filled)
 
 
-def _lines(diagram: PayloadDiagram, masses: Array, style: str, ax: Axes) -> None:
+def _lines(diagram: PayloadDiagram, masses: Array, style: str, ax: Axes, *, at: float) -> None:
+    """Lines of equal mass, with the mass at a share of the length of each, so that overlaid ones do not meet."""
     if not len(masses) or min(diagram.mass.shape) < 2:
         return
     finite = np.ma.masked_invalid(diagram.mass)
@@ -292,7 +297,10 @@ def _lines(diagram: PayloadDiagram, masses: Array, style: str, ax: Axes) -> None
     x, y = 1e3 * diagram.offset_xy, 1e3 * diagram.offset_z
     looks: dict[str, Any] = {"colors": "black", "linewidths": 0.7, "linestyles": style}
     lines = ax.contour(x, y, finite, inside, **looks)
-    ax.clabel(lines, fmt="%g kg", fontsize=8)
+    parts = [path.to_polygons(closed_only=False) for path in lines.get_paths()]
+    longest = [max(part, key=len) for part in parts if part]
+    places = [(*line[int(at * (len(line) - 1))],) for line in longest if len(line) >= _LABELLED]
+    ax.clabel(lines, fmt="%g kg", fontsize=8, manual=places)
 
 
 #: Quantities that a picture of the workspace can show.
@@ -326,7 +334,7 @@ def slowdown_curve(curve: SlowdownCurve, *, ax: Axes | None = None, width: Width
             ax.axhline(curve.static_bound, linestyle=":", label=f"held at rest: {curve.static_bound:.3f} kg", **line)
         margin = f"{your_margin(curve.effort_margin)} kept; " if curve.effort_margin else ""
         ax.set(xlabel="least time along the same path [s]", ylabel=f"payload [kg] ({curve.payload_model})")
-        ax.set_title(f"{margin}effort sampled at {curve.instants} instants", loc="left", color=NOTE)
+        ax.set_title(f"{margin}effort sampled at {curve.instants} instants", color=NOTE)
         key(ax)
     return ax
 
@@ -397,9 +405,9 @@ def _map_of_joints(found: WorkspaceCapacity, fine: tuple[Array, Array], ax: Axes
     count = len(found.joint_names)
     kinds = np.where(found.joint < 0, count, found.joint)
     shown = _finer_regions(kinds, count + 1, (found.plane.rows, found.plane.columns), fine)
-    tints = np.array([*((*to_rgb(colour(k)), 1.0) for k in range(count)), (1.0, 1.0, 1.0, 0.0)])
+    tints = np.array([*((*to_rgb(area(k)), 1.0) for k in range(count)), (1.0, 1.0, 1.0, 0.0)])
     ax.pcolormesh(fine[1], fine[0], tints[shown], shading="nearest", zorder=2, rasterized=True)
-    return [Patch(color=colour(k), label=found.joint_names[k]) for k in np.unique(kinds[kinds < count]).tolist()]
+    return [Patch(color=area(k), label=found.joint_names[k]) for k in np.unique(kinds[kinds < count]).tolist()]
 
 
 def _edges(centres: Array) -> Array:
