@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, final
 
 import matplotlib as mpl
@@ -48,18 +49,21 @@ _WORDS = re.compile(r"(?:\[[^\]]*\]|[^\s\[])+")
 
 def width_of(text: str, properties: FontProperties) -> float:
     """Width of the widest line of a text [pt]."""
-    font = get_font(findfont(properties))
-    size = float(properties.get_size_in_points())
+    return _width(text, findfont(properties), float(properties.get_size_in_points()))
+
+
+@lru_cache(maxsize=4096)
+def _width(text: str, file: Any, size: float) -> float:
     power = _MATH.fullmatch(text)
     if power:
-        return _advance(font, power[1].replace(r"\times", "x"), size) + _advance(font, power[2] or "", _POWER * size)
-    return max(_advance(font, line, size) for line in text.split("\n"))
-
-
-def _advance(font: Any, text: str, size: float) -> float:
+        return _width(power[1].replace(r"\times", "x"), file, size) + _width(power[2] or "", file, _POWER * size)
+    font = get_font(file)
     font.set_size(size, _POINTS)
-    font.set_text(text, 0.0)
-    return float(font.get_width_height()[0]) / 64.0
+    widest = 0.0
+    for line in text.split("\n"):
+        font.set_text(line, 0.0)
+        widest = max(widest, float(font.get_width_height()[0]) / 64.0)
+    return widest
 
 
 def _height_of(text: str, properties: FontProperties) -> float:
@@ -169,6 +173,7 @@ class Rows(LayoutEngine):
             top = above + margins.over(row) + row * height
             taller = _IN_SPACE if ax.name == "3d" else 1.0  # above the box is nothing, below are its labels
             _set(ax, left / across, 1.0 - (top + height) / total, width / across, taller * height / total)
+            _clear_of_power(ax, height)
             if ax in self.bars:
                 ax.apply_aspect()
                 box = ax.get_position()
@@ -211,7 +216,7 @@ class Rows(LayoutEngine):
         right = max([last, *(_beside(child.yaxis, "labelright")[0] for child in ax.child_axes)])
         if ax in self.bars:
             right += _GAP + _BAR + _beside(self.bars[ax].yaxis, "labelright")[0]
-        above = max(_title_height(ax), offset, 0.5 * _LINE * _SIZE)
+        above = max(_title_height(ax) + (offset if ax.get_title(loc="left") else 0.0), offset, 0.5 * _LINE * _SIZE)
         return max(left, first) + more[0], right + more[1], below + more[2], above + more[3]
 
 
@@ -275,6 +280,13 @@ def wrapped(text: str, properties: FontProperties, room: float) -> str:
         else:
             lines[-1] = longer
     return "\n".join(lines)
+
+
+def _clear_of_power(ax: Any, height: float) -> None:
+    """Lift a title on the left above the power of ten of a vertical axis, which stands there."""
+    if ax.name != "3d" and ax.get_title(loc="left"):
+        offset = _beside(ax.yaxis, "labelleft")[1]
+        ax._left_title.set_position((0.0, 1.0 + offset / height))
 
 
 def _titles(figure: Any) -> list[Any]:

@@ -32,7 +32,7 @@ def profiles(
     motion: Solution | Rollout,
     *,
     angle: str | None = None,
-    samples: int = 1000,
+    samples: int = 500,
     via_times: Array | None = None,
     axes: Any = None,
     width: Width = "page",
