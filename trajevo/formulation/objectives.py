@@ -25,7 +25,7 @@ from trajevo.dynamics.integrals.efforts import (
 from trajevo.dynamics.integrals.travel import joint_travel, tool_path_length
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.robot.robot import Robot, effort_unit, position_unit
+from trajevo.robot.robot import Robot, position_unit
 
 #: What an objective can need: the place of the tool, the masses of all links, a limit of some joint's effort, the
 #: payload's mass as a decision variable, or accelerations that do not jump.
@@ -368,7 +368,8 @@ def unit_for(unit: str, robot: Robot) -> str:
         unit: SI unit, in which ``{joint}`` stands for the unit of the joints and ``{effort}`` for that of their effort.
         robot: the robot.
     """
-    joint, effort = position_unit(robot), effort_unit(robot)
+    joint = position_unit(robot)
+    effort = " or ".join({"rad": "N*m", "m": "N"}[one] for one in joint.split(" or "))
     powered = f"({effort})" if "*" in effort else effort
     joint, either = (f"({joint})", f"({effort})") if " or " in joint else (joint, effort)
     found = unit.replace("{joint}", joint).replace("{effort}^", f"{powered}^").replace("{effort}", either)

@@ -443,9 +443,3 @@ def length_unit(robot: Robot) -> str:
 def position_unit(robot: Robot) -> str:
     """Unit of a position of any joint: rad, m, or both if the robot has revolute and prismatic joints."""
     return " or ".join(sorted(set(robot.joint_units), reverse=True))
-
-
-def effort_unit(robot: Robot) -> str:
-    """Unit of the effort of any joint: N*m, N, or both if the robot has revolute and prismatic joints."""
-    efforts = {"rad": "N*m", "m": "N"}
-    return " or ".join(efforts[unit] for unit in sorted(set(robot.joint_units), reverse=True))
