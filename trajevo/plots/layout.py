@@ -39,6 +39,9 @@ _GAP, _BAR = 5.0, 7.0
 #: Least and greatest height of a panel of one scale, in widths, and least share of a figure that panels keep.
 _FLATTEST, _TALLEST, _LEAST_SHARE = 0.35, 1.25, 0.2
 
+#: Greatest height of a panel of one scale [pt].
+_HIGHEST = 90.0 / 25.4 * _POINTS
+
 #: What matplotlib wraps around powers, and how large these are.
 _MATH, _POWER = re.compile(r"\$\\mathdefault\{(.*?)(?:\^\{(.*?)\})?\}\$"), 0.7
 
@@ -149,7 +152,7 @@ class Rows(LayoutEngine):
         for ax in margins.axes:
             if ax.name != "3d" and ax.get_aspect() == 1.0 and ax.get_adjustable() == "box":
                 ratio = abs(np.diff(ax.get_ylim())[0] / np.diff(ax.get_xlim())[0])
-                height = max(margins.width(wide) * float(np.clip(ratio, _FLATTEST, _TALLEST)), 20.0)
+                height = min(margins.width(wide) * float(np.clip(ratio, _FLATTEST, _TALLEST)), _HIGHEST)
         figure.set_figheight((high + margins.around + height * margins.rows) / _POINTS)
 
     def entitle(self, figure: Figure, title: str) -> None:

@@ -297,7 +297,7 @@ def _lines(diagram: PayloadDiagram, masses: Array, style: str, ax: Axes, *, at: 
     x, y = 1e3 * diagram.offset_xy, 1e3 * diagram.offset_z
     looks: dict[str, Any] = {"colors": "black", "linewidths": 0.7, "linestyles": style}
     lines = ax.contour(x, y, finite, inside, **looks)
-    parts = [path.to_polygons(closed_only=False) for path in lines.get_paths()]
+    parts: list[Any] = [path.to_polygons(closed_only=False) for path in lines.get_paths()]
     longest = [max(part, key=len) for part in parts if part]
     places = [(*line[int(at * (len(line) - 1))],) for line in longest if len(line) >= _LABELLED]
     ax.clabel(lines, fmt="%g kg", fontsize=8, manual=places)
