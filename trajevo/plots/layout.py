@@ -148,6 +148,9 @@ class Rows(LayoutEngine):
         for ax in margins.axes:
             if ax.name != "3d":
                 _wrap(ax, margins.width(wide), height, wide / margins.columns)
+            for beside in (*ax.child_axes, *([self.bars[ax]] if ax in self.bars else [])):
+                text = beside.yaxis.label
+                text.set_text(wrapped(text.get_text(), text.get_fontproperties(), height))
         margins = self._margins(figure)
         for ax in margins.axes:
             if ax.name != "3d" and ax.get_aspect() == 1.0 and ax.get_adjustable() == "box":

@@ -43,12 +43,12 @@ def exchange_rates(rates: Sequence[ExchangeRates], *, ax: Axes | None = None, wi
     names = sorted(sizes, key=lambda name: -max(sizes[name]))[:_MOST]
     shown = np.array([sizes[name] for name in names]).reshape(len(names), len(rates))
     norm = LogNorm(_LEAST, max(float(shown.max(initial=0.0)), 1.0))
-    with panel(ax, width=width, height=_ROW * max(len(names), 3)) as ax:
+    with panel(ax, width=width, height=_ROW * max(len(names), 5)) as ax:
         mesh = ax.pcolormesh(np.ma.masked_less(shown, _LEAST), norm=norm, cmap=sequence("viridis_r"))
         ax.invert_yaxis()
         ax.set_yticks(0.5 + np.arange(len(names)), names)
         ticks = np.unique(np.linspace(0, len(rates) - 1, min(6, len(rates))).astype(int))
         ax.set_xticks(0.5 + ticks, [f"{rates[k].value:.3g}" for k in ticks])
         ax.set_xlabel(label(rates[0].objective, rates[0].unit))
-        scale_beside(ax, mesh, f"{rates[0].objective}, less [%] by 1 % more")
+        scale_beside(ax, mesh, f"less {rates[0].objective} [%] by 1 % more")
     return ax
