@@ -13,7 +13,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
-from tests.helpers import refused
+from tests.helpers import refused, trajevo
 from tests.page.test_animation import rollout_through
 from tests.random_robots import random_urdf
 from trajevo import analyse, load_robot, optimise, plots
@@ -307,3 +307,16 @@ def test_bad_input_gets_a_sentence(case, fronts):
 def test_axes_in_space_are_not_taken_for_a_plane(fronts):
     space = plt.figure().add_subplot(projection="3d")
     refused(lambda: plots.hypervolume(fronts["pointing"], ax=space), "ax: expected axes in the plane")
+
+
+def test_the_command_writes_a_runs_pictures(fronts, tmp_path):
+    front = fronts["pointing"]
+    front.save(tmp_path / "front.json")
+    done = trajevo("pictures", tmp_path / "front.json", "--width", "column", "--out", tmp_path / "figures")
+    assert done.returncode == 0, done.stderr
+    files = sorted(file.name for file in (tmp_path / "figures").iterdir())
+    assert files == ["front.pdf", "front_3d.pdf", "hypervolume.pdf", "parallel.pdf", "profiles.pdf", "tool_path.pdf"]
+    for arguments, says in ((("--format", "gif"), "unknown format 'gif'"), (("--width", "wide"), "width: expected")):
+        told = trajevo("pictures", tmp_path / "front.json", *arguments, "--out", tmp_path / "figures")
+        assert told.returncode == 2
+        assert says in told.stderr
