@@ -195,14 +195,15 @@ def _objectives(convention: str) -> tuple[Objective, ...]:
     energy = {"continuous": integrated_square_power, "printed": _printed_energy, "as_run": _as_run_energy}
     jerk = {"printed": _printed_jerk}
     acceleration = {"continuous": integrated_square_acceleration}
+    squared = ("(rad or m)^2/s^5", "(rad or m)^2/s^3")  # each term in the unit of its own joint
     where = {"continuous": "(114)-(116)", "printed": "(154)", "as_run": "(154), conjectured variant"}[convention]
     return (
         Objective("time", "s", "Guo 2016, eq. (113), z1", total_time),
         Objective("energy", "W^2*s", f"Guo 2016, eq. {where}, z2", energy[convention]),
-        Objective("jerk", "SI^2/s^5", f"Guo 2016, eq. {where}, z3", jerk.get(convention, integrated_square_jerk)),
+        Objective("jerk", squared[0], f"Guo 2016, eq. {where}, z3", jerk.get(convention, integrated_square_jerk)),
         Objective(
             "acceleration",
-            "SI^2/s^3",
+            squared[1],
             f"Guo 2016, eq. {where}, z4",
             acceleration.get(convention, _printed_acceleration),
         ),
@@ -268,14 +269,14 @@ def _as_run_energy(rollout: Rollout) -> Array:
 
 
 def _printed_jerk(rollout: Rollout) -> Array:
-    """z₃ of eq. (154), shape (B,) [SI²/s⁵]; it averages neighbouring intervals and leaves out the last one."""
+    """z₃ of eq. (154), shape (B,) [(rad or m)²/s⁵]; it averages neighbouring intervals and leaves out the last one."""
     square = _square(_at_knots(rollout, rollout.j)[0])
     total: Array = (0.5 * rollout.trajectory.segment_durations[:, :-1] * (square[:, :-1] + square[:, 1:])).sum(axis=1)
     return total
 
 
 def _printed_acceleration(rollout: Rollout) -> Array:
-    """z₄ of eq. (154): trapezoid at the knots of Σⱼ a_j², shape (B,) [SI²/s³]."""
+    """z₄ of eq. (154): trapezoid at the knots of Σⱼ a_j², shape (B,) [(rad or m)²/s³]."""
     return _trapezoid(rollout, *(_square(a) for a in _at_knots(rollout, rollout.a)))
 
 

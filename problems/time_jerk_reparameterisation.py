@@ -35,6 +35,7 @@ from trajevo.formulation.objectives import (
     times_duration,
     total_time,
     trapezoid_square_jerk,
+    unit_for,
 )
 from trajevo.formulation.problem import Expansion, TrajectoryProblem
 from trajevo.formulation.search import Search
@@ -266,13 +267,14 @@ def _check(limits: str, encoding: str, interpolant: str, quadrature: str, effort
 
 
 def _objectives(quadrature: str, axes: Robot, encoding: str) -> tuple[Objective, ...]:
-    unit = axes.joint_units[0] if len(set(axes.joint_units)) == 1 else "SI"
     jerk = QUADRATURES[quadrature]
     time = Objective("time", "s", "Paing 2021, eq. (27), F1", total_time)
     if encoding == "plain":
-        return time, Objective("jerk", f"{unit}^2/s^5", "Paing 2021, eq. (27), F2", jerk)
+        return time, Objective("jerk", unit_for("{joint}^2/s^5", axes), "Paing 2021, eq. (27), F2", jerk)
     constant = times_duration(jerk, POWER)
-    return time, Objective("jerk_constant", f"{unit}^2", "Paing 2021, eq. (27), F2 times F1^5", constant)
+    return time, Objective(
+        "jerk_constant", unit_for("{joint}^2", axes), "Paing 2021, eq. (27), F2 times F1^5", constant
+    )
 
 
 def _limits(axes: Robot, kind: str) -> tuple[Constraint, ...]:

@@ -137,3 +137,11 @@ def assert_exact_gradients(problem: TrajectoryProblem, x: Array) -> None:
     off = np.abs(np.concatenate([dF, dG], axis=1) - rough).max(axis=2) > 1e-3 * scale
     assert not off.all(axis=0).any()
     assert problem.gradients_by(x) == "complex step"
+
+
+def limits_shown(panel) -> set[float]:
+    """Limits that a panel of a picture draws, or tells above it where they are far from its curves."""
+    drawn = {round(float(line.get_ydata()[0]), 9) for line in panel.lines if line.get_gid() == "limit"}
+    told = panel.get_title(loc="right").replace("−", "-").partition("outside: ")[2].split(" ")
+    numbers = [float(text.strip("±,")) for text in told if text.strip("±,-.").replace(".", "").isdigit()]
+    return drawn | {*numbers} | ({-each for each in numbers} if told[0].startswith("±") else set())

@@ -81,3 +81,19 @@ def test_quantities_need_a_number_and_a_unit_of_their_kind(text):
     says = r"limit: expected a number and a unit that converts to m/s, such as '1.5 m/s' or '1.5 cm/s' or '1.5 mm/s', "
     with pytest.raises(TrajevoError, match=says + f"got {text!r}"):
         units.quantity(text, "m/s", name="limit")
+
+
+@pytest.mark.parametrize(
+    ("unit", "angle", "length", "shown", "factor"),
+    [
+        ("rad^2/s^5", "deg", "m", "deg^2/s^5", (180 / math.pi) ** 2),
+        ("rad^2/s^3", "deg", "mm", "deg^2/s^3", (180 / math.pi) ** 2),
+        ("m^2/s^5", "deg", "mm", "mm^2/s^5", 1e6),
+        ("(rad or m)^2/s^5", "deg", "mm", "(rad or m)^2/s^5", 1.0),
+        ("rad or m", "deg", "mm", "rad or m", 1.0),
+        ("W^2*s", "deg", "mm", "W^2*s", 1.0),
+        ("(N*m)^2*s", "deg", "mm", "(N*m)^2*s", 1.0),
+    ],
+)
+def test_squares_and_sums_of_different_joints_are_shown_too(unit, angle, length, shown, factor):
+    assert units.display(unit, angle=angle, length=length) == (shown, pytest.approx(factor))

@@ -167,7 +167,7 @@ def test_a_curve_with_a_margin_has_that_at_the_full_limits():
     assert np.isnan(curve.factors[2])
     assert np.isfinite(full.factors[2])
     ax = plots.slowdown_curve(curve)
-    assert ax.get_title() == f"your margin of 20 % kept; effort sampled at {curve.instants} instants"
+    assert ax.get_title().replace("\n", " ") == f"your margin of 20 % kept; effort sampled at {curve.instants} instants"
     assert "at the robot's full limits" in [text.get_text() for text in ax.get_legend().get_texts()]
 
 

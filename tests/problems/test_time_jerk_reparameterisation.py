@@ -209,7 +209,7 @@ def test_a_joint_space_path_of_a_robot_with_force_limits():
     assert [name for name in bound.constraint_names if name.startswith("effort")] == [
         f"effort of {name}" for name in bound.robot.joint_names
     ]
-    assert [objective.unit for objective in bound.objectives] == ["s", "SI^2/s^5"]
+    assert [objective.unit for objective in bound.objectives] == ["s", "(rad or m)^2/s^5"]
     times = []
     for problem in (free, bound):
         front = optimise(problem, seed=1, generations=40, population=40, progress=False, polish=False)

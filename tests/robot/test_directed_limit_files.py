@@ -7,7 +7,7 @@ import netCDF4
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, refused, trajevo
+from tests.helpers import UNDRAWN, limits_shown, refused, trajevo
 from trajevo import Payload, Robot, ViaPoints, load_robot, load_task, plots
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
@@ -169,5 +169,5 @@ def test_pictures_draw_both_bounds():
     ends = ViaPoints(np.array([np.zeros(6), np.full(6, 0.2)]))
     rollout = Rollout(Dynamics(robot, Payload(0.0)), QuinticSpline(ends, duration_bounds=(0.1, 5.0))(np.ones((1, 1))))
     panel = plots.profiles(rollout)[1]
-    bounds = {line.get_ydata()[0] for line in panel.lines if line.get_linestyle() == "--"}
+    bounds = limits_shown(panel)
     assert bounds == {-0.5, 1.0}

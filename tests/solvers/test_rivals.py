@@ -133,7 +133,7 @@ def test_the_picture_has_a_curve_for_every_rival_in_every_panel(rivals):
     panels = plot_rivals(rivals.values(), joint="joint_1")
     assert len(panels) == 4
     for panel in panels:
-        assert len([line for line in panel.lines if line.get_linestyle() == "-"]) == len(rivals)
+        assert len([line for line in panel.lines if line.get_gid() != "limit"]) == len(rivals)
     assert panels[0].get_title() == "joint_1"
     assert plot_rivals(rivals.values())[0].get_title() == "joint_5"
     plt.close("all")

@@ -286,5 +286,5 @@ def test_the_picture_of_efforts_shows_the_kept_limits_and_the_robots_own(with_ma
     np.testing.assert_allclose(found.limit, 0.8 * best.rollout.robot.limits.effort, rtol=1e-15)
     joint = found.joint_names[1]
     np.testing.assert_allclose(drawn[joint], (found.unloaded + found.mass * found.per_kilogram)[:, 1] / found.limit[1])
-    assert drawn["robot's full limit"][0] == pytest.approx(1.25)
+    assert abs(drawn["robot's full limit"][0]) == pytest.approx(1.25)  # on the side that is near
     assert axes.get_ylabel() == "effort / 80 % of the limit, with 1 kg"

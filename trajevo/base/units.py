@@ -178,9 +178,9 @@ def display(unit: str, *, angle: str, length: str = "m") -> tuple[str, float]:
         raise UnknownNameError("angle unit", angle, ANGLE_UNITS)
     if length not in LENGTH_UNITS:
         raise UnknownNameError("length unit", length, LENGTH_UNITS)
-    if angle == "deg" and unit.startswith("rad"):
-        shown = "deg" + unit.removeprefix("rad")
-        return shown, 1.0 / to_si(shown)
+    angular = re.match(r"rad(?:\^(\d))?(?:$|[/*])", unit)
+    if angle == "deg" and angular:
+        return "deg" + unit.removeprefix("rad"), (1.0 / to_si("deg")) ** int(angular[1] or 1)
     if length == "mm" and re.match(r"m(\^2)?($|/)", unit):
         return "m" + unit, 1e6 if unit.startswith("m^2") else 1e3
     return unit, 1.0

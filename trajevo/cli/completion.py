@@ -81,6 +81,13 @@ def formats(incomplete: str) -> list[str]:
     return _begun(NAMED_EXPORTERS.names(), incomplete)
 
 
+def picture_formats(incomplete: str) -> list[str]:
+    """Formats of pictures."""
+    from trajevo.plots.pictures import FORMATS
+
+    return _begun(FORMATS, incomplete)
+
+
 def interpolants(incomplete: str) -> list[str]:
     """Interpolants."""
     from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS

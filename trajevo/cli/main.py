@@ -71,6 +71,11 @@ COMMANDS = {
     "report": _Home(
         "show", "report", "Write a run's report of what is kept of it, one HTML file that needs no network."
     ),
+    "pictures": _Home(
+        "show",
+        "pictures",
+        "Draw all pictures of what is kept of a run for a paper: text of 8 pt at the width of a column or a page.",
+    ),
     "open": _Home(
         "show",
         "open_run",

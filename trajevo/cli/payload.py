@@ -111,7 +111,7 @@ def diagram(
         typer.Option(help="Also show the payload for a centre of mass with this tolerance along every axis [m]."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="PNG file; payload_diagram.png beside the front if not given.")
+        Path | None, typer.Option(help="PNG, PDF or SVG file; payload_diagram.png beside the front if not given.")
     ] = None,
     problem: ProblemOption = None,
 ) -> None:
@@ -146,7 +146,9 @@ def payload_time(
         float | None,
         typer.Option(help="Also show the price in time of this tolerance of the centre of mass along every axis [m]."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="PNG file; payload_time.png beside the front if not given.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="PNG, PDF or SVG file; payload_time.png beside the front if not given.")
+    ] = None,
     problem: ProblemOption = None,
 ) -> None:
     """Optimise the motion again for each payload: show and draw the least times and the largest payload."""

@@ -22,7 +22,7 @@ from trajevo.front.front import Front
 from trajevo.front.thinning import told_share
 from trajevo.page.report import report as write_report
 from trajevo.plots.analyses import ANALYSES_SUFFIX, KINDS, analyse, analysed
-from trajevo.plots.pictures import FIGURES, Picture, draw_all, figures_of, save_pictures
+from trajevo.plots.pictures import FIGURES, FORMATS, Picture, draw_all, figures_of, save_pictures
 from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
 from trajevo.solvers.run.runs import read_run
 
@@ -201,7 +201,7 @@ def write_report_of(
 
 def clear_stale(folder: Path) -> None:
     """Remove an earlier run's files beside the new front: report, analyses, pictures, exported solutions; no others."""
-    pictures = (no_link(folder / PLOTS_FOLDER) / f"{stem}.png" for stem in FIGURES)
+    pictures = (no_link(folder / PLOTS_FOLDER) / f"{stem}.{ending}" for stem in FIGURES for ending in FORMATS)
     told = (folder / name for name in PICTURES)
     exported = (file for file in folder.glob("*.*") if is_exported(file))
     for file in (folder / REPORT_FILE, analyses_of(folder), *pictures, *told, *exported):

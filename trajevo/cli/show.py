@@ -6,7 +6,7 @@ import threading
 import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -43,6 +43,7 @@ from trajevo.page.report import report as write_report
 from trajevo.page.server import Served
 from trajevo.plots.analyses import kept_kind
 from trajevo.plots.analyses_file import read_analyses
+from trajevo.plots.pictures import FORMATS, draw_files, figures_of
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.certify import certify, certify_all
 from trajevo.verification.verify import verify, verify_all
@@ -93,6 +94,36 @@ def report(
     drawn = pictures_shown(front, found, beside(run, PLOTS_FOLDER), views=full) if pictures else ()
     file = write_report(front, out or beside(run, REPORT_FILE), analyses=found, pictures=drawn, run=str(run))
     _out.written(file, then="open it in a browser")
+
+
+def pictures(
+    run: RunArgument,
+    format: Annotated[
+        str,
+        typer.Option(help=f"{', '.join(FORMATS)}.", autocompletion=completion.picture_formats),
+    ] = "pdf",
+    width: Annotated[
+        str | None,
+        typer.Option(help="column (85 mm), page (170 mm) or millimetres; what suits each picture if not given."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder; plots beside the front if not given.")] = None,
+    problem: ProblemOption = None,
+) -> None:
+    """Draw all pictures of what is kept of a run for a paper: text of 8 pt at the width of a column or a page."""
+    front = front_of(run, problem)
+    found = analyses_shown(front, kept_kind(front, analyses_of(run)), analyses_of(run))
+    folder, wide = out or beside(run, PLOTS_FOLDER), _width(width)
+    with Waiting("drawing", figures_of(front, found)) as shown:
+        files = draw_files(front, folder, found, format=format, width=wide, begin=shown.begin)
+    _out.written(f"{len(files)} pictures in {folder}", then="put them into a paper as they are, at their own size")
+
+
+def _width(given: str | None) -> Any:
+    """A width by its name, or a number of millimetres."""
+    try:
+        return given if given is None else float(given)
+    except ValueError:
+        return given
 
 
 def export(

@@ -25,7 +25,7 @@ from trajevo.dynamics.integrals.efforts import (
 from trajevo.dynamics.integrals.travel import joint_travel, tool_path_length
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.robot.robot import Robot
+from trajevo.robot.robot import Robot, position_unit
 
 #: What an objective can need: the place of the tool, the masses of all links, a limit of some joint's effort, the
 #: payload's mass as a decision variable, or accelerations that do not jump.
@@ -83,13 +83,13 @@ def summed_rms_jerk(rollout: Rollout) -> Array:
 
 
 def integrated_square_acceleration(rollout: Rollout) -> Array:
-    """∫ Σ over joints of acceleration² dt, exact, shape (B,) [SI²/s³]."""
+    """∫ Σ over joints of acceleration² dt, exact, shape (B,) [rad²/s³ or m²/s³]."""
     total: Array = rollout.trajectory.integral_of_square(2).sum(axis=1)
     return total
 
 
 def integrated_square_jerk(rollout: Rollout) -> Array:
-    """∫ Σ over joints of jerk² dt, exact, shape (B,) [SI²/s⁵]."""
+    """∫ Σ over joints of jerk² dt, exact, shape (B,) [rad²/s⁵ or m²/s⁵]."""
     total: Array = rollout.trajectory.integral_of_square(3).sum(axis=1)
     return total
 
@@ -108,7 +108,7 @@ class _TrapezoidSquareJerk:
 
 
 def trapezoid_square_jerk(intervals: int) -> Callable[[Rollout], Array]:
-    """∫ Σ over joints of jerk² dt by the trapezoidal rule with equal intervals, eq. (29) of Paing 2021 [SI²/s⁵]."""
+    """∫ Σ over joints of jerk² dt by the trapezoidal rule, eq. (29) of Paing 2021 [rad²/s⁵ or m²/s⁵]."""
     return _TrapezoidSquareJerk(intervals)
 
 
@@ -337,7 +337,7 @@ def objectives_of(
     return tuple(
         objective
         if objective is payload
-        else replace(objective, unit=_unit(objective, robot), reference=reference or objective.reference)
+        else replace(objective, unit=unit_for(objective.unit, robot), reference=reference or objective.reference)
         for objective in found
     )
 
@@ -369,10 +369,19 @@ def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> N
         raise InvalidInputError(f"objectives: {objective.name} needs the payload's mass as a variable")
 
 
-def _unit(objective: Objective, robot: Robot) -> str:
-    """The unit of an objective for a robot; with ``SI`` for the joints' unit if they have different ones."""
-    joint = robot.joint_units[0] if len(set(robot.joint_units)) == 1 else "SI"
-    effort = {"rad": "N*m", "m": "N", "SI": "SI"}[joint]
+def unit_for(unit: str, robot: Robot) -> str:
+    """The unit of an objective for a robot: ``"{joint}^2/s^5"`` -> ``"rad^2/s^5"``.
+
+    Where some joints turn and others slide, each term of a sum over joints has the unit of its own joint, and the
+    greatest of all joints that of one of them: ``"(rad or m)^2/s^5"``.
+
+    Args:
+        unit: SI unit, in which ``{joint}`` stands for the unit of the joints and ``{effort}`` for that of their effort.
+        robot: the robot.
+    """
+    joint = position_unit(robot)
+    effort = " or ".join({"rad": "N*m", "m": "N"}[one] for one in joint.split(" or "))
     powered = f"({effort})" if "*" in effort else effort
-    unit = objective.unit.replace("{joint}", joint).replace("{effort}^", f"{powered}^")
-    return unit.replace("{effort}", effort)
+    joint, either = (f"({joint})", f"({effort})") if " or " in joint else (joint, effort)
+    found = unit.replace("{joint}", joint).replace("{effort}^", f"{powered}^").replace("{effort}", either)
+    return found[1:-1] if found in (joint, either) and found.startswith("(") else found

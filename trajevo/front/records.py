@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -102,6 +103,13 @@ class ObjectiveRecord(Record):
     name: Line
     unit: Line
     reference: Line
+
+    @pydantic.model_validator(mode="after")
+    def _with_units_of_joints(self) -> ObjectiveRecord:
+        """Records once had ``SI`` where some joints turn and others slide."""
+        joint = "(N*m or N)" if "effort" in self.name else "(rad or m)"
+        unit = re.sub(r"\bSI\b", joint, self.unit)
+        return self if unit == self.unit else self.model_copy(update={"unit": unit})
 
 
 class ProblemRecord(Record):

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         tracking_error,
     )
     from trajevo.plots.motion import profiles, tool_path
+    from trajevo.plots.paper import WIDTHS, style
     from trajevo.plots.pareto import front, front_3d, hypervolume, parallel_coordinates
     from trajevo.plots.payload import (
         allowed_region,
@@ -57,12 +58,14 @@ _NAMES = {
     ),
     "chain": ("stick_figure",),
     "rivals": ("plot_rivals",),
+    "paper": ("WIDTHS", "style"),
     "tradeoffs": ("exchange_rates",),
     "pictures": ("draw_all", "save_figure", "save_pictures"),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
+    "WIDTHS",
     "allowed_region",
     "capacity_margins",
     "desired_path",
@@ -88,6 +91,7 @@ __all__ = [
     "save_pictures",
     "slowdown_curve",
     "stick_figure",
+    "style",
     "tool_path",
     "tracking_error",
     "uncertainty_price",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
@@ -15,6 +14,7 @@ from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.plots.motion import equal_axes
+from trajevo.plots.paper import Width, inches, panel, scale_beside, sequence
 from trajevo.plots.scenery import Surface, scenery
 from trajevo.robot.robot import Robot
 
@@ -24,7 +24,7 @@ _BLUE, _SOLID, _GROUND = 0x1F77B4, 0xB0A090, 0xD9DDE1
 _WIDE = 1.6
 
 
-def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None) -> Any:
+def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None, width: Width = "column") -> Any:
     """The chain from the base over the joints' origins to the tool at some instants, and the tool's path, in 3D [m].
 
     Obstacles of a solution are drawn too, and what is attached to links where it is at the end.
@@ -33,6 +33,7 @@ def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None) 
         motion: a solution of a front, or the first trajectory of a rollout.
         count: number of instants drawn, evenly spaced from first to last; the colour is the time.
         ax: 3D axes.
+        width: ``"column"``, ``"page"`` or millimetres.
 
     Returns:
         The axes.
@@ -44,22 +45,20 @@ def stick_figure(motion: Solution | Rollout, *, count: int = 6, ax: Any = None) 
     rollout.robot.check_body("a picture of the arm")
     if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
         raise InvalidInputError(f"count: expected a positive whole number, got {count!r}")
-    if ax is not None and not hasattr(ax, "get_zlim"):
-        raise InvalidInputError("ax: expected axes in space, made with projection='3d'")
-    ax = ax or plt.figure(figsize=(7.6, 6.0), layout="constrained").add_subplot(projection="3d")
     trajectory, robot = rollout.trajectory[0], rollout.robot
     path, _ = robot.tool_poses(trajectory.sample(400).q[0])
     times = np.linspace(0.0, float(trajectory.duration[0]), count)
     chains = chains_of(robot, trajectory.evaluate(times)[0])
-    colours = ScalarMappable(Normalize(0.0, float(trajectory.duration[0])), "viridis")
-    for chain, time in zip(chains, times, strict=True):
-        ax.plot(*chain.T, "o-", color=colours.to_rgba(time), linewidth=2.5, markersize=4.5)
-    ax.plot(*path.T, color="black", linewidth=0.8)
-    shown = np.concatenate([path, chains.reshape(-1, 3), *_surroundings(ax, motion, rollout, chains)])
-    equal_axes(ax, shown)
-    stand_upright(ax, robot)
-    ax.figure.colorbar(colours, ax=ax, label="time [s]", shrink=0.7, pad=0.1)
-    return ax
+    with panel(ax, width=width, height=0.75 * 25.4 * inches(width), space=True) as space:
+        colours = ScalarMappable(Normalize(0.0, float(trajectory.duration[0])), sequence())
+        for chain, time in zip(chains, times, strict=True):
+            space.plot(*chain.T, "o-", color=colours.to_rgba(time), linewidth=1.8, markersize=3)
+        space.plot(*path.T, "-", color="black", linewidth=0.7)
+        shown = np.concatenate([path, chains.reshape(-1, 3), *_surroundings(space, motion, rollout, chains)])
+        equal_axes(space, shown)
+        stand_upright(space, robot)
+        scale_beside(space, colours, "time [s]")
+    return space
 
 
 def chains_of(robot: Robot, q: Array) -> Array:

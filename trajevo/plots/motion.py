@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
 
 from trajevo.base.arrays import Array
 from trajevo.base.units import display, per_time, pretty
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.front.front import Solution
-from trajevo.plots.pareto import (
-    _panels,
-)
+from trajevo.plots.paper import BEYOND, LIMIT, NOTE, TWO_BESIDE, Width, colour, curve, inches, key, panel, panels
+from trajevo.plots.pareto import clear_space
 from trajevo.trajectory.batch import DERIVATIVES
 
-#: Ends of a position range are not drawn if they are further from all curves than this many times the curves' extent.
-_FAR_AWAY = 3.0
+#: A limit further from all curves than this share of their extent would leave them less than half of a panel.
+NEAR = 0.5
 
-#: Widths of the panels of profiles, of a legend entry's line with gaps, and of a letter [inch].
-_WIDTH, _HANDLE, _LETTER = 6.4, 0.6, 0.08
+#: Room between curves or limits and the edge of a panel, in extents of what is shown.
+_MARGIN = 0.06
+
+#: Height of a panel [mm].
+PANEL = 32.0
 
 #: Half the least length of an axis of a picture in space [m], for a tool that stays where it is.
 _LEAST_REACH = 1e-6
@@ -32,9 +32,10 @@ def profiles(
     motion: Solution | Rollout,
     *,
     angle: str | None = None,
-    samples: int = 1000,
+    samples: int = 500,
     via_times: Array | None = None,
     axes: Any = None,
+    width: Width = "page",
 ) -> Any:
     """Position, velocity, acceleration and jerk of every joint within their limits.
 
@@ -44,55 +45,96 @@ def profiles(
         samples: number of instants drawn.
         via_times: instants to mark on the position curves [s]; a solution has its own.
         axes: four Axes.
+        width: ``"column"``, ``"page"`` or millimetres.
 
     Returns:
-        Array of four Axes. Dashed lines are a joint's limits; grey is beyond the limits of all joints. If some joints
-        are in metres and others in radians, every joint is shown as a share of its limits, with its range of positions
-        from -1 to 1.
+        Array of four Axes. Dashed lines are the limits that the problem keeps, in the joint's colour where they are its
+        own; grey is beyond those of all joints. Limits that would leave the curves less than half of a panel are told
+        above it instead. If some joints are in metres and others in radians, every joint is shown as a share of its
+        limits, with its range of positions from -1 to 1.
     """
     rollout, length = rollout_of(motion), "m"
     if isinstance(motion, Solution):
         problem = motion.front.problem
         angle, length = angle or problem.angle, problem.length
         via_times = problem.via_times(motion.x)[0] if via_times is None else via_times
-    panels = _panels(axes, 4, 4, (7.2, 9.0))
     sampled, robot = rollout.trajectory[0].sample(samples), rollout.robot
-    for order, (panel, values) in enumerate(zip(panels, (sampled.q, sampled.v, sampled.a, sampled.j), strict=True)):
-        (lower, upper), offset, factor, label = _joint_axis(rollout, order, angle or "rad", length)
-        drawn = (values[0] - offset) * factor
-        low, high = (lower - offset) * factor, (upper - offset) * factor
-        if order == 0:
-            low, high = _without_far_away(drawn, low, high)
-        for joint, name in enumerate(robot.joint_names):
-            line = panel.plot(sampled.t[0], drawn[:, joint], label=name)[0]
-            for bound in (low[joint], high[joint]):
-                if np.isfinite(bound):
-                    panel.axhline(bound, color=line.get_color(), linestyle="--", linewidth=0.8)
+    columns = 2 if inches(width) > TWO_BESIDE else 1
+    with panels(axes, 4, width=width, columns=columns, height=PANEL, share=True) as made:
+        for order, (ax, values) in enumerate(zip(made, (sampled.q, sampled.v, sampled.a, sampled.j), strict=True)):
+            (lower, upper), offset, factor, name, unit = _joint_axis(rollout, order, angle or "rad", length)
+            drawn = (values[0] - offset) * factor
+            for joint, title in enumerate(robot.joint_names):
+                ax.plot(sampled.t[0], drawn[:, joint], label=title, **curve(joint))
             if order == 0 and via_times is not None:
-                via = rollout.trajectory[0].evaluate(np.asarray(via_times))[0, :, joint]
-                at = (via - offset[joint]) * factor[joint]
-                panel.plot(via_times, at, "o", color=line.get_color(), markersize=4)
-        _shade_forbidden(panel, low, high)
-        panel.set_ylabel(label)
-        panel.grid(alpha=0.3)
-    # As many columns as fit side by side, since the layout would squeeze the panels below a wider legend.
-    columns = int(_WIDTH / (_HANDLE + _LETTER * max(map(len, robot.joint_names))))
-    panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=min(max(columns, 1), 5), frameon=False)
-    panels[-1].set_xlabel("time [s]")
-    return panels
+                via = (rollout.trajectory[0].evaluate(np.asarray(via_times))[0] - offset) * factor
+                for joint in range(robot.dof):
+                    ax.plot(via_times, via[:, joint], "o", color=colour(joint), markersize=2.5)
+            draw_limits(ax, drawn, (lower - offset) * factor, (upper - offset) * factor, unit)
+            ax.set_ylabel(name)
+        for ax in made[-columns:]:
+            ax.set_xlabel("time [s]")
+        key(made[0])
+    return made
 
 
-def _without_far_away(drawn: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Ends of position ranges, infinite where drawing them would flatten all curves."""
-    room = _FAR_AWAY * max(float(np.ptp(drawn)), 1e-9)
-    return (
-        np.where(low < drawn.min() - room, -np.inf, low),
-        np.where(high > drawn.max() + room, np.inf, high),
-    )
+def draw_limits(
+    ax: Axes, drawn: Array, low: Array, high: Array, unit: str, *, coloured: bool = True, near: float = NEAR
+) -> None:
+    """Limits of curves where they are near; the others are told above the panel. Sets the range that is shown.
+
+    Args:
+        ax: axes.
+        drawn: the curves, shape (T, n).
+        low: lower limits, infinite where there is none, shape (n,).
+        high: upper limits.
+        unit: unit of all of them, as it is printed.
+        coloured: whether a limit of a single curve has the colour of that curve.
+        near: greatest distance of a limit that is drawn from all curves, in their extent.
+    """
+    least, most = float(drawn.min()), float(drawn.max())
+    extent = max(most - least, 1e-9)
+    near_low = np.isfinite(low) & (low >= least - near * extent)
+    near_high = np.isfinite(high) & (high <= most + near * extent)
+    for bounds, shown in ((low, near_low), (high, near_high)):
+        for bound in np.unique(bounds[shown]):
+            (own,) = np.nonzero(bounds == bound)
+            tint = colour(int(own[0])) if coloured and len(own) == 1 < len(low) else LIMIT
+            ax.axhline(bound, color=tint, linestyle=(0, (3, 2)), linewidth=0.7, gid="limit")
+    bottom, top = min([least, *low[near_low]]), max([most, *high[near_high]])
+    room = _MARGIN * max(top - bottom, 1e-9)
+    bottom, top = bottom - room, top + room
+    if near_high.all():
+        ax.axhspan(float(high.max()), max(top, float(high.max())), color=BEYOND, zorder=0, linewidth=0)
+    if near_low.all():
+        ax.axhspan(min(bottom, float(low.min())), float(low.min()), color=BEYOND, zorder=0, linewidth=0)
+    ax.set_ylim(bottom, top)
+    note = _told(low[np.isfinite(low) & ~near_low], high[np.isfinite(high) & ~near_high], unit)
+    if note:
+        ax.set_title(note, loc="right", color=NOTE, gid="limits outside")
 
 
-def _joint_axis(rollout: Rollout, order: int, angle: str, length: str) -> tuple[tuple[Array, Array], Array, Array, str]:
-    """Limits of a derivative, and offset, factor and label that bring all joints onto one axis.
+def _told(low: Array, high: Array, unit: str) -> str:
+    """Limits that are not drawn, in words; the nearest ones if they differ."""
+    if not len(low) and not len(high):
+        return ""
+    nearest = "nearest limits" if max(len(np.unique(low)), len(np.unique(high))) > 1 else "limits"
+    below, above = (_digits(low.max()) if len(low) else ""), (_digits(high.min()) if len(high) else "")
+    both = f"±{above}" if below == f"−{above}" else ", ".join(filter(None, (below, above)))
+    return f"{nearest} outside: {both}{' ' if unit else ''}{unit}"
+
+
+def _digits(value: float) -> str:
+    """A number of four digits, without a power of ten up to a million."""
+    short = f"{value:.4g}"
+    shown = np.format_float_positional(float(short), trim="-") if abs(value) < 1e6 else short
+    return shown.replace("-", "−")
+
+
+def _joint_axis(
+    rollout: Rollout, order: int, angle: str, length: str
+) -> tuple[tuple[Array, Array], Array, Array, str, str]:
+    """Limits of a derivative, and offset, factor, label and unit that bring all joints onto one axis.
 
     Joints of one unit are shown in this unit; joints of different units as a share of each joint's limit.
     """
@@ -100,29 +142,37 @@ def _joint_axis(rollout: Rollout, order: int, angle: str, length: str) -> tuple[
     bounds = limits.bounds(DERIVATIVES[order])
     units = [display(per_time(unit, order), angle=angle, length=length) for unit in robot.joint_units]
     if len(set(units)) == 1:
-        unit, factor = units[0]
-        return bounds, np.zeros(robot.dof), np.full(robot.dof, factor), f"{DERIVATIVES[order]} [{pretty(unit)}]"
+        unit, factor = pretty(units[0][0]), units[0][1]
+        return bounds, np.zeros(robot.dof), np.full(robot.dof, factor), f"{DERIVATIVES[order]} [{unit}]", unit
     finite = np.isfinite(bounds[0]) & np.isfinite(bounds[1])
     low, high = np.where(finite, bounds[0], -1.0), np.where(finite, bounds[1], 1.0)
-    return bounds, 0.5 * (low + high), 2.0 / (high - low), f"{DERIVATIVES[order]} / limit"
+    return bounds, 0.5 * (low + high), 2.0 / (high - low), f"{DERIVATIVES[order]} / limit", ""
 
 
-def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None) -> Any:
-    """Path of the tool frame's origin in 3D [m], by Pinocchio's forward kinematics."""
+def tool_path(motion: Solution | Rollout, *, samples: int = 400, ax: Any = None, width: Width = "column") -> Any:
+    """Path of the tool frame's origin in 3D [m], by Pinocchio's forward kinematics.
+
+    Args:
+        motion: a solution of a front, or the first trajectory of a rollout.
+        samples: number of instants drawn.
+        ax: axes in space.
+        width: ``"column"``, ``"page"`` or millimetres.
+    """
     rollout = rollout_of(motion)
     rollout.robot.check_body("a picture of the tool's path")
-    ax = ax or plt.figure(figsize=(6.6, 6.0)).add_subplot(projection="3d")
     positions, _ = rollout.robot.tool_poses(rollout.trajectory[0].sample(samples).q[0])
-    ax.plot(*positions.T, color="tab:blue")
-    ax.plot(*positions[0, :, None], "o", color="tab:green", label="start")
-    ax.plot(*positions[-1, :, None], "s", color="tab:red", label="end")
-    if isinstance(motion, Solution):
-        times = motion.front.problem.via_times(motion.x)[0]
-        via, _ = rollout.robot.tool_poses(rollout.trajectory[0].evaluate(times)[0])
-        ax.plot(*via[1:-1].T, "o", color="tab:orange", linestyle="none", label="via points")
-    equal_axes(ax, positions)
-    ax.legend()
-    return ax
+    with panel(ax, width=width, height=0.72 * 25.4 * inches(width), space=True) as space:
+        space.plot(*positions.T, **curve(0))
+        space.plot(*positions[0, :, None], "o", color=colour(5), linestyle="none", label="start")
+        space.plot(*positions[-1, :, None], "s", color=colour(1), linestyle="none", label="end")
+        if isinstance(motion, Solution):
+            times = motion.front.problem.via_times(motion.x)[0]
+            via, _ = rollout.robot.tool_poses(rollout.trajectory[0].evaluate(times)[0])
+            looks: dict[str, Any] = {"linestyle": "none", "label": "via points"}
+            space.plot(*via[1:-1].T, "D", color=colour(3), markersize=3.5, **looks)
+        equal_axes(space, positions)
+        key(space)
+    return space
 
 
 def equal_axes(ax: Any, positions: Array) -> None:
@@ -131,18 +181,6 @@ def equal_axes(ax: Any, positions: Array) -> None:
     centre = 0.5 * (positions.max(axis=0) + positions.min(axis=0))
     reach = max(0.55 * np.ptp(positions, axis=0).max(), _LEAST_REACH)
     ax.set(**{f"{name}lim": (c - reach, c + reach) for name, c in zip("xyz", centre, strict=True)})
-    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        axis.set_major_locator(MaxNLocator(4))
-        axis.labelpad = 8
-    ax.set_box_aspect((1, 1, 1), zoom=0.85)
+    clear_space(ax)
+    ax.set_box_aspect((1, 1, 1), zoom=0.84)
     ax.view_init(elev=20, azim=30)
-
-
-def _shade_forbidden(panel: Axes, lower: Array, upper: Array) -> None:
-    """Shade grey what is beyond the limits of all joints, without stretching the axis to far-away limits."""
-    low, high = panel.get_ylim()
-    if np.isfinite(upper).all():
-        panel.axhspan(float(upper.max()), max(high, float(upper.max())), color="0.9", zorder=0)
-    if np.isfinite(lower).all():
-        panel.axhspan(min(low, float(lower.min())), float(lower.min()), color="0.9", zorder=0)
-    panel.set_ylim(low, high)

@@ -5,16 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from trajevo.base.units import display, per_time, pretty
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.plots.motion import PANEL, draw_limits
+from trajevo.plots.paper import TWO_BESIDE, Width, curve, inches, key, panels
 from trajevo.solvers.rivals import Rival
 from trajevo.trajectory.batch import DERIVATIVES
 
 
-def plot_rivals(rivals: Iterable[Rival], *, joint: str | None = None, samples: int = 1000, axes: Any = None) -> Any:
+def plot_rivals(
+    rivals: Iterable[Rival],
+    *,
+    joint: str | None = None,
+    samples: int = 1000,
+    axes: Any = None,
+    width: Width = "page",
+) -> Any:
     """Position, velocity, acceleration and jerk of one joint, all rivals in each panel.
 
     Args:
@@ -22,35 +30,34 @@ def plot_rivals(rivals: Iterable[Rival], *, joint: str | None = None, samples: i
         joint: name of the joint; the one that overshoots most if None.
         samples: number of instants drawn.
         axes: four Axes.
+        width: ``"column"``, ``"page"`` or millimetres.
 
     Returns:
-        Array of four Axes; dashed lines are the limits.
+        Array of four Axes; dashed lines are the limits that the motions keep, where they are near the curves.
     """
     drawn = list(rivals)
     if not drawn:
         raise InvalidInputError("rivals: expected at least one")
     robot = drawn[0].rollout.robot
     chosen = robot.joint_names.index(checked_name("joint", joint, robot.joint_names)) if joint else _widest(drawn)
-    if axes is None:
-        axes = plt.subplots(4, 1, figsize=(7.6, 9.6), sharex=True, layout="constrained")[1]
-    panels = np.atleast_1d(np.asarray(axes, dtype=object)).ravel()
-    if len(panels) != len(DERIVATIVES):
-        raise InvalidInputError(f"axes: expected {len(DERIVATIVES)}, got {len(panels)}")
-    for order, (panel, name) in enumerate(zip(panels, DERIVATIVES, strict=True)):
-        for rival in drawn:
-            trajectory = rival.rollout.trajectory[0]
-            t = np.linspace(0.0, float(trajectory.duration[0]), samples)
-            panel.plot(t, trajectory.evaluate(t, order)[0, :, chosen], label=rival.title, linewidth=1.2)
-        for bound in (end[chosen] for end in (robot.limits.bounds(name) if order else ())):
-            if np.isfinite(bound):
-                panel.axhline(bound, color="black", linestyle="--", linewidth=0.8)
-        unit = display(per_time(robot.joint_units[chosen], order), angle="rad")[0]
-        panel.set_ylabel(f"{name} [{pretty(unit)}]")
-        panel.grid(alpha=0.3)
-    panels[0].set_title(robot.joint_names[chosen])
-    panels[0].legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    panels[-1].set_xlabel("time [s]")
-    return panels
+    columns = 2 if inches(width) > TWO_BESIDE else 1
+    with panels(axes, len(DERIVATIVES), width=width, columns=columns, height=PANEL, share=True) as made:
+        for order, (ax, name) in enumerate(zip(made, DERIVATIVES, strict=True)):
+            curves = []
+            for k, rival in enumerate(drawn):
+                trajectory = rival.rollout.trajectory[0]
+                t = np.linspace(0.0, float(trajectory.duration[0]), samples)
+                curves.append(trajectory.evaluate(t, order)[0, :, chosen])
+                ax.plot(t, curves[-1], label=rival.title, **curve(k))
+            low, high = (end[[chosen]] for end in drawn[0].rollout.limits.bounds(name))
+            unit = pretty(display(per_time(robot.joint_units[chosen], order), angle="rad")[0])
+            draw_limits(ax, np.stack(curves, axis=1), low, high, unit, coloured=False)
+            ax.set_ylabel(f"{name} [{unit}]")
+        made[0].set_title(robot.joint_names[chosen])
+        for ax in made[-columns:]:
+            ax.set_xlabel("time [s]")
+        key(made[0])
+    return made
 
 
 def _widest(rivals: list[Rival]) -> int:

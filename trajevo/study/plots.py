@@ -6,19 +6,23 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
-import matplotlib.pyplot as plt
 import moocore
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.font_manager import FontProperties
 from matplotlib.ticker import MaxNLocator
 
 from trajevo.base.arrays import Array
-from trajevo.base.units import pretty
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.plots.layout import width_of
+from trajevo.plots.paper import TWO_BESIDE, Width, colour, curve, inches, key, label, log_ticks, panel, panels
 from trajevo.study.results import CellResult, StudyResults
 
-_COLOURS = plt.get_cmap("tab10").colors  # type: ignore[attr-defined]
-_VOLUME = "hypervolume (share of the reference box)"
+_VOLUME = "hypervolume / reference box"
+
+#: Turn of labels that are too wide to stand side by side [degrees].
+_TURNED = 35.0
 
 #: Ratio of the worst to the best value above which an objective has a logarithmic axis.
 _LOGARITHMIC_FROM = 50.0
@@ -27,35 +31,49 @@ _LOGARITHMIC_FROM = 50.0
 _QUARTERS = (25.0, 50.0, 75.0)
 
 
-def hypervolume_boxes(results: StudyResults, factor: str | None = None, *, ax: Axes | None = None) -> Axes:
+def hypervolume_boxes(
+    results: StudyResults, factor: str | None = None, *, ax: Axes | None = None, width: Width = "column"
+) -> Axes:
     """Box plot of the final hypervolume for each level of a factor, with every run as a point.
 
     Args:
         results: results of :func:`trajevo.study.collection.collect`.
         factor: the factor; all runs in one box if None.
         ax: axes to draw into; new ones if None.
+        width: ``"column"``, ``"page"`` or millimetres.
 
     Raises:
         UnknownNameError: no such factor.
     """
     groups = _groups(results, factor)
-    ax = ax or plt.subplots(figsize=(max(4.0, 1.1 * len(groups) + 1.5), 4.0), layout="constrained")[1]
     values = [[result.hypervolume[-1] for result in group] for group in groups.values()]
-    boxes = ax.boxplot(values, widths=0.5, showfliers=False, patch_artist=True, medianprops={"color": "black"})
-    ax.set_xticks(np.arange(1, len(groups) + 1), list(groups))
-    for i, (box, own) in enumerate(zip(boxes["boxes"], values, strict=True)):
-        box.set(facecolor=_colour(i), alpha=0.45)
-        # A fixed pattern spreads the points, the same at every drawing.
-        spread = 0.12 * np.sin(2.4 * np.arange(len(own)))
-        ax.plot(i + 1 + spread, own, linestyle="none", marker="o", markersize=3.5, color=_colour(i), zorder=3)
-    ax.set(xlabel=factor or "", ylabel=_VOLUME)
-    if sum(map(len, groups)) > 40:
-        ax.tick_params(axis="x", labelrotation=30)
-    ax.grid(alpha=0.3, axis="y")
+    with panel(ax, width=width, height=45.0) as ax:
+        looks: dict[str, Any] = {"widths": 0.5, "showfliers": False, "patch_artist": True}
+        boxes = ax.boxplot(values, medianprops={"color": "black", "linestyle": "-", "linewidth": 1.2}, **looks)
+        ax.set_xticks(np.arange(1, len(groups) + 1), list(groups))
+        for i, (box, own) in enumerate(zip(boxes["boxes"], values, strict=True)):
+            box.set(facecolor=to_rgba(colour(i), 0.35), linewidth=0.6)
+            # A fixed pattern spreads the points, the same at every drawing.
+            spread = 0.12 * np.sin(2.4 * np.arange(len(own)))
+            dots: dict[str, Any] = {"markersize": 2.2, "color": colour(i), "markeredgewidth": 0.0}
+            ax.plot(i + 1 + spread, own, linestyle="none", marker="o", zorder=3, **dots)
+        ax.set(xlabel=factor or "", ylabel=_VOLUME)
+        _turn(ax, list(groups))
     return ax
 
 
-def hypervolume_bands(results: StudyResults, factor: str | None = None, *, ax: Axes | None = None) -> Axes:
+def _turn(ax: Axes, labels: Sequence[str]) -> None:
+    """Turn labels below a picture that would run into each other."""
+    room = 72.0 * ax.get_position().width * ax.figure.get_figwidth() / len(labels)  # type: ignore[union-attr]
+    if max(width_of(text, FontProperties()) for text in labels) > room - 4.0:
+        ax.tick_params(axis="x", labelrotation=_TURNED)
+        for text in ax.get_xticklabels():
+            text.set(horizontalalignment="right", rotation_mode="anchor")
+
+
+def hypervolume_bands(
+    results: StudyResults, factor: str | None = None, *, ax: Axes | None = None, width: Width = "column"
+) -> Axes:
     """Course of the hypervolume: median and quartiles over the runs of each level of a factor.
 
     The horizontal axis shows generations if all runs evaluate the same number of individuals in each generation.
@@ -66,29 +84,29 @@ def hypervolume_bands(results: StudyResults, factor: str | None = None, *, ax: A
         results: results of :func:`trajevo.study.collection.collect`.
         factor: the factor; all runs in one band if None.
         ax: axes to draw into; new ones if None.
+        width: ``"column"``, ``"page"`` or millimetres.
 
     Raises:
         UnknownNameError: no such factor.
     """
     groups = _groups(results, factor)
-    ax = ax or plt.subplots(figsize=(6.4, 4.0), layout="constrained")[1]
     longest = max((result.evaluations for result in results.cells), key=len)
     alike = all(np.array_equal(result.evaluations, longest[: len(result.evaluations)]) for result in results.cells)
-    for i, (label, group) in enumerate(groups.items()):
-        grid = _grid(group, longest if alike else None)
-        histories = [_at(result, grid) for result in group if np.isfinite(result.hypervolume).all()]
-        if not histories:
-            continue
-        low, middle, high = np.quantile(histories, (0.25, 0.5, 0.75), axis=0)
-        instants = np.arange(1, len(grid) + 1) if alike else grid
-        ax.fill_between(instants, low, high, color=_colour(i), alpha=0.2, linewidth=0)
-        ax.plot(instants, middle, color=_colour(i), label=label)
-    ax.set(xlabel="generation" if alike else "individuals evaluated", ylabel=_VOLUME)
-    if alike:
-        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    if factor:
-        ax.legend(title=factor, frameon=False)
-    ax.grid(alpha=0.3)
+    with panel(ax, width=width, height=45.0) as ax:
+        for i, (name, group) in enumerate(groups.items()):
+            grid = _grid(group, longest if alike else None)
+            histories = [_at(result, grid) for result in group if np.isfinite(result.hypervolume).all()]
+            if not histories:
+                continue
+            low, middle, high = np.quantile(histories, (0.25, 0.5, 0.75), axis=0)
+            instants = np.arange(1, len(grid) + 1) if alike else grid
+            ax.fill_between(instants, low, high, color=colour(i), alpha=0.2, linewidth=0)
+            ax.plot(instants, middle, label=name, **curve(i))
+        ax.set(xlabel="generation" if alike else "individuals evaluated", ylabel=_VOLUME)
+        if alike:
+            ax.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+        if factor:
+            key(ax, title=factor)
     return ax
 
 
@@ -98,6 +116,7 @@ def attainment(
     *,
     objectives: Sequence[str] | None = None,
     ax: Axes | None = None,
+    width: Width = "column",
 ) -> Axes:
     """Attainment surfaces of two objectives for each level of a factor.
 
@@ -110,6 +129,7 @@ def attainment(
         factor: the factor; all runs together if None.
         objectives: names of two objectives; both objectives of the study if None.
         ax: axes to draw into; new ones if None.
+        width: ``"column"``, ``"page"`` or millimetres.
 
     Raises:
         UnknownNameError: no such factor or objective.
@@ -126,28 +146,32 @@ def attainment(
     every = every[np.isfinite(every).all(axis=1)]
     if not len(every):
         raise InvalidInputError("attainment: too few runs of the study have found anything feasible")
-    ax = ax or plt.subplots(figsize=(5.6, 4.4), layout="constrained")[1]
     logarithmic, lower, upper = _window(every)
-    for i, (label, surfaces) in enumerate(groups.items()):
-        best, half, most = (_stairs(surface, upper) for surface in surfaces)
-        ax.fill(*np.concatenate([best, most[::-1]]).T, color=_colour(i), alpha=0.2, linewidth=0)
-        ax.plot(*half.T, color=_colour(i), label=label)
-    for k, (axis, (name, unit, _)) in enumerate(zip("xy", shown, strict=True)):
-        ax.set(**{f"{axis}scale": "log" if logarithmic[k] else "linear", f"{axis}lim": (lower[k], upper[k])})
-        ax.set(**{f"{axis}label": f"{name} [{pretty(unit)}]"})
-    if factor:
-        ax.legend(title=factor, frameon=False)
-    ax.grid(alpha=0.3)
+    with panel(ax, width=width, height=50.0) as ax:
+        for i, (name, surfaces) in enumerate(groups.items()):
+            best, half, most = (_stairs(surface, upper) for surface in surfaces)
+            ax.fill(*np.concatenate([best, most[::-1]]).T, color=colour(i), alpha=0.2, linewidth=0)
+            ax.plot(*half.T, label=name, **curve(i))
+        for k, (axis, (name, unit, _)) in enumerate(zip("xy", shown, strict=True)):
+            ax.set(**{f"{axis}scale": "log" if logarithmic[k] else "linear", f"{axis}lim": (lower[k], upper[k])})
+            ax.set(**{f"{axis}label": label(name.replace("_", " "), unit)})
+            if logarithmic[k]:
+                log_ticks(ax.xaxis if axis == "x" else ax.yaxis)
+        if factor:
+            key(ax, title=factor)
     return ax
 
 
-def attainments(results: StudyResults, factor: str | None = None, *, axes: Any = None) -> Any:
+def attainments(
+    results: StudyResults, factor: str | None = None, *, axes: Any = None, width: Width | None = None
+) -> Any:
     """:func:`attainment` for every pair of objectives.
 
     Args:
         results: results of :func:`trajevo.study.collection.collect`.
         factor: the factor; all runs together if None.
         axes: one Axes per pair, in the order (0, 1), (0, 2), (1, 2), ...; new ones if None.
+        width: ``"column"``, ``"page"`` or millimetres; if None, a column for one pair and a page for more.
 
     Returns:
         Array of Axes.
@@ -158,18 +182,14 @@ def attainments(results: StudyResults, factor: str | None = None, *, axes: Any =
     pairs = list(combinations([one.name for one in results.objectives], 2))
     if not pairs:
         raise InvalidInputError("attainments: expected at least 2 objectives, the study has 1")
-    if axes is None:
-        rows = -(-len(pairs) // 3)
-        across = -(-len(pairs) // rows)
-        axes = plt.subplots(rows, across, figsize=(4.8 * across, 4.0 * rows), layout="constrained", squeeze=False)[1]
-    panels = np.atleast_1d(np.asarray(axes, dtype=object)).ravel()
-    if len(panels) != len(pairs):
-        raise InvalidInputError(f"axes: expected {len(pairs)}, got {len(panels)}")
-    for k, (panel, pair) in enumerate(zip(panels, pairs, strict=True)):
-        attainment(results, factor, objectives=pair, ax=panel)
-        if k and panel.get_legend():
-            panel.get_legend().remove()
-    return panels
+    chosen: Width = width if width is not None else "page" if len(pairs) > 1 else "column"
+    columns = min(len(pairs), 3) if inches(chosen) > TWO_BESIDE else 1 if len(pairs) <= 3 else 2
+    with panels(axes, len(pairs), width=chosen, columns=columns, height=45.0 if columns < 3 else 40.0) as made:
+        for k, (ax, pair) in enumerate(zip(made, pairs, strict=True)):
+            attainment(results, factor, objectives=pair, ax=ax)
+            if k and ax.get_legend():
+                ax.get_legend().remove()
+    return made
 
 
 def attained(group: Sequence[CellResult], columns: Sequence[int]) -> list[Array]:
@@ -239,7 +259,3 @@ def _at(result: CellResult, grid: Array) -> Array:
     after = np.searchsorted(result.evaluations, grid, side="right")
     volumes: Array = np.concatenate([[0.0], result.hypervolume])[after]
     return volumes
-
-
-def _colour(number: int) -> Any:
-    return _COLOURS[number % len(_COLOURS)]
