@@ -1,13 +1,11 @@
 "use strict";
-// Time that all parts of a page share, and what is common to pages of runs and animations.
+// Time that all parts of a page share, and what is common to pages of runs, studies and animations.
 
 /** What changes, and who wants to know it. */
-class Clock {
-  constructor(data, array) {
+class Told {
+  constructor(data) {
     this.data = data;
-    this.motions = new Motions(data, array);
     this.listeners = new Map();
-    Object.assign(this, {chosen: 0, pins: [], time: 0, playing: false});
   }
 
   on(event, call) {
@@ -17,6 +15,15 @@ class Clock {
 
   tell(event, ...given) {
     for (const call of this.listeners.get(event) || []) call(...given);
+  }
+}
+
+/** The motions of a page, the chosen one, and the instant at which all parts show it. */
+class Clock extends Told {
+  constructor(data, array) {
+    super(data);
+    this.motions = new Motions(data, array);
+    Object.assign(this, {chosen: 0, pins: [], time: 0, playing: false});
   }
 
   get duration() {
@@ -67,6 +74,19 @@ function showTheme(state) {
   byId("theme").addEventListener("click", () => {
     document.documentElement.dataset.theme = isDark() ? "light" : "dark";
     state.tell("theme");
+  });
+}
+
+/** What the pointer is at, beside it. */
+function showTip(state) {
+  const tip = byId("tip");
+  state.on("tip", (lines, event) => {
+    tip.hidden = !lines;
+    if (!lines || !event) return;
+    tip.replaceChildren(...lines.map((line) => made("div", {text: line})));
+    const left = Math.min(event.clientX + 14, window.innerWidth - tip.offsetWidth - 8);
+    const top = Math.min(event.clientY + 14, window.innerHeight - tip.offsetHeight - 8);
+    Object.assign(tip.style, {left: `${Math.max(left, 4)}px`, top: `${Math.max(top, 4)}px`});
   });
 }
 
