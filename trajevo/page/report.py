@@ -39,6 +39,7 @@ def report(
     pictures: Sequence[Picture] | None = None,
     files: Literal["knee", "choices"] = "choices",
     run: str | None = None,
+    problem: str | None = None,
     live: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write the page of a front: HTML that opens from disk, without network.
@@ -55,6 +56,8 @@ def report(
         files: of which solutions the page holds certificate and files (CSV, JSON, ROS 2) to save: ``"knee"`` alone, or
             all ``"choices"``.
         run: what the commands that the page names call the run; the folder of the file if None.
+        problem: what these commands need as ``--problem``, for a problem that was made in Python; if None, the page
+            says what to put there.
         live: of a page that is served, see :mod:`trajevo.page.server`: what it needs to follow its run.
 
     Raises:
@@ -70,7 +73,8 @@ def report(
         held = choices[:1] if files == "knee" else choices
         drawn = draw_all(front, found) if pictures is None else pictures
         taken = sum(4 * len(picture.png) // 3 for picture in drawn)
-        part = explorer(front, found, run=run or str(Path(file).parent), choices=held, taken=taken, live=live)
+        named = run or str(Path(file).parent)
+        part = explorer(front, found, run=named, choices=held, taken=taken, problem=problem, live=live)
         shown = f'<p class="note live-only">Here are {part.share}.</p>' if part.share else ""
         top, scripts = shown + part.body, part.scripts
         body = _sections(choices, found, drawn)

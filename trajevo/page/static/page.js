@@ -187,27 +187,35 @@ function showLimits(state) {
   byId("limits").replaceChildren(made("table", {}, made("tbody", {}, ...bars)));
 }
 
-/** Certificate, payload and files of the chosen solution, or the command that makes them. */
+/** Certificate, payload and files of the chosen solution, or what makes them: the server, or a command. */
 function showKnown(state) {
   const row = state.rows[state.chosen];
   const known = state.data.known[row] || {};
-  const command = (verb) => made("code", {text: `trajevo ${verb} ${state.data.run} --solution ${row}`});
+  const {run, option: [option, told]} = state.data;
+  const command = (verb) => made("code", {text: `trajevo ${verb} ${run} --solution ${row}${option}`});
+  const unknown = (verb, what) => (state.server ? state.server.unknown(what, row) : command(verb));
   const lines = [
-    ["Certificate", known.certificate || command("certify")],
-    ...(state.data.carries ? [["Largest payload", known.payload || command("capacity")]] : []),
+    ["Certificate", known.certificate || unknown("certify", "certificate")],
+    ...(state.data.carries ? [["Largest payload", known.payload || unknown("capacity", "payload")]] : []),
   ];
-  const files = known.files && known.files.length
-    ? known.files.map(({name, text, kind}) => made("button", {type: "button", text: name, onclick: () => saved(name, text, kind, state)}))
-    : [command("export"), document.createTextNode(" --format csv")];
+  const held = known.files || [];
+  const files = held.map(({name, text, kind}) =>
+    made("button", {type: "button", text: name, onclick: () => saved(name, new Blob([state.file(text)], {type: kind}))}));
+  if (state.server) {
+    const choice = state.data.choices.find(({member}) => member === state.chosen);
+    files.push(...state.server.files(row, choice ? choice.rule : row, new Set(held.map(({name}) => name))));
+  } else if (!files.length) files.push(command("export"), document.createTextNode(" --format csv"));
+  const open = told && !state.server && (!known.certificate || !held.length);
   byId("known").replaceChildren(
     ...lines.map(([label, content]) => made("p", {}, made("b", {text: `${label}: `}), content)),
     made("p", {class: "files"}, made("b", {text: "Files: "}), ...files),
+    ...(open ? [made("p", {class: "note", text: told})] : []),
   );
 }
 
-/** Offer a file of the page for saving: exactly the bytes that Python wrote. */
-function saved(name, place, kind, state) {
-  const link = made("a", {href: URL.createObjectURL(new Blob([state.file(place)], {type: kind})), download: name});
+/** Offer a file for saving: exactly the bytes that Python wrote. */
+function saved(name, content) {
+  const link = made("a", {href: URL.createObjectURL(content), download: name});
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
@@ -275,6 +283,7 @@ async function begin() {
   const [data, array] = await opened();
   const state = new State(data, array);
   document.body.classList.add("live");
+  if (isServed(state)) state.server = new Server(state);
   showTip(state);
   showFront(state);
   showChoices(state);
