@@ -90,16 +90,25 @@ function showTip(state) {
   });
 }
 
-/** The robot in space, where the browser can draw it. */
+/** The robot in space, where the browser can draw it; else a sentence, and no room for it. */
 async function showArm(state, array) {
   if (!state.data.arm || !byId("viewer")) return;
+  const host = byId("arm");
   try {
     const viewer = new TextDecoder().decode(await unpacked("viewer"));
     document.head.append(made("script", {text: viewer}));
-    state.arm = new ArmView(state, byId("arm"), array);
+    state.arm = new ArmView(state, host, array);
+    if (state.data.arm.why) host.after(made("p", {class: "note", text: state.data.arm.why}));
   } catch (error) {
-    byId("arm").replaceChildren(made("p", {class: "note", text: `The robot cannot be drawn here: ${error.message}`}));
+    const why = drawsInSpace() ? error.message : "this browser, or this machine, has no WebGL";
+    host.className = "without";
+    host.replaceChildren(made("p", {class: "note", text: `The robot cannot be drawn here: ${why}.`}));
   }
+}
+
+function drawsInSpace() {
+  const canvas = document.createElement("canvas");
+  return Boolean(canvas.getContext("webgl2") || canvas.getContext("webgl"));
 }
 
 /** The page's data, and what finds its arrays. */
