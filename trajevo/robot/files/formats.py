@@ -53,6 +53,6 @@ def described(
 
 
 def checked_description(file: Path, lock: Collection[str], **given: Any) -> Description:
-    """As :func:`described`, checked by :func:`~trajevo.robot.urdf.problems.checked_urdf`."""
+    """As :func:`described`, checked by :func:`~trajevo.robot.urdf.problems.checked_text`, with what links look like."""
     found = described(file, lock, **given)
-    return replace(found, text=checked_text(ElementTree.fromstring(found.text), file, lock))
+    return replace(found, text=checked_text(ElementTree.fromstring(found.text), file, lock, look=True))
