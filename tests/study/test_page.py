@@ -11,7 +11,7 @@ from tests.page.reading import Page
 from trajevo.base.arrays import frozen
 from trajevo.front.records import ObjectiveRecord
 from trajevo.study.page import PAGE_FILE, study_page
-from trajevo.study.record import StudyRecord, cells_of, levels_of
+from trajevo.study.record import StudyRecord, TaskContent, cells_of, levels_of
 from trajevo.study.report import write_study
 from trajevo.study.results import CellResult, StudyBox, StudyResults
 
@@ -75,6 +75,12 @@ def test_tables_remain_without_scripts_and_texts_of_files_stay_texts(results, tm
     cells = re.findall(r"<td[^>]*>(.*?)</td>", first)
     assert cells[:5] == ["5", "smooth", "3", f"{middle:.6g}", f"{low:.6g} to {high:.6g}"]
     assert cells[5] == f"{np.median([one.F[:, 0].min() for one in runs]):.6g}"
+
+
+def test_the_study_of_a_task_has_its_title(results, tmp_path):
+    for content, title in (({"title": "Pick <it> up"}, "Study of Pick &lt;it&gt; up"), ({}, "Study of a task")):
+        record = results.record.model_copy(update={"problem": None, "task": TaskContent(content=content, folder=".")})
+        assert f"<h1>{title}</h1>" in read(replace(results, record=record), tmp_path / PAGE_FILE).text
 
 
 def test_cells_are_linked_to_their_pages_where_they_have_some(results, tmp_path):

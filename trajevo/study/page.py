@@ -65,7 +65,8 @@ def study_page(
         "values": pack.add(_values(results, cells), "f8"),
     }
     record, origin = results.record, results.origin
-    title = f"Study of {record.problem or 'a task'}"
+    task = None if record.task is None else record.task.content.get("title")
+    title = f"Study of {record.problem or task or 'a task'}"
     unfinished = f", {results.unfinished} not finished" if results.unfinished else ""
     text = Template(static("page.html")).substitute(
         title=escape(title),
