@@ -143,6 +143,20 @@ def test_cells_are_pinned_and_gone_through_by_keys(page, results):
     assert page.locator("#values thead th").count() == 3
 
 
+def test_a_click_on_the_course_of_a_run_chooses_it(page, results):
+    page.get_by_role("tab", name="Course view").click()
+    until(page, "Boolean(trajevo.state.views.find((view) => 'volumes' in view).spots)")
+    volumes = [one.hypervolume[-1] for one in results.cells]
+    worst = int(np.argmin(volumes))
+    x, y = page.evaluate(
+        """(cell) => { const {begins, spots} = trajevo.state.views.find((one) => 'volumes' in one);
+        const k = begins[cell + 1] - 1; return [spots[2 * k] - 1, spots[2 * k + 1]]; }""",
+        worst,
+    )
+    page.locator("#front canvas:visible").click(position={"x": x, "y": y})
+    assert volumes[chosen(page)] <= sorted(volumes)[1]
+
+
 def test_the_address_names_a_cell_and_links_lead_to_its_run(results, opened):
     one = results.cells[5]
     page = opened(results.folder / "study.html", address=f"#cell={one.cell.name}")

@@ -56,6 +56,11 @@ def test_numbers_are_those_of_the_results_to_the_bit(results, tmp_path):
     np.testing.assert_array_equal(values["hypervolume"], [one.hypervolume[-1] for one in results.cells])
     np.testing.assert_array_equal(values["least time [s]"], [one.F[:, 0].min() for one in results.cells])
     np.testing.assert_allclose(values["knee sway [deg]"], [np.degrees(one.knee[2]) for one in results.cells])
+    begins, evaluated, volumes = (page.array(page.data["course"][name]) for name in ("begins", "evaluated", "volumes"))
+    for k, one in enumerate(results.cells):
+        own = slice(begins[k], begins[k + 1])
+        np.testing.assert_array_equal(evaluated[own], one.evaluations)
+        np.testing.assert_allclose(volumes[own], one.hypervolume, rtol=1e-6)
     assert [cell["levels"] for cell in page.data["cells"][::3]] == [[0, 0], [0, 1], [1, 0], [1, 1]]
     assert [cell["name"] for cell in page.data["cells"]] == [one.cell.name for one in results.cells]
 

@@ -32,6 +32,9 @@ _SCRIPTS = ("data.js", "canvas.js", "clock.js", "front.js", "study.js")
 #: Greatest number of cells, greatest size of all points and of all pictures [byte], least number of points of a cell.
 _CELLS, _ROOM, _PICTURES, _POINTS = 2000, 1_200_000, 1_200_000, 20
 
+#: Greatest number of instants of the course of a run.
+_INSTANTS = 60
+
 _QUARTERS = (0.25, 0.5, 0.75)
 
 
@@ -61,6 +64,7 @@ def study_page(
         "F": pack.add(np.concatenate([result.F[rows] for result, rows in zip(cells, few, strict=True)]), "f8"),
         "cell": pack.add(np.repeat(np.arange(len(cells)), [len(rows) for rows in few]), "u2"),
         "knee": [_knee(result, rows) for result, rows in zip(cells, few, strict=True)],
+        "course": _course(cells, pack),
         "columns": _columns(results),
         "values": pack.add(_values(results, cells), "f8"),
     }
@@ -134,6 +138,23 @@ def _about(results: StudyResults, cells: Sequence[CellResult], file: Path) -> di
             for result in cells
         ],
     }
+
+
+def _course(cells: Sequence[CellResult], pack: Packed) -> dict[str, Any]:
+    """Hypervolumes of the cells against individuals evaluated, at instants that are spread over each run."""
+    few = [
+        np.unique(np.linspace(0, len(result.hypervolume) - 1, min(len(result.hypervolume), _INSTANTS)).astype(int))
+        for result in cells
+    ]
+    return {
+        "begins": pack.add(np.cumsum([0, *map(len, few)]), "u4"),
+        "evaluated": pack.add(_joined([result.evaluations[k] for result, k in zip(cells, few, strict=True)]), "f4"),
+        "volumes": pack.add(_joined([result.hypervolume[k] for result, k in zip(cells, few, strict=True)]), "f4"),
+    }
+
+
+def _joined(arrays: Sequence[Array]) -> Array:
+    return np.concatenate([np.asarray(one, dtype=np.float64) for one in arrays])
 
 
 def _columns(results: StudyResults) -> list[dict[str, Any]]:

@@ -211,6 +211,67 @@ class Lines {
   }
 }
 
+/** The hypervolume of every cell against the individuals that it had evaluated. */
+class CourseView extends FrontView {
+  constructor(state, data, array) {
+    super(state.lines, "Hypervolume of every cell against individuals evaluated.");
+    [this.begins, this.evaluated, this.volumes] = ["begins", "evaluated", "volumes"].map((name) => array(data.course[name]));
+  }
+
+  place({width, height}) {
+    this.box = {left: 62, right: width - 12, top: 24, bottom: height - 42};
+    const known = (values) => [...values].filter(Number.isFinite);
+    const greatest = (values) => known(values).reduce((a, b) => Math.max(a, b), 0);
+    this.x = scale(0, greatest(this.evaluated), this.box.left, this.box.right, 0.02);
+    this.y = scale(known(this.volumes).reduce((a, b) => Math.min(a, b), greatest(this.volumes)), greatest(this.volumes), this.box.bottom, this.box.top);
+    this.spots = Float32Array.from({length: 2 * this.volumes.length}, (_, k) =>
+      k % 2 ? this.y.at(this.volumes[k >> 1]) : this.x.at(this.evaluated[k >> 1]));
+  }
+
+  drawAll(context) {
+    drawAxes(context, this.box, this.x, this.y, {x: "individuals evaluated", y: "hypervolume"});
+    context.lineWidth = 1;
+    for (const inside of [0, 1]) {
+      context.globalAlpha = inside ? 0.75 : 0.15;
+      for (let cell = 0; cell < this.state.count; cell += 1) {
+        if (this.state.within[cell] !== inside) continue;
+        context.strokeStyle = inside ? seriesColour(this.state.groupOf(cell)) : themed("muted");
+        this.line(context, cell);
+      }
+    }
+    context.globalAlpha = 1;
+  }
+
+  line(context, cell) {
+    context.beginPath();
+    for (let k = this.begins[cell]; k < this.begins[cell + 1]; k += 1) {
+      if (Number.isFinite(this.volumes[k])) context.lineTo(this.spots[2 * k], this.spots[2 * k + 1]);
+    }
+    context.stroke();
+  }
+
+  mark(context, kind, cell) {
+    context.lineWidth = kind === "chosen" ? 3 : 2;
+    context.strokeStyle = themed({chosen: "accent", pin: "second"}[kind] || "text");
+    this.line(context, cell);
+  }
+
+  /** The cell whose course passes nearest to a place. */
+  nearest(x, y) {
+    let [best, found] = [NEAR, null];
+    for (let cell = 0; this.spots && cell < this.state.count; cell += 1) {
+      if (this.state.within[cell] !== 1) continue;
+      for (let k = this.begins[cell] + 1; k < this.begins[cell + 1]; k += 1) {
+        const [x0, y0, x1, y1] = this.spots.subarray(2 * k - 2, 2 * k + 2);
+        if (x < x0 || x > x1) continue;
+        const apart = Math.abs(y0 + (x1 > x0 ? ((y1 - y0) * (x - x0)) / (x1 - x0) : 0) - y);
+        if (apart < best) [best, found] = [apart, cell];
+      }
+    }
+    return found;
+  }
+}
+
 /** Buttons of all levels, and of the factor that gives the colours. */
 function showFactors(state) {
   const paint = [];
@@ -355,7 +416,8 @@ async function begin() {
   lines.canvas.setAttribute("aria-label", "Cells as lines from their levels to what they found. Drag along an axis to keep a range.");
   lines.canvas.style.minWidth = `${6 * state.lines.objectives.length}rem`;
   byId("lines").prepend(made("div", {class: "scroll views single"}, lines.canvas));
-  showViews(state, viewsOf(state), () => state.lines.objectives.forEach((_, k) => state.lines.keep(k, null)));
+  const course = ["Course", [new CourseView(state, data, array)], "single"];
+  showViews(state, [...viewsOf(state), course], () => state.lines.objectives.forEach((_, k) => state.lines.keep(k, null)));
   state.views.push(lines);
   cellFromAddress(state);
   showCell(state);
