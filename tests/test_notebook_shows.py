@@ -237,6 +237,9 @@ def test_a_run_in_a_notebook_is_one_bar_that_rewrites_itself():
         f"import trajevo as t\nt.optimise(t.problems.PointingMechanism(), {search})",
         "import tempfile\nstudy = t.Study('pointing', seed=1, repeats=2, generations=2, population=12)\n"
         "t.run_study(study, tempfile.mkdtemp())",
+        "front = t.optimise(t.problems.PointingMechanism(), seed=1, generations=3, population=12, polish=True)",
+        "found = t.polish(front, members=2, rounds=1)",
+        "found = t.polish(front, members=2, rounds=1, progress=False)",
     ]
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
     seen = SimpleNamespace(updates=0)
@@ -247,10 +250,14 @@ def test_a_run_in_a_notebook_is_one_bar_that_rewrites_itself():
             return super().process_message(message, cell, cell_index)
 
     Watched(notebook, timeout=300).execute()
-    run, study = (cell.outputs for cell in notebook.cells)
+    run, study, polished, again, silent = (cell.outputs for cell in notebook.cells)
     for outputs, told in ((run, "30/30 generations"), (study, "2/2 cells")):
         assert [one.output_type for one in outputs] == ["display_data", "execute_result"]
         assert outputs[0].data["text/plain"].startswith(told)
         assert told in "".join(Reader(outputs[0].data["text/html"]).texts)
     assert "text/html" in run[1].data
+    for outputs, steps in ((polished, "6/6"), (again, "3/3")):
+        assert [one.output_type for one in outputs] == ["display_data"]  # generations and polishing in one bar
+        assert outputs[0].data["text/plain"].startswith(f"{steps} steps of polishing, hypervolume 0.")
+    assert silent == []
     assert seen.updates >= 3

@@ -1,9 +1,11 @@
 """A page that is served, in a browser: it shows what its buttons bring about, and keeps what was chosen."""
 
+import json
+
 import pytest
 
 from tests.browser.conftest import until
-from trajevo import load_problem, optimise, read_run
+from trajevo import certify, export, load_problem, optimise, read_run
 from trajevo.page.server import Served
 
 pytestmark = pytest.mark.browser
@@ -44,6 +46,24 @@ def test_the_sliders_solve_again(run, opened):
         page.get_by_role("button", name="solve again with these weights").click()
         until(page, f"{_READY} && document.getElementById('standing').textContent.includes('weigh is done')", 120.0)
         assert read_run(run).run.settings["weighed"] == [[0.2, 0.5, 0.3]]
+        page.close()
+
+
+def test_any_solution_gets_its_certificate_and_files_from_the_server(run, opened, tmp_path):
+    front = read_run(run)
+    row = next(k for k in range(len(front)) if k not in {choice.index for choice in front.choices()})
+    with Served(run) as served:
+        page = opened(served.address, address=f"#row={row}")
+        page.get_by_role("button", name="compute the certificate").click()
+        until(
+            page, f"document.getElementById('known').textContent.includes({json.dumps(str(certify(front.pick(row))))})"
+        )
+        for format, ending in (("csv", "csv"), ("json", "json"), ("ros2", "yaml")):
+            with page.expect_download() as download:
+                page.get_by_role("button", name=f"{row}.{ending}", exact=True).click()
+            assert download.value.suggested_filename == f"{row}.{ending}"
+            file = export(front.pick(row), tmp_path / "file", format=format)
+            assert download.value.path().read_bytes() == file.read_bytes()
         page.close()
 
 

@@ -1,6 +1,7 @@
 """One motion in space: the page moves the robot as Pinocchio does, and shows what stands, moves and is carried."""
 
 import re
+import shutil
 import subprocess
 import sys
 import threading
@@ -15,9 +16,12 @@ from tests.page.reading import Page
 from trajevo import ViaPointProblem, animate, load_robot, optimise
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.clearance import scene_of
 from trajevo.page import parts
+from trajevo.page.film import _near
 from trajevo.path.via_points import ViaPoints
+from trajevo.plots.scenery import scenery
 from trajevo.problems import HybridManipulator
 from trajevo.problems.hybrid_manipulator import paper_solution
 from trajevo.robot.locate import list_robots
@@ -167,6 +171,36 @@ def test_a_film_has_a_frame_for_every_instant_in_real_time(carrying, tmp_path):
     assert len(frames) == int(np.ceil(2 * float(carrying.trajectory.duration[0]))) + 1
     different = np.abs(np.asarray(frames[0], dtype=int) - np.asarray(frames[1], dtype=int)) > 40
     assert 100 < different.any(axis=2).sum() < 0.5 * different.shape[0] * different.shape[1]
+
+
+@pytest.mark.skipif(shutil.which("ffprobe") is None, reason="ffmpeg is not installed")
+def test_a_film_as_mp4_lasts_as_long_as_the_motion(carrying, tmp_path):
+    file = animate(carrying, tmp_path / "arm.mp4", rate=2)
+    told = ["-show_entries", "stream=nb_frames,r_frame_rate,pix_fmt", "-of", "default=noprint_wrappers=1", file]
+    found = subprocess.run(["ffprobe", "-v", "error", *told], capture_output=True, text=True, check=True).stdout
+    frames = int(np.ceil(2 * float(carrying.trajectory.duration[0]))) + 1
+    assert set(found.split()) == {f"nb_frames={frames}", "r_frame_rate=2/1", "pix_fmt=yuv420p"}
+
+
+def test_a_film_has_obstacles_near_the_motion_whole_in_its_box(carrying):
+    around = scenery(carrying, np.zeros(3), 1.0)
+    near = _near(around, np.zeros(3), 1.0)
+    assert [len(each) for each in near] == [len(one.triangles) * 3 for one in around if one.motion is None]
+    assert len(near) == 2
+    assert len(_near(around, np.zeros(3), 0.4)) == 1  # the ball is 1.1 m away
+
+
+def test_what_is_damaged_is_told_beside_the_arm(tmp_path, monkeypatch):
+    def damaged(robot, **settings):
+        raise InvalidInputError("wrist.stl: expected an STL of whole triangles, got 10 bytes")
+
+    monkeypatch.setattr("trajevo.page.arm.link_shapes", damaged)
+    with pytest.warns(UserWarning, match="wrist.stl"):
+        page = Page.of(animate(rollout_through(load_robot("ur5", **ARMS["ur5"])), tmp_path / "arm.html"))
+    assert page.data["arm"]["sticks"]
+    assert page.data["arm"]["why"] == (
+        "wrist.stl: expected an STL of whole triangles, got 10 bytes; the arm is drawn as sticks"
+    )
 
 
 BAD = {

@@ -5,11 +5,13 @@ import json
 import time
 from urllib.parse import urlsplit
 
+import netCDF4
 import numpy as np
 import pytest
 
 from tests.helpers import refused
-from trajevo import Front, load_problem, minimise_weighted, optimise, read_run
+from trajevo import Front, certify, dlcc, export, load_problem, minimise_weighted, optimise, read_run
+from trajevo.errors import TrajevoError
 from trajevo.formulation.problem import Weights
 from trajevo.page.server import RunPage, Served
 from trajevo.solvers.gradient.weighing import solve_weighted
@@ -139,3 +141,54 @@ def test_a_run_without_a_generation_is_told(tmp_path):
     assert code == 503
     assert "load again later" in text
     assert RunPage(tmp_path / "run").told()["job"] is None
+
+
+def test_every_solution_has_its_certificate_payload_and_files_from_the_server(served, run, tmp_path):
+    asked(served)
+    stamp, front = served.page.stamp, read_run(run)
+    choices = {choice.index: choice for choice in front.choices()}
+    row = next(k for k in range(len(front)) if k not in choices)
+    for solution in (front.pick(row), choices[front.knee().index]):
+        where = f"row={solution.index}&stamp={stamp}"
+        assert asked(served, f"certificate?{where}") == (200, str(certify(solution)))
+        for format in ("csv", "json", "ros2", "mujoco", "feed", "gcode"):
+            code, text = asked(served, f"file?{where}&format={format}")
+            assert (code == 200, text) == written(solution, tmp_path / "file", format), format
+        export(solution, tmp_path / "file", format="netcdf")
+        given = {"row": str(solution.index), "stamp": stamp, "format": "netcdf"}
+        assert_same_variables(served.page.answer("file", given), (tmp_path / "file").read_bytes())
+        assert asked(served, f"payload?{where}") == (200, str(dlcc(solution)))
+
+
+def assert_same_variables(first, second):
+    """That two netCDF files hold the same; their bytes have the time at which they were made."""
+    one, other = (netCDF4.Dataset("held", memory=content) for content in (first, second))
+    assert list(one.variables) == list(other.variables)
+    for name in one.variables:
+        np.testing.assert_array_equal(one[name][:], other[name][:])
+    assert one.__dict__ == other.__dict__
+
+
+def written(solution, file, format):
+    """Whether a file was written, and its text, or why not."""
+    try:
+        export(solution, file, format=format)
+    except TrajevoError as error:
+        return False, str(error)
+    return True, file.read_text()
+
+
+def test_what_cannot_be_answered_gets_a_sentence(served):
+    newer = "the run has something new; load the page again"
+    assert asked(served, "certificate?row=0&stamp=0") == (409, newer)
+    asked(served)
+    stamp = served.page.stamp
+    assert asked(served, "certificate?row=0&stamp=0") == (409, newer)
+    assert asked(served, f"certificate?row=-1&stamp={stamp}") == (409, "row: expected a whole number, got '-1'")
+    assert asked(served, f"certificate?stamp={stamp}") == (409, "row: expected a whole number, got ''")
+    code, said = asked(served, f"file?row=99999&stamp={stamp}&format=csv")
+    assert (code, said.partition(",")[0]) == (409, f"row: expected one from 0 to {len(read_run(served.page.run)) - 1}")
+    code, said = asked(served, f"file?row=0&stamp={stamp}&format=xls")
+    assert code == 409
+    assert said.startswith("unknown export format 'xls'")
+    assert asked(served, f"certificate?row=0&stamp={stamp}", token="guessed")[0] == 404

@@ -387,7 +387,7 @@ def test_the_command_writes_tables_and_pictures(folder, tmp_path):
     names = {file.relative_to(tmp_path / "out").as_posix() for file in (tmp_path / "out").rglob("*.*")}
     factors = ("interpolant", "crossover_probability")
     pictures = {f"plots/{kind}_{name}.png" for kind in ("hypervolume", "generations", "attainment") for name in factors}
-    assert names == {"results.csv", "results.nc", "comparisons.csv"} | pictures
+    assert names == {"results.csv", "results.nc", "comparisons.csv", "study.html"} | pictures
     compared = pd.read_csv(tmp_path / "out" / "comparisons.csv")
     assert list(compared["pairs"]) == [6, 6]
 

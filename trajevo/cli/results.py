@@ -118,7 +118,14 @@ _out = Terminal()
 
 
 def write_results(
-    front: Front, folder: Path, *, kind: str, pictures: bool | None, quiet: bool = False, verbose: bool = False
+    front: Front,
+    folder: Path,
+    *,
+    kind: str,
+    pictures: bool | None,
+    quiet: bool = False,
+    verbose: bool = False,
+    problem: str | None = None,
 ) -> None:
     """Print the results of a finished run, write its pictures and report, and exit with 3 if its front is empty.
 
@@ -137,7 +144,15 @@ def write_results(
         raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
     then = _then(front, folder, kind=kind, pictures=pictures)
     write_report_of(
-        front, folder, kind=kind, pictures=pictures, views=kind == "full", quiet=quiet, then=then, files="knee"
+        front,
+        folder,
+        kind=kind,
+        pictures=pictures,
+        views=kind == "full",
+        quiet=quiet,
+        then=then,
+        files="knee",
+        problem=problem,
     )
     if not len(front):
         raise typer.Exit(NO_SOLUTION)
@@ -180,6 +195,7 @@ def write_report_of(
     then: str,
     quiet: bool = False,
     files: Literal["knee", "choices"] = "choices",
+    problem: str | None = None,
 ) -> None:
     """Compute or read the analyses of a run, write its pictures and report into the folder, and tell what is next."""
     found = analyses_shown(front, kind, analyses_of(folder), quiet=quiet)
@@ -190,7 +206,8 @@ def write_report_of(
     save_pictures(drawn, plots)
     if kind != "none":
         file = folder / REPORT_FILE
-        told.append(str(write_report(front, file, analyses=found, pictures=drawn, files=files, run=str(folder))))
+        write_report(front, file, analyses=found, pictures=drawn, files=files, run=str(folder), problem=problem)
+        told.append(str(file))
     share = told_share(front.thinned(), front) if drawn else ""
     if share:
         _out.print(f"note: pictures show {share}")

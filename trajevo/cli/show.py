@@ -88,11 +88,12 @@ def report(
     kind = "full" if full else kept_kind(front, analyses_of(run))
     if run.is_dir() and out is None:
         then = f"open {run / REPORT_FILE} in a browser"
-        write_report_of(front, run, kind=kind, pictures=pictures, views=full, then=then)
+        write_report_of(front, run, kind=kind, pictures=pictures, views=full, then=then, problem=problem)
         return
     found = analyses_shown(front, kind, analyses_of(run))
     drawn = pictures_shown(front, found, beside(run, PLOTS_FOLDER), views=full) if pictures else ()
-    file = write_report(front, out or beside(run, REPORT_FILE), analyses=found, pictures=drawn, run=str(run))
+    target = out or beside(run, REPORT_FILE)
+    file = write_report(front, target, analyses=found, pictures=drawn, run=str(run), problem=problem)
     _out.written(file, then="open it in a browser")
 
 

@@ -95,7 +95,8 @@ def solve(
     else:
         initial = None if sqp_seeds is None else solve_nnc(to_solve, seed=seed, points=sqp_seeds)
         front = optimise(to_solve, settings, initial=initial, out=folder, overwrite=overwrite, progress=not quiet)
-    write_results(front, folder, kind=report, pictures=pictures, quiet=quiet, verbose=verbose)
+    given = problem if in_module(problem) or is_task(problem) else None
+    write_results(front, folder, kind=report, pictures=pictures, quiet=quiet, verbose=verbose, problem=given)
 
 
 def _name(problem: str) -> str:
@@ -156,7 +157,7 @@ def resume(
     with reading(run), looking_in("."):
         given = problem_of_run(problem)
         front = resume_run(run, problem=given, generations=generations, progress=not quiet)
-    write_results(front, run, kind=report, pictures=pictures, quiet=quiet, verbose=verbose)
+    write_results(front, run, kind=report, pictures=pictures, quiet=quiet, verbose=verbose, problem=problem)
 
 
 def _tell(found: Feasibility, *, quiet: bool) -> None:
@@ -221,7 +222,7 @@ def polish_run(
         if not folder.evolved_file.exists():
             found.original.save(folder.evolved_file)
         found.front.save(own)
-    write_results(found.front, run, kind=report, pictures=pictures)
+    write_results(found.front, run, kind=report, pictures=pictures, problem=problem)
 
 
 def _table(found: Polished) -> Listing:

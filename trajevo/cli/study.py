@@ -82,15 +82,15 @@ def collect(
     folder: _Folder,
     out: Annotated[Path | None, typer.Option(help="Folder for the results; the study's if not given.")] = None,
 ) -> None:
-    """Write tables, comparisons and pictures of a study's results so far."""
+    """Write the page, tables, comparisons and pictures of a study's results so far."""
     # Imported where pictures are drawn, since that takes long.
     from trajevo.study.collection import collect as collect_results
     from trajevo.study.report import write_study
 
-    with Waiting("collecting", ["cells", "tables and pictures"]) as shown:
+    with Waiting("collecting", ["cells", "page, tables and pictures"]) as shown:
         shown.begin("cells")
         results = collect_results(folder)
-        shown.begin("tables and pictures")
+        shown.begin("page, tables and pictures")
         report = write_study(results, out)
     _print_results(results, report)
 
@@ -148,7 +148,7 @@ def _print_results(results: StudyResults, report: StudyReport) -> None:
     for note in report.notes:
         _out.print(note)
     unfinished = f"trajevo study run {results.folder} for the rest; " if results.unfinished else ""
-    _out.written(*report.files, then=f"{unfinished}trajevo show {results.folder / 'cells'}/CELL")
+    _out.written(*report.files, then=f"{unfinished}open {report.files[-1]} in a browser")
 
 
 def _shown(level: object) -> str:

@@ -41,13 +41,14 @@ def arm(motion: Solution | Rollout, rollout: Rollout, pack: Packed) -> dict[str,
     seen = np.concatenate([np.zeros((1, 3)), origins.reshape(-1, 3)])
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle, extent = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 1e-9)
-    shapes = _shapes(robot)
+    shapes, why = _shapes(robot)
     return {
         **_chain(robot),
         "middle": middle.tolist(),
         "extent": extent,
         "gravity": np.asarray(robot.model.gravity.linear).tolist(),
         "sticks": not shapes,
+        "why": why,
         "surfaces": [
             *(_link(shape, pack) for shape in shapes),
             *(_surface(one, rollout, pack) for one in scenery(motion, middle, _WIDE * extent)),
@@ -79,13 +80,14 @@ def _chain(robot: Robot) -> dict[str, Any]:
     }
 
 
-def _shapes(robot: Robot) -> tuple[LinkShape, ...]:
-    """The links as they look; none, and a warning, where their geometry cannot be read."""
+def _shapes(robot: Robot) -> tuple[tuple[LinkShape, ...], str]:
+    """The links as they look; none, and a sentence that is a warning too, where their geometry cannot be read."""
     try:
-        return link_shapes(robot)
+        return link_shapes(robot), ""
     except InvalidInputError as error:
-        warnings.warn(f"{error}; the arm is drawn as sticks", stacklevel=2)
-        return ()
+        why = f"{error}; the arm is drawn as sticks"
+        warnings.warn(why, stacklevel=2)
+        return (), why
 
 
 def _link(shape: LinkShape, pack: Packed) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from trajevo.exporters.exporter import certificate_of
 from trajevo.front.front import Front, Solution
 from trajevo.front.thinning import told_share
 from trajevo.page.arm import arm
+from trajevo.page.commands import problem_option
 from trajevo.page.members import motions_of, numbers_of, quantities, rows_of
 from trajevo.page.packing import Packed
 from trajevo.page.parts import NO_VIEWER, packed_viewer, scripts_of, static, transport
@@ -56,6 +57,7 @@ def explorer(
     run: str,
     choices: Sequence[Solution],
     taken: int = 0,
+    problem: str | None = None,
     live: Mapping[str, Any] | None = None,
 ) -> Explorer:
     """The interactive part of the page of a front.
@@ -67,12 +69,14 @@ def explorer(
         choices: the choices whose certificates and files are in the page, the knee first; files as far as there is
             room for them.
         taken: what pictures take of the page [byte].
+        problem: what commands need as ``--problem``, if it is known.
         live: what a page that is served needs to follow its run.
     """
     pack, rows = Packed(), rows_of(choices[0], _OF_FOUR * (_PAGE - taken) // 4 - _PACKED_FILES)
     rollout, has_body, viewer = front.rollouts_of(rows), front.problem.robot.has_body, packed_viewer()
     data = {
         **_about(front, rows, run),
+        "option": problem_option(front.record, problem),
         "members": numbers_of(front, rows, pack) | motions_of(rollout, pack),
         "arm": arm(choices[0], rollout, pack) if viewer and has_body else None,
         "known": _known(choices, found, pack),

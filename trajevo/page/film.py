@@ -23,6 +23,9 @@ from trajevo.robot.shapes.geometry import link_shapes
 #: Greatest number of frames; each takes a tenth of a second of CPU time.
 MOST_FRAMES = 2_000
 
+#: How much of a frame the motion takes.
+_ZOOM = 0.97
+
 #: Greatest number of triangles of a link, size of a frame [inch], dots per inch, width of planes in extents.
 _TRIANGLES, _SIZE, _RESOLUTION, _WIDE = 260, (6.0, 5.0), 100, 1.3
 
@@ -83,6 +86,7 @@ def _filmed(motion: Any, rollout: Rollout, times: Array, writer: Any, file: Path
     seen = np.concatenate([path, chains.reshape(-1, 3)])
     middle, extent = 0.5 * (seen.min(axis=0) + seen.max(axis=0)), float(np.linalg.norm(np.ptp(seen, axis=0)))
     shapes, around = _shapes(robot), scenery(motion, middle, _WIDE * extent)
+    seen = np.concatenate([seen, *_near(around, middle, extent)])
     fig = plt.figure(figsize=_SIZE, layout="constrained")
     ax: Any = fig.add_subplot(projection="3d")
     try:
@@ -96,6 +100,7 @@ def _filmed(motion: Any, rollout: Rollout, times: Array, writer: Any, file: Path
                 if not shapes:
                     ax.plot(*chains[k].T, "o-", color="#1f77b4", linewidth=3.0, markersize=5.0)
                 equal_axes(ax, seen)
+                ax.set_box_aspect((1, 1, 1), zoom=_ZOOM)
                 stand_upright(ax, robot)
                 ax.set_title(f"{time:.2f} s")
                 writer.grab_frame()
@@ -116,6 +121,13 @@ def _shapes(robot: Robot) -> list[_Drawn]:
     except InvalidInputError as error:
         warnings.warn(f"{error}; the arm is drawn as sticks", stacklevel=2)
         return []
+
+
+def _near(around: Any, middle: Array, extent: float) -> list[Array]:
+    """Corners, (N, 3) [m], of what stands no farther from the middle of a motion than twice its length."""
+    still = [one for one in around if one.joint == 0 and one.motion is None and not one.endless]
+    corners = [one.triangles.reshape(-1, 3) for one in still]
+    return [each for each in corners if np.linalg.norm(each - middle, axis=1).max() < 2.0 * extent]
 
 
 def _placed(around: Any, time: float) -> list[_Drawn]:

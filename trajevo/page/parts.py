@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import importlib.util
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
+from html import escape
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -76,3 +78,51 @@ def _viewer_folder() -> Path | None:
     if found is None or not found.submodule_search_locations:
         return None
     return Path(found.submodule_search_locations[0]) / "viewer" / "dist"
+
+
+def folded(title: str, content: Sequence[str]) -> str:
+    """A section that is open only where no script runs, or on request."""
+    return f"<details><summary>{escape(title)}</summary>{''.join(content)}</details>"
+
+
+def table(
+    headers: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    *,
+    numbers: int = 0,
+    after: int = 1,
+    chosen: int | None = None,
+    key: str = "",
+) -> str:
+    """Rows of HTML cells.
+
+    Args:
+        headers: texts above the columns.
+        rows: HTML of a cell for each header.
+        numbers: number of columns that are aligned right.
+        after: number of columns before these.
+        chosen: row that stands out.
+        key: name by which scripts find the table, and the numbers of its rows.
+    """
+
+    def cell(tag: str, column: int, content: str) -> str:
+        kind = ' class="number"' if 0 <= column - after < numbers else ""
+        return f"<{tag}{kind}>{content}</{tag}>"
+
+    head = "".join(cell("th", i, escape(header)) for i, header in enumerate(headers)) if any(headers) else ""
+    body = "".join(
+        f"<tr{' class=chosen' if k == chosen else ''}{f' data-row={k}' if key else ''}>"
+        + "".join(cell("td", i, text) for i, text in enumerate(row))
+        + "</tr>"
+        for k, row in enumerate(rows)
+    )
+    name = f' id="{key}"' if key else ""
+    return f'<div class="scroll"><table{name}><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def figure(caption: str, png: bytes | memoryview, *, wide: bool = False) -> str:
+    """A picture with its caption, which is told to those who do not see it."""
+    data, told = base64.b64encode(png).decode("ascii"), escape(caption)
+    image = f'<img alt="{told}" src="data:image/png;base64,{data}">'
+    kind = ' class="wide"' if wide else ""
+    return f"<figure{kind}>{image}<figcaption>{told}</figcaption></figure>"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -19,7 +18,7 @@ from trajevo.front.notebook import small_pictures
 from trajevo.front.thinning import told_share
 from trajevo.page.explorer import explorer
 from trajevo.page.facts import brief, known_values, objective_headers, run_facts
-from trajevo.page.parts import THEME, static, viewer_licence
+from trajevo.page.parts import THEME, figure, folded, static, table, viewer_licence
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
@@ -41,6 +40,7 @@ def report(
     pictures: Sequence[Picture] | None = None,
     files: Literal["knee", "choices"] = "choices",
     run: str | None = None,
+    problem: str | None = None,
     live: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write the page of a front: HTML that opens from disk, without network.
@@ -57,6 +57,8 @@ def report(
         files: of which solutions the page holds certificate and files (CSV, JSON, ROS 2) to save: ``"knee"`` alone, or
             all ``"choices"``.
         run: what the commands that the page names call the run; the folder of the file if None.
+        problem: what these commands need as ``--problem``, for a problem that was made in Python; if None, the page
+            says what to put there.
         live: of a page that is served, see :mod:`trajevo.page.server`: what it needs to follow its run.
 
     Raises:
@@ -64,7 +66,7 @@ def report(
         InvalidInputError: the file cannot be written.
     """
     checked_name("files", files, FILES)
-    facts = _table(("", ""), [(label, escape(text)) for label, text in run_facts(front)])
+    facts = table(("", ""), [(label, escape(text)) for label, text in run_facts(front)])
     top, scripts = "", ""
     if len(front):
         found = analyse(front) if analyses is None else analyses
@@ -72,7 +74,8 @@ def report(
         held = choices[:1] if files == "knee" else choices
         drawn = draw_all(front, found) if pictures is None else pictures
         taken = sum(4 * len(picture.png) // 3 for picture in drawn)
-        part = explorer(front, found, run=run or str(Path(file).parent), choices=held, taken=taken, live=live)
+        named = run or str(Path(file).parent)
+        part = explorer(front, found, run=named, choices=held, taken=taken, problem=problem, live=live)
         shown = f'<p class="note live-only">Here are {part.share}.</p>' if part.share else ""
         top, scripts = shown + part.body, part.scripts
         body = _sections(choices, found, drawn)
@@ -86,7 +89,7 @@ def report(
         connect="'self' " if live else "",
         licence=escape(viewer_licence()) if scripts else "",
         explorer=top,
-        body="\n".join([*body, *_failed(front), _folded("Run", [facts])]),
+        body="\n".join([*body, *_failed(front), folded("Run", [facts])]),
         scripts=scripts,
     )
     return written(Path(file), text.encode())
@@ -101,7 +104,7 @@ def _sections(choices: Sequence[Solution], found: Mapping[str, Any], pictures: S
         pictures: pictures of the front.
     """
     front = choices[0].front
-    drawn = {picture.stem: _figure(picture) for picture in pictures}
+    drawn = {picture.stem: figure(picture.caption, picture.png, wide=picture.wide) for picture in pictures}
     about_payload = [drawn.pop(stem) for stem in PAYLOAD_FIGURES if stem in drawn]
     wide = drawn.pop("front", "")
     notes = [f"<p>Note: {escape(note)}.</p>" for note in front.problem.notes]
@@ -119,13 +122,8 @@ def _sections(choices: Sequence[Solution], found: Mapping[str, Any], pictures: S
     else:
         share = told_share(front.thinned(), front)
         told = f"<p>Pictures show {share}.</p>" if share else ""
-        sections.append(_folded("Pictures", [told, wide, _grid(drawn.values())]))
+        sections.append(folded("Pictures", [told, wide, _grid(drawn.values())]))
     return sections
-
-
-def _folded(title: str, content: Sequence[str]) -> str:
-    """A section that is open only where no script runs, or on request."""
-    return f"<details><summary>{escape(title)}</summary>{''.join(content)}</details>"
 
 
 def _grid(figures: Iterable[str]) -> str:
@@ -138,7 +136,7 @@ def _payload(carried: Sequence[Carried]) -> str:
         (escape(one.rule), escape(str(one.capacity)), escape(str(one.sensitivity)) if one.sensitivity else "")
         for one in carried
     ]
-    return _table(("solution", "largest payload", "what would give more"), rows) if rows else ""
+    return table(("solution", "largest payload", "what would give more"), rows) if rows else ""
 
 
 def _choices_table(choices: Sequence[Solution]) -> str:
@@ -149,14 +147,14 @@ def _choices_table(choices: Sequence[Solution]) -> str:
         (escape(one.rule), *texts, str(one.index), escape(one.reason))
         for one, texts in zip(choices, values, strict=True)
     ]
-    return _table(
+    return table(
         ("solution", *(header for header, _ in headers), "row", "why"), rows, numbers=len(headers) + 1, chosen=0
     )
 
 
 def _limits_table(solution: Solution) -> str:
     rows = [(escape(name), f"{100.0 * share:.2f} %") for name, share in shares_used(solution).items()]
-    return _table(("limit", "used"), rows, numbers=1)
+    return table(("limit", "used"), rows, numbers=1)
 
 
 def _exchange_rates(rates: Sequence[ExchangeRates]) -> list[str]:
@@ -170,7 +168,7 @@ def _exchange_rates(rates: Sequence[ExchangeRates]) -> list[str]:
     ends = {name for one in rates for name in one.ends}
     told += [f"<p>At an end of their range: {escape(', '.join(sorted(ends)))}.</p>"] if ends else []
     headers = (f"relaxed by {100.0 * _RELAXED:g} %", "in segments", "change")
-    return [*told, *([_table(headers, rows, numbers=2)] if rows else [])]
+    return [*told, *([table(headers, rows, numbers=2)] if rows else [])]
 
 
 def _certificate(certificate: Certificate) -> list[str]:
@@ -185,7 +183,7 @@ def _certificate(certificate: Certificate) -> list[str]:
         rows.append((escape(one.name), shown, "", "not covered", escape(one.reason), ""))
     headers = ("quantity", "nearest sample", "at", "proven", "limit", "proven share")
     alert = "" if certificate.proven else ' class="alert"'
-    return [f"<p{alert}>{escape(str(certificate))}</p>", _table(headers, rows, numbers=5)]
+    return [f"<p{alert}>{escape(str(certificate))}</p>", table(headers, rows, numbers=5)]
 
 
 def _rivals(rivals: Sequence[Rival]) -> list[str]:
@@ -195,7 +193,7 @@ def _rivals(rivals: Sequence[Rival]) -> list[str]:
     cells = [[escape(cell) for cell in row] for row in rows]
     return [
         "<h2>Interpolants at their least times under the same limits</h2>",
-        _table(headers, cells, numbers=len(headers) - 1),
+        table(headers, cells, numbers=len(headers) - 1),
         f"<p>{escape(RIVALS_NOTE)}</p>",
     ]
 
@@ -206,34 +204,7 @@ def _failed(front: Front) -> list[str]:
     rows = [(escape(one.said), escape(brief(list(one.x)))) for one in run.failed]
     counted = f"{run.failures}, the first {len(rows)} of them" if run.failures > len(rows) else str(run.failures)
     return (
-        [f"<h2>Failed evaluations: {counted}</h2>", _table(("what happened", "decision vector (SI)"), rows)]
+        [f"<h2>Failed evaluations: {counted}</h2>", table(("what happened", "decision vector (SI)"), rows)]
         if rows
         else []
     )
-
-
-def _table(
-    headers: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: int = 0, chosen: int | None = None
-) -> str:
-    """Rows of HTML cells; the ``numbers`` columns after the first are aligned right."""
-
-    def cell(tag: str, column: int, content: str) -> str:
-        kind = ' class="number"' if 0 < column <= numbers else ""
-        return f"<{tag}{kind}>{content}</{tag}>"
-
-    head = "".join(cell("th", i, escape(header)) for i, header in enumerate(headers)) if any(headers) else ""
-    body = "".join(
-        f"<tr{' class=chosen' if k == chosen else ''}>"
-        + "".join(cell("td", i, text) for i, text in enumerate(row))
-        + "</tr>"
-        for k, row in enumerate(rows)
-    )
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
-
-
-def _figure(picture: Picture) -> str:
-    data = base64.b64encode(picture.png).decode("ascii")
-    caption = escape(picture.caption)
-    wide = ' class="wide"' if picture.wide else ""
-    image = f'<img alt="{caption}" src="data:image/png;base64,{data}">'
-    return f"<figure{wide}>{image}<figcaption>{caption}</figcaption></figure>"

@@ -10,14 +10,16 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, final
+from urllib.parse import parse_qsl, urlsplit
 
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.front.front import Front
+from trajevo.page.asked import Asked
 from trajevo.page.report import report
 from trajevo.plots.analyses import ANALYSES_SUFFIX
 from trajevo.plots.analyses_file import read_analyses
@@ -63,10 +65,10 @@ class RunPage:
 
     def __init__(self, run: Path, read: Callable[[], Front] | None = None, problem: str | None = None) -> None:
         self.run = run
-        self._problem = [] if problem is None else ["--problem", problem]
+        self._problem = problem
         self._read = read or (lambda: read_run(run))
         self._lock = threading.Lock()
-        self._made: tuple[str, bytes] | None = None
+        self._made: tuple[str, bytes, Asked] | None = None
         self._job: tuple[str, subprocess.Popen[bytes], Any] | None = None
 
     @property
@@ -95,7 +97,7 @@ class RunPage:
                 kept = (self.run / FRONT_FILE).with_suffix(ANALYSES_SUFFIX)
                 found = read_analyses(kept, front) if len(front) else {}
                 with tempfile.TemporaryDirectory() as folder:
-                    live = {"stamp": stamp, "token": token, "more": MORE}
+                    live = {"stamp": stamp, "token": token, "more": MORE, "formats": Asked.formats()}
                     file = report(
                         front,
                         Path(folder) / "page.html",
@@ -103,10 +105,31 @@ class RunPage:
                         pictures=[],
                         files="choices",
                         run=str(self.run),
+                        problem=self._problem,
                         live=live,
                     )
-                    self._made = stamp, file.read_bytes()
+                    self._made = stamp, file.read_bytes(), Asked(front)
             return self._made[1]
+
+    def answer(self, what: str, given: Mapping[str, str]) -> bytes:
+        """What the page asks about a solution: its certificate, its largest payload, or its file in a format.
+
+        Args:
+            what: ``"certificate"``, ``"payload"`` or ``"file"``.
+            given: ``row`` of the front of the page whose ``stamp`` this is, and of a file its ``format``.
+
+        Raises:
+            TrajevoError: something else is asked, the page is not the newest, or it cannot be computed.
+        """
+        with self._lock:
+            if self._made is None or given.get("stamp") != self._made[0]:
+                raise InvalidInputError("the run has something new; load the page again")
+            row = given.get("row", "")
+            if not row.isdecimal():
+                raise InvalidInputError(f"row: expected a whole number, got {row!r}")
+            if what == "file":
+                return self._made[2].file(int(row), given.get("format", ""))
+            return self._made[2].told(what, int(row)).encode()
 
     @property
     def _quiet(self) -> float:
@@ -154,9 +177,10 @@ class RunPage:
         if job is not None and job.running:
             raise InvalidInputError(f"{job.name} is still running")
         arguments = self._arguments(name, weights)
+        named = [] if self._problem is None else ["--problem", self._problem]
         said = tempfile.TemporaryFile()  # noqa: SIM115 - read as long as the page is served
         process = subprocess.Popen(
-            [sys.executable, "-m", "trajevo", *arguments, *self._problem],
+            [sys.executable, "-m", "trajevo", *arguments, *named],
             stdin=subprocess.DEVNULL,
             stdout=said,
             stderr=said,
@@ -197,6 +221,14 @@ class _Handler(BaseHTTPRequestHandler):
                     self._answer(503, "text/plain; charset=utf-8", f"{error}; load again later".encode())
             case "standing":
                 self._answer(200, "application/json", json.dumps(self.page.told()).encode())
+            case ("certificate" | "payload" | "file") as what:
+                try:
+                    found = self.page.answer(what, dict(parse_qsl(urlsplit(self.path).query)))
+                except TrajevoError as error:
+                    self._answer(409, "text/plain; charset=utf-8", str(error).encode())
+                else:
+                    kind = "application/octet-stream" if what == "file" else "text/plain; charset=utf-8"
+                    self._answer(200, kind, found)
             case _:
                 self._answer(404, "text/plain", b"no such page")
 
@@ -218,7 +250,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _asked(self) -> str | None:
         """What follows the token in the address; None for a wrong token or a name of another machine."""
         host = (self.headers.get("Host") or "").rpartition(":")[0]
-        _, token, *rest = [*self.path.split("/", 2), ""]
+        _, token, *rest = [*urlsplit(self.path).path.split("/", 2), ""]
         if host not in (LOOPBACK, "localhost") or not hmac.compare_digest(token.encode(), self.token.encode()):
             return None
         return rest[0]

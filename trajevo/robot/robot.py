@@ -43,6 +43,7 @@ from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf.file import read_urdf
 from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
+from trajevo.robot.urdf.look import without_look
 from trajevo.robot.urdf.model import build_model
 from trajevo.robot.urdf.problems import checked_urdf
 
@@ -157,8 +158,12 @@ class Robot(WithoutUrdf):
         return ElementTree.fromstring(self.written) if self.urdf is None or self.written else read_urdf(self.urdf)
 
     def checked_text(self) -> str:
-        """Its URDF as text for Pinocchio, read anew and checked if that is the content of a file."""
-        return self.written if self.urdf is None or self.written else checked_urdf(self.urdf, self.locked)
+        """Its URDF as text for Pinocchio, read anew and checked if that is the content of a file; without looks."""
+        if self.urdf is not None and not self.written:
+            return checked_urdf(self.urdf, self.locked)
+        document = ElementTree.fromstring(self.written)
+        without_look(document)
+        return ElementTree.tostring(document, encoding="unicode")
 
     def check_body(self, quantity: str) -> None:
         """Refuse a quantity, by an InvalidInputError that names it, if the robot is joints and limits alone."""

@@ -106,7 +106,7 @@ def _run(
             front = nothing_searched(problem, manifest, impossible)
         else:
             front = evolve(problem, algorithm.solver, manifest, folder=folder, progress=progress, cpu_spent=spent)
-            front = polished(front, manifest, folder)
+            front = polished(front, manifest, folder, progress=progress)
         if folder is not None:
             folder.keep(front)
     return front

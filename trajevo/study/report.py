@@ -1,4 +1,4 @@
-"""Write what `trajevo study collect` produces: a table, a dataset, comparisons of levels, and plots."""
+"""Write what `trajevo study collect` produces: a page, a table, a dataset, comparisons of levels, and plots."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from trajevo.base.files import own_folder, why_not, write_whole
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.exporters.exporter import cell
+from trajevo.study.page import PAGE_FILE, study_page
 from trajevo.study.plots import attainments, hypervolume_bands, hypervolume_boxes
 from trajevo.study.results import StudyResults
 from trajevo.study.statistics import Comparison, compare_levels
@@ -40,7 +41,10 @@ class StudyReport:
 
 
 def write_study(results: StudyResults, folder: str | Path | None = None) -> StudyReport:
-    """Write the table, the dataset, the comparisons and the plots of a study.
+    """Write the page, the table, the dataset, the comparisons and the plots of a study.
+
+    The page, ``study.html``, opens from disk without network: fronts of all cells over one another, cells as lines from
+    their levels to what they found, tables that sort, and the plots.
 
     Args:
         results: results of :func:`trajevo.study.collection.collect`.
@@ -60,7 +64,10 @@ def write_study(results: StudyResults, folder: str | Path | None = None) -> Stud
             notes.append(f"not compared: {error}")
     try:
         write_whole(place / COMPARISONS_FILE, _table(comparisons).encode())
-        files += [place / COMPARISONS_FILE, *_pictures(results, place / PLOTS_FOLDER, notes)]
+        drawn = _pictures(results, place / PLOTS_FOLDER, notes)
+        shown = {_caption(file): file.read_bytes() for file in drawn}
+        write_whole(place / PAGE_FILE, study_page(results, place / PAGE_FILE, comparisons=comparisons, pictures=shown))
+        files += [place / COMPARISONS_FILE, *drawn, place / PAGE_FILE]
     except OSError as error:
         raise InvalidInputError(f"{place}: the results cannot be written there: {why_not(error)}") from error
     return StudyReport(tuple(files), tuple(comparisons), tuple(notes))
@@ -73,6 +80,12 @@ def _table(comparisons: list[Comparison]) -> str:
     for comparison in comparisons:
         writer.writerow(cell(value) if isinstance(value, str) else value for value in astuple(comparison))
     return stream.getvalue()
+
+
+def _caption(file: Path) -> str:
+    """What a picture shows, by its name, such as ``"hypervolume by payload"``."""
+    what, _, factor = file.stem.partition("_")
+    return f"{what} of all cells" if factor == "all" else f"{what} by {factor}"
 
 
 def _pictures(results: StudyResults, folder: Path, notes: list[str]) -> list[Path]:

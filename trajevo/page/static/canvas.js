@@ -111,8 +111,13 @@ function drawAxes(context, box, x, y, labels) {
   context.fillText(labels.y, 4, box.top - 5);
 }
 
-/** A mark of a chosen, pinned or hovered solution. */
+/** A mark of a chosen, pinned or hovered solution, or of one that belongs to such a cell of a study. */
 function drawMark(context, kind, x, y) {
+  if (kind.startsWith("of ")) {
+    context.fillStyle = themed({"of chosen": "accent", "of pin": "second"}[kind] || "text");
+    context.fillRect(x - 2.5, y - 2.5, 5, 5);
+    return;
+  }
   context.lineWidth = 2;
   context.beginPath();
   if (kind === "pin") {

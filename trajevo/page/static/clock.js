@@ -1,13 +1,11 @@
 "use strict";
-// Time that all parts of a page share, and what is common to pages of runs and animations.
+// Time that all parts of a page share, and what is common to pages of runs, studies and animations.
 
 /** What changes, and who wants to know it. */
-class Clock {
-  constructor(data, array) {
+class Told {
+  constructor(data) {
     this.data = data;
-    this.motions = new Motions(data, array);
     this.listeners = new Map();
-    Object.assign(this, {chosen: 0, pins: [], time: 0, playing: false});
   }
 
   on(event, call) {
@@ -17,6 +15,15 @@ class Clock {
 
   tell(event, ...given) {
     for (const call of this.listeners.get(event) || []) call(...given);
+  }
+}
+
+/** The motions of a page, the chosen one, and the instant at which all parts show it. */
+class Clock extends Told {
+  constructor(data, array) {
+    super(data);
+    this.motions = new Motions(data, array);
+    Object.assign(this, {chosen: 0, pins: [], time: 0, playing: false});
   }
 
   get duration() {
@@ -70,16 +77,38 @@ function showTheme(state) {
   });
 }
 
-/** The robot in space, where the browser can draw it. */
+/** What the pointer is at, beside it. */
+function showTip(state) {
+  const tip = byId("tip");
+  state.on("tip", (lines, event) => {
+    tip.hidden = !lines;
+    if (!lines || !event) return;
+    tip.replaceChildren(...lines.map((line) => made("div", {text: line})));
+    const left = Math.min(event.clientX + 14, window.innerWidth - tip.offsetWidth - 8);
+    const top = Math.min(event.clientY + 14, window.innerHeight - tip.offsetHeight - 8);
+    Object.assign(tip.style, {left: `${Math.max(left, 4)}px`, top: `${Math.max(top, 4)}px`});
+  });
+}
+
+/** The robot in space, where the browser can draw it; else a sentence, and no room for it. */
 async function showArm(state, array) {
   if (!state.data.arm || !byId("viewer")) return;
+  const host = byId("arm");
   try {
     const viewer = new TextDecoder().decode(await unpacked("viewer"));
     document.head.append(made("script", {text: viewer}));
-    state.arm = new ArmView(state, byId("arm"), array);
+    state.arm = new ArmView(state, host, array);
+    if (state.data.arm.why) host.after(made("p", {class: "note", text: state.data.arm.why}));
   } catch (error) {
-    byId("arm").replaceChildren(made("p", {class: "note", text: `The robot cannot be drawn here: ${error.message}`}));
+    const why = drawsInSpace() ? error.message : "this browser, or this machine, has no WebGL";
+    host.className = "without";
+    host.replaceChildren(made("p", {class: "note", text: `The robot cannot be drawn here: ${why}.`}));
   }
+}
+
+function drawsInSpace() {
+  const canvas = document.createElement("canvas");
+  return Boolean(canvas.getContext("webgl2") || canvas.getContext("webgl"));
 }
 
 /** The page's data, and what finds its arrays. */

@@ -30,10 +30,7 @@ class FrontView {
     const sheet = prepared(this.canvas);
     if (!sheet) return;
     drawLayer(this, sheet);
-    const {chosen, hovered, pins} = this.state;
-    for (const pin of pins) this.mark(sheet.context, "pin", pin);
-    if (hovered !== null) this.mark(sheet.context, "hover", hovered);
-    this.mark(sheet.context, "chosen", chosen);
+    for (const [kind, k] of this.state.marked()) this.mark(sheet.context, kind, k);
   }
 
   moved(event) {
@@ -50,7 +47,7 @@ class FrontView {
     if (!this.spots) return null;
     let [best, found] = [NEAR * NEAR, null];
     for (let k = 0; k < this.state.count; k += 1) {
-      if (!this.state.within[k]) continue;
+      if (this.state.within[k] !== 1) continue;
       const across = this.spots[2 * k] - x;
       const down = this.spots[2 * k + 1] - y;
       const apart = across * across + down * down;
@@ -63,14 +60,19 @@ class FrontView {
     drawMark(context, kind, this.spots[2 * k], this.spots[2 * k + 1]);
   }
 
-  /** All solutions as dots, those outside of the ranges faded below the others. */
-  dots(context, colour) {
+  /** All solutions as dots in the colours of their groups, those outside of the ranges faded below the others. */
+  dots(context) {
     const size = this.state.count > 1500 ? 3 : 4;
     for (const inside of [0, 1]) {
       context.globalAlpha = inside ? 0.85 : 0.18;
-      context.fillStyle = inside ? colour : themed("muted");
+      context.fillStyle = themed("muted");
+      let group = null;
       for (let k = 0; k < this.state.count; k += 1) {
         if (this.state.within[k] !== inside) continue;
+        if (inside && this.state.groupOf(k) !== group) {
+          group = this.state.groupOf(k);
+          context.fillStyle = seriesColour(group);
+        }
         context.fillRect(this.spots[2 * k] - size / 2, this.spots[2 * k + 1] - size / 2, size, size);
       }
     }
@@ -101,7 +103,7 @@ class PairView extends FrontView {
   drawAll(context) {
     const {objectives} = this.state;
     drawAxes(context, this.box, this.x, this.y, {x: objectives[this.across].title, y: objectives[this.up].title});
-    this.dots(context, seriesColour(0));
+    this.dots(context);
   }
 }
 
@@ -151,7 +153,7 @@ class SpaceView extends FrontView {
 
   place({width, height}) {
     this.middle = [width / 2, height / 2];
-    this.size = 0.58 * Math.min(width, height);
+    this.size = 0.54 * Math.min(width, height);
     const [low, high] = this.state.ends;
     this.spots = new Float32Array(2 * this.state.count);
     for (let k = 0; k < this.state.count; k += 1) {
@@ -177,17 +179,58 @@ class SpaceView extends FrontView {
       }
     }
     context.stroke();
-    this.dots(context, seriesColour(0));
+    this.dots(context);
+    this.placeLabels(context);
     context.textAlign = "center";
     context.textBaseline = "middle";
+    for (const {text, colour, x, y} of this.labels) {
+      context.fillStyle = themed(colour);
+      context.fillText(text, x, y);
+    }
+  }
+
+  /** Names and ends of the axes beside an outer edge each, where they cover neither one another nor the margin. */
+  placeLabels(context) {
+    const [low, high] = this.state.ends;
+    const edges = this.axes.map((_, axis) => this.outerEdge(axis));
+    this.labels = [];
     this.axes.forEach((objective, axis) => {
-      const {title} = this.state.objectives[objective];
-      context.fillStyle = themed("text");
-      context.fillText(title, ...this.seen(along(axis, 0.5, -0.1, -0.1)));
-      context.fillStyle = themed("muted");
-      context.fillText(shown(low[objective], 3), ...this.seen(along(axis, 0, -0.06, -0.06)));
-      context.fillText(shown(high[objective], 3), ...this.seen(along(axis, 1, -0.06, -0.06)));
+      const [a, b] = edges[axis];
+      this.placeLabel(context, this.state.objectives[objective].title, "text", [0.5, 0.4, 0.6, 0.3, 0.7].map((share) => along(axis, share, a, b)));
     });
+    this.axes.forEach((objective, axis) => {
+      for (const [share, end] of [[0.07, low], [0.93, high]]) {
+        this.placeLabel(context, shown(end[objective], 3), "muted", [along(axis, share, ...edges[axis])]);
+      }
+    });
+  }
+
+  /** Of the four edges along an axis the one that is drawn farthest from the middle, the lower one of two. */
+  outerEdge(axis) {
+    const far = ([a, b]) => {
+      const [x, y] = this.seen(along(axis, 0.5, a, b));
+      return Math.hypot(x - this.middle[0], y - this.middle[1]) + 0.01 * y;
+    };
+    return [[0, 0], [0, 1], [1, 0], [1, 1]].reduce((best, edge) => (far(edge) > far(best) ? edge : best));
+  }
+
+  /** Put a text beside one of some points of the cube, as near as it is free; leave it out where nothing is. */
+  placeLabel(context, text, colour, points) {
+    const [half, tall] = [context.measureText(text).width / 2 + 3, 9];
+    const [across, down] = this.middle;
+    for (let far = 10; far < 130; far += 5) {
+      for (const point of points) {
+        const [x0, y0] = this.seen(point);
+        const apart = Math.hypot(x0 - across, y0 - down) || 1;
+        const [right, below] = [(x0 - across) / apart, (y0 - down) / apart];
+        const x = Math.min(Math.max(x0 + right * (far + half * Math.abs(right)), half), 2 * across - half);
+        const y = Math.min(Math.max(y0 + below * (far + half * Math.abs(right)), tall), 2 * down - tall);
+        const covered = this.labels.some((one) => Math.abs(one.x - x) < one.half + half && Math.abs(one.y - y) < 2 * tall);
+        if (covered) continue;
+        this.labels.push({text, colour, x, y, half, tall});
+        return;
+      }
+    }
   }
 }
 
@@ -222,6 +265,7 @@ class ParallelView extends FrontView {
     this.xs = Array.from({length: count}, (_, k) =>
       count > 1 ? this.box.left + (k * (this.box.right - this.box.left)) / (count - 1) : width / 2,
     );
+    this.apart = count > 1 ? this.xs[1] - this.xs[0] : width;
     const [low, high] = this.state.ends;
     this.ys = this.xs.map((_, k) => scale(low[k], high[k], this.box.bottom, this.box.top, 0));
   }
@@ -255,7 +299,7 @@ class ParallelView extends FrontView {
     const next = this.xs.findIndex((place) => place >= x);
     const axis = next < 0 ? this.xs.length - 1 : Math.max(next, 1);
     for (let k = 0; k < this.state.count; k += 1) {
-      if (!this.state.within[k]) continue;
+      if (this.state.within[k] !== 1) continue;
       let place = this.height(k, Math.min(axis, this.xs.length - 1));
       if (axis > 0 && axis < this.xs.length) {
         const share = Math.min(Math.max((x - this.xs[axis - 1]) / (this.xs[axis] - this.xs[axis - 1]), 0), 1);
@@ -277,9 +321,17 @@ class ParallelView extends FrontView {
     const {objectives, count, within, kept} = this.state;
     for (const inside of [0, 1]) {
       context.globalAlpha = inside ? Math.min(0.75, Math.max(0.06, 60 / count)) : Math.min(0.1, 12 / count);
-      context.strokeStyle = inside ? seriesColour(0) : themed("muted");
+      context.strokeStyle = themed("muted");
       context.lineWidth = 1;
-      for (let k = 0; k < count; k += 1) if (within[k] === inside) this.line(context, k);
+      let group = null;
+      for (let k = 0; k < count; k += 1) {
+        if (within[k] !== inside) continue;
+        if (inside && this.state.groupOf(k) !== group) {
+          group = this.state.groupOf(k);
+          context.strokeStyle = seriesColour(group);
+        }
+        this.line(context, k);
+      }
     }
     context.globalAlpha = 1;
     context.font = `12px ${themed("font")}`;
@@ -292,10 +344,13 @@ class ParallelView extends FrontView {
       context.stroke();
       context.textAlign = "center";
       context.fillStyle = themed("text");
-      context.fillText(objective.title, x, this.box.top - 30, 130);
+      context.fillText(objective.title, x, this.box.top - 30, Math.min(130, this.apart - 8));
       context.fillStyle = themed("muted");
-      context.fillText(shown(this.ys[axis].high, 4), x, this.box.top - 10);
-      context.fillText(shown(this.ys[axis].low, 4), x, this.box.bottom + 16);
+      if (objective.levels) this.drawLevels(context, objective.levels, axis);
+      else {
+        context.fillText(shown(this.ys[axis].high, 4), x, this.box.top - 10);
+        context.fillText(shown(this.ys[axis].low, 4), x, this.box.bottom + 16);
+      }
       if (kept[axis]) {
         const [bottom, top] = kept[axis].map((value) => this.ys[axis].at(value));
         context.globalAlpha = 0.35;
@@ -306,9 +361,47 @@ class ParallelView extends FrontView {
     });
   }
 
+  /** Names of the levels of an axis beside it, as many as there is room for. */
+  drawLevels(context, levels, axis) {
+    const every = Math.ceil((14 * levels.length) / (this.box.bottom - this.box.top));
+    context.textAlign = "left";
+    levels.forEach((level, k) => {
+      if (k % every === 0) context.fillText(level, this.xs[axis] + 6, this.ys[axis].at(k) + 4, Math.min(this.apart, 80) - 10);
+    });
+  }
+
   mark(context, kind, k) {
     context.lineWidth = kind === "chosen" ? 3 : 2;
     context.strokeStyle = kind === "chosen" ? themed("accent") : kind === "pin" ? themed("second") : themed("text");
     this.line(context, k);
   }
+}
+
+/** Views of points: every pair of objectives, and the first three in space. */
+function viewsOf(state) {
+  const count = state.objectives.length;
+  const pairs = [];
+  for (let up = 1; up < count; up += 1) for (let across = 0; across < up; across += 1) pairs.push([across, up]);
+  const views = [];
+  if (count > 1) views.push(["Pairs", pairs.map((pair) => new PairView(state, ...pair)), `pairs pairs-${pairs.length}`]);
+  if (count > 2) views.push(["Space", [new SpaceView(state, [0, 1, 2])], "single"]);
+  return views;
+}
+
+/** Views behind tabs, and a button that shows all ranges again. */
+function showViews(state, views, again) {
+  state.views = views.flatMap(([, shapes]) => shapes);
+  const panes = views.map(([, shapes, kind]) => made("div", {class: `views ${kind}`, role: "tabpanel"}, ...shapes.map(({canvas}) => canvas)));
+  const tabs = views.map(([name], k) =>
+    made("button", {type: "button", role: "tab", text: name, "aria-label": `${name} view`, onclick: () => turnTo(k)}),
+  );
+  const turnTo = (chosen) => {
+    panes.forEach((pane, k) => (pane.hidden = k !== chosen));
+    tabs.forEach((tab, k) => tab.setAttribute("aria-selected", String(k === chosen)));
+  };
+  const whole = made("button", {type: "button", text: "all ranges", title: "show everything again", onclick: again});
+  byId("front").append(made("div", {class: "tabs", role: "tablist"}, ...tabs, whole), ...panes);
+  state.on("ranges", () => (whole.hidden = state.kept.every((range) => !range)));
+  whole.hidden = true;
+  turnTo(0);
 }

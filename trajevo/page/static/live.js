@@ -36,10 +36,63 @@ function nearestTo(state, values) {
   return found;
 }
 
+/** What a served page asks its server about a solution of which it knows nothing yet. */
+class Server {
+  constructor(state) {
+    this.state = state;
+  }
+
+  async ask(what, row, more = "") {
+    const answer = await fetch(`${what}?row=${row}&stamp=${this.state.data.live.stamp}${more}`);
+    if (!answer.ok) throw new Error(await answer.text());
+    return answer;
+  }
+
+  /** A button that computes something, and stands aside for a sentence where that cannot be done. */
+  button(text, title, call) {
+    const button = made("button", {type: "button", text, title});
+    button.addEventListener("click", async () => {
+      button.disabled = true;
+      try {
+        await call();
+      } catch (error) {
+        button.after(made("span", {class: "alert", text: ` ${error.message}`}));
+      }
+      button.disabled = false;
+    });
+    return button;
+  }
+
+  /** A button for a certificate or a payload, which is shown in its place. */
+  unknown(what, row) {
+    return this.button(`compute the ${what}`, "", async () => {
+      const text = await (await this.ask(what, row)).text();
+      this.state.data.known[row] = {...this.state.data.known[row], [what]: text};
+      if (this.state.rows[this.state.chosen] === row) showKnown(this.state);
+    });
+  }
+
+  /** Buttons for files in all formats but some that the page has. */
+  files(row, name, but) {
+    const left = this.state.data.live.formats.filter(({ending}) => !but.has(`${name}.${ending}`));
+    return left.map(({name: format, ending, told}) =>
+      this.button(`${name}.${ending}`, told, async () => {
+        const answer = await this.ask("file", row, `&format=${encodeURIComponent(format)}`);
+        saved(`${name}.${ending}`, await answer.blob());
+      }),
+    );
+  }
+}
+
+/** Whether a page is served, and not a copy of one on a disk. */
+function isServed(state) {
+  return Boolean(state.data.live) && window.location.protocol.startsWith("http");
+}
+
 /** Buttons that go on with the run, and a line of how it stands. */
 function showLive(state) {
   const {live} = state.data;
-  if (!live || !window.location.protocol.startsWith("http")) return;
+  if (!isServed(state)) return;
   recalled(state);
   const said = made("span", {role: "status", id: "standing"});
   const begin = async (name, given = {}) => {

@@ -46,6 +46,17 @@ class State extends Clock {
     this.tell("tip", lines, event);
   }
 
+  /** What stands out in every view: kinds of marks and members, the one on top last. */
+  marked() {
+    const hovered = this.hovered === null ? [] : [["hover", this.hovered]];
+    return [...this.pins.map((pin) => ["pin", pin]), ...hovered, ["chosen", this.chosen]];
+  }
+
+  /** All members have one colour. */
+  groupOf() {
+    return 0;
+  }
+
   told(member) {
     const rules = this.data.choices.filter((choice) => choice.member === member).map((choice) => choice.rule);
     return [
@@ -96,34 +107,8 @@ class State extends Clock {
 
 /** Views of the front behind tabs: pairs, space, parallel coordinates. */
 function showFront(state) {
-  const count = state.objectives.length;
-  const views = [];
-  if (count > 1) {
-    const pairs = [];
-    for (let up = 1; up < count; up += 1) for (let across = 0; across < up; across += 1) pairs.push([across, up]);
-    views.push(["Pairs", pairs.map((pair) => new PairView(state, ...pair)), `pairs pairs-${pairs.length}`]);
-  }
-  if (count > 2) views.push(["Space", [new SpaceView(state, [0, 1, 2])], "single"]);
-  views.push(["Parallel", [new ParallelView(state)], "single"]);
-  state.views = views.flatMap(([, shapes]) => shapes);
-  const panes = views.map(([, shapes, kind]) => made("div", {class: `views ${kind}`, role: "tabpanel"}, ...shapes.map(({canvas}) => canvas)));
-  const tabs = views.map(([name], k) =>
-    made("button", {type: "button", role: "tab", text: name, "aria-label": `${name} view`, onclick: () => turnTo(k)}),
-  );
-  const turnTo = (chosen) => {
-    panes.forEach((pane, k) => (pane.hidden = k !== chosen));
-    tabs.forEach((tab, k) => tab.setAttribute("aria-selected", String(k === chosen)));
-  };
-  const whole = made("button", {
-    type: "button",
-    text: "all ranges",
-    title: "show all solutions again",
-    onclick: () => state.objectives.forEach((_, k) => state.keep(k, null)),
-  });
-  byId("front").append(made("div", {class: "tabs", role: "tablist"}, ...tabs, whole), ...panes);
-  state.on("ranges", () => (whole.hidden = state.kept.every((range) => !range)));
-  whole.hidden = true;
-  turnTo(0);
+  const views = [...viewsOf(state), ["Parallel", [new ParallelView(state)], "single"]];
+  showViews(state, views, () => state.objectives.forEach((_, k) => state.keep(k, null)));
   byId("front").addEventListener("keydown", (event) => {
     const step = {ArrowLeft: -1, ArrowRight: 1, ArrowUp: -1, ArrowDown: 1}[event.key];
     if (!step || event.target.matches("input")) return;
@@ -202,27 +187,35 @@ function showLimits(state) {
   byId("limits").replaceChildren(made("table", {}, made("tbody", {}, ...bars)));
 }
 
-/** Certificate, payload and files of the chosen solution, or the command that makes them. */
+/** Certificate, payload and files of the chosen solution, or what makes them: the server, or a command. */
 function showKnown(state) {
   const row = state.rows[state.chosen];
   const known = state.data.known[row] || {};
-  const command = (verb) => made("code", {text: `trajevo ${verb} ${state.data.run} --solution ${row}`});
+  const {run, option: [option, told]} = state.data;
+  const command = (verb) => made("code", {text: `trajevo ${verb} ${run} --solution ${row}${option}`});
+  const unknown = (verb, what) => (state.server ? state.server.unknown(what, row) : command(verb));
   const lines = [
-    ["Certificate", known.certificate || command("certify")],
-    ...(state.data.carries ? [["Largest payload", known.payload || command("capacity")]] : []),
+    ["Certificate", known.certificate || unknown("certify", "certificate")],
+    ...(state.data.carries ? [["Largest payload", known.payload || unknown("capacity", "payload")]] : []),
   ];
-  const files = known.files && known.files.length
-    ? known.files.map(({name, text, kind}) => made("button", {type: "button", text: name, onclick: () => saved(name, text, kind, state)}))
-    : [command("export"), document.createTextNode(" --format csv")];
+  const held = known.files || [];
+  const files = held.map(({name, text, kind}) =>
+    made("button", {type: "button", text: name, onclick: () => saved(name, new Blob([state.file(text)], {type: kind}))}));
+  if (state.server) {
+    const choice = state.data.choices.find(({member}) => member === state.chosen);
+    files.push(...state.server.files(row, choice ? choice.rule : row, new Set(held.map(({name}) => name))));
+  } else if (!files.length) files.push(command("export"), document.createTextNode(" --format csv"));
+  const open = told && !state.server && (!known.certificate || !held.length);
   byId("known").replaceChildren(
     ...lines.map(([label, content]) => made("p", {}, made("b", {text: `${label}: `}), content)),
     made("p", {class: "files"}, made("b", {text: "Files: "}), ...files),
+    ...(open ? [made("p", {class: "note", text: told})] : []),
   );
 }
 
-/** Offer a file of the page for saving: exactly the bytes that Python wrote. */
-function saved(name, place, kind, state) {
-  const link = made("a", {href: URL.createObjectURL(new Blob([state.file(place)], {type: kind})), download: name});
+/** Offer a file for saving: exactly the bytes that Python wrote. */
+function saved(name, content) {
+  const link = made("a", {href: URL.createObjectURL(content), download: name});
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
@@ -268,19 +261,6 @@ function showProfiles(state) {
   byId("joints").append(...joints, shares, whole);
 }
 
-/** What the pointer is at, beside it. */
-function showTip(state) {
-  const tip = byId("tip");
-  state.on("tip", (lines, event) => {
-    tip.hidden = !lines;
-    if (!lines || !event) return;
-    tip.replaceChildren(...lines.map((line) => made("div", {text: line})));
-    const left = Math.min(event.clientX + 14, window.innerWidth - tip.offsetWidth - 8);
-    const top = Math.min(event.clientY + 14, window.innerHeight - tip.offsetHeight - 8);
-    Object.assign(tip.style, {left: `${Math.max(left, 4)}px`, top: `${Math.max(top, 4)}px`});
-  });
-}
-
 /** In a notebook's frame, tell what is chosen, and choose what Python asks for. */
 function showFramed(state) {
   if (window.parent === window) return;
@@ -303,6 +283,7 @@ async function begin() {
   const [data, array] = await opened();
   const state = new State(data, array);
   document.body.classList.add("live");
+  if (isServed(state)) state.server = new Server(state);
   showTip(state);
   showFront(state);
   showChoices(state);

@@ -59,7 +59,7 @@ def placed(found: Description, base: Any, where: Path | str) -> Description:
     cell = CELL if CELL not in links else f"{CELL} of {root}"
     robot.insert(0, ElementTree.Element("link", name=cell))
     _fix(robot, f"to {root}", (cell, root), pose)
-    return replace(found, text=checked_text(robot, where), as_written=False)
+    return replace(found, text=checked_text(robot, where, look=True), as_written=False)
 
 
 def mounted(found: Description, tools: Any, tool: str | None, where: Path | str) -> tuple[Description, str | None]:
@@ -100,7 +100,7 @@ def mounted(found: Description, tools: Any, tool: str | None, where: Path | str)
             _add(robot, name, one["parent"], *parts)
     if chosen not in names:
         return found, chosen
-    return replace(found, text=checked_text(robot, where), as_written=False), chosen
+    return replace(found, text=checked_text(robot, where, look=True), as_written=False), chosen
 
 
 def _name_of(one: Any, number: int) -> str:

@@ -54,7 +54,7 @@ def described(
 
 
 def checked_description(file: Path, lock: Collection[str], **given: Any) -> Description:
-    """As :func:`described`, checked by :func:`~trajevo.robot.urdf.problems.checked_urdf`."""
+    """As :func:`described`, checked by :func:`~trajevo.robot.urdf.problems.checked_text`, with what links look like."""
     found = described(file, lock, **given)
     return replace(found, text=_checked(found.text, str(file), frozenset(lock)))
 
@@ -62,4 +62,4 @@ def checked_description(file: Path, lock: Collection[str], **given: Any) -> Desc
 @lru_cache(maxsize=8)
 def _checked(text: str, file: str, lock: frozenset[str]) -> str:
     """Text that was checked, once for the same text: studies and scripts load one robot again and again."""
-    return checked_text(ElementTree.fromstring(text), file, lock)
+    return checked_text(ElementTree.fromstring(text), file, lock, look=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any, Literal
 from xml.etree import ElementTree
 
@@ -13,8 +14,10 @@ import pinocchio as pin
 from trajevo.base.arrays import Array, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
+from trajevo.robot.shapes.collada import diffuse_colour
 from trajevo.robot.shapes.kept import KeptShapes, LinkShape
 from trajevo.robot.shapes.meshes import check_solids
+from trajevo.robot.urdf.look import leave_found
 from trajevo.robot.urdf.model import held_still, read_model
 
 #: Cells along the longest side of a link's box within which vertices become one.
@@ -36,6 +39,8 @@ def read_geometry(robot: Robot, kind: Literal["collision", "visual"]) -> Any:
     """
     text, where = robot.checked_text(), robot.where
     document = robot.description() if kind == "visual" else ElementTree.fromstring(text)
+    if kind == "visual" and robot.written:  # text has no folder, and its meshes may be elsewhere
+        leave_found(document, robot.packages)
     check_solids(document, where, robot.packages, kind=kind)
     shown = ElementTree.tostring(document, encoding="unicode") if kind == "visual" else text
     whole = read_model(text, where)
@@ -108,9 +113,14 @@ def _unread(robot: Robot, error: Exception, kind: str) -> str:
 def _shape(entry: Any, most: int) -> LinkShape:
     vertices, triangles = _triangles(entry.geometry, most)
     placed = vertices @ np.asarray(entry.placement.rotation).T + np.asarray(entry.placement.translation)
-    red, green, blue = (float(value) for value in entry.meshColor[:3])
+    colour: tuple[float, float, float] | None = None
+    if not entry.overrideMaterial and entry.meshPath.lower().endswith(".dae"):
+        colour = diffuse_colour(Path(entry.meshPath))
+    if colour is None:
+        red, green, blue = (float(value) for value in entry.meshColor[:3])
+        colour = red, green, blue
     link = re.sub(r"_\d+$", "", entry.name)
-    return LinkShape(link, int(entry.parentJoint), read_only(placed), triangles, (red, green, blue))
+    return LinkShape(link, int(entry.parentJoint), read_only(placed), triangles, colour)
 
 
 def _triangles(solid: Any, most: int) -> tuple[Array, Array]:

@@ -15,10 +15,10 @@ from trajevo.base.arrays import Array, read_only
 from trajevo.base.files import MOST_DATA, cache_folder, read_bytes, write_whole
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
-from trajevo.robot.shapes.meshes import files_of
+from trajevo.robot.urdf.look import files_of
 
 #: Number of this way of simplifying; another one makes shapes anew.
-_VERSION = 1
+_VERSION = 2
 
 
 @final

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -21,6 +21,7 @@ from trajevo.base.files import MOST_DATA, read_bytes, why_not
 from trajevo.base.plain import parsed_xml
 from trajevo.errors import InvalidInputError
 from trajevo.robot.urdf.file import urdf_number
+from trajevo.robot.urdf.look import files_of
 
 #: Greatest coordinate of a vertex in the units of its file, often mm.
 _FARTHEST = 1e7
@@ -109,15 +110,6 @@ def _check_lengths(element: ElementTree.Element, key: str, count: int, where: st
         raise InvalidInputError(
             f"{where}: <{element.tag}>: expected {count} {kind} below {_FARTHEST:g} as {key}, got {element.get(key)!r}"
         )
-
-
-def files_of(name: str, packages: Sequence[Path]) -> Iterator[Path]:
-    """Files that a name of a mesh in a URDF may stand for, of those that exist."""
-    scheme, mark, rest = name.partition("://")
-    places: Iterable[Path] = [folder / rest for folder in packages] if scheme == "package" else [Path(rest)]
-    for place in places if mark else [Path(name)]:
-        if os.path.exists(place):
-            yield place
 
 
 def _check_points(file: Path, points: Array, *, what: str = "vertices") -> None:

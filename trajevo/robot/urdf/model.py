@@ -13,6 +13,7 @@ import pinocchio as pin
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.loading.arguments import check_locked
+from trajevo.robot.urdf.look import without_look
 
 #: Beginning of the names of links' frames that must differ from those of joints for a while.
 _LINK = "link of trajevo "
@@ -28,6 +29,7 @@ def read_model(text: str, file: Path | str) -> Any:
         InvalidInputError: Pinocchio cannot read it.
     """
     robot = ElementTree.fromstring(text)
+    without_look(robot)
     endless = [joint for joint in robot.iterfind("joint") if joint.get("type") == "continuous"]
     unlimited = {joint.get("name", "") for joint in endless if joint.find("limit") is None}
     for joint in endless:

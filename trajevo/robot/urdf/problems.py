@@ -14,6 +14,7 @@ from trajevo.errors import InvalidInputError, nearest_names
 from trajevo.robot.urdf.bodies import bodies
 from trajevo.robot.urdf.file import read_urdf, urdf_number
 from trajevo.robot.urdf.joints import followers, mimic_loop, mimicking
+from trajevo.robot.urdf.look import keep_look, without_look
 
 #: Greatest number of links: Pinocchio's reader ends the process where a chain of 4,000 exhausts its stack.
 MOST_LINKS = 2_000
@@ -22,7 +23,7 @@ MOST_LINKS = 2_000
 _ROUNDING = 1e-6
 
 #: Elements that nobody reads here. Pinocchio's parser would print their mistakes, raw, on the terminal.
-_NOT_READ = ("visual", "material", "gazebo", "transmission", "calibration", "safety_controller")
+_NOT_READ = ("gazebo", "transmission", "calibration", "safety_controller")
 
 #: Shapes of collision geometry, with the counts of numbers in their attributes.
 _SHAPES = {
@@ -61,10 +62,27 @@ def checked_urdf(file: Path, locked: Collection[str] = ()) -> str:
     return checked_text(read_urdf(file), file, locked)
 
 
-def checked_text(robot: ElementTree.Element, file: Path | str, locked: Collection[str] = ()) -> str:
-    """As :func:`checked_urdf`, of the top element of a URDF, which is changed."""
+def checked_text(
+    robot: ElementTree.Element,
+    file: Path | str,
+    locked: Collection[str] = (),
+    *,
+    look: bool = False,
+) -> str:
+    """As :func:`checked_urdf`, of the top element of a URDF, which is changed.
+
+    Args:
+        robot: the element.
+        file: where it is from, for messages.
+        locked: joints that will be locked.
+        look: whether to keep what links look like.
+    """
     for problem in urdf_problems(robot, file, locked):
         raise InvalidInputError(problem)
+    if look:
+        keep_look(robot)
+    else:
+        without_look(robot)
     for parent in (robot, *robot.iterfind("link"), *robot.iterfind("joint")):
         for child in [child for child in parent if child.tag in _NOT_READ]:
             parent.remove(child)

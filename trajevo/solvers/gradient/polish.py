@@ -17,6 +17,7 @@ from weakref import WeakSet
 import numpy as np
 
 from trajevo.base.arrays import Array, one_blas_thread
+from trajevo.base.shown.bar import Steps
 from trajevo.base.shown.brief import brief
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, NoSolutionError, TrajevoError
@@ -81,6 +82,7 @@ def polish(
     seed: int | None = None,
     evaluations: int | None = None,
     cpu_time: float | None = None,
+    progress: bool = True,
 ) -> Polished:
     """Refine a front by gradients; a member is lost only if a new point dominates it.
 
@@ -100,6 +102,7 @@ def polish(
         evaluations: number of evaluations, a gradient counted as one per variable, after which no further step is
             begun; no limit if None.
         cpu_time: CPU time after which no further step is begun [s]; no limit if None.
+        progress: show the steps in a notebook, in the output of the cell; nothing is shown elsewhere.
 
     Returns:
         The polished front, the original and the gain. The polished front's history has one entry more than the
@@ -127,13 +130,17 @@ def polish(
                 bool(stopping) or cost >= share * most or time.process_time() - began >= share * seconds
             ),
         )
+        shown = Steps(rounds * (1 + _FILLINGS), enabled=progress)
         for number in range(rounds):
             work.refine(members, number, anchors=number == 0)
+            shown.step(f"steps of polishing, {len(work.archive.F)} members")
             for _ in range(_FILLINGS):
                 work.fill()
+                shown.step(f"steps of polishing, {len(work.archive.F)} members")
         before = work.box.hypervolume(front.F)
         # The archive dominates all that the front does; only rounding could tell a smaller volume.
         after = max(before, work.box.hypervolume(work.archive.F))
+        shown.end(f"steps of polishing, hypervolume {before:.5f} -> {after:.5f}, {len(work.archive.F)} members")
     counts: dict[str, Any] = {
         "hypervolume_before": before,
         "hypervolume_after": after,

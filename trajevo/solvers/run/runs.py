@@ -50,7 +50,7 @@ class Standing:
     not_resumable: str
 
 
-def polished(front: Front, manifest: Manifest, folder: RunFolder | None) -> Front:
+def polished(front: Front, manifest: Manifest, folder: RunFolder | None, *, progress: bool) -> Front:
     """Polish the front of an evolution if the manifest says so; the folder also keeps the front before polishing.
 
     Where the evolution has found nothing feasible, gradients seek it from its nearest miss first.
@@ -65,7 +65,7 @@ def polished(front: Front, manifest: Manifest, folder: RunFolder | None) -> Fron
         folder.keep(front, evolved=True)
     seconds = None if manifest.cpu_time is None else max(manifest.cpu_time - front.run.cpu_seconds[-1], _LEAST_CPU_TIME)
     evaluations = None if manifest.evaluations is None else max(manifest.evaluations - front.run.evaluations, 1)
-    return polish(front, evaluations=evaluations, cpu_time=seconds).front
+    return polish(front, evaluations=evaluations, cpu_time=seconds, progress=progress).front
 
 
 def resume(
@@ -107,7 +107,8 @@ def resume(
         if impossible:
             front = nothing_searched(to_solve, manifest, impossible)
         else:
-            front = polished(evolve(to_solve, solver, manifest, folder=run, progress=progress), manifest, run)
+            front = evolve(to_solve, solver, manifest, folder=run, progress=progress)
+            front = polished(front, manifest, run, progress=progress)
         run.keep(front)
     return front
 
