@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from trajevo import Robot, ViaPointProblem, certify, load_task, optimise
+from trajevo.errors import UnknownNameError
+from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, usual_interpolant
 from trajevo.trajectory.interpolants.usual import MOST_VARIABLES
 
@@ -93,14 +95,38 @@ def test_what_needs_a_body_leaves_the_times_alone_free(given: dict[str, Any]) ->
 def test_the_number_of_variables_is_that_of_the_b_spline(points: int, joints: int) -> None:
     drawn = np.random.default_rng(points).uniform(-1.0, 1.0, (points, joints))
     robot = Robot.from_limits(velocity=[1.0] * joints, acceleration=[5.0] * joints, jerk=[50.0] * joints)
+    via = ViaPoints(drawn)
     few = ViaPointProblem(robot=robot, points=drawn, interpolant="bspline").n_var <= MOST_VARIABLES
-    assert usual_interpolant(points, joints, of_joints_alone=True) == ("bspline" if few else "quintic_spline")
-    assert usual_interpolant(points, joints, of_joints_alone=False) == "quintic_spline"
+    assert usual_interpolant(via, of_joints_alone=True) == ("bspline" if few else "quintic_spline")
+    assert usual_interpolant(via, of_joints_alone=False) == "quintic_spline"
 
 
 def test_every_usual_interpolant_has_its_name() -> None:
     for alone in (False, True):
-        assert usual_interpolant(3, 6, of_joints_alone=alone) in NAMED_INTERPOLANTS.all()
+        assert usual_interpolant(ViaPoints(np.array(THREE)), of_joints_alone=alone) in NAMED_INTERPOLANTS.all()
+
+
+def test_a_joint_that_is_where_it_was_at_all_points_stands() -> None:
+    points = np.array(THREE)
+    points[:, 4] = 0.5
+    standing = problem(points=points)
+    assert standing.settings["interpolant"] == "bspline"
+    assert not any(variable.name.startswith("e of ") for variable in standing.variables)
+    X = np.random.default_rng(0).uniform(standing.xl, standing.xu, (20, standing.n_var))
+    motion = standing.decode(X)
+    np.testing.assert_allclose(motion.peak(1)[:, 4], 0.0, atol=1e-12)
+    again = ViaPointProblem(**standing.settings)
+    np.testing.assert_array_equal(again.evaluate(X)[0], standing.evaluate(X)[0])
+
+
+def test_a_point_on_a_limit_leaves_the_times_alone_free() -> None:
+    low = [-3.0, -1.9, -3.0, -3.0, -3.0, -3.0]
+    robot = Robot.from_limits(
+        velocity=[3.14] * 6, acceleration=[15.0] * 6, jerk=[200.0] * 6, position=np.stack([low, [3.0] * 6], axis=1)
+    )
+    near = [(*THREE[0][:1], -1.8, *THREE[0][2:]), *THREE[1:]]
+    assert kind(robot=robot, points=near) == "bspline"
+    assert kind(robot=robot, points=[THREE[1], THREE[0], THREE[2]]) == "quintic_spline"
 
 
 def test_a_problem_made_again_from_its_settings_keeps_its_interpolant() -> None:
@@ -118,3 +144,9 @@ def test_the_default_front_ends_before_an_even_b_spline_of_24_points(jerk: float
     fastest = front.least("time")
     assert fastest.F["time"] <= most
     assert certify(fastest).proven
+
+
+@pytest.mark.parametrize("given", ["", "splines", "None"])
+def test_a_name_that_is_none_is_no_usual_one(given: str) -> None:
+    with pytest.raises(UnknownNameError, match="interpolant"):
+        problem(interpolant=given)

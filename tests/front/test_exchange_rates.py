@@ -17,6 +17,7 @@ ONE = {"velocity": 2.0, "acceleration": 10.0, "jerk": 100.0}
 def problem_of(limits, points=((0.0,), (1.0,)), **given):
     robot = Robot.from_limits(**limits, names=tuple(f"axis {k}" for k in range(len(points[0]))))
     usual = {"objectives": ("time", "jerk"), "constraints": ("velocity", "acceleration", "jerk")}
+    usual["interpolant"] = "quintic_spline"
     return ViaPointProblem(robot=robot, points=points, **(usual | {"duration_bounds": (0.05, 5.0)} | given))
 
 

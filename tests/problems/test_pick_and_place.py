@@ -211,6 +211,7 @@ def test_the_other_papers_point_to_point_cases_are_instances_too():
         robot="pointing_mechanism",
         points=pointing.interpolant.points.positions,
         duration_bounds=(1.0, 10.0),
+        interpolant="quintic_spline",
         objectives=("time", "acceleration", "jerk"),
     )
     x = np.random.default_rng(0).uniform(1.0, 10.0, (5, 4))

@@ -213,7 +213,7 @@ def test_names_and_widths_of_variables():
         ({"knots": "uneven"}, "unknown knots 'uneven'; known: even, free"),
         ({"ends": "snap"}, "unknown ends 'snap'; known: acceleration, jerk, position, velocity"),
         ({"degree": 3, "ends": "jerk"}, "ends: a B-spline of degree 3 cannot hold its jerk; degree 5 and 7 can"),
-        ({"half_width": [0.1, 0.0, 0.1]}, "half_width: expected positive numbers"),
+        ({"half_width": [0.1, -0.1, 0.1]}, "half_width: expected numbers from 0 on"),
         ({"joints": ("a",), "units": ("rad", "m")}, "joints: expected as many names as units, at most 3, got 1 and 2"),
         (
             {"ends": "position", "start_velocity": [1.0, 0.0, 0.0]},

@@ -117,6 +117,11 @@ REPORT_FILE, PLOTS_FOLDER = "report.html", "plots"
 _out = Terminal()
 
 
+def draws(pictures: bool | None, kind: str) -> bool:
+    """Whether a run's command draws pictures: as told, else unless it writes the short report, which shows the same."""
+    return kind != "short" if pictures is None else pictures
+
+
 def write_results(
     front: Front,
     folder: Path,
@@ -129,9 +134,9 @@ def write_results(
 ) -> None:
     """Print the results of a finished run, write its pictures and report, and exit with 3 if its front is empty.
 
-    After an interruption, print the next command and exit. Pictures, if not told, are left out with the short report.
+    After an interruption, print the next command and exit.
     """
-    pictures = kind != "short" if pictures is None else pictures
+    drawn = draws(pictures, kind)
     if not (folder / FRONT_FILE).exists():
         raise typer.Exit(2)
     clear_stale(folder)
@@ -142,12 +147,12 @@ def write_results(
             f"interrupted by {front.run.stopped_by}; next: {go_on}, or trajevo report {folder} for what is there",
         )
         raise typer.Exit(128 + signal.Signals[front.run.stopped_by])
-    then = _then(front, folder, kind=kind, pictures=pictures)
+    then = _then(front, folder, kind=kind, pictures=drawn)
     write_report_of(
         front,
         folder,
         kind=kind,
-        pictures=pictures,
+        pictures=drawn,
         views=kind == "full",
         quiet=quiet,
         then=then,
@@ -163,11 +168,10 @@ def _then(front: Front, folder: Path, *, kind: str, pictures: bool) -> str:
     if not len(front):
         return "trajevo check with the same problem and options, which tells what rules motions out"
     later = len(analysed(front)) - len(analysed(front, kind))
-    drawn = "" if pictures else f"; trajevo report {folder} for pictures"
-    left_out = ["views in space"] if kind != "full" else []
+    drawn = "" if pictures else f"; trajevo pictures {folder} for a paper's"
+    left_out = ["views in space"] if pictures and kind != "full" else []
     left_out += [f"{later} analyses that take longer"] if later else []
-    full = "--full" if drawn else f"trajevo report {folder} --full"
-    more = f"{',' if drawn else ';'} {full} for {' and '.join(left_out)}" if left_out else ""
+    more = f"; trajevo report {folder} --full for {' and '.join(left_out)}" if left_out else ""
     return f"trajevo certify {folder}{drawn}{more}"
 
 

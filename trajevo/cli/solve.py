@@ -30,6 +30,7 @@ from trajevo.cli.results import (
     RunArgument,
     RunPicturesOption,
     VerboseOption,
+    draws,
     front_of,
     reading,
     write_results,
@@ -85,7 +86,7 @@ def solve(
     how.check(search, to_solve)
     algorithm_for(decided(settings, to_solve), to_solve)  # refuses invalid settings before the folder is touched
     _tell(check(to_solve), quiet=quiet)
-    _claim(folder, overwrite)
+    _claim(folder, overwrite, pictures=draws(pictures, report))
     seed = settings.seed or 0
     if how.name == "nnc":
         _err.print("warning: the method nnc keeps no checkpoints: SIGINT keeps what was found, SIGKILL nothing")
@@ -177,14 +178,15 @@ def _refuse_given(method: str, names: list[str]) -> None:
         raise InvalidInputError(f"{flag(name)}: the method {method!r} has no such setting")
 
 
-def _claim(folder: Path, overwrite: bool) -> None:
+def _claim(folder: Path, overwrite: bool, *, pictures: bool) -> None:
     """Make sure that results can be written before hours are spent on them."""
     run = RunFolder(folder)
     if run.holds_run and not overwrite:
         go_on = f", or go on with it: trajevo resume {folder}" if run.begun else ""
         raise InvalidInputError(f"{folder} already holds a run; choose another --out or add --overwrite{go_on}")
     try:
-        for place in (folder, own_folder(folder / PLOTS_FOLDER)):
+        folder.mkdir(parents=True, exist_ok=True)
+        for place in (folder, *([own_folder(folder / PLOTS_FOLDER)] if pictures else [])):
             tempfile.TemporaryFile(dir=place).close()
     except OSError as error:
         raise InvalidInputError(f"{folder}: the output folder cannot be written: {why_not(error)}") from error

@@ -159,16 +159,11 @@ class ViaPointProblem(TrajectoryProblem):
         if title is not None:
             self.title = checked_title(title)
         self._own: dict[str, Any] = {}
+        asked_for = None if interpolant is None else self._named([interpolant], "interpolant")[0]
         objectives, constraints = self._named(objectives, "objectives"), self._named(constraints, "constraints")
         _check_keys(parameters)
         named = robot_of(robot)
         via = closed(joint_points(points, named, turns=turns), cyclic)
-        if interpolant is None:
-            alone = not any((moving, passing, segments, cyclic, pace, extra_points))
-            alone = alone and kinds.of_joints_alone(constraints, parameters) and of_joints_alone(objectives)
-            interpolant = "bspline" if bspline else usual_interpolant(len(via), named.dof, of_joints_alone=alone)
-        kind: str = self._named([interpolant], "interpolant")[0]
-        NAMED_INTERPOLANTS.find(kind)
         bounds = checked_durations(duration_bounds, len(via))
         boxes = _boxes(moving)
         _check_widths(boxes, via, named)
@@ -178,10 +173,15 @@ class ViaPointProblem(TrajectoryProblem):
             turning(via, named, boxes) if kept else (),
         )
         parts = segments_of(segments, len(via))
+        plain = not any((boxes, given_passing, parts, cyclic))
+        alone = plain and kinds.of_joints_alone(constraints, parameters) and of_joints_alone(objectives)
+        usual = usual_interpolant(via, of_joints_alone=alone and not any((pace, extra_points, on_limits)))
+        kind: str = ("bspline" if bspline else usual) if asked_for is None else asked_for
+        NAMED_INTERPOLANTS.find(kind)
         asked, curves = with_stops(given_passing, parts, len(via)), curves_of(parts, named, via, kind)
         check_limits(parts, on_limits, named)
         at_limits = left_open(on_limits, asked)
-        extra = _between(kind, extra_points, bspline, named, via)
+        extra = _between(kind, extra_points, bspline, named, via, alone)
         decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves, extra)
         other: dict[str, Any] = {"moving": boxes, kind if kind in ("bspline", "hermite") else "extra_points": extra}
         other |= {"passing": given_passing, "segments": parts, "cyclic": cyclic}
@@ -383,7 +383,7 @@ def _interpolant(
 
 
 def _between(
-    kind: str, extra_points: Any, bspline: Any, robot: Robot, via: ViaPoints
+    kind: str, extra_points: Any, bspline: Any, robot: Robot, via: ViaPoints, of_joints_alone: bool
 ) -> ExtraPoints | BSplineShape | HermiteShape | None:
     """What is free between the points: points, velocities, or control points of B-splines."""
     if kind == "hermite" and bspline is None:
@@ -393,7 +393,7 @@ def _between(
         return extra
     if extra is not None:
         raise InvalidInputError("extra_points: 'bspline' takes none; its control_points are free, in [bspline]")
-    return BSplineShape.of(bspline, robot, via)
+    return BSplineShape.of(bspline, robot, via, of_joints_alone=of_joints_alone)
 
 
 def _boxes(moving: Sequence[Any]) -> list[JointBox | CartesianBox]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, final
@@ -52,12 +52,18 @@ def _settings() -> Any:
     return mpl.rc_params_from_file(_FILE, use_default_template=False)
 
 
-def style() -> AbstractContextManager[None]:
+@contextmanager
+def style() -> Iterator[None]:
     """The style of these pictures, for figures of your own: ``with plots.style(): figure, axes = plt.subplots(...)``.
 
     Files that are written within it keep their text as text (PDF, SVG). Nothing of it stays when the context ends.
     """
-    return mpl.rc_context(dict(_settings()))
+    before = {key: mpl.rcParams[key] for key in _settings()}
+    mpl.rcParams.update(_settings())
+    try:
+        yield
+    finally:  # not Matplotlib's own context: the first figure of a notebook makes it interactive, which has to stay
+        mpl.rcParams.update(before)
 
 
 @cache

@@ -135,7 +135,9 @@ def of_joints_alone(names: Sequence[str], given: Mapping[str, Any]) -> bool:
     if isinstance(names, str) or not isinstance(names, Sequence):
         return False
     known = {parameter.name for name in _OF_JOINTS for parameter in KINDS[name].parameters}
-    return set(names) <= _OF_JOINTS and {key for key, value in given.items() if value is not None} <= known
+    usual = {name: parameter.default for name, parameter in parameters_of(KINDS).items()}
+    asked = {key for key, value in given.items() if value is not None and value != usual.get(key)}
+    return set(names) <= _OF_JOINTS and asked <= known
 
 
 def _of_user(place: str) -> LimitKind:

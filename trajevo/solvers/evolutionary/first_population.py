@@ -35,6 +35,10 @@ _WIDEST = 16.0
 #: How often a whole population is drawn at most, to find enough individuals that keep the limits.
 _TRIES = 12
 
+#: How near the plain motion the populations of a round of tries are: where it keeps the limits small departures do, and
+#: where it leaves a joint's range only great ones help.
+_NEAR = (1.0, None, 0.25, None, 0.0625, None)
+
 #: Difference of two paths that counts as rounding [rad or m].
 _ROUNDING = 1e-9
 
@@ -60,8 +64,8 @@ def first_population(problem: TrajectoryProblem, size: int, *, starts: str, seed
 
     Individuals that are to be stretched are drawn from a Sobol sequence: the times of each differ by a factor of up to
     16, the other variables are uniform. After stretching, some may still break a limit that does not depend on speed,
-    such as one of position. So whole populations are drawn until enough individuals are feasible, at most 12 times;
-    then those that break the limits least are taken.
+    such as one of position. So whole populations are drawn until enough individuals are feasible, at most 12 times,
+    nearer to the plain motion and farther from it in turn; then those that break the limits least are taken.
 
     Args:
         problem: the problem.
@@ -183,11 +187,12 @@ def _stretched_population(
     limits = Limits(problem)
     stretching = Stretching.of(limits)
     X, worst = np.empty((0, problem.n_var)), np.empty(0)
-    for _ in range(_TRIES):
+    for again in range(_TRIES):
         # Two more coordinates: how much the times of an individual differ, and how slow it is.
         unit = _drawn(problem.n_var + 2, size, starts, generator)
         slow = unit[:, -1]
-        drawn = _of_ratios(problem, unit[:, :-2], unit[:, -2], slow if starts == "stretched" else 0.5 + 0.0 * slow)
+        level = slow if starts == "stretched" else 0.5 + 0.0 * slow
+        drawn = _of_ratios(problem, unit[:, :-2], unit[:, -2], level, near_plain=_NEAR[again % len(_NEAR)])
         found, G = stretching.mended(drawn, quicker=starts != "stretched")
         if starts == "spread":
             found, G = stretching.slowed(found, G, slow)
@@ -216,19 +221,23 @@ def _in_log_time(problem: TrajectoryProblem, unit: Array) -> Array:
     return np.asarray(np.clip(inside, problem.xl, problem.xu), dtype=np.float64)
 
 
-def _of_ratios(problem: TrajectoryProblem, unit: Array, width: Array, level: Array) -> Array:
+def _of_ratios(
+    problem: TrajectoryProblem, unit: Array, width: Array, level: Array, *, near_plain: float | None = 1.0
+) -> Array:
     """Decision vectors for points of the unit cube, with times near the level of each individual, shape (B, n_var).
 
     Level and width have shape (B,); the ratio between two times of an individual is at most 16 to the power of its
     width. Below one half, the narrower an individual, the nearer it is to the plain motion without departures: random
-    departures in all of many variables make slow motions only.
+    departures in all of many variables make slow motions only. ``near_plain`` is the greatest share of the departures'
+    bounds; if None, all individuals have any.
     """
     times = in_seconds(problem)
     middle = _in_log_time(problem, np.where(times, level[:, None], unit))
     departs = np.array([variable.departs for variable in problem.variables])
     plain = 0.5 * (problem.xl + problem.xu)
-    near = plain + np.minimum(1.0, 2.0 * width)[:, None] * (middle - plain)
-    middle = np.where(departs, near, middle)
+    if near_plain is not None:
+        near = plain + near_plain * np.minimum(1.0, 2.0 * width)[:, None] * (middle - plain)
+        middle = np.where(departs, near, middle)
     apart = np.where(times, _WIDEST ** (width[:, None] * (unit - 0.5)), 1.0)
     return np.asarray(np.clip(middle * apart, problem.xl, problem.xu), dtype=np.float64)
 

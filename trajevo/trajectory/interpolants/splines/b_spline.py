@@ -173,7 +173,7 @@ class BSpline(Interpolant):
         """Numbers of the free control points among all, and of their joints, in the order of variables."""
         count, held = (len(self.points) - 1) * (self.control_points + 1) + self.degree, self._held + 1
         controls, joints = [], []
-        for joint in range(len(self.half_width if self.half_width is not None else ())):
+        for joint in np.flatnonzero(np.asarray(self.half_width)).tolist():
             more = [point for point, other in self._known[0] if other == joint]
             follow = [
                 *(self._first_pieces + self._middle),
@@ -182,7 +182,8 @@ class BSpline(Interpolant):
             free = np.setdiff1d(np.arange(held, count - held), follow)
             controls.append(free)
             joints.append(np.full(len(free), joint))
-        return np.concatenate(controls), np.concatenate(joints)
+        empty = np.empty(0, dtype=np.intp)
+        return np.concatenate([empty, *controls]), np.concatenate([empty, *joints])
 
     @cached_property
     def _variables(self) -> tuple[Variable, ...]:
@@ -279,7 +280,9 @@ class BSpline(Interpolant):
         return states
 
     def _name_joints(self) -> None:
-        named = named_joints(self.points, self.joints, self.units, self.half_width, _WIDTH, name="half_width")
+        named = named_joints(
+            self.points, self.joints, self.units, self.half_width, _WIDTH, name="half_width", or_none=True
+        )
         for name, value in zip(("joints", "units", "half_width"), named, strict=True):
             object.__setattr__(self, name, value)
 
@@ -363,13 +366,22 @@ class BSplineShape:
         object.__setattr__(self, "settings", _SHAPE | dict(self.settings))
 
     @classmethod
-    def of(cls, given: Any, robot: Robot, points: ViaPoints) -> BSplineShape:
+    def of(cls, given: Any, robot: Robot, points: ViaPoints, *, of_joints_alone: bool = False) -> BSplineShape:
         """As a user asks for them: settings by name.
+
+        Args:
+            given: the settings.
+            robot: the robot.
+            points: the via points.
+            of_joints_alone: whether a joint's motion matters to nothing but its own limits and objectives: then one
+                that is at the same position at all points has no control points, and stands.
 
         Raises:
             InvalidInputError: as the class.
         """
         widths = half_widths(points, robot.joint_units, _WIDTH)
+        if of_joints_alone:
+            widths = np.where(np.ptp(points.positions, axis=0) > 0.0, widths, 0.0)
         return cls({} if given is None else given, widths, robot.joint_names, robot.joint_units)
 
     def around(self, kind: str, make: Any) -> BSplineShape:

@@ -33,7 +33,14 @@ def half_widths(points: ViaPoints, units: Sequence[str], share: float) -> Array:
 
 
 def named_joints(
-    points: ViaPoints, joints: Sequence[str] | None, units: Sequence[str] | None, given: Any, share: float, *, name: str
+    points: ViaPoints,
+    joints: Sequence[str] | None,
+    units: Sequence[str] | None,
+    given: Any,
+    share: float,
+    *,
+    name: str,
+    or_none: bool = False,
 ) -> tuple[tuple[str, ...], tuple[str, ...], Array]:
     """The joints that are free between points: names, units and widths (n_joints,) [rad or m].
 
@@ -44,9 +51,11 @@ def named_joints(
         given: how far each may go; a share of its range over the points if None.
         share: this share.
         name: what is given, for messages.
+        or_none: whether the width of a joint may be 0.
 
     Raises:
-        InvalidInputError: other numbers of names, units and widths, or widths that are not positive.
+        InvalidInputError: other numbers of names, units and widths, or widths that are not positive, or not 0 where
+            they may be.
     """
     count = points.n_joints
     names = tuple(f"joint {k + 1}" for k in range(count)) if joints is None else tuple(joints)
@@ -59,8 +68,9 @@ def named_joints(
         widths = half_widths(ViaPoints(points.positions[:, : len(names)]), kinds, share)
     else:
         widths = numbers(given, name=name, shape=(len(names),))
-    if not (widths > 0.0).all():
-        raise InvalidInputError(f"{name}: expected positive numbers, got {widths.tolist()}")
+    if not (widths >= 0.0 if or_none else widths > 0.0).all():
+        wanted = "numbers from 0 on" if or_none else "positive numbers"
+        raise InvalidInputError(f"{name}: expected {wanted}, got {widths.tolist()}")
     return names, kinds, read_only(widths)
 
 
