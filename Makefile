@@ -42,7 +42,7 @@ $(BROWSER): $(READY)
 	@touch $@
 
 demo: $(READY)  ## solve the pointing mechanism of Sun 2020: front, plots and report in runs/pointing
-	$(BIN)/trajevo solve pointing --seed 1 --generations 200 --population 150 --out runs/pointing --overwrite
+	$(BIN)/trajevo solve pointing --seed 1 --generations 200 --population 150 --out runs/pointing --overwrite --pictures
 	$(BIN)/trajevo show runs/pointing
 
 TASKS := ur5_pick_and_place panda_six_points xarm7_obstacle hybrid_manipulator pick_and_place_cell

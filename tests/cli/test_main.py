@@ -31,7 +31,7 @@ SMALL = ["--generations", "8", "--population", "20", "--no-polish"]
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "pointing"
-    result = trajevo("solve", "pointing", "--seed", "1", *SMALL, "--out", folder)
+    result = trajevo("solve", "pointing", "--seed", "1", *SMALL, "--pictures", "--out", folder)
     assert result.returncode == 0, result.stderr
     return folder
 
@@ -114,7 +114,7 @@ def test_overwriting_leaves_nothing_of_the_old_run(run, tmp_path):
 def test_capacity_names_mass_actuator_and_instant(tmp_path):
     folder = tmp_path / "hybrid"
     options = ["--payload", "8", "--convention", "printed", "--payload-model", "rigid"]
-    solved = trajevo("solve", "hybrid", *SMALL, *options, "--out", folder, "--quiet")
+    solved = trajevo("solve", "hybrid", *SMALL, *options, "--pictures", "--out", folder, "--quiet")
     assert solved.returncode == 0, solved.stderr
     front = Front.load(folder / "front.json")
     assert front.record.payload["mass"] == 8.0

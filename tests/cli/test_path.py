@@ -19,7 +19,7 @@ def run(tmp_path_factory, request):
     folder = tmp_path_factory.mktemp("runs") / "s"
     tolerance = [] if request.param == "0.01" else ["--tolerance", request.param]  # it is what there is without one
     options = ["--method", "nnc", "--limits", "hull", *tolerance]
-    result = trajevo("solve", "reparam", "--path", "s", *options, "--out", folder)
+    result = trajevo("solve", "reparam", "--path", "s", *options, "--pictures", "--out", folder)
     assert result.returncode == 0, result.stderr
     assert result.stderr == (
         "warning: the method nnc keeps no checkpoints: SIGINT keeps what was found, SIGKILL nothing\n"

@@ -48,7 +48,7 @@ def test_results_come_first_then_files_then_the_next_command(cell):
     assert said.startswith("Feeding press 3: ")
     places = [said.index(text) for text in ("knee ", "hypervolume", "written: runs/cell/front.json", "next: trajevo ")]
     assert places == sorted(places)
-    assert said.splitlines()[-1].startswith("next: trajevo certify runs/cell; trajevo report runs/cell --full")
+    assert said.splitlines()[-1].startswith("next: trajevo certify runs/cell; trajevo pictures runs/cell for pictures")
     for command in (
         ("report", "runs/cell"),
         ("export", "runs/cell"),
@@ -197,8 +197,8 @@ SMALL = ("pointing", "--generations", "3", "--population", "12", "--no-polish")
 def test_bars_fill_a_terminal_and_nothing_else(cell, tmp_path, solved):
     folder, done = cell
     shown, quiet = on_a_terminal(
-        ("solve", *solved, "--out", tmp_path / "seen"),
-        ("solve", *solved, "--out", tmp_path / "unseen", "--quiet"),
+        ("solve", *solved, "--pictures", "--out", tmp_path / "seen"),
+        ("solve", *solved, "--pictures", "--out", tmp_path / "unseen", "--quiet"),
         cwd=folder,
     )
     for begun in ("computing: certificate ━", "drawing: front ━"):

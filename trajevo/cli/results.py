@@ -168,7 +168,7 @@ def _then(front: Front, folder: Path, *, kind: str, pictures: bool) -> str:
     if not len(front):
         return "trajevo check with the same problem and options, which tells what rules motions out"
     later = len(analysed(front)) - len(analysed(front, kind))
-    drawn = "" if pictures else f"; trajevo pictures {folder} for a paper's"
+    drawn = "" if pictures else f"; trajevo pictures {folder} for pictures of a paper's size"
     left_out = ["views in space"] if pictures and kind != "full" else []
     left_out += [f"{later} analyses that take longer"] if later else []
     more = f"; trajevo report {folder} --full for {' and '.join(left_out)}" if left_out else ""

@@ -154,7 +154,7 @@ def resume(
     verbose: VerboseOption = False,
     problem: ProblemOption = None,
 ) -> None:
-    """Continue a run as if it had never stopped, and write its front, pictures and report."""
+    """Continue a run as if it had never stopped, and write its front and report."""
     with reading(run), looking_in("."):
         given = problem_of_run(problem)
         front = resume_run(run, problem=given, generations=generations, progress=not quiet)
