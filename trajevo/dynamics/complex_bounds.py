@@ -61,7 +61,7 @@ class EffortReach:
 
     dynamics: Dynamics
     any_mass: bool = field(default=False, kw_only=True)
-    _models: dict[str, Any] = field(init=False, repr=False)
+    _models: dict[str, tuple[_Link, ...]] = field(init=False, repr=False)
     _phases: tuple[tuple[EffortReach, bool], ...] = field(default=(), init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -76,11 +76,11 @@ class EffortReach:
         robot, payload = self.dynamics.robot, self.dynamics.payload
         loaded = self.any_mass or payload.mass > 0.0
         merged = loaded and payload.model == "rigid" and not self.any_mass
-        models = {"robot": carrying(robot, payload) if merged else robot.model}
+        models = {"tool": robot.model, "robot": carrying(robot, payload) if merged else robot.model}
         if loaded and not merged:
             axis = payload.model == "tool_axis"
             models["axis" if axis else "kilogram"] = probe(robot) if axis else kilogram(robot, payload)
-        object.__setattr__(self, "_models", models)
+        object.__setattr__(self, "_models", {name: _links(model) for name, model in models.items()})
 
     def effort(self, motion: Bounds, masses: Array | None = None, segments: Array | None = None) -> Array:
         """Bounds of the magnitudes of actuator efforts, without dry friction.
@@ -101,7 +101,7 @@ class EffortReach:
             return found
         model = Bounds(*self.dynamics.robot.transmission.reach(*motion))
         torque = _torque(self._models["robot"], model, self._gravity)
-        if len(self._models) > 1:
+        if len(self._models) > 2:
             torque = torque + (self.dynamics.payload.mass if masses is None else masses) * self._per_kilogram(model)
         return self._actuated(motion, torque)
 
@@ -164,7 +164,7 @@ class EffortReach:
     def squared_tool_speed(self, motion: Bounds) -> Array:
         """Bounds of the magnitude of the tool's squared speed, shapes (..., n_joints) -> (...) [m²/s²]."""
         model = self.dynamics.robot.model
-        found = _outward(model, Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
+        found = _outward(self._models["tool"], Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
         frame = model.frames[model.getFrameId(self.dynamics.robot.tool)]
         carrier = int(frame.parentJoint)
         speed: Array = found.speed[carrier] + found.spin[carrier] * float(np.linalg.norm(frame.placement.translation))
@@ -173,7 +173,7 @@ class EffortReach:
     def tool_turned(self, motion: Bounds) -> Array:
         """Bounds of the norm of the tool's orientation, shapes (..., n_joints) -> (...); 1 at real instants."""
         model = self.dynamics.robot.model
-        found = _outward(model, Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
+        found = _outward(self._models["tool"], Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
         joint = int(model.frames[model.getFrameId(self.dynamics.robot.tool)].parentJoint)
         turned: Array = np.ones(motion.v.shape[:-1])
         while joint:
@@ -184,7 +184,7 @@ class EffortReach:
     def tool_distance(self, motion: Bounds) -> Array:
         """Bounds of the magnitude of the tool's position in the base frame, shapes (..., n_joints) -> (...) [m]."""
         model = self.dynamics.robot.model
-        found = _outward(model, Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
+        found = _outward(self._models["tool"], Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
         frame = model.frames[model.getFrameId(self.dynamics.robot.tool)]
         joint = int(frame.parentJoint)
         distance = float(np.linalg.norm(frame.placement.translation)) + np.zeros(motion.v.shape[:-1])
@@ -194,16 +194,54 @@ class EffortReach:
         return distance
 
 
-def _outward(model: Any, motion: Bounds, gravity: float) -> _Outward:
+class _Link(NamedTuple):
+    """What the bounds need of a joint and the body that it moves.
+
+    Attributes:
+        parent: number of the joint before it, 0 for the base.
+        column: its column of velocities.
+        turns: whether it turns, and does not slide.
+        arm: distance of its frame from that of the joint before it [m].
+        mass: of its body [kg].
+        lever: distance of its body's centre of mass [m].
+        inertia: spectral norm of its body's inertia about the centre of mass [kg·m²].
+    """
+
+    parent: int
+    column: int
+    turns: bool
+    arm: float
+    mass: float
+    lever: float
+    inertia: float
+
+
+def _links(model: Any) -> tuple[_Link, ...]:
+    """The joints of a Pinocchio model, the base first: read once, since each look into a model takes long."""
+    return tuple(
+        _Link(
+            int(model.parents[joint]),
+            int(model.joints[joint].idx_v) if joint else -1,
+            joint > 0 and bool(np.ravel(model.joints[joint].createData().S)[3:].any()),
+            float(np.linalg.norm(model.jointPlacements[joint].translation)),
+            float(body.mass),
+            float(np.linalg.norm(body.lever)),
+            float(np.linalg.norm(body.inertia, ord=2)),
+        )
+        for joint in range(model.njoints)
+        for body in [model.inertias[joint]]
+    )
+
+
+def _outward(links: tuple[_Link, ...], motion: Bounds, gravity: float) -> _Outward:
     """Recursion from the base to the tips; the loop runs over joints, each carried by its parent."""
     nothing = np.zeros(motion.v.shape[:-1])
     found = _Outward([nothing + 1.0], [nothing], [nothing], [nothing], [nothing], [nothing + gravity])
-    for joint in range(1, model.njoints):
-        parent, column = model.parents[joint], model.joints[joint].idx_v
-        imaginary, q, v, a = (x[..., column] for x in motion)
-        turns = _turns(model, joint)
+    for link in links[1:]:
+        parent, turns = link.parent, link.turns
+        imaginary, q, v, a = (x[..., link.column] for x in motion)
         turned = np.exp(imaginary) if turns else nothing + 1.0
-        arm = float(np.linalg.norm(model.jointPlacements[joint].translation)) + (0.0 if turns else q)
+        arm = link.arm + (0.0 if turns else q)
         before, rate = found.spin[parent], found.rate[parent]
         carried = turned * before
         found.turned.append(turned)
@@ -216,27 +254,21 @@ def _outward(model: Any, motion: Bounds, gravity: float) -> _Outward:
     return found
 
 
-def _torque(model: Any, motion: Bounds, gravity: float) -> Array:
+def _torque(links: tuple[_Link, ...], motion: Bounds, gravity: float) -> Array:
     """Recursion from the tips to the base: bounds of the torque of every joint from forces and moments beyond it."""
-    found = _outward(model, motion, gravity)
+    found = _outward(links, motion, gravity)
     force: list[Array] = []
     moment: list[Array] = []
-    for joint in range(model.njoints):
-        body = model.inertias[joint]
-        lever, inertia = float(np.linalg.norm(body.lever)), float(np.linalg.norm(body.inertia, ord=2))
+    for joint, link in enumerate(links):
         swing = found.rate[joint] + found.spin[joint] ** 2
-        held = body.mass * (found.pull[joint] + swing * lever)
+        held = link.mass * (found.pull[joint] + swing * link.lever)
         force.append(held)
-        moment.append(inertia * swing + lever * held)
+        moment.append(link.inertia * swing + link.lever * held)
     torque = np.empty_like(motion.v)
-    for joint in reversed(range(1, model.njoints)):
-        parent = model.parents[joint]
-        torque[..., model.joints[joint].idx_v] = (moment if _turns(model, joint) else force)[joint]
-        force[parent] = force[parent] + found.turned[joint] * force[joint]
+    for joint in reversed(range(1, len(links))):
+        link = links[joint]
+        torque[..., link.column] = (moment if link.turns else force)[joint]
+        force[link.parent] = force[link.parent] + found.turned[joint] * force[joint]
         carried = moment[joint] + found.arm[joint] * force[joint]
-        moment[parent] = moment[parent] + found.turned[joint] * carried
+        moment[link.parent] = moment[link.parent] + found.turned[joint] * carried
     return torque
-
-
-def _turns(model: Any, joint: int) -> bool:
-    return bool(np.ravel(model.joints[joint].createData().S)[3:].any())

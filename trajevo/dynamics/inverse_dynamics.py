@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -72,7 +73,8 @@ class Dynamics:
             self.robot.check_body("a payload")
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_pools": {}, "_models": {}}  # a ModelPool cannot be pickled; made again when needed
+        again: dict[str, Any] = {"_pools": {}, "_models": {}}  # a ModelPool cannot be pickled; made again when needed
+        return {key: value for key, value in self.__dict__.items() if key != "without_dry_friction"} | again
 
     def sampled(self, samples: int) -> Dynamics:
         """The same with another number of samples per segment, sharing the models already made."""
@@ -80,6 +82,13 @@ class Dynamics:
         object.__setattr__(other, "_models", self._models)
         object.__setattr__(other, "_pools", self._pools)
         return other
+
+    @cached_property
+    def without_dry_friction(self) -> Dynamics:
+        """The same for a robot without dry friction, made once: its efforts are smooth in time."""
+        none = np.zeros(self.robot.dof)
+        friction = replace(self.robot.friction, coulomb=none, coulomb_backward=none)
+        return replace(self, robot=replace(self.robot, friction=friction))
 
     @property
     def loaded(self) -> bool:

@@ -18,7 +18,7 @@ precision.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -131,8 +131,7 @@ class PieceBounds:
     def of(cls, rollout: Rollout) -> PieceBounds:
         """The bounds for the motions of a rollout."""
         robot = rollout.robot
-        without_dry = replace(robot.friction, coulomb=np.zeros(robot.dof), coulomb_backward=np.zeros(robot.dof))
-        smooth = replace(rollout.dynamics, robot=replace(robot, friction=without_dry))
+        smooth = rollout.dynamics.without_dry_friction
         masses = rollout.masses
         return cls(
             smooth,
