@@ -18,12 +18,20 @@ GUIDES = (
     "notebooks.md",
     "payload.md",
     "payload_motion.md",
+    "pictures.md",
     "report.md",
     "robot_files.md",
     "tasks.md",
 )
 #: Those that take a second; the others are run by `make test-long`.
 QUICK = ("check.md", "explain.md", "no_urdf.md", "notebooks.md", "report.md", "robot_files.md")
+
+
+@pytest.mark.parametrize("text", ["README.md", "CONTRIBUTING.md", *(f"docs/{file.name}" for file in DOCS.glob("*.md"))])
+def test_files_that_a_text_names_exist(text):
+    top = DOCS.parent
+    named = re.findall(r"`((?:trajevo|problems|robots|tests|docs)/[\w./-]+)`", (top / text).read_text(encoding="utf-8"))
+    assert [place for place in named if not (top / place).exists()] == []
 
 
 @pytest.mark.parametrize("guide", mostly_long(GUIDES, *QUICK))
