@@ -46,10 +46,8 @@ def read_geometry(robot: Robot, kind: Literal["collision", "visual"]) -> Any:
     whole = read_model(text, where)
     asked = pin.GeometryType.VISUAL if kind == "visual" else pin.GeometryType.COLLISION
     folders = [str(folder) for folder in robot.packages]
-    # No distance is asked of what is only seen: the bounding volumes that are built soonest will do.
-    loader = coal.MeshLoader(coal.BV_AABB if kind == "visual" else coal.BV_OBBRSS)
     try:
-        geometry = pin.buildGeomFromUrdfString(whole, shown, asked, package_dirs=folders, mesh_loader=loader)
+        geometry = pin.buildGeomFromUrdfString(whole, shown, asked, package_dirs=folders)
     except (ValueError, RuntimeError) as error:
         raise InvalidInputError(f"{where}: {_unread(robot, error, kind)}") from error
     numbers_locked, held = held_still(whole, where, robot.locked)
