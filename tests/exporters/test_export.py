@@ -42,6 +42,16 @@ def test_csv_reads_back_as_the_motion(knee, tmp_path, angle, factor):
     assert about["solution"]["rule"] == "knee"
 
 
+def test_texts_are_those_of_the_standard_library(knee, tmp_path):
+    """They are written in other ways than these, which take longer."""
+    text = export(knee, tmp_path / "knee.json", format="json", step=0.05).read_text()
+    assert text == json.dumps(json.loads(text), indent=1, allow_nan=False)
+    lines = export(knee, tmp_path / "knee.csv", format="csv", step=0.05).read_text().splitlines()
+    numbers = [line.split(",") for line in lines if not line.startswith("#")][1:]
+    assert len(numbers) > 100
+    assert all(cell == repr(float(cell)) for row in numbers for cell in row)
+
+
 def test_json_holds_the_exact_trajectory(knee, tmp_path):
     content = json.loads(export(knee, tmp_path / "knee.json", format="json").read_text())
     trajectory = content["trajectory"]

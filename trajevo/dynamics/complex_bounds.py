@@ -101,7 +101,7 @@ class EffortReach:
             return found
         model = Bounds(*self.dynamics.robot.transmission.reach(*motion))
         torque = _torque(self._models["robot"], model, self._gravity)
-        if len(self._models) > 2:
+        if not self._models.keys() <= {"tool", "robot"}:
             torque = torque + (self.dynamics.payload.mass if masses is None else masses) * self._per_kilogram(model)
         return self._actuated(motion, torque)
 

@@ -118,7 +118,8 @@ def _told(low: Array, high: Array, unit: str) -> str:
     """Limits that are not drawn, in words; the nearest ones if they differ."""
     if not len(low) and not len(high):
         return ""
-    nearest = "nearest limits" if max(len(np.unique(low)), len(np.unique(high))) > 1 else "limits"
+    values = len(np.unique(low)), len(np.unique(high))
+    nearest = "nearest limits" if max(values) > 1 else "limits" if all(values) else "limit"
     below, above = (_digits(low.max()) if len(low) else ""), (_digits(high.min()) if len(high) else "")
     both = f"±{above}" if below == f"−{above}" else ", ".join(filter(None, (below, above)))
     return f"{nearest} outside: {both}{' ' if unit else ''}{unit}"

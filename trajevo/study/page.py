@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -99,8 +100,8 @@ def _points(results: StudyResults, cells: Sequence[CellResult]) -> list[Array]:
     room = int(_ROOM / (8 * width + 2))
     most = int(sizes.max(initial=0))
     if sizes.sum() > room:  # small fronts stay whole, all others get the same number of points
-        fits = [size for size in range(1, most + 1) if np.minimum(sizes, size).sum() <= room]
-        most = max([_POINTS, 2 * width + 2, *fits[-1:]])
+        fits = bisect_right(range(1, most + 1), room, key=lambda size: int(np.minimum(sizes, size).sum()))
+        most = max(_POINTS, 2 * width + 2, fits)
     return [thinned(result.F, most, kept=_row_of(result)) for result in cells]
 
 

@@ -222,7 +222,7 @@ def _in_log_time(problem: TrajectoryProblem, unit: Array) -> Array:
 
 
 def _of_ratios(
-    problem: TrajectoryProblem, unit: Array, width: Array, level: Array, *, near_plain: float | None = 1.0
+    problem: TrajectoryProblem, unit: Array, width: Array, level: Array, *, near_plain: float | None
 ) -> Array:
     """Decision vectors for points of the unit cube, with times near the level of each individual, shape (B, n_var).
 
@@ -233,9 +233,9 @@ def _of_ratios(
     """
     times = in_seconds(problem)
     middle = _in_log_time(problem, np.where(times, level[:, None], unit))
-    departs = np.array([variable.departs for variable in problem.variables])
-    plain = 0.5 * (problem.xl + problem.xu)
     if near_plain is not None:
+        departs = np.array([variable.departs for variable in problem.variables])
+        plain = 0.5 * (problem.xl + problem.xu)
         near = plain + near_plain * np.minimum(1.0, 2.0 * width)[:, None] * (middle - plain)
         middle = np.where(departs, near, middle)
     apart = np.where(times, _WIDEST ** (width[:, None] * (unit - 0.5)), 1.0)

@@ -73,7 +73,8 @@ class BSpline(Interpolant):
         knots: ``"even"`` in every gap, or ``"free"``: how long the pieces between them are is free too.
         ends: the highest derivative held at both ends: ``"position"``, ``"velocity"``, ``"acceleration"``, ``"jerk"``.
         half_width: how far each control point of a joint may be to either side of that of the spline without free
-            control points, shape (n_joints,) [rad or m]; a quarter of its range over the points if None.
+            control points, shape (n_joints,) [rad or m], 0 for a joint without any; a quarter of its range over the
+            points if None.
         joints: names of the joints; numbered if None.
         units: their units; rad if None.
         at_rest: joints at rest at inner points, pairs (point, joint) from 0: one more control point follows from it.
