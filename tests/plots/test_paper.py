@@ -21,7 +21,7 @@ from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.plots.paper import area, colour, curve
 from trajevo.plots.pictures import _drawings, draw_files, save_figure
-from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
+from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 
 mpl.use("Agg")
 SMALL = {"seed": 1, "generations": 12, "population": 20, "progress": False, "polish": False}
@@ -322,3 +322,16 @@ def test_the_command_writes_a_runs_pictures(fronts, tmp_path):
         told = trajevo("pictures", tmp_path / "front.json", *arguments, "--out", tmp_path / "figures")
         assert told.returncode == 2
         assert says in told.stderr
+
+
+@pytest.mark.parametrize("width", ["column", 120, "page"])
+def test_the_scale_of_colours_beside_an_arm_is_seen_whole(width):
+    motion = PickAndPlace(payload=2.5).rollout([[2.0, 4.0, 3.0]])
+    figure = plots.stick_figure(motion, width=width).figure
+    figure.draw_without_rendering()
+    arm, scale = figure.axes
+    seen, whole = scale.get_tightbbox(), figure.bbox
+    assert seen.x0 >= whole.x0 and seen.x1 <= whole.x1  # noqa: PT018 - one sentence
+    assert seen.y0 >= whole.y0 and seen.y1 <= whole.y1  # noqa: PT018 - one sentence
+    assert seen.x0 > arm.get_position().x1 * whole.width
+    plt.close(figure)

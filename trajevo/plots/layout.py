@@ -180,7 +180,10 @@ class Rows(LayoutEngine):
             taller = _IN_SPACE if ax.name == "3d" else 1.0  # above the box is nothing, below are its labels
             _set(ax, left / across, 1.0 - (top + height) / total, width / across, taller * height / total)
             _clear_of_power(ax, height)
-            if ax in self.bars:
+            if ax in self.bars and ax.name == "3d":  # whose box is wider and taller than what is seen of it
+                beside = (left + width + _GAP) / across
+                _set(self.bars[ax], beside, 1.0 - (top + 0.9 * height) / total, _BAR / across, 0.8 * height / total)
+            elif ax in self.bars:
                 ax.apply_aspect()
                 box = ax.get_position()
                 _set(self.bars[ax], box.x1 + _GAP / across, box.y0, _BAR / across, box.height)
@@ -215,13 +218,13 @@ class Rows(LayoutEngine):
     def _around(self, ax: Any, width: float) -> tuple[float, float, float, float]:
         """What axes need on the left, right, below and above [pt]."""
         more = self.extra.get(ax, (0.0, 0.0, 0.0, 0.0))
+        scale = _GAP + _BAR + _beside(self.bars[ax].yaxis, "labelright")[0] if ax in self.bars else 0.0
         if ax.name == "3d":
-            return (more[0], more[1], more[2], more[3] + _title_height(ax))
+            return (more[0], more[1] + scale, more[2], more[3] + _title_height(ax))
         first, last, below = _across(ax, width)
         left, offset = _beside(ax.yaxis, "labelleft") if ax.axison else (0.0, 0.0)
         right = max([last, *(_beside(child.yaxis, "labelright")[0] for child in ax.child_axes)])
-        if ax in self.bars:
-            right += _GAP + _BAR + _beside(self.bars[ax].yaxis, "labelright")[0]
+        right += scale
         above = max(_title_height(ax) + (offset if ax.get_title(loc="left") else 0.0), offset, 0.5 * _LINE * _SIZE)
         return max(left, first) + more[0], right + more[1], below + more[2], above + more[3]
 
