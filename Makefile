@@ -5,6 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 PEERS := $(VENV)/.peers
 BROWSER := $(VENV)/.browser
+DOCS := $(VENV)/.docs
 
 # Half of all lines of installed Python, which nothing here imports: others' tests, tools, and what C modules stand for.
 UNUSED := /(tests?|pip|mypyc?|debugpy|OpenGL|setuptools|pkg_resources|IPython|jedi|prompt_toolkit|docutils|cma)/
@@ -13,7 +14,7 @@ UNUSED := /(tests?|pip|mypyc?|debugpy|OpenGL|setuptools|pkg_resources|IPython|je
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks clean
+.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks docs clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -39,6 +40,10 @@ $(BROWSER): $(READY)
 		{ apt-get install -y -qq --no-install-recommends chromium >/dev/null || \
 		{ apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium >/dev/null; }; }; } || \
 		echo "test-browser: Chromium is not there and cannot be installed by this user: apt-get install chromium"
+	@touch $@
+
+$(DOCS): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	@touch $@
 
 demo: $(READY)  ## solve the pointing mechanism of Sun 2020: front, plots and report in runs/pointing
@@ -87,11 +92,15 @@ bench-start: $(READY)  ## print what a first run takes by its parts, with empty 
 bench-release: kernels  ## print speed against another version in one run, AGAINST=v0.1.0 or any commit: docs/speed.md
 	$(BIN)/python tests/benchmarks/releases.py $(or $(AGAINST),$(error AGAINST: expected a tag or commit of this project, or what pip installs: make bench-release AGAINST=v0.1.0))
 
-study-algorithms: kernels  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
+study-algorithms: kernels  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/explanation/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py
 
 notebooks: $(READY)  ## execute every notebook at full size, into build/notebooks
 	TRAJEVO_FULL=1 $(BIN)/python tests/execute_notebooks.py
+
+docs: $(DOCS) kernels  ## build the site, in build/docs/html; warnings are errors, and nothing is loaded from the network
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -d build/docs/doctrees docs build/docs/html
+	@echo "written: build/docs/html/index.html"
 
 clean:  ## remove the environment and everything generated
 	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
