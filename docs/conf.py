@@ -22,7 +22,7 @@ extensions = [
     "sphinx_design",
     "site_pages",
 ]
-if list(HERE.glob("gallery/plot_*.py")):
+if list(HERE.glob("gallery/*/plot_*.py")):
     extensions.append("sphinx_gallery.gen_gallery")
 
 exclude_patterns = ["_ext", "gallery", "papers/reproduced", "auto_gallery/**.ipynb", "auto_gallery/**.py"]

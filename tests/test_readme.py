@@ -13,24 +13,34 @@ README = (ROOT / "README.md").read_text()
 def shorter(code):
     """The same lines with few generations, points of a front of normal constraints, and points of a diagram."""
     code = re.sub(r"generations=\d+", "generations=8, polish=False", code).replace("0.3, 61", "0.3, 11")
+    code = code.replace("optimise(problem, seed=1)", "optimise(problem, seed=1, generations=8, polish=False)")
     return code.replace("solve_nnc(problem)", "solve_nnc(problem, points=5)")
 
 
-@pytest.mark.parametrize("whole", mostly_long([False, True], False))
-def test_the_lines_of_the_readme_run_and_make_their_pictures(tmp_path, monkeypatch, capsys, whole):
-    """As they stand, and with shorter searches, which find less."""
-    monkeypatch.chdir(tmp_path)
+def run(text, whole):
+    """All blocks of a text in one namespace, as they stand, or with shorter searches, which find less."""
     mpl.use("Agg")
     names = {}
-    for code in re.findall(r"```python\n(.*?)```", README, re.DOTALL):
+    for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
         exec(code if whole else shorter(code), names)
-    assert {file.name for file in tmp_path.iterdir()} == {
-        "front.png",
-        "profiles.png",
-        "effort.png",
-        "diagram.png",
-        "path.png",
-    }
+    return names
+
+
+@pytest.mark.parametrize("whole", mostly_long([False, True], False))
+def test_the_lines_of_the_readme_run_and_make_their_pictures(tmp_path, monkeypatch, whole):
+    monkeypatch.chdir(tmp_path)
+    names = run(README, whole)
+    assert {file.name for file in tmp_path.iterdir()} == {"front.png", "profiles.png"}
+    assert len(names["front"]) > (1000 if whole else 3)
+    assert max(names["best"].G.values()) <= 0.0
+
+
+@pytest.mark.parametrize("whole", mostly_long([False, True], False))
+def test_the_lines_of_the_tour_run_and_make_their_pictures(tmp_path, monkeypatch, capsys, whole):
+    monkeypatch.chdir(tmp_path)
+    names = run((ROOT / "docs/tour.md").read_text(), whole)
+    pictures = {"front.png", "profiles.png", "effort.png", "diagram.png", "path.png"}
+    assert {file.name for file in tmp_path.iterdir()} == pictures
     assert len(names["front"]) > (30 if whole else 3)
     assert names["front"].run.settings["failed"] == 0
     printed = capsys.readouterr().out
@@ -45,6 +55,7 @@ def test_everything_the_readme_links_to_exists():
 
 def test_first_screen_shows_how_to_run():
     first = "\n".join(README.splitlines()[:40])
+    assert len(README.splitlines()) <= 90
     assert "make demo" in first
     assert "make test" in first
     assert "docs/images/report.png" in first
