@@ -132,7 +132,7 @@ def run_page(page: str, folder: Path, *, short: bool = False) -> str:
                 elif block.language == "sh" and not block.no_run:
                     _run_commands(block, where, short=short)
                 if not short:
-                    _compare(block, where, told.getvalue())
+                    compare(block, where, told.getvalue())
     finally:
         for name in [name for name, one in sys.modules.items() if str(folder) in str(getattr(one, "__file__", ""))]:
             del sys.modules[name]
@@ -159,8 +159,8 @@ def _run_commands(block: Block, where: str, *, short: bool) -> None:
         print(done.stdout)
 
 
-def _compare(block: Block, where: str, told: str) -> None:
-    """Numbers that comments say are printed, and every line of a text that shows what was printed."""
+def compare(block: Block, where: str, told: str) -> None:
+    """Assert that numbers that comments say were printed, and every line of a text that shows what was printed."""
     if block.language == "python" and not block.no_run:
         for said in re.findall(r"print\(.*\)  # ([^.,;]*\d\.\d{3,}[^.,;]*)", block.code):
             assert said.strip() in told, f"{where}: {said.strip()!r} was not printed"

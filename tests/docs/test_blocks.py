@@ -1,4 +1,4 @@
-"""Every block of every page runs: Python in one namespace, commands in order, in an empty folder, with what they show."""
+"""Every block of every page runs: Python in one namespace, commands in order, in an empty folder, as it shows."""
 
 import os
 import re
