@@ -162,7 +162,7 @@ def _run_commands(block: Block, where: str, *, short: bool) -> None:
 def compare(block: Block, where: str, told: str) -> None:
     """Assert that numbers that comments say were printed, and every line of a text that shows what was printed."""
     if block.language == "python" and not block.no_run:
-        for said in re.findall(r"print\(.*\)  # ([^.,;]*\d\.\d{3,}[^.,;]*)", block.code):
+        for said in re.findall(r"print\(.*\)  # ([^.,;\n]*\d\.\d{3,}[^.,;\n]*)", block.code):
             assert said.strip() in told, f"{where}: {said.strip()!r} was not printed"
     elif block.language == "text" and not block.said:
         seen = " ".join(told.split())
