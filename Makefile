@@ -74,7 +74,8 @@ test-long: kernels  ## run the tests that take minutes
 fuzz: kernels  ## read 20,000 mutated files of all kinds that strangers may send, 10 minutes; SECURITY.md
 	$(BIN)/python tests/fuzz/run.py $(FUZZ)
 
-check: $(READY)  ## lint, types and the layer contract
+check: $(READY)  ## lint, spelling, types and the layer contract
+	$(BIN)/codespell
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
