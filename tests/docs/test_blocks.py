@@ -40,6 +40,7 @@ SHORT = (
 #: Why blocks are not run, page by page.
 NOT_RUN = {
     "explanation/optimum.md": ["needs a checkout, CasADi and minutes"],
+    "how_to/command_line.md": ["a list to choose from, which would take an hour"],
     "how_to/report.md": ["needs two terminals and a browser"],
     "how_to/robot_files.md": ["needs the files of a robot of yours"],
     "speed.md": ["installs", "compiles, or shows a variable of the environment"],
