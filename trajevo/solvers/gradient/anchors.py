@@ -47,6 +47,9 @@ _KICKS, _IN_VAIN, _GAIN = 8, 4, 1e-4
 #: are looked at.
 _COPIES_KICKED, _APART, _MOST_VALLEYS = (6, 4, 3, 3), 0.3, 8
 
+#: Valleys that are told, the best among them.
+_TOLD_VALLEYS = 12
+
 #: Stages of what was kicked; where no point is put elsewhere, spread of all variables on their scales, and how many are
 #: drawn anew at most.
 _KICKED_STAGES, _SHAKEN, _DRAWN_ANEW = ((1.0, 12), (0.5, 20), (0.25, 40)), 0.05, 3
@@ -75,6 +78,8 @@ class Found:
         agreeing: how many of them ended at most a thousandth above the best.
         gradients: points at which gradients were evaluated.
         evaluations: points that were evaluated without gradients.
+        valleys: ends in other valleys than the best, shape (V, n_var), which may exceed limits a little: slower, one of
+            them may be best in another objective.
     """
 
     x: Array | None
@@ -82,6 +87,7 @@ class Found:
     agreeing: int
     gradients: int
     evaluations: int
+    valleys: Array
 
 
 def many_valleys(problem: TrajectoryProblem, x: Array) -> bool:
@@ -133,7 +139,7 @@ class AnchorSearch:
             explore: begin from many other starts too.
         """
         if not explore:
-            return self._found(self._ended(best), 1, 1)
+            return self._found(self._ended(best), 1, 1, best[None][:0])
         y, merit = self._explored(best, front)
         ends: list[Array] = []
         values: list[float] = []
@@ -144,10 +150,12 @@ class AnchorSearch:
                 if values[-1] <= merit[k] + (_PROVEN if proves(self._problem) else _GAIN):
                     break
         found = ends[int(np.argmin(values))] if ends else self._ended(best)
-        return self._found(found, len(y), int((merit <= merit[0] + _SAME).sum()))
+        others = self._scaled.outside(y[self._valleys(y, merit, _TOLD_VALLEYS)[1:]])
+        return self._found(found, len(y), int((merit <= merit[0] + _SAME).sum()), others)
 
-    def _found(self, x: Array | None, starts: int, agreeing: int) -> Found:
-        return Found(x, starts, agreeing, self._gradients + self._scaled.gradients, self._scaled.evaluations)
+    def _found(self, x: Array | None, starts: int, agreeing: int, valleys: Array) -> Found:
+        gradients = self._gradients + self._scaled.gradients
+        return Found(x, starts, agreeing, gradients, self._scaled.evaluations, valleys)
 
     def _cost(self, x: Array) -> float:
         return float(self._at_samples.evaluate(x[None], return_values_of=["F"])[0] @ self._rates)

@@ -215,12 +215,12 @@ class Refinement:
             run.run(going, tolerance, lambda: self._stop(self.cost, _UNTIL_ANCHORED))
         self._finish(run, y)
         merit = run.merit + f[:, column]
-        return Found(None, len(y), int((merit <= merit.min() + _SAME).sum()), 0, 0)
+        return Found(None, len(y), int((merit <= merit.min() + _SAME).sum()), 0, 0, self.archive.X[:0])
 
     def _end_anchors(self, converged: Array, elsewhere: Mapping[int, Found]) -> None:
         """End anchors that the lockstep left before, and judge all of them."""
         for column in range(len(converged)):
-            found = elsewhere.get(column, Found(None, 1, 1, 0, 0))
+            found = elsewhere.get(column, Found(None, 1, 1, 0, 0, self.archive.X[:0]))
             if column not in elsewhere and not converged[column]:
                 found = self._sought(column, explore=False)
             least = self._scaled.columns(self.archive.F)[:, column].argmin()
@@ -249,6 +249,8 @@ class Refinement:
             self._add(copies)
             if explore:
                 self._slower = copies[1:]
+        for x in found.valleys:
+            self._add(slowed(self._scaled, self._smooth, x))
         return found
 
     def _judged(self, column: int, x: Array, found: Found) -> Anchor:
