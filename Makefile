@@ -74,7 +74,8 @@ test-long: kernels  ## run the tests that take minutes
 fuzz: kernels  ## read 20,000 mutated files of all kinds that strangers may send, 10 minutes; SECURITY.md
 	$(BIN)/python tests/fuzz/run.py $(FUZZ)
 
-check: $(READY)  ## lint, types and the layer contract
+check: $(READY)  ## lint, spelling, types and the layer contract
+	$(BIN)/codespell
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -92,7 +93,7 @@ bench-start: $(READY)  ## print what a first run takes by its parts, with empty 
 bench-release: kernels  ## print speed against another version in one run, AGAINST=v0.1.0 or any commit: docs/speed.md
 	$(BIN)/python tests/benchmarks/releases.py $(or $(AGAINST),$(error AGAINST: expected a tag or commit of this project, or what pip installs: make bench-release AGAINST=v0.1.0))
 
-study-algorithms: kernels  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/algorithms.md
+study-algorithms: kernels  ## which algorithm, with or without polish and good starts: 4,800 runs, an hour; docs/explanation/algorithms.md
 	$(BIN)/python tests/benchmarks/study_algorithms.py
 
 notebooks: $(READY)  ## execute every notebook at full size, into build/notebooks

@@ -1,7 +1,7 @@
 """5-DOF hybrid manipulator: time, energy, jerk and acceleration under force limits (Guo et al. 2016).
 
 Symbols are the paper's: h interval lengths [s], z₁ to z₄ objectives, w weights, ξ scales, U forces, m_p payload.
-What can and cannot be reproduced: docs/hybrid_manipulator.md.
+What can and cannot be reproduced: docs/papers/guo2016.md.
 """
 
 from __future__ import annotations

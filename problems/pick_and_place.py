@@ -1,7 +1,7 @@
 """Pick and place with the PUMA 560 (Raji et al. 2022), and the optimisation that the paper leaves as future work.
 
 Symbols are the paper's: q joint angles [rad], T times between points [s]. What can be reproduced, and the errata:
-docs/pick_and_place.md.
+docs/papers/raji2022.md.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Symbols are the paper's: θ joint angles [rad], γ azimuth [rad], β pitch [rad], l link lengths [m]. The pointing
 direction is the X axis of the tool frame; β is its angle from X₀ (straight up, so a zenith angle) and γ its azimuth
-from -Z₀ towards +Y₀. Errata of the paper and what can be reproduced: docs/pointing_mechanism.md.
+from -Z₀ towards +Y₀. Errata of the paper and what can be reproduced: docs/papers/sun2020.md.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Time and jerk along a fixed path (Paing, Nshama, Uchiyama 2021, IEEE Access, 10.1109/ACCESS.2021.3095847).
 
 Symbols are the paper's: s(u) path, u(t) its parameter in time, c control points of u(t), t_f total time, F₁ and F₂
-objectives. What can be reproduced, and the errata: docs/time_jerk_reparameterisation.md.
+objectives. What can be reproduced, and the errata: docs/papers/paing2021.md.
 """
 
 from __future__ import annotations

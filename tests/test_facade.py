@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 FACADES = {"trajevo": trajevo, "trajevo.plots": plots}
 ROOMS = {"trajevo.plots", "trajevo.problems"}
 #: Prose and programs that users copy from.
-GUIDES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/*.md"))]
+GUIDES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted(ROOT.glob("docs/**/*.md"))]
 NOTEBOOKS = sorted((*ROOT.glob("notebooks/*.py"), *ROOT.glob("notebooks/*.ipynb")))
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import trajevo
+from tests.docs.blocks import blocks, compare
 from trajevo.base import jit
 
 ROOT = Path(__file__).parents[1]
@@ -307,3 +308,15 @@ def test_a_notebook_of_the_wheel_runs_in_an_empty_folder(name, installed, tmp_pa
     assert [file.name for file in tmp_path.iterdir()] == [f"{name}.ipynb"]
     installed.run("-m", "jupytext", "--to", "py:percent", f"{name}.ipynb", "--output", "cells.py", cwd=tmp_path)
     installed.run("cells.py", cwd=tmp_path)
+
+
+@pytest.mark.long
+def test_the_start_page_runs_from_the_wheel_in_an_empty_folder(installed, tmp_path):
+    told = ""
+    for block in blocks("start.md"):
+        if block.language == "python":
+            told += installed.script(block.code, cwd=tmp_path)
+        for words, _ in block.commands if block.language == "sh" and not block.no_run else ():
+            told += installed.trajevo(*words[1:], cwd=tmp_path)
+        compare(block, f"start.md:{block.line}", told)
+    assert (tmp_path / "runs" / "task" / "report.html").is_file()

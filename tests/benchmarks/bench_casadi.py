@@ -1,4 +1,4 @@
-"""Least times of trajevo against CasADi with Ipopt on the same decision vectors, bounds and limits; docs/optimum.md.
+"""Least times of trajevo against CasADi with Ipopt on the same vectors, bounds and limits; docs/explanation/optimum.md.
 
 Six problems; every row is one run of ``optimise`` with default settings, and Ipopt (MUMPS) from five starts: the
 fastest member that the evolution found, trajevo's own end, which shows whether that is an optimum at all, and three

@@ -1,4 +1,4 @@
-"""How far trajevo and MuJoCo are apart, as docs/certificate.md tells: `make bench-more`.
+"""How far trajevo and MuJoCo are apart, as docs/explanation/certificate.md tells: `make bench-more`.
 
 The motions are those of `tests/verification/test_twin.py`, which has the bounds of what this prints.
 """

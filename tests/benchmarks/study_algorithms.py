@@ -1,8 +1,8 @@
 """Which algorithm, with or without polish and good starts? `make study-algorithms`: problems/studies/*_algorithms.toml.
 
 Each is run with as many evaluations for all cells, and again with as much CPU time. What is printed are the tables of
-docs/algorithms.md; table, comparisons and pictures of each study are in its folder. Finished cells are kept: a second
-call goes on. Two workers, on a machine with two idle cores, take about an hour.
+docs/explanation/algorithms.md; table, comparisons and pictures of each study are in its folder. Finished cells are
+kept: a second call goes on. Two workers, on a machine with two idle cores, take about an hour.
 """
 
 from __future__ import annotations

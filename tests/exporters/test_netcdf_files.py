@@ -17,7 +17,7 @@ from trajevo.exporters.export import export, extension, is_exported
 from trajevo.exporters.netcdf import MAGIC, dataset
 from trajevo.problems import PointingMechanism
 
-GUIDE = Path(__file__).parents[2] / "docs" / "own_robot.md"
+GUIDE = Path(__file__).parents[2] / "docs/how_to/other_programs.md"
 SMALL = {"seed": 1, "generations": 8, "population": 20, "progress": False}
 
 

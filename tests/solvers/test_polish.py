@@ -25,7 +25,7 @@ from trajevo.solvers.gradient.polish import polish
 from trajevo.solvers.gradient.weighted_sum import minimise_weighted
 from trajevo.solvers.run.runs import resume, standing
 
-#: Known values: docs/hybrid_manipulator.md, docs/pointing_mechanism.md.
+#: Known values: docs/papers/guo2016.md, docs/papers/sun2020.md.
 LEAST_COST = 2.53771208
 LEAST_TIMES = {"smooth": 13.310307, "quintic": 10.585219}
 

@@ -283,7 +283,7 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
 
 @pytest.mark.long
 def test_what_the_docs_show_runs(tmp_path):
-    docs = (Path(__file__).parents[2] / "docs" / "runs.md").read_text()
+    docs = (Path(__file__).parents[2] / "docs/how_to/runs.md").read_text()
     script = "\n".join(re.findall(r"```python\n(.*?)```", docs, re.DOTALL))
     result = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr

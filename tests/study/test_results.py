@@ -406,7 +406,7 @@ def test_a_study_with_one_objective_is_collected_without_its_attainment(tmp_path
 
 @pytest.mark.long
 def test_what_the_docs_show_runs(tmp_path):
-    docs = (Path(__file__).parents[2] / "docs" / "studies.md").read_text()
+    docs = (Path(__file__).parents[2] / "docs/how_to/cluster.md").read_text()
     write_example(tmp_path / "task.toml")
     sizes = []
     for text in re.findall(r"```toml\n(.*?)```", docs, re.DOTALL):

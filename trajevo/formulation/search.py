@@ -27,7 +27,7 @@ STARTS = {
     "spread": "all in the least time that the limits allow, then slowed down by all factors that the bounds allow",
 }
 
-#: Kind of first population unless another is given; the choice is explained in docs/algorithms.md.
+#: Kind of first population unless another is given; the choice is explained in docs/explanation/algorithms.md.
 DEFAULT_STARTS = "spread"
 
 

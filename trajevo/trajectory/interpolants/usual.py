@@ -14,8 +14,8 @@ def usual_interpolant(points: ViaPoints, *, of_joints_alone: bool) -> str:
     """The name of the interpolant that a problem has unless one is asked for.
 
     Where nothing but the motion of the joints counts, gradients cost little, and free control points make the motion
-    faster by a fifth; ``docs/tasks.md`` has the measurements. Efforts, tools and obstacles make each variable dear:
-    there the times alone are free.
+    faster by a fifth; ``docs/explanation/interpolants.md`` has the measurements. Efforts, tools and obstacles make each
+    variable dear: there the times alone are free.
 
     Args:
         points: the points.
