@@ -36,10 +36,9 @@ extensions = [
     "myst_nb",
     "sphinx_copybutton",
     "sphinx_design",
+    "sphinx_gallery.gen_gallery",
     "site_pages",
 ]
-if list(HERE.glob("gallery/plot_*.py")):
-    extensions.append("sphinx_gallery.gen_gallery")
 
 exclude_patterns = ["_ext", "gallery", "papers/reproduced", "auto_gallery/**.ipynb", "auto_gallery/**.py"]
 nitpicky = True

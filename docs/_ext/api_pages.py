@@ -6,7 +6,7 @@ import re
 
 import api
 
-INTRODUCTION = """Everything that users need is in `trajevo`, `trajevo.plots` and `trajevo.problems`. Numbers are in SI units
+INTRODUCTION = """Everything users need is in `trajevo`, `trajevo.plots` and `trajevo.problems`. Numbers are in SI units
 unless a text says otherwise: m, rad, s, kg, N, N·m. Shapes of arrays are in round brackets, units in square ones:
 *shape (B, n_joints) [rad or m]* has a row for each of B motions and a column for each joint.
 """

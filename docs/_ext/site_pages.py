@@ -10,9 +10,11 @@ import api
 import api_pages
 import commands
 import copied
+import formats
 import key_pages
 import references
 from jupyter_client.manager import AsyncKernelManager
+from pygments.lexers.special import TextLexer
 
 
 def _write(app: Any) -> None:
@@ -23,7 +25,7 @@ def _write(app: Any) -> None:
     copied.reproduced(docs)
     reference = docs / "reference"
     copied.written(reference / "api", api_pages.pages())
-    for name, text in {"commands.md": commands.page(), **key_pages.pages()}.items():
+    for name, text in {"commands.md": commands.page(), "file_formats.md": formats.page(), **key_pages.pages()}.items():
         copied.written_file(reference / name, text)
 
 
@@ -49,6 +51,7 @@ def setup(app: Any) -> dict[str, Any]:
     # Kernels are told by files of this user, not by ports, and notebooks are executed without a line for each.
     AsyncKernelManager.transport.default_value = "ipc"
     logging.getLogger("traitlets").setLevel(logging.WARNING)
+    app.add_lexer("csv", TextLexer)  # which Pygments does not have
     app.connect("builder-inited", _write)
     app.connect("missing-reference", _resolve)
     # Before the extension that reads Google's style.
