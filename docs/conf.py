@@ -14,19 +14,35 @@ copyright = author
 version = release = trajevo.__version__
 html_title = f"trajevo {release}"
 
+#: Packages whose types are told without a link, since nothing is looked up in the network.
+OTHERS = (
+    "abc",
+    "collections",
+    "matplotlib",
+    "np",
+    "numpy",
+    "pathlib",
+    "pd",
+    "pydantic",
+    "pymoo",
+    "xarray",
+    "xml",
+    "xr",
+)
+
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "myst_nb",
     "sphinx_copybutton",
     "sphinx_design",
+    "sphinx_gallery.gen_gallery",
     "site_pages",
 ]
-if list(HERE.glob("gallery/*/plot_*.py")):
-    extensions.append("sphinx_gallery.gen_gallery")
 
 exclude_patterns = ["_ext", "gallery", "papers/reproduced", "auto_gallery/**.ipynb", "auto_gallery/**.py"]
 nitpicky = True
+nitpick_ignore_regex = [("py:.*", rf"({'|'.join(OTHERS)})\..*"), ("py:class", ".*=.*")]
 
 html_theme = "furo"
 html_static_path = ["_static"]

@@ -33,7 +33,7 @@ def reproduced(docs: Path) -> list[Path]:
             for file in sorted(file for file in source.rglob("*") if file.is_file()):
                 _copied(file, target / file.relative_to(source))
         else:
-            _written(page, missing(name))
+            written_file(page, missing(name))
         pages.append(page)
     return pages
 
@@ -46,6 +46,15 @@ def missing(paper: str) -> str:
     )
 
 
+def written(folder: Path, pages: dict[str, str]) -> None:
+    """Write all pages of a folder, which holds nothing else; those that are gone are removed."""
+    for old in folder.glob("*"):
+        if old.name not in pages:
+            old.unlink()
+    for name, text in pages.items():
+        written_file(folder / name, text)
+
+
 def _copied(source: Path, target: Path) -> Path:
     """Copy a file unless it is there already, so that Sphinx reads again only what changed."""
     if not target.is_file() or target.read_bytes() != source.read_bytes():
@@ -54,7 +63,7 @@ def _copied(source: Path, target: Path) -> Path:
     return target
 
 
-def _written(target: Path, text: str) -> Path:
+def written_file(target: Path, text: str) -> Path:
     """Write a text unless it is there already."""
     if not target.is_file() or target.read_text(encoding="utf-8") != text:
         target.parent.mkdir(parents=True, exist_ok=True)

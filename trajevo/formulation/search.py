@@ -133,8 +133,8 @@ class Search(pydantic.BaseModel):
             generation, again and again; None for never.
 
     Raises:
-        ValidationError: an invalid value; :meth:`of` and :meth:`updated` raise :class:`InvalidInputError` instead, with
-            a message of one sentence.
+        pydantic.ValidationError: an invalid value; :meth:`of` and :meth:`updated` raise :class:`InvalidInputError`
+            instead, with a message of one sentence.
     """
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True, arbitrary_types_allowed=True)

@@ -15,6 +15,7 @@ from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
 from trajevo.robot.loading.dh_keys import DhKeys
+from trajevo.robot.payload import LOAD_MODELS
 
 _Number = Annotated[float, pydantic.Strict()]
 _Values = _Number | str | list[_Number | str] | dict[str, _Number | str]
@@ -33,34 +34,62 @@ class _Strict(pydantic.BaseModel):
 class _Place(_Strict):
     """Where something is: lengths in m and angles in rad, or text with a unit."""
 
-    position: list[_Number | str] | None = None
-    rpy: list[_Number | str] | None = None
+    position: list[_Number | str] | None = pydantic.Field(
+        None, description="Where its origin is, x, y and z; a text has its unit [m]."
+    )
+    rpy: list[_Number | str] | None = pydantic.Field(
+        None, description="How it is turned: roll, pitch and yaw; a text has its unit [rad]."
+    )
 
 
 class _Tool(_Place):
-    name: str
-    parent: str
-    mass: _Number | str | None = None
-    com: list[_Number | str] | None = None
-    inertia: list[_Number] | list[list[_Number]] | None = None
+    name: str = pydantic.Field(description="Name of the tool's frame.")
+    parent: str = pydantic.Field(description="Frame to which it is mounted.")
+    mass: _Number | str | None = pydantic.Field(None, description="Its mass; a text has its unit [kg].")
+    com: list[_Number | str] | None = pydantic.Field(
+        None, description="Its centre of mass in its own frame, x, y and z; a text has its unit [m]."
+    )
+    inertia: list[_Number] | list[list[_Number]] | None = pydantic.Field(
+        None, description="Its inertia about the centre of mass: 3 principal values, or 3 rows of 3 [kg*m^2]."
+    )
 
 
 class _Robot(_Strict):
     """A robot by its name or file; or a Denavit-Hartenberg table; or joints alone, whose limits are in ``[limits]``."""
 
-    name: str
-    dh: DhKeys | None = None
-    joints: list[str] | None = None
-    kind: str | list[str] | None = None
-    tool: str | None = None
-    lock: dict[str, _Number] | None = None
-    gravity: tuple[_Number, _Number, _Number] | None = None
-    allow_massless: Annotated[bool, pydantic.Strict()] | None = None
-    friction: str | dict[str, _Values] | None = None
-    packages: str | list[str] | None = None
-    xacro: dict[str, str | bool | int | float] | None = None
-    base: _Place | None = None
-    tools: list[_Tool] | None = None
+    name: str = pydantic.Field(
+        description="Name in `trajevo list`, folder with robot.toml, or file; with `dh` or `joints` what it is called."
+    )
+    dh: DhKeys | None = pydantic.Field(None, description="Denavit-Hartenberg table of a robot without a file.")
+    joints: list[str] | None = pydantic.Field(
+        None, description="Names of the joints of a robot that is nothing but joints, without bodies."
+    )
+    kind: str | list[str] | None = pydantic.Field(
+        None, description="What those joints do: revolute, prismatic or continuous, for all or one for each."
+    )
+    tool: str | None = pydantic.Field(None, description="Frame at the end effector; the robot's own if not given.")
+    lock: dict[str, _Number] | None = pydantic.Field(
+        None, description="Joints that are held still, name -> position [rad or m]."
+    )
+    gravity: tuple[_Number, _Number, _Number] | None = pydantic.Field(
+        None, description="Gravity in the base frame [m/s^2]."
+    )
+    allow_massless: Annotated[bool, pydantic.Strict()] | None = pydantic.Field(
+        None, description="Links without mass are meant: efforts leave them out."
+    )
+    friction: str | dict[str, _Values] | None = pydantic.Field(
+        None,
+        description='"none" leaves out what the file says; or `viscous`, `coulomb` and `armature` in SI units, one '
+        "value for all joints, one each, or by name.",
+    )
+    packages: str | list[str] | None = pydantic.Field(
+        None, description="Folders that hold packages of meshes and xacro."
+    )
+    xacro: dict[str, str | bool | int | float] | None = pydantic.Field(None, description="Arguments of a xacro file.")
+    base: _Place | None = pydantic.Field(None, description="Where the robot stands in the cell.")
+    tools: list[_Tool] | None = pydantic.Field(
+        None, description="Tools that can be mounted, of which `tool` names one."
+    )
 
 
 class _Limits(_Strict):
@@ -70,25 +99,43 @@ class _Limits(_Strict):
     limit of velocity, acceleration or effort may also be a table with the magnitudes ``backward`` and ``forward``.
     """
 
-    position: list[_Number | str | list[_Number | str]] | dict[str, list[_Number | str]] | None = None
-    velocity: _Directed | None = None
-    acceleration: _Directed | None = None
-    jerk: _Values | None = None
-    effort: _Directed | None = None
+    position: list[_Number | str | list[_Number | str]] | dict[str, list[_Number | str]] | None = pydantic.Field(
+        None, description="Lower and upper end, one pair for all joints or one each [rad or m]."
+    )
+    velocity: _Directed | None = pydantic.Field(None, description="Greatest velocity [rad/s or m/s].")
+    acceleration: _Directed | None = pydantic.Field(None, description="Greatest acceleration [rad/s^2 or m/s^2].")
+    jerk: _Values | None = pydantic.Field(None, description="Greatest jerk [rad/s^3 or m/s^3].")
+    effort: _Directed | None = pydantic.Field(None, description="Greatest torque or force [N*m or N].")
 
 
 class _Load(_Strict):
     """A payload; it is carried from one point to another, or all the time without ``from`` and ``to``."""
 
-    mass: _Number | str
-    com: tuple[_Number | str, _Number | str, _Number | str] = (0.0, 0.0, 0.0)
-    inertia: list[list[_Number]] | None = None
-    model: str = "rigid"
-    from_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="from")
-    to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="to")
-    vary: Annotated[bool, pydantic.Strict()] | None = None
-    shape: dict[str, Any] | None = None
-    touches: list[str] | None = None
+    mass: _Number | str = pydantic.Field(description="Its mass; a text has its unit [kg].")
+    com: tuple[_Number | str, _Number | str, _Number | str] = pydantic.Field(
+        (0.0, 0.0, 0.0), description="Its centre of mass in the tool's frame, x, y and z; a text has its unit [m]."
+    )
+    inertia: list[list[_Number]] | None = pydantic.Field(
+        None, description="Its inertia about the centre of mass, 3 rows of 3 [kg*m^2]."
+    )
+    model: str = pydantic.Field("rigid", description=f"How it acts: {', '.join(LOAD_MODELS)}.")
+    from_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(
+        None, alias="from", description="Point at which it is picked up, counted from 0; after a dwell there."
+    )
+    to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(
+        None, alias="to", description="Point at which it is put down, counted from 0; before a dwell there."
+    )
+    vary: Annotated[bool, pydantic.Strict()] | None = pydantic.Field(
+        None, description="Capacities, and objectives that choose the payload, mean this load."
+    )
+    shape: dict[str, Any] | None = pydantic.Field(
+        None,
+        description="Solid that keeps the clearance of the scene while it is carried, about `com` in the tool's frame; "
+        "its keys are those of an obstacle.",
+    )
+    touches: list[str] | None = pydantic.Field(
+        None, description="Names of obstacles and links from which it need not stay away."
+    )
 
 
 class _Point(_Strict):
@@ -98,12 +145,24 @@ class _Point(_Strict):
     angle). With it ``free`` names an axis of the tool, x, y or z, about which any orientation is right.
     """
 
-    joints: list[_Number] | None = None
-    position: tuple[_Number, _Number, _Number] | None = None
-    rpy: tuple[_Number, _Number, _Number] | None = None
-    quaternion: tuple[_Number, _Number, _Number, _Number] | None = None
-    rotation_vector: tuple[_Number, _Number, _Number] | None = None
-    free: Literal["x", "y", "z"] | None = None
+    joints: list[_Number] | None = pydantic.Field(
+        None, description="Joint positions in the order of the robot's joints [angle or m]."
+    )
+    position: tuple[_Number, _Number, _Number] | None = pydantic.Field(
+        None, description="Position of the tool in the base frame [m]."
+    )
+    rpy: tuple[_Number, _Number, _Number] | None = pydantic.Field(
+        None, description="Orientation of the tool: roll, pitch and yaw [angle]."
+    )
+    quaternion: tuple[_Number, _Number, _Number, _Number] | None = pydantic.Field(
+        None, description="Orientation of the tool: x, y, z, w [1]."
+    )
+    rotation_vector: tuple[_Number, _Number, _Number] | None = pydantic.Field(
+        None, description="Orientation of the tool: axis times angle [angle]."
+    )
+    free: Literal["x", "y", "z"] | None = pydantic.Field(
+        None, description="Axis of the tool about which any orientation is right."
+    )
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> _Point:
@@ -125,9 +184,15 @@ class _Point(_Strict):
 class MovingSettings(_Strict):
     """Half widths of the box in which a via point may move: around its joint positions, or its tool position [m]."""
 
-    point: Annotated[int, pydantic.Field(strict=True, ge=0)]
-    joints: _Number | list[_Number] | None = None
-    tool: tuple[_Number, _Number, _Number] | None = None
+    point: Annotated[int, pydantic.Field(strict=True, ge=0)] = pydantic.Field(
+        description="Number of the point, counted from 0."
+    )
+    joints: _Number | list[_Number] | None = pydantic.Field(
+        None, description="Half widths of its box in joint space, one for all joints or one each [angle or m]."
+    )
+    tool: tuple[_Number, _Number, _Number] | None = pydantic.Field(
+        None, description="Half widths of its box in the base frame, x, y and z [m]."
+    )
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> MovingSettings:
@@ -139,27 +204,51 @@ class MovingSettings(_Strict):
 class PassingSettings(_Strict):
     """How a via point is passed: with a stop or a dwell [s], a velocity per second, or in a window of time [s]."""
 
-    point: Annotated[int, pydantic.Field(strict=True, ge=0)]
-    stop: Annotated[bool, pydantic.Strict()] | None = None
-    dwell: _Number | None = None
-    velocity: list[_Number] | None = None
-    acceleration: list[_Number] | None = None
-    window: tuple[_Number, _Number] | None = None
+    point: Annotated[int, pydantic.Field(strict=True, ge=0)] = pydantic.Field(
+        description="Number of the point, counted from 0."
+    )
+    stop: Annotated[bool, pydantic.Strict()] | None = pydantic.Field(None, description="The motion rests there.")
+    dwell: _Number | None = pydantic.Field(None, description="The motion rests there for so long [s].")
+    velocity: list[_Number] | None = pydantic.Field(None, description="Velocity of every joint there [angle/s or m/s].")
+    acceleration: list[_Number] | None = pydantic.Field(
+        None, description="Acceleration of every joint there, at the ends of the motion [angle/s^2 or m/s^2]."
+    )
+    window: tuple[_Number, _Number] | None = pydantic.Field(
+        None, description="Earliest and latest instant at which the point is passed [s]."
+    )
 
 
 class SegmentSettings(_Strict):
     """What is asked of the segments between two points: a line or an arc of the tool, or an upright axis of it."""
 
-    from_point: Annotated[int, pydantic.Field(strict=True, ge=0, alias="from")]
-    to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(None, alias="to")
-    tool: Literal["line", "arc"] | None = None
-    through: tuple[_Number, _Number, _Number] | None = None
-    rest: Literal["both", "start", "end", "none"] | None = None
-    tolerance: _Number | str | None = None
-    turning: _Number | str | None = None
-    upright: _Number | str | None = None
-    axis: str | tuple[_Number, _Number, _Number] | None = None
-    direction: tuple[_Number, _Number, _Number] | None = None
+    from_point: Annotated[int, pydantic.Field(strict=True, ge=0, alias="from")] = pydantic.Field(
+        description="Number of the point at which it begins, counted from 0."
+    )
+    to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(
+        None, alias="to", description="Number of the point at which it ends; the next one if not given."
+    )
+    tool: Literal["line", "arc"] | None = pydantic.Field(None, description="How the tool goes.")
+    through: tuple[_Number, _Number, _Number] | None = pydantic.Field(
+        None, description="Point of the arc, in the base frame [m]."
+    )
+    rest: Literal["both", "start", "end", "none"] | None = pydantic.Field(
+        None, description="At which ends of the way the motion rests; both if not given."
+    )
+    tolerance: _Number | str | None = pydantic.Field(
+        None, description="How far the tool may leave the line or arc; a text has its unit [m]."
+    )
+    turning: _Number | str | None = pydantic.Field(
+        None, description="How far the tool may turn from what lies between its orientations at both ends [angle]."
+    )
+    upright: _Number | str | None = pydantic.Field(
+        None, description="Greatest angle between an axis of the tool and a direction [angle]."
+    )
+    axis: str | tuple[_Number, _Number, _Number] | None = pydantic.Field(
+        None, description="That axis of the tool, a name or a vector; z if not given."
+    )
+    direction: tuple[_Number, _Number, _Number] | None = pydantic.Field(
+        None, description="That direction in the base frame; up, against gravity, if not given."
+    )
 
 
 class _Constraints(pydantic.BaseModel):
@@ -169,8 +258,14 @@ class _Constraints(pydantic.BaseModel):
 
     __repr__ = brief
 
-    limits: list[str] = ["position", "velocity", "acceleration", "jerk", "effort"]
-    held: Literal["sampled", "certified"] = "certified"
+    limits: list[str] = pydantic.Field(
+        ["position", "velocity", "acceleration", "jerk", "effort"],
+        description='Limits that are kept, by name as `trajevo list` shows them, or your own "module:name".',
+    )
+    held: Literal["sampled", "certified"] = pydantic.Field(
+        "certified",
+        description="Whether efforts and tool speed are kept at every instant, by proof, or at the samples alone.",
+    )
 
 
 class TaskSettings(_Strict):
@@ -181,30 +276,63 @@ class TaskSettings(_Strict):
     velocities and accelerations, and ``turning`` and ``upright`` of segments are in the unit ``angle``.
     """
 
-    format: Literal[1] = 1
-    name: str | None = None
-    robot: str | _Robot
-    angle: Literal["rad", "deg"] = "rad"
-    limits: _Limits = _Limits()
-    payload: _Number | str | _Load | list[_Load] = 0.0
-    payload_range: tuple[_Number, _Number] | None = None
-    points: str | list[list[_Number] | _Point]
-    turns: Literal["as_written", "shortest"] = "as_written"
-    moving: list[MovingSettings] = []
-    passing: list[PassingSettings] = []
-    segment: list[SegmentSettings] = []
-    cyclic: Annotated[bool, pydantic.Strict()] = False
-    interpolant: str | None = None
-    extra_points: Annotated[int, pydantic.Field(strict=True, ge=0)] = 0
-    pace: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = None
-    bspline: dict[str, Any] | None = None
-    duration_bounds: list[_Number] | list[tuple[_Number, _Number]]
-    objectives: list[str] = ["time", "energy"]
-    constraints: _Constraints = _Constraints()
-    reference_point: list[_Number] | None = None
-    algorithm: Search = Search()
-    seed: Annotated[int, pydantic.Field(strict=True, ge=0)] = 1
-    samples: Annotated[int, pydantic.Field(strict=True, ge=2)] = 6
+    format: Literal[1] = pydantic.Field(1, description="Version of this format.")
+    name: str | None = pydantic.Field(
+        None, description="Title above tables, reports and pictures; the file's name if not given."
+    )
+    robot: str | _Robot = pydantic.Field(description="The robot: a name or file, or a table.")
+    angle: Literal["rad", "deg"] = pydantic.Field(
+        "rad",
+        description="Unit of angles of points, boxes, given velocities and accelerations, `turning` and `upright`.",
+    )
+    limits: _Limits = pydantic.Field(_Limits(), description="Joint limits over those of the robot's own files.")
+    payload: _Number | str | _Load | list[_Load] = pydantic.Field(
+        0.0, description="What the tool carries: its mass [kg], a table, or tables of what is carried when."
+    )
+    payload_range: tuple[_Number, _Number] | None = pydantic.Field(
+        None, description="Least and greatest payload, of objectives that choose it [kg]."
+    )
+    points: str | list[list[_Number] | _Point] = pydantic.Field(
+        description="Points to visit, in order: joint positions [angle or m] or tables, or a CSV file."
+    )
+    turns: Literal["as_written", "shortest"] = pydantic.Field(
+        "as_written", description="Whether joints go as points are written, or the shorter way round by whole turns."
+    )
+    moving: list[MovingSettings] = pydantic.Field([], description="Points that may move inside a box.")
+    passing: list[PassingSettings] = pydantic.Field([], description="How points are passed, if not freely.")
+    segment: list[SegmentSettings] = pydantic.Field([], description="What is asked of the tool between points.")
+    cyclic: Annotated[bool, pydantic.Strict()] = pydantic.Field(
+        False, description="The last point is the first, and the motion goes through it without a stop."
+    )
+    interpolant: str | None = pydantic.Field(
+        None,
+        description='Name in `trajevo list`, or "module:name"; if not given, bspline or quintic_spline.',
+    )
+    extra_points: Annotated[int, pydantic.Field(strict=True, ge=0)] = pydantic.Field(
+        0, description="Number of free points in every gap between two points, for splines."
+    )
+    pace: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(
+        None,
+        description="Number of variables of a pace that all times follow, from 4 to 200, or 0.",
+    )
+    bspline: dict[str, Any] | None = pydantic.Field(None, description="Of the interpolant bspline.")
+    duration_bounds: list[_Number] | list[tuple[_Number, _Number]] = pydantic.Field(
+        description="Least and greatest time between two points, one pair or one for each [s]."
+    )
+    objectives: list[str] = pydantic.Field(
+        ["time", "energy"],
+        description='What is minimised, by name as `trajevo list` shows it, or your own "module:name".',
+    )
+    constraints: _Constraints = pydantic.Field(_Constraints(), description="What is limited.")
+    reference_point: list[_Number] | None = pydantic.Field(
+        None,
+        description="Far corner of the hypervolume's box, one number per objective [SI unit of each].",
+    )
+    algorithm: Search = pydantic.Field(Search(), description="Settings of the search.")
+    seed: Annotated[int, pydantic.Field(strict=True, ge=0)] = pydantic.Field(1, description="Seed of all randomness.")
+    samples: Annotated[int, pydantic.Field(strict=True, ge=2)] = pydantic.Field(
+        6, description="Number of samples in every segment, where something is checked at samples."
+    )
 
     @pydantic.field_validator("algorithm")
     @classmethod
@@ -252,7 +380,10 @@ def _with_parameters(parameters: tuple[LimitParameter, ...]) -> type[TaskSetting
             raise InvalidInputError(f"constraints: a limit's parameter {taken[0]!r} needs another name, which is taken")
     constraints: Any = pydantic.create_model("_Constraints", __base__=_Constraints, **keys)
     made: Any = pydantic.create_model(
-        "TaskSettings", __base__=TaskSettings, constraints=(constraints, constraints()), **tables
+        "TaskSettings",
+        __base__=TaskSettings,
+        constraints=(constraints, pydantic.Field(constraints(), description="What is limited.")),
+        **tables,
     )
     return cast("type[TaskSettings]", made)
 
@@ -260,7 +391,8 @@ def _with_parameters(parameters: tuple[LimitParameter, ...]) -> type[TaskSetting
 def _key(parameter: LimitParameter) -> Any:
     """Type and default of a parameter's key."""
     kind = parameter.type if parameter.default is not None else parameter.type | None
-    return kind, pydantic.Field(parameter.default, description=parameter.help, strict=True)
+    says = f"{parameter.help} [{parameter.unit}]" if parameter.unit else parameter.help
+    return kind, pydantic.Field(parameter.default, description=says, strict=True)
 
 
 def read_task(file: Path) -> tuple[TaskSettings, Places]:

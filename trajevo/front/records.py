@@ -89,7 +89,14 @@ def _payload(given: dict[str, Any]) -> dict[str, Any]:
 
 
 class VariableRecord(Record):
-    """A decision variable: name, SI unit and bounds."""
+    """A decision variable: name, SI unit and bounds.
+
+    Attributes:
+        name: its name.
+        unit: its SI unit.
+        lower: least value [its unit].
+        upper: greatest value [its unit].
+    """
 
     name: Line
     unit: Line
@@ -98,7 +105,13 @@ class VariableRecord(Record):
 
 
 class ObjectiveRecord(Record):
-    """An objective: name, SI unit and the source of its formula."""
+    """An objective: name, SI unit and the source of its formula.
+
+    Attributes:
+        name: its name.
+        unit: its SI unit.
+        reference: source of its formula.
+    """
 
     name: Line
     unit: Line
@@ -115,8 +128,20 @@ class ObjectiveRecord(Record):
 class ProblemRecord(Record):
     """What was solved. A registered problem can be made again from ``name`` and ``settings``.
 
-    Joint limits are in SI units, None where a joint has no limit; those of the negative direction, which end in
-    ``_backward``, are there only if they differ. ``payload["model"]`` says how the payload acts.
+    Attributes:
+        name: name under which the problem is registered; empty if it is not.
+        title: title of tables, reports and pictures.
+        settings: its keyword arguments as plain data.
+        robot: name of the robot.
+        robot_reference: source of the robot's numbers.
+        angle: unit in which angles are shown.
+        length: unit in which lengths are shown.
+        payload: mass [kg], centre of mass [m] and ``model``, which says how it acts.
+        limits: quantity -> limit of each joint [SI], None where it has none; those of the negative direction, which end
+            in ``_backward``, are there only if they differ.
+        variables: decision variables, columns of ``X``.
+        objectives: objectives, columns of ``F``.
+        constraints: names of the constraints, columns of ``G``.
     """
 
     name: str
@@ -212,7 +237,12 @@ class ProblemRecord(Record):
 
 
 class FailedIndividual(Record):
-    """An individual whose evaluation failed: its decision vector and the error message."""
+    """An individual whose evaluation failed: its decision vector and the error message.
+
+    Attributes:
+        x: decision vector, shape (n_var,) [units of the variables].
+        said: the error message.
+    """
 
     x: tuple[float, ...]
     said: str
@@ -302,7 +332,19 @@ class Blocking(Record):
 
 
 class FrontFile(Record):
-    """The whole content of a front's file."""
+    """The whole content of a front's file.
+
+    Attributes:
+        format: what the file is.
+        version: version of this format.
+        problem: what was solved.
+        run: how the front was made.
+        history: the course of the run.
+        blocking: why the front is empty, or None.
+        X: decision vectors, a row per solution [units of the variables].
+        F: objectives, a row per solution [units of the objectives].
+        G: constraints, a row per solution, at most 0: excess as a share of the limit [1].
+    """
 
     format: Literal["trajevo front"] = "trajevo front"
     version: Literal[1] = 1

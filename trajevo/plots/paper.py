@@ -23,7 +23,7 @@ from trajevo.plots.layout import Rows, key_columns, place_above
 #: Width of a picture: that of a column, of both, or in millimetres.
 Width = Literal["column", "page"] | float
 
-#: Widths by name [mm].
+#: Widths of pictures by name [mm]: a column or a page of a paper.
 WIDTHS = {"column": 85.0, "page": 170.0}
 
 #: Least and greatest width that is drawn [mm], and millimetres of an inch.

@@ -293,10 +293,10 @@ def load_robot(
     """Load a robot by name, from a folder, or from a URDF, xacro or MJCF file.
 
     Args:
-        name: a name of :func:`list_robots` or of example-robot-data, the path of a folder with ``robot.toml`` and the
-            file that it names or a table ``[dh]``, or the path of a URDF, of xacro (ending ``.xacro``, by the package
-            xacrodoc) or of MJCF (any file with ``<mujoco>`` at its top). A name of trajevo takes precedence over a
-            folder of that name.
+        name: a name that ``trajevo list`` shows, or one of example-robot-data, the path of a folder with ``robot.toml``
+            and the file that it names or a table ``[dh]``, or the path of a URDF, of xacro (ending ``.xacro``, by the
+            package xacrodoc) or of MJCF (any file with ``<mujoco>`` at its top). A name of trajevo takes precedence
+            over a folder of that name.
         lock: joints to lock, name -> position [rad or m]. A joint that mimics a locked one is held where that holds it;
             a locked joint mimics no other.
         tool: one of ``tools``, which is then mounted, or another frame at the end effector; if None, the only one of

@@ -38,17 +38,25 @@ class _Strict(pydantic.BaseModel):
 
 
 class _Limit(_Strict):
-    limit: Annotated[_Number, pydantic.Field(gt=0.0)]
-    unit: str
+    limit: Annotated[_Number, pydantic.Field(gt=0.0)] = pydantic.Field(
+        description="Greatest magnitude; inf for none [`unit`]."
+    )
+    unit: str = pydantic.Field(description="Unit of the number, such as deg/s^3.")
 
 
 class _DirectedLimit(_Strict):
     """One limit for both directions of motion, or one for each; all are magnitudes."""
 
-    limit: Annotated[_Number, pydantic.Field(gt=0.0)] | None = None
-    forward: Annotated[_Number, pydantic.Field(gt=0.0)] | None = None
-    backward: Annotated[_Number, pydantic.Field(gt=0.0)] | None = None
-    unit: str
+    limit: Annotated[_Number, pydantic.Field(gt=0.0)] | None = pydantic.Field(
+        None, description="Greatest magnitude in both directions; inf for none [`unit`]."
+    )
+    forward: Annotated[_Number, pydantic.Field(gt=0.0)] | None = pydantic.Field(
+        None, description="In the positive direction [`unit`]."
+    )
+    backward: Annotated[_Number, pydantic.Field(gt=0.0)] | None = pydantic.Field(
+        None, description="In the negative direction [`unit`]."
+    )
+    unit: str = pydantic.Field(description="Unit of the numbers, such as deg/s, mm/s^2 or N*m.")
 
     @pydantic.model_validator(mode="after")
     def _one_or_both(self) -> _DirectedLimit:
@@ -59,23 +67,31 @@ class _DirectedLimit(_Strict):
 
 
 class _Range(_Strict):
-    lower: _Number
-    upper: _Number
-    unit: str
+    lower: _Number = pydantic.Field(description="Lower end; -inf for none [`unit`].")
+    upper: _Number = pydantic.Field(description="Upper end; inf for none [`unit`].")
+    unit: str = pydantic.Field(description="Unit of both, such as deg or mm.")
 
 
 class _Amount(_Strict):
-    value: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)]
-    unit: str
+    value: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] = pydantic.Field(
+        description="The amount [`unit`]."
+    )
+    unit: str = pydantic.Field(description="Unit of the number.")
 
 
 class _DryFriction(_Strict):
     """One value for both directions of motion, or one for each."""
 
-    value: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] | None = None
-    forward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] | None = None
-    backward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] | None = None
-    unit: str
+    value: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] | None = pydantic.Field(
+        None, description="In both directions [`unit`]."
+    )
+    forward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] | None = pydantic.Field(
+        None, description="In the positive direction [`unit`]."
+    )
+    backward: Annotated[_Number, pydantic.Field(ge=0.0, allow_inf_nan=False)] | None = pydantic.Field(
+        None, description="In the negative direction [`unit`]."
+    )
+    unit: str = pydantic.Field(description="Unit of the numbers, N or N*m.")
 
     @pydantic.model_validator(mode="after")
     def _one_or_both(self) -> _DryFriction:
@@ -86,21 +102,27 @@ class _DryFriction(_Strict):
 
 
 class _Vector(_Strict):
-    vector: tuple[_Number, _Number, _Number]
-    unit: str
+    vector: tuple[_Number, _Number, _Number] = pydantic.Field(description="Its x, y and z [`unit`].")
+    unit: str = pydantic.Field(description="Unit of the numbers, m/s^2.")
 
 
 class _Joint(_Strict):
-    position: _Range
-    velocity: _DirectedLimit
-    acceleration: _DirectedLimit
-    jerk: _Limit
-    effort: _DirectedLimit
-    viscous_friction: _Amount | None = None
-    coulomb_friction: _DryFriction | None = None
-    armature: _Amount | None = None
-    rotor_inertia: _Amount | None = None
-    gear_ratio: Annotated[_Number, pydantic.Field(gt=0.0, allow_inf_nan=False)] | None = None
+    position: _Range = pydantic.Field(description="Range of positions.")
+    velocity: _DirectedLimit = pydantic.Field(description="Greatest velocity.")
+    acceleration: _DirectedLimit = pydantic.Field(description="Greatest acceleration.")
+    jerk: _Limit = pydantic.Field(description="Greatest jerk.")
+    effort: _DirectedLimit = pydantic.Field(description="Greatest torque or force.")
+    viscous_friction: _Amount | None = pydantic.Field(None, description="Friction by velocity, in N*m*s/rad or N*s/m.")
+    coulomb_friction: _DryFriction | None = pydantic.Field(None, description="Dry friction, in N*m or N.")
+    armature: _Amount | None = pydantic.Field(
+        None, description="Inertia of what turns with the motor, on the joint's side, in kg*m^2 or kg."
+    )
+    rotor_inertia: _Amount | None = pydantic.Field(
+        None, description="Inertia of the motor's rotor; with `gear_ratio` instead of `armature`, in kg*m^2."
+    )
+    gear_ratio: Annotated[_Number, pydantic.Field(gt=0.0, allow_inf_nan=False)] | None = pydantic.Field(
+        None, description="Turns of the motor per turn of the joint; no unit."
+    )
 
     @pydantic.model_validator(mode="after")
     def _armature_or_gear(self) -> _Joint:
@@ -111,41 +133,63 @@ class _Joint(_Strict):
 
 
 class _CoupledScrews(_Strict):
-    kind: Literal["coupled_screws"]
-    screws: tuple[_Text, _Text]
-    slide: str
-    swivel: str
-    span: _Amount
+    kind: Literal["coupled_screws"] = pydantic.Field(
+        description="Two parallel screws that drive one slide and one swivel."
+    )
+    screws: tuple[_Text, _Text] = pydantic.Field(description="Names of the two actuators.")
+    slide: str = pydantic.Field(description="Joint of the URDF that slides.")
+    swivel: str = pydantic.Field(description="Joint of the URDF that swivels.")
+    span: _Amount = pydantic.Field(description="Distance of the screws.")
 
 
 class _Place(_Strict):
     """Numbers are in m and rad, or text with a unit."""
 
-    position: list[_Number | str] = [0.0, 0.0, 0.0]
-    rpy: list[_Number | str] = [0.0, 0.0, 0.0]
+    position: list[_Number | str] = pydantic.Field(
+        [0.0, 0.0, 0.0], description="Where its origin is, x, y and z; a text has its unit [m]."
+    )
+    rpy: list[_Number | str] = pydantic.Field(
+        [0.0, 0.0, 0.0], description="How it is turned: roll, pitch and yaw; a text has its unit [rad]."
+    )
 
 
 class _Tool(_Place):
-    name: _Text
-    parent: str
-    mass: _Number | str = 0.0
-    com: list[_Number | str] | None = None
-    inertia: list[_Number] | list[list[_Number]] | None = None
+    name: _Text = pydantic.Field(description="Name of the tool's frame.")
+    parent: str = pydantic.Field(description="Frame to which it is mounted.")
+    mass: _Number | str = pydantic.Field(0.0, description="Its mass; a text has its unit [kg].")
+    com: list[_Number | str] | None = pydantic.Field(
+        None, description="Its centre of mass in its own frame, x, y and z; a text has its unit [m]."
+    )
+    inertia: list[_Number] | list[list[_Number]] | None = pydantic.Field(
+        None, description="Its inertia about the centre of mass: 3 principal values, or 3 rows of 3 [kg*m^2]."
+    )
 
 
-class _Settings(_Strict):
-    name: _Text
-    dh: DhKeys | None = None
-    urdf: str | None = pydantic.Field(default=None, validate_default=True)
-    tool: _Text
-    reference: _Text
-    format: Annotated[int, pydantic.Field(strict=True, ge=1, le=1)]
-    gravity: _Vector
-    allow_massless: Annotated[bool, pydantic.Strict()] = False
-    transmission: _CoupledScrews | None = None
-    base: _Place | None = None
-    tools: list[_Tool] | None = None
-    joints: dict[str, _Joint]
+class RobotSettings(_Strict):
+    """The keys of ``robot.toml``, each number with its unit beside it."""
+
+    name: _Text = pydantic.Field(description="Name of the robot.")
+    dh: DhKeys | None = pydantic.Field(None, description="Denavit-Hartenberg table, instead of a URDF.")
+    urdf: str | None = pydantic.Field(
+        default=None, validate_default=True, description="File beside this one that describes links and joints."
+    )
+    tool: _Text = pydantic.Field(description="Frame at the end effector.")
+    reference: _Text = pydantic.Field(description="Where the numbers come from.")
+    format: Annotated[int, pydantic.Field(strict=True, ge=1, le=1)] = pydantic.Field(
+        description="Version of this format."
+    )
+    gravity: _Vector = pydantic.Field(description="Gravity in the base frame.")
+    allow_massless: Annotated[bool, pydantic.Strict()] = pydantic.Field(
+        False, description="Links without mass are meant: efforts leave them out."
+    )
+    transmission: _CoupledScrews | None = pydantic.Field(
+        None, description="How actuators move the joints, unless each moves its own."
+    )
+    base: _Place | None = pydantic.Field(None, description="Where the robot stands in the cell.")
+    tools: list[_Tool] | None = pydantic.Field(
+        None, description="Tools that can be mounted, of which `tool` names one."
+    )
+    joints: dict[str, _Joint] = pydantic.Field(description="Limits and friction of each joint, by its name.")
 
     @pydantic.field_validator("urdf")
     @classmethod
@@ -165,9 +209,9 @@ def entry_problems(path: Path) -> list[str]:
     """
     content, places = read_toml(path)
     try:
-        _Settings.model_validate(content)
+        RobotSettings.model_validate(content)
     except pydantic.ValidationError as error:
-        return [places.told(entry, _Settings) for entry in error.errors()]
+        return [places.told(entry, RobotSettings) for entry in error.errors()]
     return []
 
 
@@ -184,7 +228,7 @@ class RobotFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         content, self.places = read_toml(path)
-        self.settings = validated(_Settings, content, self.places)
+        self.settings = validated(RobotSettings, content, self.places)
 
     @property
     def urdf(self) -> Path | None:

@@ -159,13 +159,20 @@ class StudySettings(pydantic.BaseModel):
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
-    format: Literal[1] = 1
-    problem: str | None = None
-    task: str | None = None
-    seed: Annotated[_Whole, pydantic.Field(ge=0)]
-    repeats: Annotated[_Whole, pydantic.Field(ge=1)] = 10
-    fixed: dict[str, Any] = {}
-    factors: dict[str, Any] = {}
+    format: Literal[1] = pydantic.Field(1, description="Version of this format.")
+    problem: str | None = pydantic.Field(None, description="Name of a registered problem; or a task.")
+    task: str | None = pydantic.Field(None, description="File of a task, or name of an example; instead of a problem.")
+    seed: Annotated[_Whole, pydantic.Field(ge=0)] = pydantic.Field(
+        description="Seed from which the seeds of all cells are derived."
+    )
+    repeats: Annotated[_Whole, pydantic.Field(ge=1)] = pydantic.Field(
+        10, description="Number of runs for each combination of levels, with different seeds."
+    )
+    fixed: dict[str, Any] = pydantic.Field({}, description="Arguments, keys and settings that do not vary, by name.")
+    factors: dict[str, Any] = pydantic.Field(
+        {},
+        description="Factor -> its levels: arguments of the problem, keys of the task, or settings of the search.",
+    )
 
 
 def load_study(file: str | Path) -> Study:

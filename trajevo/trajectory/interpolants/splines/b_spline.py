@@ -356,15 +356,15 @@ class BSplineShape:
 
     def __post_init__(self) -> None:
         if not isinstance(self.settings, Mapping):
-            raise InvalidInputError(f"bspline: expected {', '.join(_SHAPE)} by name, got {self.settings!r}")
+            raise InvalidInputError(f"bspline: expected {', '.join(SHAPE)} by name, got {self.settings!r}")
         for key in self.settings:
-            if key not in _SHAPE:
-                raise InvalidInputError(f"bspline: unknown key {key!r}; {known_names(key, _SHAPE)}")
+            if key not in SHAPE:
+                raise InvalidInputError(f"bspline: unknown key {key!r}; {known_names(key, SHAPE)}")
         try:
-            check_shape(**_SHAPE | dict(self.settings))
+            check_shape(**SHAPE | dict(self.settings))
         except InvalidInputError as error:
             raise InvalidInputError(f"bspline: {error}") from error
-        object.__setattr__(self, "settings", _SHAPE | dict(self.settings))
+        object.__setattr__(self, "settings", SHAPE | dict(self.settings))
 
     @classmethod
     def of(cls, given: Any, robot: Robot, points: ViaPoints, *, of_joints_alone: bool = False) -> BSplineShape:
@@ -402,6 +402,6 @@ class BSplineShape:
 
 
 #: Keys of the shape, and what they are if not given.
-_SHAPE: dict[str, Any] = {
+SHAPE: dict[str, Any] = {
     one.name: one.default for one in fields(BSpline) if one.name in ("degree", "control_points", "knots", "ends")
 }
