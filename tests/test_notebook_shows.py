@@ -32,6 +32,7 @@ OTHERS = {
     "EvolutionaryAlgorithm": lambda: t.EvolutionaryAlgorithm("mine", lambda problem, sizes: None, "nothing" * 99),
     "Exporter": lambda: t.Exporter("mine", "txt", "nothing", lambda solution, step, angle: ""),
     "HermiteSpline": lambda: t.HermiteSpline(points(), duration_bounds=(1.0, 2.0)),
+    "ImprovedQuarticBSpline": lambda: t.ImprovedQuarticBSpline(points(), duration_bounds=(1.0, 2.0)),
     "InProcess": t.InProcess,
     "LimitKind": lambda: t.LimitKind("mine", "nothing", lambda robot: ()),
     "LimitParameter": lambda: t.LimitParameter("most", "rad", "a number"),

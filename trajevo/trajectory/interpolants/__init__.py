@@ -10,6 +10,7 @@ from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.along_way import FixedCurve, curve_along
 from trajevo.trajectory.interpolants.hybrid_quartic import HybridQuartic
+from trajevo.trajectory.interpolants.improved_quartic import ImprovedQuarticBSpline
 from trajevo.trajectory.interpolants.interpolant import AtRest, Interpolant, Variable
 from trajevo.trajectory.interpolants.legs import Legs, checked_durations
 from trajevo.trajectory.interpolants.linear_blends import LinearBlends
@@ -30,6 +31,7 @@ THROUGH_POINTS: dict[str, Callable[..., Interpolant]] = {
     "cubic": CubicSpline,
     "hermite": HermiteSpline,
     "hybrid": HybridQuartic,
+    "improved_quartic_bspline": ImprovedQuarticBSpline,
     "linear_blends": LinearBlends,
     "polynomial": SinglePolynomial,
     "quintic_spline": QuinticSpline,
@@ -115,6 +117,7 @@ __all__ = [
     "HermiteShape",
     "HermiteSpline",
     "HybridQuartic",
+    "ImprovedQuarticBSpline",
     "Interpolant",
     "Legs",
     "LinearBlends",
