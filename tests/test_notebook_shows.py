@@ -43,6 +43,7 @@ OTHERS = {
     "Pose": lambda: t.Pose([0.1, 0.2, 0.3], np.eye(3)),
     "Processes": lambda: t.Processes(2),
     "SepticPolynomial": lambda: t.SepticPolynomial(State(np.zeros(3)), State(np.ones(3)), duration_bounds=(1.0, 2.0)),
+    "QuarticCubicQuartic": lambda: t.QuarticCubicQuartic(points(), duration_bounds=(1.0, 2.0)),
     "QuinticSpline": lambda: t.QuinticSpline(points(), duration_bounds=(1.0, 2.0)),
     "SinglePolynomial": lambda: t.SinglePolynomial(points(), duration_bounds=(1.0, 2.0)),
     "SepticSpline": lambda: t.SepticSpline(points(), duration_bounds=(1.0, 2.0)),

@@ -22,6 +22,7 @@ from trajevo.trajectory.interpolants.splines.cubic import CubicSpline
 from trajevo.trajectory.interpolants.splines.free_points import ExtraPoints
 from trajevo.trajectory.interpolants.splines.hermite import HermiteShape, HermiteSpline
 from trajevo.trajectory.interpolants.splines.odd_degree import QuinticSpline, SepticSpline
+from trajevo.trajectory.interpolants.splines.quartic_cubic_quartic import QuarticCubicQuartic
 from trajevo.trajectory.interpolants.stop_and_go import stop_and_go
 from trajevo.trajectory.interpolants.usual import usual_interpolant
 
@@ -34,6 +35,7 @@ THROUGH_POINTS: dict[str, Callable[..., Interpolant]] = {
     "improved_quartic_bspline": ImprovedQuarticBSpline,
     "linear_blends": LinearBlends,
     "polynomial": SinglePolynomial,
+    "quartic_cubic_quartic": QuarticCubicQuartic,
     "quintic_spline": QuinticSpline,
     "septic_spline": SepticSpline,
 }
@@ -122,6 +124,7 @@ __all__ = [
     "Legs",
     "LinearBlends",
     "LinearReparameterisation",
+    "QuarticCubicQuartic",
     "QuinticSpline",
     "Reparameterisation",
     "SepticPolynomial",
