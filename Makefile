@@ -14,7 +14,7 @@ UNUSED := /(tests?|pip|mypyc?|debugpy|OpenGL|setuptools|pkg_resources|IPython|je
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks docs clean
+.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks docs reproduce clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -49,6 +49,13 @@ $(DOCS): $(READY)
 demo: $(READY)  ## solve the pointing mechanism of Sun 2020: front, plots and report in runs/pointing
 	$(BIN)/trajevo solve pointing --seed 1 --generations 200 --population 150 --out runs/pointing --overwrite --pictures
 	$(BIN)/trajevo show runs/pointing
+
+PAPERS := sun2020 guo2016 paing2021 raji2022
+
+reproduce: $(READY)  ## make the figures and tables of the four papers again, in build/reproduced/
+	failed=; for paper in $(PAPERS); do \
+		$(BIN)/trajevo reproduce $$paper --out build/reproduced/$$paper || failed="$$failed $$paper"; \
+	done; [ -z "$$failed" ] || { echo "not as expected:$$failed"; exit 1; }
 
 TASKS := ur5_pick_and_place panda_six_points xarm7_obstacle hybrid_manipulator pick_and_place_cell
 

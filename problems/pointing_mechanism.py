@@ -178,7 +178,7 @@ def azimuth_pitch(theta: Any) -> Array:
     γ is in [0, 2π), β in [0, π]. Straight up (β = 0) every azimuth is the same direction; γ is then 0.
     """
     theta1, theta2 = numbers(theta, name="theta", shape=("K", 2)).T
-    up, y, minus_z = np.cos(theta1) * np.cos(theta2), np.sin(theta1) * np.cos(theta2), np.sin(theta2)
+    up, y, minus_z = np.cos(theta1) * np.cos(theta2), np.sin(theta1) * np.cos(theta2), np.sin(theta2) + 0.0
     azimuth = np.mod(np.arctan2(y, minus_z), 2.0 * np.pi)
     azimuth = np.where(azimuth < 2.0 * np.pi, azimuth, 0.0)  # a tiny negative angle rounds up to the whole turn
     return np.stack([azimuth, np.arctan2(np.hypot(y, minus_z), up)], axis=-1)

@@ -140,7 +140,8 @@ IN_THE_TASK = [
         "seed = 1",
         'interpolant = "quintic"',
         "task.toml: line 6: interpolant: unknown interpolant 'quintic'; known: bspline, cubic, "
-        "hermite, hybrid, linear_blends, polynomial, quintic_spline, septic_spline; did you mean 'quintic_spline'?",
+        "hermite, hybrid, improved_quartic_bspline, linear_blends, polynomial, quartic_cubic_quartic, "
+        "quintic_spline, septic_spline; did you mean 'quintic_spline'?",
     ),
     (
         "seed = 1",

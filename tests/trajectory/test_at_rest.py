@@ -11,6 +11,7 @@ from trajevo.trajectory.interpolants import (
     THROUGH_POINTS,
     CubicSpline,
     HybridQuartic,
+    ImprovedQuarticBSpline,
     QuinticSpline,
     SepticSpline,
     price_of_rest,
@@ -27,6 +28,7 @@ FAMILIES = {
     "septic_spline": (SepticSpline, 5, 3),
     "cubic": (CubicSpline, 2, 2),
     "hybrid": (HybridQuartic, 3, 3),
+    "improved_quartic_bspline": (ImprovedQuarticBSpline, 3, 3),
 }
 
 

@@ -1,10 +1,18 @@
 import numpy as np
 import pytest
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import BSpline, make_interp_spline
 
 from tests.reference import improved_spline, septic_by_equation_14
 from trajevo import TrajevoError, ViaPoints
-from trajevo.trajectory.interpolants import HybridQuartic, QuinticSpline, SepticPolynomial, SepticSpline, State
+from trajevo.trajectory.interpolants import (
+    HybridQuartic,
+    ImprovedQuarticBSpline,
+    QuarticCubicQuartic,
+    QuinticSpline,
+    SepticPolynomial,
+    SepticSpline,
+    State,
+)
 
 BOUNDS = (0.1, 20.0)
 RNG = np.random.default_rng(7)
@@ -15,6 +23,9 @@ DURATIONS = RNG.uniform(0.5, 5.0, (40, 6))
 FAMILIES = {
     "smooth": (lambda points: HybridQuartic(points, duration_bounds=BOUNDS), 3, 3),
     "printed": (lambda points: HybridQuartic(points, form="printed", duration_bounds=BOUNDS), 0, 3),
+    "improved": (lambda points: ImprovedQuarticBSpline(points, duration_bounds=BOUNDS), 3, 3),
+    "improved_printed": (lambda points: ImprovedQuarticBSpline(points, form="printed", duration_bounds=BOUNDS), 0, 3),
+    "quartic_cubic_quartic": (lambda points: QuarticCubicQuartic(points, duration_bounds=BOUNDS), 2, 2),
     "quintic": (lambda points: QuinticSpline(points, duration_bounds=BOUNDS), 4, 2),
     "septic_spline": (lambda points: SepticSpline(points, duration_bounds=BOUNDS), 6, 3),
 }
@@ -88,7 +99,7 @@ def test_bad_durations_are_refused(family, x):
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_too_few_points_are_refused(name):
-    least = {"printed": 4, "quintic": 2, "septic_spline": 2}.get(name, 3)
+    least = {"printed": 4, "smooth": 3, "quartic_cubic_quartic": 3}.get(name, 2)
     with pytest.raises(TrajevoError, match=f"at least {least} points, got {least - 1}"):
         FAMILIES[name][0](ViaPoints(np.arange(2.0 * (least - 1)).reshape(-1, 2)))
     FAMILIES[name][0](ViaPoints(np.arange(2.0 * least).reshape(-1, 2)))(np.ones((2, least - 1)))
@@ -105,6 +116,35 @@ def test_splines_equal_scipys(make, k, ends):
         for order in range(4):
             exact = theirs.derivative(order)(t) if order else theirs(t)
             np.testing.assert_allclose(batch[b].evaluate(t, order)[0], exact, atol=1e-8 * np.abs(exact).max())
+
+
+def test_quartic_cubic_quartic_is_the_solution_of_its_14_conditions():
+    """Raji 2022, section 2.6: 6 crossings, 4 conditions at the ends, 4 of continuity, as one linear system."""
+    points, h = ViaPoints(POINTS.positions[:4]), np.array([[0.7, 2.0, 1.3]])
+    batch = QuarticCubicQuartic(points, duration_bounds=BOUNDS)(h)
+    degrees, rows, values = (4, 3, 4), [], []
+
+    def row(segment, end, order):
+        """Derivative of a segment at its beginning or end, as a row over the 14 coefficients."""
+        one = [np.zeros(degree + 1) for degree in degrees]
+        for power in range(order, degrees[segment] + 1):
+            factor = np.prod(np.arange(power, power - order, -1.0))
+            one[segment][power] = factor * (h[0, segment] if end else 0.0) ** (power - order)
+        return np.concatenate(one)
+
+    for segment in range(3):
+        for end in (0, 1):
+            rows.append(row(segment, end, 0))
+            values.append(points.positions[segment + end])
+    for order in (1, 2):
+        rows += [row(0, 0, order), row(2, 1, order)]
+        rows += [row(k, 1, order) - row(k + 1, 0, order) for k in (0, 1)]
+        values += [np.zeros(3)] * 4
+    solved = np.linalg.solve(np.array(rows), np.array(values))
+    for segment, at in enumerate((0, 5, 9)):
+        count = degrees[segment] + 1
+        np.testing.assert_allclose(batch.coefficients[0, segment, :, :count].T, solved[at : at + count], atol=1e-10)
+        np.testing.assert_array_equal(batch.coefficients[0, segment, :, count:], 0.0)
 
 
 def test_splines_through_many_points_stay_exact():
@@ -142,9 +182,30 @@ def test_smooth_form_follows_a_straight_row_at_constant_speed():
     np.testing.assert_allclose(batch.evaluate(t, 1)[0], np.broadcast_to([0.5, -1.0], (50, 2)), atol=1e-12)
 
 
-def test_unknown_form_lists_the_valid_ones():
+@pytest.mark.parametrize("curve", [HybridQuartic, ImprovedQuarticBSpline])
+def test_unknown_form_lists_the_valid_ones(curve):
     with pytest.raises(TrajevoError, match=r"'rough'; known: printed, smooth"):
-        HybridQuartic(POINTS, form="rough", duration_bounds=BOUNDS)
+        curve(POINTS, form="rough", duration_bounds=BOUNDS)
+
+
+@pytest.mark.parametrize("form", ["printed", "smooth"])
+def test_improved_spline_is_the_hybrid_curve_between_the_inner_points(form):
+    alone, hybrid = (
+        make(POINTS, form=form, duration_bounds=BOUNDS)(DURATIONS) for make in (ImprovedQuarticBSpline, HybridQuartic)
+    )
+    np.testing.assert_array_equal(alone.coefficients[:, 4:-4], hybrid.coefficients[:, 1:-1, :, :5])
+
+
+def test_first_segment_of_the_improved_spline_is_scipys_b_spline():
+    """Four control points at the first point, rule (2), and four around the second at their Greville abscissae."""
+    batch, slope = ImprovedQuarticBSpline(POINTS, duration_bounds=BOUNDS)(DURATIONS[:1]), POINTS.positions[2]
+    slope = (slope - POINTS.positions[0]) / DURATIONS[0, :2].sum()
+    offsets = np.array([-3.0, -1.0, 1.0, 3.0])[:, None] / 8.0 * DURATIONS[0, 0]
+    controls = np.concatenate([np.repeat(POINTS.positions[:1], 4, axis=0), POINTS.positions[1] + offsets * slope])
+    theirs = BSpline(np.arange(-4.0, 9.0) * DURATIONS[0, 0] / 4.0, controls, 4)
+    t = np.linspace(0.0, DURATIONS[0, 0], 60)
+    for order in range(4):
+        np.testing.assert_allclose(batch.evaluate(t[:-1], order)[0], theirs(t[:-1], order), atol=1e-9)
 
 
 @pytest.mark.parametrize("bounds", [(0.0, 1.0), (2.0, 1.0), (-1.0, 1.0), (np.nan, 1.0), (1.0, np.inf)])

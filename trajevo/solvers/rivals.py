@@ -36,6 +36,7 @@ from trajevo.trajectory.peak_shares import peak_shares
 FREE = {
     "polynomial": "one polynomial",
     "cubic": "cubic, C2",
+    "quartic_cubic_quartic": "4-3-4, C2",
     "quintic_spline": "quintic, C4",
     "septic_spline": "septic, C6",
     "linear_blends": "lines, blends",
@@ -46,6 +47,9 @@ STOPPING = {
     "rest_to_rest": ("septic, stops", "septic"),
     "trapezoid": ("trapezoid, stops", "trapezoid"),
     "double_s": ("double-S, stops", "double_s"),
+    "cycloidal": ("cycloidal, stops", "cycloidal"),
+    "harmonic": ("harmonic, stops", "harmonic"),
+    "trigonometric": ("trigonometric, stops", "trigonometric"),
 }
 
 
@@ -120,7 +124,7 @@ def compare_rivals(
 
     Interpolants with free times keep the limits of velocity, acceleration, jerk and effort; SLSQP finds their least
     time from random starts. Profiles that stop at every point are as fast as the joint limits allow that they consider:
-    a trapezoid has infinite jerk, and no profile considers effort, which may exceed its limit.
+    a trapezoid and a harmonic profile have infinite jerk, and no profile considers effort, which may exceed its limit.
 
     Args:
         dynamics: robot, payload and number of samples.

@@ -10,6 +10,7 @@ from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.interpolants.along_way import FixedCurve, curve_along
 from trajevo.trajectory.interpolants.hybrid_quartic import HybridQuartic
+from trajevo.trajectory.interpolants.improved_quartic import ImprovedQuarticBSpline
 from trajevo.trajectory.interpolants.interpolant import AtRest, Interpolant, Variable
 from trajevo.trajectory.interpolants.legs import Legs, checked_durations
 from trajevo.trajectory.interpolants.linear_blends import LinearBlends
@@ -21,6 +22,7 @@ from trajevo.trajectory.interpolants.splines.cubic import CubicSpline
 from trajevo.trajectory.interpolants.splines.free_points import ExtraPoints
 from trajevo.trajectory.interpolants.splines.hermite import HermiteShape, HermiteSpline
 from trajevo.trajectory.interpolants.splines.odd_degree import QuinticSpline, SepticSpline
+from trajevo.trajectory.interpolants.splines.quartic_cubic_quartic import QuarticCubicQuartic
 from trajevo.trajectory.interpolants.stop_and_go import stop_and_go
 from trajevo.trajectory.interpolants.usual import usual_interpolant
 
@@ -30,8 +32,10 @@ THROUGH_POINTS: dict[str, Callable[..., Interpolant]] = {
     "cubic": CubicSpline,
     "hermite": HermiteSpline,
     "hybrid": HybridQuartic,
+    "improved_quartic_bspline": ImprovedQuarticBSpline,
     "linear_blends": LinearBlends,
     "polynomial": SinglePolynomial,
+    "quartic_cubic_quartic": QuarticCubicQuartic,
     "quintic_spline": QuinticSpline,
     "septic_spline": SepticSpline,
 }
@@ -115,10 +119,12 @@ __all__ = [
     "HermiteShape",
     "HermiteSpline",
     "HybridQuartic",
+    "ImprovedQuarticBSpline",
     "Interpolant",
     "Legs",
     "LinearBlends",
     "LinearReparameterisation",
+    "QuarticCubicQuartic",
     "QuinticSpline",
     "Reparameterisation",
     "SepticPolynomial",

@@ -7,7 +7,8 @@ profile, as fast as its own limits allow, and joints that would arrive early are
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 import ruckig
@@ -18,6 +19,7 @@ from trajevo.errors import InvalidInputError, checked_name
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.joints import JointLimits
 from trajevo.trajectory.interpolants.hermite import hermite_segments
+from trajevo.trajectory.interpolants.sinusoidal import PROFILE_DEGREE, PROFILE_PIECES, SINUSOIDAL
 from trajevo.trajectory.polynomial import PolynomialBatch
 
 #: Durations (P,) [s] and power coefficients (P, degree + 1) of the phases of s(t).
@@ -33,10 +35,11 @@ def stop_and_go(points: ViaPoints, limits: JointLimits, *, profile: str, straigh
     Args:
         points: via points; two of them give one rest-to-rest motion.
         limits: joint limits, SI. With limits of acceleration that differ by direction, joints speed up with one and
-            slow down with the other; ``"septic"``, whose halves mirror each other, keeps the lesser.
+            slow down with the other; profiles of one piece, whose halves mirror each other, keep the lesser.
         profile: ``"trapezoid"`` (velocity and acceleration limits; its jerk is infinite at the corners and is not
-            checked), ``"double_s"`` (velocity, acceleration and jerk limits, by Ruckig) or ``"septic"`` (polynomial
-            of degree 7, under all three).
+            checked), ``"double_s"`` (velocity, acceleration and jerk limits, by Ruckig), ``"septic"`` (polynomial of
+            degree 7, under all three), or one of :data:`SINUSOIDAL`: ``"cycloidal"`` and ``"trigonometric"`` (under all
+            three) and ``"harmonic"`` (velocity and acceleration limits, as its acceleration steps at both ends).
         straight: move along straight lines in joint space; otherwise each joint moves on its own, which is faster where
             different limits bind.
 
@@ -150,13 +153,27 @@ def _septic(velocity: float, speeding: float, slowing: float, jerk: float) -> _P
     there[..., 0] = 1.0
     unit = PolynomialBatch(np.array([[0.0, 1.0]]), hermite_segments(rest, there, np.ones((1, 1))))
     peaks = [float(unit.peak(order)[0, 0]) for order in (1, 2, 3)]
-    duration = max(
-        (peak / limit) ** (1.0 / order)
-        for order, peak, limit in zip((1, 2, 3), peaks, (velocity, min(speeding, slowing), jerk), strict=True)
+    duration = _least_time("septic", peaks, (velocity, min(speeding, slowing), jerk))
+    return np.array([duration]), unit.coefficients[0, 0] / duration ** np.arange(8)
+
+
+def _sinusoidal(name: str, velocity: float, speeding: float, slowing: float, jerk: float) -> _Phases:
+    shape = SINUSOIDAL[name]
+    duration = _least_time(name, shape.peaks, (velocity, min(speeding, slowing), jerk))
+    return np.full(PROFILE_PIECES, duration / PROFILE_PIECES), shape.pieces() / duration ** np.arange(
+        PROFILE_DEGREE + 1
+    )
+
+
+def _least_time(profile: str, peaks: Sequence[float], limits: Sequence[float]) -> float:
+    """Time in which a unit profile keeps its limits: of velocity, of acceleration, and of jerk if its peak is given."""
+    duration: float = max(
+        (peak / limit) ** (1.0 / order) for order, peak, limit in zip((1, 2, 3), peaks, limits, strict=False)
     )
     if not duration > 0.0:
-        raise InvalidInputError("profile 'septic': needs a finite velocity, acceleration or jerk limit")
-    return np.array([duration]), unit.coefficients[0, 0] / duration ** np.arange(8)
+        names = "velocity, acceleration or jerk" if len(peaks) > 2 else "velocity or acceleration"
+        raise InvalidInputError(f"profile {profile!r}: needs a finite {names} limit")
+    return duration
 
 
 def _require(value: float, name: str, profile: str) -> None:
@@ -170,4 +187,5 @@ _PROFILES: dict[str, Callable[[float, float, float, float], _Phases]] = {
     "trapezoid": _trapezoid,
     "double_s": _double_s,
     "septic": _septic,
+    **{name: partial(_sinusoidal, name) for name in SINUSOIDAL},
 }
