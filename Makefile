@@ -13,7 +13,7 @@ UNUSED := /(tests?|pip|mypyc?|debugpy|OpenGL|setuptools|pkg_resources|IPython|je
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks clean
+.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks reproduce clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -92,6 +92,13 @@ study-algorithms: kernels  ## which algorithm, with or without polish and good s
 
 notebooks: $(READY)  ## execute every notebook at full size, into build/notebooks
 	TRAJEVO_FULL=1 $(BIN)/python tests/execute_notebooks.py
+
+PAPERS := sun2020 guo2016 paing2021 raji2022
+
+reproduce: $(READY)  ## make every figure and table of the four papers again, into build/reproduced
+	@failed=; for paper in $(PAPERS); do \
+		$(BIN)/trajevo reproduce $$paper --out build/reproduced/$$paper || failed="$$failed $$paper"; \
+	done; test -z "$$failed" || { echo "reproduce: not as expected:$$failed"; exit 1; }
 
 clean:  ## remove the environment and everything generated
 	rm -rf $(VENV) build dist runs .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
