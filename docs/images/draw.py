@@ -1,6 +1,7 @@
 """Draws the pictures of pages that show what their lines compute: `python docs/images/draw.py [NAME ...]`."""
 
 import sys
+from itertools import combinations
 from pathlib import Path
 
 import matplotlib as mpl
@@ -32,6 +33,8 @@ from trajevo import (
     workspace_capacity,
 )
 from trajevo.formulation.constraints.clearance import clearance_along, scene_of
+from trajevo.plots.paper import key, log_ticks, panels
+from trajevo.plots.pareto import quantities
 from trajevo.problems import HybridManipulator
 
 HERE = Path(__file__).parent
@@ -51,7 +54,7 @@ def draw_payload_diagram():
     motions = [Rollout(Dynamics(robot, Payload(1.0)), spline(np.array([[time, time]]))) for time in (0.6, 1.0)]
     fast, slow = (payload_effort(motion) for motion in motions)
     offsets = np.linspace(0.0, 0.4, 61)
-    left, right = page(2, 72)
+    left, right = page(2, 98)
     named = {"1.2 s": payload_diagram(fast, offsets, offsets), "2 s": payload_diagram(slow, offsets, offsets)}
     plots.payload_contours(named, ax=left)
     known = fast.with_inertia_about_tool(np.diag([0.05] * 3))
@@ -102,7 +105,7 @@ def draw_workspace():
         "panda", tool="panda_link8", limits=UNLIMITED, lock={"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0}
     )
     problem = HybridManipulator()
-    middle = problem.robot.tool_poses(problem.points.positions[5:6])[0][0]
+    middle = problem.robot.tool_poses(problem.interpolant.points.positions[5:6])[0][0]
     maps = [
         workspace_capacity(ur5, ToolPlane.around(Pose([0.0, 0.11, 0.3], down), "xz", reach=0.9, cells=31)),
         workspace_capacity(panda, ToolPlane.around(Pose([0.0, 0.0, 0.5], down), "xz", reach=0.9, cells=31)),
@@ -117,17 +120,18 @@ def draw_workspace():
 
 def draw_polish():
     """The hybrid manipulator's front before and after."""
-    found = polish(optimise(HybridManipulator(convention="printed"), seed=1, polish=False))
-    axes = plots.front(found.front, width="page")
-    pairs = [(i, k) for i in range(4) for k in range(i + 1, 4)]
-    rows = found.original.thinned()
-    for ax, (i, k) in zip(axes, pairs, strict=True):
-        ax.scatter(
-            found.original.F[rows, i], found.original.F[rows, k], s=1.5, color="C1", linewidths=0, label="before"
-        )
-        ax.set(xscale="log", yscale="log")
-    told = f"hypervolume {found.hypervolume_before:.3f} before (orange), {found.hypervolume_after:.3f} after (blue)"
-    axes[0].set_title(told, loc="left")
+    found = polish(optimise(HybridManipulator(convention="printed"), seed=1, polish=False, progress=False))
+    names, _ = quantities(found.front)
+    pairs = list(combinations(range(4), 2))
+    with panels(None, 6, width="page", columns=3, height=40.0) as axes:
+        for ax, (i, k) in zip(axes, pairs, strict=True):
+            for front, name, looks in ((found.front, "after", "o"), (found.original, "before", "s")):
+                F = front.F[front.thinned()]
+                ax.plot(F[:, i], F[:, k], looks, ms=1.2, mew=0, label=name, color="C0" if name == "after" else "C1")
+            ax.set(xlabel=names[i], ylabel=names[k], xscale="log", yscale="log")
+            log_ticks(ax.xaxis)
+            log_ticks(ax.yaxis)
+        key(axes[0], title=f"hypervolume {found.hypervolume_before:.3f} before, {found.hypervolume_after:.3f} after")
 
 
 def draw_clearance():
@@ -136,7 +140,8 @@ def draw_clearance():
     settings = {key: value for key, value in task.problem.settings.items() if key != "title"}
     ax = page(1, 60)
     for name, scene in (("planned with the post", settings["scene"]), ("planned without it", None)):
-        problem = ViaPointProblem(**settings | {"scene": scene, "moving": settings["moving"] if scene else []})
+        moving = settings["moving"] if scene else []
+        problem = ViaPointProblem(**settings | {"scene": scene, "moving": moving})
         best = optimise(problem, seed=1, population=60, generations=80, progress=False).pick("least_time")
         found = clearance_along(best, scene_of(task.problem.constraints))
         ax.plot(found.t[0], 1e3 * found.least(itself=False)[0], label=name)
