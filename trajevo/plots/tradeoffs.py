@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,8 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import Weights
 from trajevo.front.exchange_rates import ExchangeRates
 from trajevo.front.front import Front
-from trajevo.front.weighing.stability import WeightStability, chooser
-from trajevo.plots.paper import NOTE, Width, colour, inches, key, label, panel, scale_beside, sequence
+from trajevo.front.weighing.stability import Chooser, WeightStability, chooser
+from trajevo.plots.paper import NOTE, Width, colour, inches, key, label, log_ticks, panel, scale_beside, sequence
 from trajevo.plots.pareto import quantities
 
 #: Greatest number of rows, and least change that is shown, in percent for 1 %.
@@ -24,6 +24,12 @@ _MOST, _LEAST = 14, 1e-3
 
 #: Height of a row [mm].
 _ROW = 5.0
+
+#: Ratio of values from which colours are spread by their logarithms.
+_WIDE = 4.0
+
+#: Looks of the line around all weights that make the same choice as the given ones.
+_OUTLINE: dict[str, Any] = {"colors": "white", "linewidths": 1.0}
 
 #: Steps of a weight from 0 to 1 along a bar and along a side of a triangle.
 _ALONG, _SIDE = 2000, 240
@@ -77,8 +83,9 @@ def weight_map(
 ) -> Axes:
     """Which solution is chosen by which weights: a bar for two objectives, a triangle for three.
 
-    Colours are the first objective's value of the solution that is chosen there, and the star is the given weights. For
-    four or more objectives the shares of all weights that choose each solution are drawn, with their standard errors.
+    Colours are the first objective's value of the solution that is chosen there. A star marks the given weights, and a
+    line encloses all that choose the same solution. For four or more objectives the shares of all weights that choose
+    each solution are drawn, with their standard errors.
 
     Args:
         front: the front, of two objectives or more.
@@ -100,59 +107,62 @@ def weight_map(
     rows = chooser(front.F, Weights(found.weights, found.scales), found.rule)
     values = front.F[:, 0] * factors[0]
     used = values[list(found.rows)]
-    looks = {"norm": Normalize(used.min(), used.max()), "cmap": sequence()}
+    wide = used.min() > 0.0 and used.max() > _WIDE * used.min()
+    looks = {"norm": (LogNorm if wide else Normalize)(used.min(), used.max()), "cmap": sequence()}
     words = [name.split(" [")[0] for name in names]
-    height = 10.0 if len(names) == 2 else 0.62 * 25.4 * inches(width)
+    draw, height = (_bar, 16.0) if len(names) == 2 else (_triangle, min(0.7 * 25.4 * inches(width), 80.0))
     with panel(ax, width=width, height=height) as ax:
-        draw = _bar if len(names) == 2 else _triangle
-        mesh = draw(ax, lambda weights: values[rows(weights)], looks, words)
-        at = found.weights[0], 0.5
-        if len(names) == 3:
-            at = tuple(np.array(found.weights) @ _CORNERS)
-        style: dict[str, Any] = {
-            "marker": "*",
-            "markersize": 9,
-            "color": "white",
-            "markeredgecolor": "black",
-            "markeredgewidth": 0.7,
-        }
-        ax.plot(*at, linestyle="none", label=f"row {found.row}: {found.told} % of all weights", zorder=5, **style)
-        scale_beside(ax, mesh, f"{names[0]} of the choice")
+        mesh, at = draw(ax, found, rows, values, looks, words)
+        star: dict[str, Any] = {"marker": "*", "markersize": 9, "color": "white", "markeredgecolor": "black"}
+        ax.plot(*at, linestyle="none", label=f"row {found.row}: {found.told} % of all weights", zorder=5, **star)
+        scale_beside(ax, mesh, names[0] if len(names) == 2 else f"{names[0]} of the choice")
+        if wide:
+            log_ticks(mesh.colorbar.ax.yaxis)
         key(ax)
     return ax
 
 
-def _bar(ax: Axes, values: Callable[[Array], Array], looks: dict[str, Any], names: list[str]) -> Any:
-    """The values that are chosen along the weight of the first of two objectives."""
+def _bar(
+    ax: Axes, found: WeightStability, rows: Chooser, values: Array, looks: dict[str, Any], names: list[str]
+) -> tuple[Any, Array]:
+    """Values of what is chosen along the weight of the first of two objectives, and where the given weights are."""
     edges = np.linspace(0.0, 1.0, _ALONG + 1)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    shown = values(np.stack([middle, 1.0 - middle], axis=1))
-    mesh = ax.pcolormesh(edges, [0.0, 1.0], shown[None], rasterized=True, **looks)
+    chosen = rows(np.stack([middle, 1.0 - middle], axis=1))
+    mesh = ax.pcolormesh(edges, [0.0, 1.0], values[chosen][None], rasterized=True, **looks)
+    ends = edges[1:-1][np.diff(chosen == found.row)]
+    ax.vlines(ends, 0.0, 1.0, **_OUTLINE)
     ax.set(xlabel=f"weight of {names[0]}; the rest is of {names[1]}", xlim=(0.0, 1.0), ylim=(0.0, 1.0), yticks=[])
-    return mesh
+    return mesh, np.array([found.weights[0], 0.5])
 
 
-def _triangle(ax: Axes, values: Callable[[Array], Array], looks: dict[str, Any], names: list[str]) -> Any:
-    """The values that are chosen over the triangle of the weights of three objectives, each 1 at its corner."""
+def _triangle(
+    ax: Axes, found: WeightStability, rows: Chooser, values: Array, looks: dict[str, Any], names: list[str]
+) -> tuple[Any, Array]:
+    """Values of what is chosen by weights of three objectives, each 1 at its corner, and where the given ones are."""
     first, second = (each.ravel() for each in np.mgrid[: _SIDE + 1, : _SIDE + 1])
     inside = first + second <= _SIDE
     first, second = first[inside], second[inside]
     weights = np.stack([first, second, _SIDE - first - second], axis=1) / _SIDE
     number = np.full((_SIDE + 2, _SIDE + 2), -1)
     number[first, second] = np.arange(len(first))
-    up = np.stack([number[first, second], number[first + 1, second], number[first, second + 1]], axis=1)
-    down = np.stack([number[first + 1, second], number[first + 1, second + 1], number[first, second + 1]], axis=1)
-    corners = np.concatenate([each[(each >= 0).all(axis=1)] for each in (up, down)])
-    shown = values(weights[corners].mean(axis=1))
-    mesh = ax.tripcolor(Triangulation(*(weights @ _CORNERS).T, triangles=corners), shown, rasterized=True, **looks)
+    upright = np.stack([number[first, second], number[first + 1, second], number[first, second + 1]], axis=1)
+    upside = np.stack([number[first + 1, second], number[first + 1, second + 1], number[first, second + 1]], axis=1)
+    corners = np.concatenate([each[(each >= 0).all(axis=1)] for each in (upright, upside)])
+    across, high = (weights @ _CORNERS).T
+    chosen = rows(weights[corners].mean(axis=1))
+    mesh = ax.tripcolor(Triangulation(across, high, corners), values[chosen], rasterized=True, **looks)
+    own = rows(weights) == found.row
+    if own.any() and not own.all():
+        ax.tricontour(across, high, own.astype(float), levels=[0.5], **_OUTLINE)
     ax.plot(*_CORNERS[[0, 1, 2, 0]].T, "-", color="black", linewidth=0.6)
-    for name, (x, y), side, over in zip(names, _CORNERS, ("center", "left", "right"), (3, -3, -3), strict=True):
+    for name, place, side, over in zip(names, _CORNERS, ("center", "left", "right"), (3, -3, -3), strict=True):
         level = "bottom" if over > 0 else "top"
-        ax.annotate(f"{name} alone", (x, y), (0, over), textcoords="offset points", ha=side, va=level)
+        ax.annotate(f"{name} alone", tuple(place), (0, over), textcoords="offset points", ha=side, va=level)
     ax.set(xticks=[], yticks=[], xlim=(-0.02, 1.02), ylim=(-0.12, 0.98))
     ax.set_aspect("equal")
     ax.spines[:].set_visible(False)
-    return mesh
+    return mesh, np.array(found.weights) @ _CORNERS
 
 
 def _shares(found: WeightStability, ax: Axes | None, width: Width) -> Axes:

@@ -24,6 +24,9 @@ from trajevo.front.weighing.weights import unit_weights
 WeightRule = Literal["weighted", "topsis"]
 WEIGHT_RULES: tuple[WeightRule, ...] = ("weighted", "topsis")
 
+#: Choices of a rule by M sets of weights: (M, n_obj) -> M rows.
+Chooser = Callable[[Array], Array]
+
 #: Independent scramblings of Sobol's points, and binary logarithm of the points of each.
 _REPLICATES, _POINTS = 16, 11
 
@@ -134,7 +137,7 @@ def stability(F: Array, weights: Sequence[float] | Weights, *, rule: WeightRule 
     return WeightStability(rule, tuple(w.tolist()), scales, row, rows, own, close, change)
 
 
-def chooser(F: Array, weights: Sequence[float] | Weights, rule: WeightRule) -> Callable[[Array], Array]:
+def chooser(F: Array, weights: Sequence[float] | Weights, rule: WeightRule) -> Chooser:
     """The choices of a rule by other weights: a function of M sets of weights, (M, n_obj), that gives M rows.
 
     Args:
@@ -169,7 +172,7 @@ def simplex(shares: Array) -> Array:
     return np.diff(ends, axis=1)
 
 
-def _counted(count: int, chosen: Callable[[Array], Array]) -> tuple[dict[int, float], dict[int, float]]:
+def _counted(count: int, chosen: Chooser) -> tuple[dict[int, float], dict[int, float]]:
     """Shares of the rows at Sobol's points, and their standard errors from independent scramblings."""
     from scipy.stats import qmc  # imported where it computes, since that takes long
 
