@@ -188,6 +188,9 @@ def comparison_weights(
         raise InvalidInputError(f"comparisons: expected {wanted}, got {matrix.shape[0]} by {matrix.shape[1]}")
     if (matrix <= 0.0).any():
         raise InvalidInputError(f"comparisons: expected positive numbers, got {matrix.min():g}")
+    if (np.diag(matrix) != 1.0).any():
+        wrong = int(np.argmax(np.diag(matrix) != 1.0))
+        raise InvalidInputError(f"comparisons: expected 1 of {told[wrong]} with itself, got {matrix[wrong, wrong]:.4g}")
     products = np.abs(matrix * matrix.T - 1.0)
     if products.max() > _RECIPROCAL:
         i, k = (int(at) for at in np.argwhere(np.triu(products) == np.triu(products).max())[0])
