@@ -175,16 +175,29 @@ def closeness(F: Array, weights: Array) -> Array:
     Returns:
         Shape (M, N).
     """
+    from_best, from_worst = squared_distances(F)
+    squares = weights**2
+    best, worst = np.sqrt(squares @ from_best.T), np.sqrt(squares @ from_worst.T)
+    together = best + worst
+    shares: Array = np.where(together > 0.0, worst / np.where(together > 0.0, together, 1.0), 1.0)
+    return shares
+
+
+def squared_distances(F: Array) -> tuple[Array, Array]:
+    """Squares of distances from best and worst values, of objectives over the roots of their sums of squares.
+
+    Args:
+        F: objective values, shape (N, n_obj).
+
+    Returns:
+        Two arrays of shape (N, n_obj); their products with squares of weights are those of TOPSIS' distances.
+    """
     points = numbers(F, name="F", shape=("N", "n_obj"))
     largest = np.abs(points).max(axis=0, initial=0.0)
     parts = points / np.where(largest > 0.0, largest, 1.0)
     root = np.sqrt((parts**2).sum(axis=0))
     parts = parts / np.where(root > 0.0, root, 1.0)
-    squares = weights**2
-    best, worst = (np.sqrt(squares @ ((parts - end) ** 2).T) for end in (parts.min(axis=0), parts.max(axis=0)))
-    together = best + worst
-    shares: Array = np.where(together > 0.0, worst / np.where(together > 0.0, together, 1.0), 1.0)
-    return shares
+    return (parts - parts.min(axis=0)) ** 2, (parts - parts.max(axis=0)) ** 2
 
 
 def pseudo_weights(F: Array, weights: Sequence[float] | Weights) -> Choice:

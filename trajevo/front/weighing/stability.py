@@ -17,7 +17,7 @@ from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.problem import Weights
-from trajevo.front.selection import closeness, comparable, topsis, weighted
+from trajevo.front.selection import comparable, squared_distances, topsis, weighted
 from trajevo.front.weighing.weights import unit_weights
 
 #: Rules whose choices are followed.
@@ -31,7 +31,7 @@ Chooser = Callable[[Array], Array]
 _REPLICATES, _POINTS = 16, 11
 
 #: Numbers of weights times points of the front that are compared at a time, which fit into the cache.
-_AT_A_TIME = 2**20
+_AT_A_TIME = 2**18
 
 #: Greatest number of objectives whose shares of a weighted sum are exact, greatest share that counts as none, and how
 #: far above another point, as a share of what separates them, a sum may be by rounding.
@@ -145,16 +145,20 @@ def chooser(F: Array, weights: Sequence[float] | Weights, rule: WeightRule) -> C
         weights: weights whose scales, if they have any, stay.
         rule: ``"weighted"`` or ``"topsis"``.
     """
+    from_best, from_worst = squared_distances(F)
     values = comparable(F, weights)
+
+    def best(part: Array) -> Array:
+        if rule == "weighted":
+            return (part @ values.T).argmin(axis=1)
+        squares = part**2  # the closeness rises with the ratio of the distances, which needs no roots
+        ratio = np.divide(squares @ from_worst.T, np.maximum(squares @ from_best.T, np.finfo(float).tiny))
+        return ratio.argmax(axis=1)
 
     def chosen(others: Array) -> Array:
         count = max(_AT_A_TIME // len(F), 1)
-        found = np.empty(len(others), dtype=np.intp)
-        for at in range(0, len(others), count):
-            part = others[at : at + count]
-            best = -(part @ values.T) if rule == "weighted" else closeness(F, part)
-            found[at : at + count] = best.argmax(axis=1)
-        return found
+        parts = [best(others[at : at + count]) for at in range(0, len(others), count)]
+        return np.concatenate([np.empty(0, dtype=np.intp), *parts])
 
     return chosen
 
