@@ -149,7 +149,7 @@ def _kinds(annotation: Any) -> Iterator[str]:
     elif origin is Literal:
         yield from map(_toml, parts)
     elif origin is tuple:
-        yield f"{len(parts)} values"
+        yield "list" if parts[-1] is Ellipsis else f"{len(parts)} values"
     elif origin is list:
         inner = " or ".join(dict.fromkeys(_kinds(parts[0])))
         yield {"table": "tables", "text": "list of texts", "number": "list of numbers"}.get(inner, "list")
@@ -200,7 +200,8 @@ def _of_fields(kind: type) -> tuple[Key, ...]:
 
 
 def _plain(name: str, annotation: Any, default: str, text: str) -> Key:
-    return _made(name, annotation, default, *_with_unit(text))
+    says, unit = _with_unit(text.replace("if None", "if not given").replace("None for", "without it"))
+    return _made(name, annotation, default, says, unit)
 
 
 def _made(name: str, annotation: Any, default: str, says: str, unit: str) -> Key:

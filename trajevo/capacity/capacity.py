@@ -204,7 +204,7 @@ class EffortAlong:
         unloaded: effort without payload, shape (T, n_joints) [N·m or N].
         per_kilogram: effort that every kilogram of the payload adds, shape (T, n_joints) [N·m/kg or N/kg].
         limit: effort limits that the motion's problem keeps, shape (n_joints,) [N·m or N]; inf for none.
-        limit_backward: those of negative efforts; None if they are the same.
+        limit_backward: those of negative efforts, the same shape [N·m or N]; None if they are the same.
         mass: mass of the payload that is carried [kg].
         capacity: the largest payload; its ``times`` are those above.
         joint_names: names of the robot's joints.

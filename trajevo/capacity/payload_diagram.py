@@ -312,7 +312,7 @@ class AllowedRegions:
             other two coordinates in alphabetical order, K arrays of shape (C, 2) [m], empty if the mass is allowed
             nowhere; otherwise no arrays.
         sides: coordinates of a grid along either side, shape (G,) [m].
-        used: if effort is not affine, the greatest effort over its limit, shape (K, G, G), rows along the second
+        used: if effort is not affine, the greatest effort over its limit [1], shape (K, G, G), rows along the second
             coordinate; a centre of mass is allowed where it is at most 1.
         samples: instants per segment that were looked at; None if the regions are guaranteed at every instant.
         kept: share of the robot's effort limits that the motion's problem keeps.

@@ -71,10 +71,10 @@ class SlopeRows:
     """Slopes of all limited efforts divided by |h|, see the module's docstring.
 
     Attributes:
-        above: rows with h >= 0, shape (R, 10); max g/h is the inverse of the greatest mass.
+        above: rows with h >= 0, shape (R, 10) [1 / parameter]; max g/h is the inverse of the greatest mass.
         joint: index of the joint of each row of ``above``, shape (R,).
         time: instant of each row of ``above``, shape (R,) [s].
-        below: rows with h < 0, shape (R', 10); -max g/|h| is the inverse of the least mass.
+        below: rows with h < 0, shape (R', 10) [1 / parameter]; -max g/|h| is the inverse of the least mass.
     """
 
     above: Array
@@ -86,9 +86,9 @@ class SlopeRows:
         """The feasible masses, from the greatest g/|h| over either kind of rows.
 
         Args:
-            above: greatest g/h over rows with h >= 0, -inf if there are none, shape (P,).
+            above: greatest g/h over rows with h >= 0 [1/kg], -inf if there are none, shape (P,).
             index: index of the row that has it, shape (P,).
-            below: greatest g/|h| over rows with h < 0, -inf if there are none, shape (P,).
+            below: greatest g/|h| over rows with h < 0 [1/kg], -inf if there are none, shape (P,).
         """
         upper = np.where(above > 0.0, 1.0 / np.where(above > 0.0, above, 1.0), np.inf)
         lower = np.where(below < 0.0, -1.0 / np.where(below < 0.0, below, -1.0), np.inf)
@@ -114,14 +114,14 @@ class PayloadEffort:
         robot: the robot.
         times: instants, shape (T,) [s].
         base: effort without payload, shape (T, n_joints) [N·m or N].
-        slopes: effort that each parameter adds per unit, in the order of :data:`trajevo.robot.payload.PARAMETERS`,
-            shape (T, n_joints, 10).
+        slopes: effort that each parameter adds per unit of it [N·m or N], in the order of
+            :data:`trajevo.robot.payload.PARAMETERS`, shape (T, n_joints, 10).
         inertia: inertia of the payload about its centre of mass along the tool's axes, per kilogram, shape (3, 3) [m²].
         payload_model: how the payload acts, ``"rigid"`` or ``"weight_only"``.
         limit: effort limits that the motion's problem keeps, inf for none, shape (n_joints,) [N·m or N].
         samples: instants per segment, both ends included; None if every instant counts.
         above: what the effort may exceed ``base`` by, shape (T, n_joints) [N·m or N]; 0 at samples.
-        below: what it may fall short of it by, the same shape.
+        below: what it may fall short of it by, the same shape [N·m or N].
         each: what either may be more by for each kilogram, the same shape [N·m/kg or N/kg].
         limit_backward: limits of negative efforts; None if they are as :attr:`limit`.
     """

@@ -38,7 +38,7 @@ class WorstCase:
     """The payload in given intervals whose effort comes closest to a limit or exceeds it most.
 
     Attributes:
-        used: effort over limit.
+        used: effort over limit [1].
         joint: name of the joint.
         time: instant [s].
         mass: mass of this payload [kg].
@@ -278,7 +278,7 @@ class RobustSlowdown:
     instants, and is not proven between them.
 
     Attributes:
-        factor: least duration over that of the original motion; below 1 if the motion can be faster.
+        factor: least duration over that of the original motion [1]; below 1 if the motion can be faster.
         sampled_factor: the least factor with which the limits are kept at instants.
         proven: whether every limit is proven to be kept at every instant with each of ``payloads``.
         duration: least duration [s].

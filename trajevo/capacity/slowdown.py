@@ -39,8 +39,8 @@ class Slowdown:
 
     Attributes:
         payload: the payload.
-        factor: least duration over that of the original motion; below 1 if the motion can be faster. If ``proven``, it
-            lies a little above ``sampled_factor``, usually by 1e-8 of it; otherwise it is the same.
+        factor: least duration over that of the original motion [1]; below 1 if the motion can be faster. If ``proven``,
+            it lies a little above ``sampled_factor``, usually by 1e-8 of it; otherwise it is the same.
         sampled_factor: the least factor with which the limits are kept at ``instants`` instants.
         proven: whether every limit of the joints, effort included, and of the tool's speed is proven to be kept at
             every instant of :attr:`rollout`.
@@ -236,7 +236,8 @@ class SlowdownCurve:
 
     Attributes:
         payloads: masses, ascending, shape (N,) [kg].
-        factors: least duration over that of the original motion, NaN where the payload cannot be carried, shape (N,).
+        factors: least duration over that of the original motion [1], NaN where the payload cannot be carried, shape
+            (N,).
         durations: least duration, NaN where the payload cannot be carried, shape (N,) [s].
         limits: N binding limits, as :attr:`Slowdown.limit`, empty where the payload cannot be carried.
         joints: names of the N binding joints, empty where none binds.

@@ -122,8 +122,8 @@ class Dynamics:
 
         Args:
             q: positions, shape (..., n_joints) [rad or m].
-            v: velocities, the same shape.
-            a: accelerations, the same shape.
+            v: velocities, the same shape [rad/s or m/s].
+            a: accelerations, the same shape [rad/s² or m/s²].
             segments: numbers of the segments in which the states lie, one for each place along an axis; needed with a
                 :attr:`schedule` alone.
             axis: the axis.
@@ -168,10 +168,11 @@ class Dynamics:
         return self.robot.transmission.effort(q, -gravity * along_axis)
 
     def effort_per_parameter(self, q: Array, v: Array, a: Array, segments: Array | None = None) -> Array:
-        """Effort that each of a payload's ten parameters adds, per unit, shapes (T, n_joints) -> (T, n_joints, 10).
+        """Effort that each of a payload's ten parameters adds, per unit of it, shape (T, n_joints, 10) [N·m or N].
 
-        The order is that of :data:`trajevo.robot.payload.PARAMETERS`; the payload's mass, centre of mass and inertia do
-        not matter. With a :attr:`schedule`, 0 where the payload is not carried, and ``segments`` are needed.
+        States are as for :meth:`effort`, shape (T, n_joints) each. The order is that of
+        :data:`trajevo.robot.payload.PARAMETERS`; the payload's mass, centre of mass and inertia do not matter. With a
+        :attr:`schedule`, 0 where the payload is not carried, and ``segments`` are needed.
 
         Raises:
             InvalidInputError: the payload's model is ``"tool_axis"``, which has no centre of mass.

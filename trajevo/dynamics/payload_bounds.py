@@ -46,10 +46,10 @@ class PayloadBounds:
     Attributes:
         times: instants at which the coefficients are nearest to the effort, shape (T,) [s].
         base: effort without payload and dry friction, shape (T, n_joints) [N·m or N].
-        slopes: effort that each parameter adds per unit, in the order of :data:`trajevo.robot.payload.PARAMETERS`,
-            shape (T, n_joints, 10).
+        slopes: effort that each parameter adds per unit of it [N·m or N], in the order of
+            :data:`trajevo.robot.payload.PARAMETERS`, shape (T, n_joints, 10).
         above: what the effort may exceed the base by: errors and dry friction, shape (T, n_joints) [N·m or N].
-        below: what it may fall short of it by, the same shape.
+        below: what it may fall short of it by, the same shape [N·m or N].
         each: what either may be more by for each kilogram, the same shape [N·m/kg or N/kg].
     """
 

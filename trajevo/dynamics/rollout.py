@@ -167,9 +167,9 @@ class Rollout:
         A joint whose velocity is mere rounding counts as at rest, see :meth:`without_rounding`.
 
         Args:
-            q: positions.
-            v: velocities.
-            a: accelerations.
+            q: positions, shape (B, T, n_joints) [rad or m].
+            v: velocities, the same shape [rad/s or m/s].
+            a: accelerations, the same shape [rad/s² or m/s²].
             t: their instants, shape (T,) or (B, T) [s]; needed only where loads change on the way. Where they do, what
                 is carried afterwards counts.
 

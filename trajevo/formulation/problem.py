@@ -238,7 +238,7 @@ class TrajectoryProblem(Problem):
             x: decision vectors, shape (B, n_var).
 
         Returns:
-            F (B, n_obj), dF (B, n_obj, n_var), G (B, n_constr), dG (B, n_constr, n_var).
+            F (B, n_obj), dF (B, n_obj, n_var), G (B, n_constr), dG (B, n_constr, n_var), SI.
 
         Raises:
             InvalidInputError: a wrong shape, decision variables that are not finite, or an objective or a constraint

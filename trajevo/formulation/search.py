@@ -102,7 +102,7 @@ def _setting(says: str, *, of_algorithm: bool = False, **more: Any) -> Any:
 
 @final
 class Search(pydantic.BaseModel):
-    """Settings of a search for a front. A setting that is None has the value of the problem's paper, or the usual one.
+    """Settings of a search for a front. One that is not given has the value of the problem's paper, or the usual one.
 
     A new setting is declared only here: :func:`trajevo.optimise` and :class:`trajevo.Task` accept it by name, tasks as
     a key of ``[algorithm]``, studies as a key or a factor, and the command line as an option.

@@ -186,7 +186,7 @@ class Front:
         return self.problem.rollout(self.X)
 
     def rollouts_of(self, rows: Array) -> Rollout:
-        """The robot on the trajectories of some solutions, rows of shape (R,), as those of :meth:`thinned`."""
+        """The robot on the trajectories of some solutions, numbers of rows, shape (R,), as those of :meth:`thinned`."""
         if len(rows) == len(self):
             return self.rollouts
         self._compare(rows.tolist())
@@ -280,7 +280,7 @@ class Front:
             most: greatest number of rows; a front with fewer has all of them.
 
         Returns:
-            Ascending rows, shape (R,).
+            Ascending numbers of rows, shape (R,).
         """
         return self._standing if most == MOST_SHOWN else self._thinned(most)
 

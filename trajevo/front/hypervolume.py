@@ -67,7 +67,7 @@ class Volume:
 
     Args:
         points: function that returns the objective values, shape (N, n_obj).
-        reference_point: far corner of the box, shape (n_obj,).
+        reference_point: far corner of the box, shape (n_obj,) [SI].
     """
 
     def __init__(self, points: Callable[[], Array], reference_point: Array) -> None:

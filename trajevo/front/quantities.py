@@ -13,7 +13,7 @@ class Quantities(dict[str, float]):
     """Values by name, SI; printed, each has its unit.
 
     Args:
-        values: name -> value.
+        values: name -> value [SI].
         units: name -> SI unit.
     """
 

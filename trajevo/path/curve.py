@@ -32,10 +32,10 @@ class GeometricPath:
     """A clamped B-spline curve on [0, 1], continuously differentiable (order - 2) times.
 
     Attributes:
-        knots: order equal knots at 0 and at 1, inner ones increasing, shape (n_control_points + order,).
+        knots: order equal knots at 0 and at 1, inner ones increasing, shape (n_control_points + order,) [1].
         control_points: shape (n_control_points, n_axes) [m or rad].
-        parameters: u at the points through or near which the path was fitted, shape (n_points,); if None, the u where
-            polynomial pieces meet.
+        parameters: u at the points through or near which the path was fitted, shape (n_points,) [1]; if None, the u
+            where polynomial pieces meet.
 
     Raises:
         InvalidInputError: shapes that do not fit, knots that are not clamped or do not increase, or an order below 2.
@@ -149,11 +149,14 @@ class GeometricPath:
 
     @cached_property
     def breaks(self) -> Array:
-        """Parameters at which polynomial pieces meet, both ends included, shape (n_pieces + 1,)."""
+        """Parameters at which polynomial pieces meet, both ends included, shape (n_pieces + 1,) [1]."""
         return frozen(np.unique(self.knots))
 
     def pieces(self, derivative: int) -> Array:
-        """Coefficients of a derivative, ascending powers of u - break, (order - derivative or 1, n_axes, n_pieces)."""
+        """Coefficients of a derivative by u, ascending powers of u - break [units of the axes].
+
+        Shape (order - derivative or 1, n_axes, n_pieces).
+        """
         return self._pieces[_checked(derivative)]
 
     def __call__(self, u: Any, derivative: int = 0) -> Array:
@@ -170,7 +173,7 @@ class GeometricPath:
         return frozen(np.moveaxis(polynomials.values(local, at - self.breaks[piece]), 0, -1))
 
     def extremes(self, derivative: int) -> tuple[Array, Array]:
-        """Exact least and greatest value of a derivative on [0, 1], two arrays of shape (n_axes,)."""
+        """Exact least and greatest value of a derivative by u, two arrays (n_axes,) [units of the axes]."""
         lower, upper = self._extremes
         return lower[_checked(derivative)], upper[derivative]
 

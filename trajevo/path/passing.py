@@ -27,7 +27,7 @@ class Passing:
         dwell: how long it stays there [s]; a dwell is a stop.
         velocity: velocities of the joints there, shape (n_joints,) [rad/s or m/s]; None leaves those of an inner point
             open, and is rest at the first and the last one.
-        acceleration: the same at the first or the last point [rad/s² or m/s²]; None is 0.
+        acceleration: the same at the first or the last point, shape (n_joints,) [rad/s² or m/s²]; None is 0.
         window: earliest and latest instant at which the point is passed, or reached if the motion dwells there [s];
             None for any.
 
@@ -78,7 +78,7 @@ class Passing:
 
     @property
     def vectors(self) -> dict[str, Array]:
-        """The given velocity and acceleration, by key."""
+        """The given velocity and acceleration, by key, shape (n_joints,) each [rad/s or m/s, and per s more]."""
         return {key: values for key in ("velocity", "acceleration") if (values := getattr(self, key)) is not None}
 
     def with_more_columns(self, count: int) -> Passing:

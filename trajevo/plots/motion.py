@@ -43,7 +43,7 @@ def profiles(
         motion: a solution of a front, or the first trajectory of a rollout.
         angle: ``"rad"`` or ``"deg"``; if None, the unit of a solution's problem, or ``"rad"`` for a rollout.
         samples: number of instants drawn.
-        via_times: instants to mark on the position curves [s]; a solution has its own.
+        via_times: instants to mark on the position curves, shape (K,) [s]; a solution has its own.
         axes: four Axes.
         width: ``"column"``, ``"page"`` or millimetres.
 

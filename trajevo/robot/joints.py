@@ -22,11 +22,12 @@ DIRECTED, _BACKWARD = ("velocity", "acceleration", "effort"), "_backward"
 @final
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """What a quantity of each joint may be at most forward and backward, both magnitudes, arrays of one shape.
+    """What a quantity of each joint may be at most forward and backward, both magnitudes, arrays (n_joints,).
 
     Attributes:
-        forward: greatest positive value, inf for none [as the quantity].
-        backward: greatest magnitude of a negative value, inf for none; the same array if both directions agree.
+        forward: greatest positive value, inf for none [SI unit of the quantity].
+        backward: greatest magnitude of a negative value, inf for none [the same unit]; the same array if both
+            directions agree.
     """
 
     forward: Array
@@ -36,7 +37,7 @@ class Sides:
 
     @classmethod
     def of(cls, limit: Array | Sides) -> Sides:
-        """Sides from a limit of both directions; sides stay as they are."""
+        """Sides from a limit of both directions, shape (n_joints,); sides stay as they are."""
         return limit if isinstance(limit, Sides) else cls(limit, limit)
 
     @property
@@ -46,22 +47,22 @@ class Sides:
 
     @cached_property
     def lesser(self) -> Array:
-        """The lesser of both directions."""
+        """The lesser of both directions, shape (n_joints,)."""
         return self.forward if self.agree else np.minimum(self.forward, self.backward)
 
     @cached_property
     def greater(self) -> Array:
-        """The greater of both directions."""
+        """The greater of both directions, shape (n_joints,)."""
         return self.forward if self.agree else np.maximum(self.forward, self.backward)
 
     @property
     def limited(self) -> Array:
-        """Which joints have a limit in a direction at least."""
+        """Which joints have a limit in a direction at least, shape (n_joints,)."""
         return np.isfinite(self.lesser)
 
     @property
     def both(self) -> Array:
-        """Forward and backward along a new first axis."""
+        """Forward and backward along a new first axis, shape (2, n_joints)."""
         return np.stack([self.forward, self.backward])
 
     def __getitem__(self, chosen: Any) -> Sides:
@@ -70,12 +71,12 @@ class Sides:
         return Sides(forward, forward if self.agree else self.backward[chosen])
 
     def times(self, factor: float | Array) -> Sides:
-        """Both directions times a factor."""
+        """Both directions times a factor, also one for each joint (n_joints,)."""
         forward = self.forward * factor
         return Sides(forward, forward if self.agree else self.backward * factor)
 
     def told(self, values: Array) -> Array:
-        """The limit in the direction of each value; if only the other direction is limited, that of the other."""
+        """The limit in the direction of each value, shape (..., n_joints); the other where only that is limited."""
         toward = self.toward(values)
         return toward if self.agree else np.where(np.isfinite(toward), toward, self.lesser)
 
@@ -98,14 +99,14 @@ class Sides:
         return np.where(up.real >= down.real, up, down)
 
     def as_lesser(self, values: Array) -> Array:
-        """Magnitudes that use the same share of the lesser limit as values do of the limit in their direction.
+        """Magnitudes that use the same share of the lesser limit as values (..., n_joints) of that in their direction.
 
         Where no direction is limited, and where both agree, these are the plain magnitudes.
         """
         return np.asarray(np.abs(values) if self.agree else np.abs(values) * self.weights(values))
 
     def weights(self, values: Array) -> Array:
-        """What the magnitude of each value is multiplied by in :meth:`as_lesser`, shape (..., n_joints)."""
+        """Factor of the magnitude of each value in :meth:`as_lesser`, shape (..., n_joints)."""
         toward = np.where(self.limited, self.toward(values), 1.0)
         return np.where(self.limited, self.lesser / toward, 1.0)
 
@@ -171,7 +172,7 @@ class JointLimits:
         return Sides(forward, forward if backward is None else backward)
 
     def bounds(self, name: str) -> tuple[Array, Array]:
-        """Least and greatest value that a position or another quantity of each joint may have."""
+        """Least and greatest value of a quantity of each joint, two arrays (n_joints,) [SI unit of the quantity]."""
         if name == "position":
             return self.lower, self.upper
         sides = self.sides(name)

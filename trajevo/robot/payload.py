@@ -105,7 +105,7 @@ class Payload:
         return tuple(with_unit(length, "m", most=_FARTHEST_COM) for length in self.com)
 
     def with_mass(self, mass: float) -> Payload:
-        """The same payload with another mass; its inertia scales with the mass."""
+        """The same payload with another mass [kg]; its inertia scales with the mass."""
         if self.inertia is None:
             return self._replaced(mass=mass)
         scaled = tuple(tuple(entry * mass / self.mass for entry in row) for row in self.inertia)

@@ -39,12 +39,17 @@ class Transmission(ABC):
             a: the same for accelerations [rad/s² or m/s²].
 
         Returns:
-            The same four bounds in model coordinates, shapes (..., n_model); inf where there is no bound.
+            The same four bounds in model coordinates, shapes (..., n_model) [SI]; inf where there is no bound.
         """
 
     @abstractmethod
     def effort_reach(self, imaginary: Array, torque: Array) -> Array:
-        """Bounds of the magnitudes of actuator efforts, from bounds ``torque`` of model torques; see :meth:`reach`."""
+        """Bounds of the magnitudes of actuator efforts, shape (..., n_joints) [N·m or N].
+
+        Args:
+            imaginary: as for :meth:`reach`.
+            torque: bounds of the magnitudes of model torques, shape (..., n_model) [N·m or N].
+        """
 
 
 @final

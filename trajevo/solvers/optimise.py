@@ -53,8 +53,8 @@ def optimise(
     Args:
         problem: what to solve.
         search: settings of the search; a seed is required, here or in ``settings``.
-        initial: individuals to begin with, shape (N, n_var), or a front of the same problem, which may have another
-            payload, see :func:`trajevo.solvers.evolutionary.first_population.warm_start`.
+        initial: decision vectors to begin with, shape (N, n_var), or a front of the same problem, which may have
+            another payload, see :func:`trajevo.solvers.evolutionary.first_population.warm_start`.
         out: folder for every evaluated individual, checkpoints and the front. If the front is polished, the front
             before polishing is kept too, in ``evolved.json``.
         overwrite: replace a run that the folder holds; otherwise such a folder is refused.

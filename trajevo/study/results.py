@@ -56,7 +56,8 @@ class CellResult:
         cell: the cell.
         F: objective values of its front, shape (N, n_obj), SI.
         knee: objective values of its knee, shape (n_obj,), SI; NaN if nothing is feasible.
-        evaluations: individuals evaluated by the end of each generation, and of polishing if there was any, shape (K,).
+        evaluations: number of individuals evaluated by the end of each generation, and of polishing if there was any,
+            shape (K,).
         hypervolume: dominated share of the study's box at the same times, shape (K,). Only the last value is known, the
             others are NaN, if the run had another box and its individuals no longer exist.
         generations: number of finished generations.

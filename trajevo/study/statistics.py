@@ -24,7 +24,7 @@ class Comparison:
         first: one level.
         second: the other.
         pairs: number of pairs of matched cells, including those without a difference.
-        difference: median of first minus second over the pairs.
+        difference: median of first minus second over the pairs [SI unit of what is compared].
         effect: matched-pairs rank-biserial correlation, from -1 (first always below second) to 1 (always above).
         p: probability of a difference at least this great if neither level were better, two-sided.
         p_holm: the same, corrected for the number of pairs of levels of the factor.

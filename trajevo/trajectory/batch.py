@@ -25,9 +25,9 @@ class Motion:
     Attributes:
         t: instants, shape (B, T) [s].
         q: positions, shape (B, T, n_joints) [rad or m].
-        v: velocities [rad/s or m/s].
-        a: accelerations [rad/s² or m/s²].
-        j: jerks [rad/s³ or m/s³].
+        v: velocities, the same shape [rad/s or m/s].
+        a: accelerations, the same shape [rad/s² or m/s²].
+        j: jerks, the same shape [rad/s³ or m/s³].
     """
 
     t: Array
@@ -132,7 +132,7 @@ class TrajectoryBatch(ABC):
         return lower[:, None], upper[:, None]
 
     def segment_peaks(self, derivative: int) -> Array:
-        """Greatest absolute value in every part, as in :meth:`segment_extremes`, shape (B, parts, n_joints)."""
+        """Greatest absolute value in every part, shape (B, parts, n_joints) [as of :meth:`segment_extremes`]."""
         return self.peak(derivative)[:, None]
 
     @abstractmethod

@@ -29,11 +29,12 @@ class Proof:
             ``"tool speed"``, ``"via error"``, or the name of a column of a constraint, as ``"clearance to obstacles"``.
         joint: the joint, or None for the tool or the motion as a whole.
         unit: SI unit of the values; ``"1"`` for a share of a limit.
-        limit: the limit that is kept, inf if there is none; for a position the end of its range that is used most, for
-            a clearance or a height the least value allowed.
-        bound: magnitude that is not exceeded at any instant; for a position the outermost value, for a clearance
-            or a height what is always kept.
-        exhibited: magnitude of the sample that comes closest to the limit or exceeds it; for a position its value.
+        limit: the limit that is kept [``unit``], inf if there is none; for a position the end of its range that is used
+            most, for a clearance or a height the least value allowed.
+        bound: magnitude that is not exceeded at any instant [``unit``]; for a position the outermost value, for a
+            clearance or a height what is always kept.
+        exhibited: magnitude of the sample that comes closest to the limit or exceeds it [``unit``]; for a position its
+            value.
         instant: time of this sample [s], NaN if the quantity is one of the whole motion.
         share: proven upper bound of the share of the limit that is used, 0 if there is no limit; for a position the
             share of half its range, measured from the middle; for a clearance or a height as its constraint has it, 1
@@ -42,7 +43,7 @@ class Proof:
         gap: how far the bound lies above the exhibited value, as a share of the limit. If there is no limit, as a share
             of the exhibited value or of a thousandth of the greatest of all joints, whichever is more; if that is only
             rounding, of a coarse bound from the sizes of the robot and its motion.
-        full_limit: the robot's own limit where the problem keeps less of it; otherwise as ``limit``.
+        full_limit: the robot's own limit [``unit``] where the problem keeps less of it; otherwise as ``limit``.
         least: whether the limit is a least value, as for a clearance or a height.
         between: for a clearance the two solids that come closest, otherwise empty.
     """
@@ -84,7 +85,7 @@ class Proof:
         return "" if np.isnan(self.instant) else f"{self.instant:.4f} s"
 
     def shown(self, value: float) -> str:
-        """A value of the quantity with its unit."""
+        """A value of the quantity [SI] as text with its unit."""
         factor, unit = _MILLIMETRES if self.between else (1.0, pretty(self.unit))
         return f"{factor * value:.6g} {unit}" if unit != "1" else f"{100.0 * value:.3f} %"
 

@@ -119,7 +119,7 @@ class Verification:
         effort_mismatch: the same as a share of the joint's greatest effort.
         record_mismatch: greatest difference of the recorded objectives from those of the decision variables, as a share
             of the greatest value on the front.
-        via_error: greatest distance of any joint from an inner point when it is passed, 0 if all are met.
+        via_error: greatest distance of any joint from an inner point when it is passed [rad or m], 0 if all are met.
         via_unit: unit of this distance, rad or m, or both where joints differ.
     """
 

@@ -30,7 +30,7 @@ class Nodes:
     """Nodes on [0, 1], both ends included, and what the polynomial through values at them gives.
 
     Attributes:
-        shares: the nodes, shape (M,), increasing; neighbours bound M - 1 cells.
+        shares: the nodes, shape (M,) [1], increasing; neighbours bound M - 1 cells.
     """
 
     shares: Array
@@ -50,24 +50,24 @@ class Nodes:
 
     @cached_property
     def widths(self) -> Array:
-        """Widths of the cells, shape (M - 1,)."""
+        """Widths of the cells, shape (M - 1,) [1]."""
         return frozen(np.diff(self.shares))
 
     @cached_property
     def slopes(self) -> Array:
-        """Matrix (M, M) from values at the nodes to the polynomial's derivative there."""
+        """Matrix (M, M) from values at the nodes to the polynomial's derivative there [1]."""
         columns = [np.polynomial.Legendre(column).deriv() for column in np.eye(len(self.shares))]
         at_nodes = np.stack([2.0 * column(self._centred) for column in columns], axis=1)
         return frozen(at_nodes @ self._coefficients)
 
     @cached_property
     def bends(self) -> Array:
-        """Matrix (M, M) from values at the nodes to the polynomial's second derivative there."""
+        """Matrix (M, M) from values at the nodes to the polynomial's second derivative there [1]."""
         return frozen(self.slopes @ self.slopes)
 
     @cached_property
     def integrals(self) -> Array:
-        """Matrix (M - 1, M) from values at the nodes to the polynomial's integral over every cell."""
+        """Matrix (M - 1, M) from values at the nodes to the polynomial's integral over every cell [1]."""
         columns = [np.polynomial.Legendre(column).integ() for column in np.eye(len(self.shares))]
         at_nodes = np.stack([0.5 * column(self._centred) for column in columns], axis=1)
         return frozen(np.diff(at_nodes, axis=0) @ self._coefficients)

@@ -34,7 +34,7 @@ class Resolved:
         nodes: M nodes.
         segments: numbers of the segments among all S of all B trajectories, row by row, shape (P,).
         durations: shape (P,) [s].
-        values: values of a field at the nodes, shape (P, M, F).
+        values: values of a field at the nodes, shape (P, M, F) [SI].
     """
 
     nodes: Nodes
@@ -52,7 +52,7 @@ class Resolved:
 
     @property
     def last_terms(self) -> Array:
-        """Size of the last terms of the values' polynomials, shape (P, F), in the values' unit."""
+        """Size of the last terms of the values' polynomials, shape (P, F) [the values' unit]."""
         one, other = (np.abs(combined(row, self.values.real)) for row in self.nodes.last_terms)
         greater: Array = np.maximum(one, other)
         return greater

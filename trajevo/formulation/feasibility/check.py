@@ -34,7 +34,7 @@ class Feasibility:
         title: robot and problem, one line.
         joint_names: names of the joints.
         points: the points; of one that moves, its given place, shape (K, n_joints) [rad or m].
-        passed: whether every motion passes each point exactly, shape (K,).
+        passed: mask of the points that every motion passes exactly, shape (K,).
         range_used: share of its range that each joint uses, 1 at its end, -inf without one, shape (K, n_joints).
         effort_used: share of its effort limit that each joint needs to hold the payload at rest, 0 without a limit,
             shape (K, n_joints); None if the problem keeps no effort limit.

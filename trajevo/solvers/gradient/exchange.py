@@ -62,7 +62,7 @@ def exchanged(
         problem: a problem with limits that are proven between samples.
         weights: weights of the objectives, shape (n_obj,).
         start: decision vector, shape (n_var,).
-        tolerance: SLSQP's tolerance on the cost's logarithm.
+        tolerance: SLSQP's tolerance on the cost's logarithm [1].
         stop: called before every evaluation of a gradient; the search ends if it returns True.
 
     Returns:

@@ -29,8 +29,8 @@ class Anchor:
     Attributes:
         name: the objective, or those of the sum.
         value: the least value [SI].
-        residual: what is left of the slope where limits and bounds bear what they can, see :func:`residual`; 0 at an
-            optimum.
+        residual: share of the slope that is left where limits and bounds bear what they can, see :func:`residual`; 0 at
+            an optimum.
         starts: starts of the search.
         agreeing: how many of them ended at most a thousandth above the best.
     """

@@ -27,10 +27,10 @@ class WeightedOptimum:
     Attributes:
         problem: the problem.
         x: decision vector, shape (n_var,).
-        cost: its weighted sum; inf if no start ended at a feasible point.
+        cost: its weighted sum [1]; inf if no start ended at a feasible point.
         F: objective name -> value, SI.
         G: constraint name -> excess as a share of the limit, at most 0 if the cost is finite.
-        costs: weighted sum at the end of every start, inf where infeasible, shape (starts,).
+        costs: weighted sum at the end of every start [1], inf where infeasible, shape (starts,).
         seconds: wall time [s].
     """
 
@@ -75,8 +75,8 @@ def minimise_weighted(
         weights: weights w and scales ξ of the objectives; all scales are 1 if they are None.
         seed: seed of the random starts.
         starts: number of random starts.
-        initial: starting points to use instead of random ones, shape (starts, n_var).
-        tolerance: SLSQP's tolerance on the cost's logarithm.
+        initial: decision vectors to start from instead of random ones, shape (starts, n_var).
+        tolerance: SLSQP's tolerance on the cost's logarithm [1].
 
     Returns:
         The best feasible end point, and the cost at the end of every start.

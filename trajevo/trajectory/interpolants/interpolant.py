@@ -22,8 +22,8 @@ class Variable:
     Attributes:
         name: its name.
         unit: its SI unit.
-        lower: least value.
-        upper: greatest value.
+        lower: least value [its unit].
+        upper: greatest value [its unit].
         departs: whether it departs from a plainer motion, which is there where all such variables are in the middle
             between their bounds.
     """

@@ -31,8 +31,8 @@ class State:
     Attributes:
         position: shape (n_joints,) [rad or m].
         velocity: shape (n_joints,) [rad/s or m/s]; zero if not given, as the next two.
-        acceleration: [rad/s² or m/s²].
-        jerk: [rad/s³ or m/s³].
+        acceleration: shape (n_joints,) [rad/s² or m/s²].
+        jerk: shape (n_joints,) [rad/s³ or m/s³].
     """
 
     position: Array
@@ -52,7 +52,7 @@ class State:
 
     @property
     def taylor(self) -> Array:
-        """Taylor coefficients q⁽ᵏ⁾/k!, shape (n_joints, 4)."""
+        """Taylor coefficients q⁽ᵏ⁾/k!, shape (n_joints, 4) [rad or m, per sᵏ]."""
         rows = [np.asarray(getattr(self, attribute.name), dtype=np.float64) for attribute in fields(self)]
         coefficients: Array = np.stack(rows, axis=-1) / np.array([1.0, 1.0, 2.0, 6.0])
         return coefficients

@@ -80,9 +80,9 @@ class BSpline(Interpolant):
         at_rest: joints at rest at inner points, pairs (point, joint) from 0: one more control point follows from it.
         velocities: velocities at inner points, shape (n_joints,) each [rad/s or m/s], with the same effect.
         start_velocity: shape (n_joints,) [rad/s or m/s]; zero if not given, as the next three.
-        start_acceleration: [rad/s² or m/s²].
-        end_velocity: [rad/s or m/s].
-        end_acceleration: [rad/s² or m/s²].
+        start_acceleration: shape (n_joints,) [rad/s² or m/s²].
+        end_velocity: shape (n_joints,) [rad/s or m/s].
+        end_acceleration: shape (n_joints,) [rad/s² or m/s²].
 
     Raises:
         InvalidInputError: another degree, number, kind of knots or of ends; too few control points for what is held.

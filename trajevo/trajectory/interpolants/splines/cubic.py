@@ -109,9 +109,9 @@ class CubicSpline(Interpolant):
         points: at least 2 via points.
         duration_bounds: least and greatest time of an interval [s].
         start_velocity: shape (n_joints,) [rad/s or m/s]; zero if not given, as the next three.
-        start_acceleration: [rad/s² or m/s²].
-        end_velocity: [rad/s or m/s].
-        end_acceleration: [rad/s² or m/s²].
+        start_acceleration: shape (n_joints,) [rad/s² or m/s²].
+        end_velocity: shape (n_joints,) [rad/s or m/s].
+        end_acceleration: shape (n_joints,) [rad/s² or m/s²].
         at_rest: joints at rest at inner points, pairs (point, joint) from 0. Half-way through the interval after such
             a point these joints have one more virtual knot.
         velocities: velocities at inner points, shape (n_joints,) each [rad/s or m/s], with the same effect.
@@ -151,7 +151,7 @@ class CubicSpline(Interpolant):
         return self.through(self.points.positions, h)
 
     def through(self, positions: Array, x: Array) -> TrajectoryBatch:
-        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints)."""
+        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints) [rad or m]."""
         h = check_durations(x, len(self.points) + 1)
         if self.at_rest or self.velocities:
             return self._with_velocities(positions, h)

@@ -62,7 +62,7 @@ class HermiteSpline(Interpolant):
         at_rest: joints at rest at inner points, pairs (point, joint) from 0: their velocity there is no variable.
         velocities: velocities at inner points, shape (n_joints,) each [rad/s or m/s], with the same effect.
         start_velocity: shape (n_joints,) [rad/s or m/s]; zero if not given.
-        start_acceleration: none can be given, since accelerations are free at both ends.
+        start_acceleration: none can be given, as for ``end_acceleration``, since accelerations are free at both ends.
         end_velocity: as ``start_velocity``.
         end_acceleration: as ``start_acceleration``.
 

@@ -41,9 +41,9 @@ class QuinticSpline(Interpolant):
             jump.
         velocities: velocities at inner points, shape (n_joints,) each [rad/s or m/s], with the same effect.
         start_velocity: shape (n_joints,) [rad/s or m/s]; zero if not given, as the next three.
-        start_acceleration: [rad/s² or m/s²].
-        end_velocity: [rad/s or m/s].
-        end_acceleration: [rad/s² or m/s²].
+        start_acceleration: shape (n_joints,) [rad/s² or m/s²].
+        end_velocity: shape (n_joints,) [rad/s or m/s].
+        end_acceleration: shape (n_joints,) [rad/s² or m/s²].
         cyclic: whether the end meets the start with all continuous derivatives; the last point is then the first one.
     """
 
@@ -81,7 +81,7 @@ class QuinticSpline(Interpolant):
         return self.through(self.points.positions, x)
 
     def through(self, positions: Array, x: Array) -> TrajectoryBatch:
-        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints)."""
+        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints) [rad or m]."""
         return _spline(self, positions, check_durations(x, len(self.points) - 1), 3)
 
     def via_times(self, x: Array) -> Array:
@@ -101,9 +101,9 @@ class SepticSpline(Interpolant):
             jump.
         velocities: velocities at inner points, shape (n_joints,) each [rad/s or m/s], with the same effect.
         start_velocity: shape (n_joints,) [rad/s or m/s]; zero if not given, as the next three.
-        start_acceleration: [rad/s² or m/s²].
-        end_velocity: [rad/s or m/s].
-        end_acceleration: [rad/s² or m/s²].
+        start_acceleration: shape (n_joints,) [rad/s² or m/s²].
+        end_velocity: shape (n_joints,) [rad/s or m/s].
+        end_acceleration: shape (n_joints,) [rad/s² or m/s²].
         cyclic: whether the end meets the start with all continuous derivatives; the last point is then the first one.
     """
 
@@ -141,7 +141,7 @@ class SepticSpline(Interpolant):
         return self.through(self.points.positions, x)
 
     def through(self, positions: Array, x: Array) -> TrajectoryBatch:
-        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints)."""
+        """The same through other points, (n_points, n_joints) or of each motion (B, n_points, n_joints) [rad or m]."""
         return _spline(self, positions, check_durations(x, len(self.points) - 1), 4)
 
     def via_times(self, x: Array) -> Array:
