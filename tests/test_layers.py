@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "trajevo"
-FILES = sorted((*PACKAGE.glob("**/*.py"), *ROOT.glob("problems/*.py")))
+FILES = sorted((*PACKAGE.glob("**/*.py"), *ROOT.glob("problems/**/*.py")))
 ROOMS = sorted(folder for folder in PACKAGE.iterdir() if (folder / "__init__.py").is_file())
 
 #: Rooms in rooms: what stands in them imports one another as rooms do.
@@ -79,7 +79,7 @@ def test_no_room_in_a_room_imports_itself_by_way_of_others():
 
 def test_the_listing_of_the_package_is_its_rooms_and_little_else():
     entries = {entry.name for entry in PACKAGE.iterdir() if entry.name != "__pycache__"}
-    assert len(ROOMS) == 15
+    assert len(ROOMS) == 16
     assert entries == {room.name for room in ROOMS} | {"__init__.py", "__main__.py", "errors.py", "py.typed"}
 
 

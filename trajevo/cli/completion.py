@@ -44,6 +44,13 @@ def examples(incomplete: str) -> list[str]:
     return _begun(list_examples(), incomplete)
 
 
+def papers(incomplete: str) -> list[str]:
+    """Papers whose figures and tables can be made again."""
+    from trajevo.reproduction.registry import paper_names
+
+    return _begun(paper_names(), incomplete)
+
+
 def studies(incomplete: str) -> list[str]:
     """Studies among the examples, TOML files, and folders of studies."""
     from trajevo.formulation.examples import list_examples

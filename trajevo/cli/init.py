@@ -1,4 +1,4 @@
-"""The command ``trajevo init``, which imports nothing that computes."""
+"""The commands ``trajevo init`` and ``trajevo examples``: files to begin with. Neither imports what computes."""
 
 from __future__ import annotations
 
@@ -8,12 +8,17 @@ from typing import Annotated
 import typer
 
 from trajevo.base.files import why_not, write_whole
+from trajevo.cli import completion
 from trajevo.cli.console import Terminal
+from trajevo.cli.screen.tables import Listing
 from trajevo.errors import InvalidInputError, checked_name
 
 #: The usual example, and the folder of those with a name.
 _USUAL = Path(__file__).with_name("task.toml")
 _TEMPLATES = Path(__file__).with_name("templates")
+
+#: The next command for a copy, by the kind of the example.
+_NEXT = {"task": "trajevo solve {}", "study": "trajevo study run {}", "notebook": "jupyter lab {}"}
 
 
 def templates() -> dict[str, Path]:
@@ -60,3 +65,26 @@ def init(
 ) -> None:
     """Write a commented example of a task to change and solve."""
     _out.print(f"written: {write_example(file, example)}; next: trajevo solve {file}")
+
+
+def examples(
+    name: Annotated[
+        str | None,
+        typer.Argument(help="Example to copy; all are listed if not given.", autocompletion=completion.examples),
+    ] = None,
+    folder: Annotated[Path, typer.Argument(help="Folder to copy it to.")] = Path(),
+) -> None:
+    """List the worked tasks, studies and notebooks, or copy one to a folder."""
+    from trajevo.formulation.examples import copy_example, list_examples  # imported where examples are wanted
+
+    known = list_examples()
+    if name is None:
+        table = Listing("example", "kind", "what it shows")
+        for example in known.values():
+            table.add(example.name, example.kind, example.summary)
+        _out.print(table)
+        _out.print("next: trajevo solve TASK, trajevo study run STUDY; a copy to change: trajevo examples NAME FOLDER")
+        return
+    copies = copy_example(name, folder)
+    then = _NEXT[known[name].kind].format(copies[0])
+    _out.print(f"written: {', '.join(map(str, copies))}; next: {then}")

@@ -44,7 +44,7 @@ COMMANDS = {
         "Show everything that is wrong with a robot at once; exit code 1 if it cannot be loaded.",
     ),
     "init": _Home("init", "init", "Write a commented example of a task to change and solve."),
-    "examples": _Home("examples", "examples", "List the worked tasks, studies and notebooks, or copy one to a folder."),
+    "examples": _Home("init", "examples", "List the worked tasks, studies and notebooks, or copy one to a folder."),
     "check": _Home(
         "check",
         "check_problem",
@@ -126,6 +126,11 @@ COMMANDS = {
         "payload",
         "payload_time",
         "Optimise the motion again for each payload: show and draw the least times and the largest payload.",
+    ),
+    "reproduce": _Home(
+        "reproduce",
+        "reproduce",
+        "Make figures and tables of a paper again beside its printed numbers; exit code 1 if one is not as expected.",
     ),
 }
 

@@ -1,0 +1,1 @@
+"""What the four papers show, made again: one file for each paper."""
