@@ -20,7 +20,7 @@ WHOLE = (
     "explanation/hypervolume.md",
     "how_to/many_points.md",
     "how_to/no_urdf.md",
-    "how_to/own_objective.md",
+    "how_to/notebooks.md",
     "how_to/robot_files.md",
 )
 #: Those that `make test` runs with shorter searches. Of all others it looks at names, commands and options alone.
@@ -31,11 +31,15 @@ SHORT = (
     "how_to/goals.md",
     "how_to/infeasible.md",
     "how_to/interpolant.md",
-    "how_to/notebooks.md",
+    "how_to/lines.md",
+    "how_to/obstacle.md",
+    "how_to/own_objective.md",
     "how_to/own_robot.md",
     "how_to/points.md",
     "how_to/tasks.md",
 )
+#: Those whose Python `make test` runs as it stands, without their commands.
+PYTHON = ("how_to/infeasible.md", "how_to/report.md", "how_to/which_solution.md")
 
 #: Why blocks are not run, page by page.
 NOT_RUN = {
@@ -52,6 +56,7 @@ NOT_RUN = {
 def _empty_folder(tmp_path, monkeypatch):
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("COLUMNS", "100")
 
 
@@ -63,6 +68,11 @@ def test_a_page_runs_as_it_stands_and_prints_what_it_shows(page, tmp_path):
 @pytest.mark.parametrize("page", SHORT)
 def test_a_page_runs_with_shorter_searches(page, tmp_path):
     run_page(page, tmp_path, short=True)
+
+
+@pytest.mark.parametrize("page", PYTHON)
+def test_the_python_of_a_page_runs_and_prints_what_it_says(page, tmp_path):
+    run_page(page, tmp_path, languages=("python",))
 
 
 def test_what_is_not_run_is_listed_with_its_reason():
