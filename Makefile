@@ -14,7 +14,7 @@ UNUSED := /(tests?|pip|mypyc?|debugpy|OpenGL|setuptools|pkg_resources|IPython|je
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks docs clean
+.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks reproduce docs clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -98,6 +98,11 @@ study-algorithms: kernels  ## which algorithm, with or without polish and good s
 
 notebooks: $(READY)  ## execute every notebook at full size, into build/notebooks
 	TRAJEVO_FULL=1 $(BIN)/python tests/execute_notebooks.py
+
+PAPERS := sun2020 guo2016 paing2021 raji2022
+
+reproduce: kernels  ## figures and tables of the papers again, beside what they print, in build/reproduced
+	set -e; for paper in $(PAPERS); do $(BIN)/trajevo reproduce $$paper --out build/reproduced/$$paper; done
 
 docs: $(DOCS) kernels  ## build the site, in build/docs/html; warnings are errors, and nothing is loaded from the network
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -d build/docs/doctrees docs build/docs/html
