@@ -95,6 +95,7 @@ def draw_price_of_uncertainty():
         both = price_of_uncertainty(problem, tolerances, mass_tolerances=masses, seed=1)
         path = price_along_path(problem.rollout(both.X[:1]), tolerances, mass_tolerances=masses)
         plots.uncertainty_price({"": alone, "mass as well": both, "the same path": path}, ax=ax)
+        ax.set_xlabel("tolerance of each coordinate [mm]")
 
 
 def draw_workspace():
@@ -113,7 +114,7 @@ def draw_workspace():
             problem.robot, ToolPlane.around(Pose(middle), "xy", reach=0.4, cells=31), acceleration=(5.0, -5.0, 0.0)
         ),
     ]
-    for ax, found, name in zip(page(3, 50), maps, ("UR5", "Panda", "hybrid manipulator"), strict=True):
+    for ax, found, name in zip(page(3, 62), maps, ("UR5", "Panda", "hybrid manipulator"), strict=True):
         plots.workspace_capacity(found, ax=ax)
         ax.set_title(name)
 

@@ -43,6 +43,7 @@ PYTHON = ("how_to/infeasible.md", "how_to/report.md", "how_to/which_solution.md"
 
 #: Why blocks are not run, page by page.
 NOT_RUN = {
+    "installation.md": ["installs", "changes the environment"],
     "explanation/optimum.md": ["needs a checkout, CasADi and minutes"],
     "how_to/report.md": ["needs two terminals and a browser"],
     "how_to/robot_files.md": ["needs the files of a robot of yours"],
