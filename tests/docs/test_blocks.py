@@ -117,8 +117,6 @@ def test_commands_of_a_page_are_known_with_their_options(page):
         if name.startswith("-"):
             assert name in ("--help", "--version", "--install-completion"), f"{page}: {' '.join(words)}"
             continue
-        if name not in COMMANDS and name == "reproduce":  # comes with the pages of the papers
-            continue
         assert name in COMMANDS, f"{page}: {' '.join(words)}"
         command = f"study {words[2]}" if name == "study" and len(words) > 2 else name
         for word in words[2:]:
