@@ -212,11 +212,14 @@ def pseudo_weights(F: Array, weights: Sequence[float] | Weights) -> Choice:
     Raises:
         InvalidInputError: as for :func:`weighted`.
     """
-    from pymoo.mcdm.pseudo_weights import PseudoWeights  # imported where it computes, since that takes long
-
     w = unit_weights(weights, F.shape[1])
-    # pymoo divides by the spread of every objective, which is 0 for a front of one point or a constant objective.
-    index = int(PseudoWeights(w).do(F)) if (np.ptp(F, axis=0) > 0.0).all() else weighted(F, w.tolist()).index
+    if (np.ptp(F, axis=0) > 0.0).all():
+        # What pymoo.mcdm does, whose import takes a name that SciPy is about to drop.
+        distances = (F.max(axis=0) - F) / (F.max(axis=0) - F.min(axis=0))
+        shares = distances / np.sum(distances, axis=1)[:, None]
+        index = int(np.argmin(np.sum(np.abs(shares - w), axis=1)))
+    else:  # the spread of an objective is 0 for a front of one point or a constant objective
+        index = weighted(F, w.tolist()).index
     return Choice(index, "pseudo_weights", f"pseudo-weights nearest to {_shown(w)}")
 
 
