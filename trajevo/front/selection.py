@@ -219,7 +219,7 @@ def pseudo_weights(F: Array, weights: Sequence[float] | Weights) -> Choice:
         shares = distances / np.sum(distances, axis=1)[:, None]
         index = int(np.argmin(np.sum(np.abs(shares - w), axis=1)))
     else:  # the spread of an objective is 0 for a front of one point or a constant objective
-        index = weighted(F, w.tolist()).index
+        index = weighted(F, weights.weights if isinstance(weights, Weights) else weights).index
     return Choice(index, "pseudo_weights", f"pseudo-weights nearest to {_shown(w)}")
 
 

@@ -150,10 +150,11 @@ def chooser(F: Array, weights: Sequence[float] | Weights, rule: WeightRule) -> C
 
     def best(part: Array) -> Array:
         if rule == "weighted":
-            return (part @ values.T).argmin(axis=1)
-        squares = part**2  # the closeness rises with the ratio of the distances, which needs no roots
-        ratio = np.divide(squares @ from_worst.T, np.maximum(squares @ from_best.T, np.finfo(float).tiny))
-        return ratio.argmax(axis=1)
+            losses = part @ values.T
+        else:  # the closeness falls with the ratio of the distances, which needs no roots
+            losses = -(part**2 @ from_worst.T) / np.maximum(part**2 @ from_best.T, np.finfo(float).tiny)
+        found: Array = losses.argmin(axis=1)
+        return found
 
     def chosen(others: Array) -> Array:
         count = max(_AT_A_TIME // len(F), 1)
