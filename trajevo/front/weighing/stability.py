@@ -45,7 +45,7 @@ class WeightChange:
 
     Attributes:
         size: by how much the weights change, at most; weights sum to 1.
-        weights: where that ends, at which both points have the same sum, one per objective.
+        weights: where that ends, the weights by which both points have the same sum, one per objective.
         row: the other point.
     """
 

@@ -42,7 +42,7 @@ class EntropyWeights:
     """Weights by the spread of the objectives on a front: one that hardly differs among the solutions hardly counts.
 
     Attributes:
-        weights: one per objective; they sum to 1.
+        weights: share of each objective; they sum to 1.
         entropies: entropy of each objective's shares, 1 if all solutions have the same, at least 0.
         normalisation: how values became shares, ``"sum"`` or ``"range"``.
     """
@@ -58,7 +58,7 @@ class ComparisonWeights:
     """Weights by comparisons in pairs, and how far these agree with one another.
 
     Attributes:
-        weights: one per objective; they sum to 1.
+        weights: share of each objective; they sum to 1.
         eigenvalue: greatest eigenvalue of the comparisons: their number of objectives n if they are consistent, else
             more.
         index: index of consistency, (eigenvalue - n) / (n - 1).
@@ -77,7 +77,7 @@ class LeastInformationWeights:
     """Weights that say no more than was given.
 
     Attributes:
-        weights: one per objective; they sum to 1.
+        weights: share of each objective; they sum to 1.
         divergence: what they add to the prior weights, the relative entropy to these [nat].
     """
 
@@ -134,7 +134,7 @@ def entropy_weights(F: Array, *, normalisation: Normalisation = "sum") -> Entrop
     from the worst value over the sum of these, which depends on neither, but on the ends of the front.
 
     Args:
-        F: objective values, shape (N, n_obj), of at least two solutions; for ``"sum"`` none may be negative.
+        F: objective values, SI, shape (N, n_obj), of at least two solutions; for ``"sum"`` none may be negative.
         normalisation: ``"sum"`` or ``"range"``.
 
     Raises:
