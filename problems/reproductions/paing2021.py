@@ -55,7 +55,7 @@ def gemini_path(desk: Desk) -> Shown:
     """Figure 7: the airfoil, fitted in the sense of least squares."""
     path, points = EXAMPLE_PATHS["gemini"].make(), gemini_points()
     error, book = _errors(path), _errors(GeometricPath.near(points, control_points=12, parameters="chord"))
-    figure, table = drawn_paths({"path": path}, points, "points of the UIUC collection", height=38.0)
+    figure, table = drawn_paths({"path": path}, points, "points of the UIUC collection", height=30.0)
     of_axes = zip("xy", ("123.34", "8.17"), error, strict=True)
     return Shown(
         numbers=[
