@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -30,8 +31,11 @@ def reproduced(docs: Path) -> list[Path]:
         source, target = docs.parent / "build" / "reproduced" / name, docs / "papers" / "reproduced" / name
         page = target / "page.md"
         if (source / "page.md").is_file():
-            for file in sorted(file for file in source.rglob("*") if file.is_file()):
-                _copied(file, target / file.relative_to(source))
+            for file in sorted(file for file in source.iterdir() if file.is_file() and file.suffix != ".md"):
+                _copied(file, target / file.name)
+            # The story that includes the page stands two folders above the files that the page links to.
+            text = (source / "page.md").read_text(encoding="utf-8")
+            written_file(page, re.sub(r"\]\((?=(?:figure|table)_)", f"](reproduced/{name}/", text))
         else:
             written_file(page, missing(name))
         pages.append(page)

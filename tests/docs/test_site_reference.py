@@ -223,10 +223,10 @@ def test_papers_without_results_say_how_to_make_them(tmp_path):
     docs = tmp_path / "docs"
     made = tmp_path / "build" / "reproduced" / "sun2020"
     made.mkdir(parents=True)
-    (made / "page.md").write_text("# found\n", encoding="utf-8")
+    (made / "page.md").write_text("![Figure 3](figure_3.png)\n", encoding="utf-8")
     (made / "figure_3.png").write_bytes(b"picture")
     first, second, *_ = copied.reproduced(docs)
-    assert first.read_text(encoding="utf-8") == "# found\n"
+    assert first.read_text(encoding="utf-8") == "![Figure 3](reproduced/sun2020/figure_3.png)\n"  # beside its story
     assert (first.parent / "figure_3.png").read_bytes() == b"picture"
     assert "trajevo reproduce guo2016" in second.read_text(encoding="utf-8")
 
