@@ -7,7 +7,7 @@ found for u = 1, and for what u is made of; it is exact for polynomials through 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import final
 
 import numpy as np
@@ -17,6 +17,11 @@ from trajevo.base.shown.brief import brief
 
 #: Nodes of every piece, and evenly spaced instants at which temperatures are looked at.
 NODES, LOOKED_AT = 24, 49
+
+_LOOKED_AT, _AT_END = frozen(np.linspace(0.0, 1.0, LOOKED_AT)), frozen(np.ones(1))
+
+#: How often the surroundings of a greatest temperature are looked at again, and how much more closely.
+ZOOMS, ZOOM = 6, 8.0
 
 #: Longest piece as a multiple of the time constant, and how many pieces there may be.
 LONGEST, MOST_PIECES = 2.0, 4000
@@ -60,7 +65,7 @@ class Cycle:
     @property
     def looked_at(self) -> Array:
         """Instants for which :meth:`response` is given, shape (P x M + 1,) [s]; the last is the end of the cycle."""
-        within = self.ends[:-1, None] + self.durations[:, None] * np.linspace(0.0, 1.0, LOOKED_AT)
+        within = self.ends[:-1, None] + self.durations[:, None] * _LOOKED_AT
         return np.append(within.reshape(-1), self.ends[0] + self.total)
 
     def mean(self, values: Array, held: Array) -> Array:
@@ -75,16 +80,38 @@ class Cycle:
         In a steady state its average is that of the values.
         """
         begins, end = self.begins(values, held, time_constant)
-        within = self._within(values, begins, time_constant)
+        durations, shares = self.durations / time_constant, _LOOKED_AT
+        rows = values.reshape(-1, *values.shape[-2:])
+        added = (rows.swapaxes(0, 1) @ _after(durations, shares).swapaxes(1, 2)).swapaxes(0, 1)
+        within = added.reshape(*values.shape[:-1], -1) + begins[..., None] * np.exp(-durations[:, None] * shares)
         return np.concatenate([within.reshape(*within.shape[:-2], -1), end[..., None]], axis=-1)
+
+    def hottest(self, values: Array, held: Array, time_constant: float) -> tuple[float, float]:
+        """The greatest response to values (P, N) and the one at rest (), and its instant [s]."""
+        response = self.response(values, held, time_constant)
+        most, time = float(response.max()), float(self.looked_at[response.argmax()])
+        begins = self.begins(values, held, time_constant)[0]
+        for piece in self.pieces_at(time):
+            share, width = (time - self.ends[piece]) / self.durations[piece], 1.0 / (LOOKED_AT - 1)
+            for _ in range(ZOOMS):
+                shares = around(share, width)
+                inside = self.inside(piece, values[piece], begins[piece], time_constant, shares)
+                share, width = shares[inside.argmax()], width / ZOOM
+                if inside.max() > most:
+                    most, time = float(inside.max()), float(self.ends[piece] + share * self.durations[piece])
+        return most, time
+
+    def pieces_at(self, time: float) -> list[int]:
+        """The pieces in which an instant [s] lies, both where two of them meet."""
+        return [k for k in range(len(self.ends) - 1) if self.ends[k] <= time <= self.ends[k + 1]]
 
     def begins(self, values: Array, held: Array, time_constant: float) -> tuple[Array, Array]:
         """The response at the begin of every piece (..., P), and at the end of the cycle (...)."""
         shares = self.durations / time_constant
         from_cold = np.zeros((*values.shape[:-2], len(shares) + 1))
-        for k, share in enumerate(shares.tolist()):
-            added = values[..., k, :] @ _after(share, np.ones(1))[0]
-            from_cold[..., k + 1] = np.exp(-share) * from_cold[..., k] + added
+        added = (values * _after(shares, _AT_END)[:, 0]).sum(axis=-1)
+        for k, left in enumerate(np.exp(-shares).tolist()):
+            from_cold[..., k + 1] = left * from_cold[..., k] + added[..., k]
         rest = self.dwell / time_constant
         end = np.exp(-rest) * from_cold[..., -1] - np.expm1(-rest) * held
         before = end * self._kept(time_constant)
@@ -95,15 +122,9 @@ class Cycle:
     def inside(self, piece: int, values: Array, begin: Array, time_constant: float, shares: Array) -> Array:
         """The response at shares (U,) of one piece, from values (..., N) at its nodes and that at its begin (...)."""
         duration = self.durations[piece] / time_constant
-        response: Array = values @ _after(duration, shares).T + begin[..., None] * np.exp(-duration * shares)
+        added = values @ _after(np.array([duration]), shares)[0].T
+        response: Array = added + begin[..., None] * np.exp(-duration * shares)
         return response
-
-    def _within(self, values: Array, begins: Array, time_constant: float) -> Array:
-        shares = np.linspace(0.0, 1.0, LOOKED_AT)
-        pieces = [
-            self.inside(k, values[..., k, :], begins[..., k], time_constant, shares) for k in range(len(self.ends) - 1)
-        ]
-        return np.stack(pieces, axis=-2)
 
     def _kept(self, time_constant: float) -> float:
         """What is left at the begin of the last cycle of what one cycle adds, over that of all cycles before it."""
@@ -128,6 +149,12 @@ class Cycle:
         return found
 
 
+def around(share: float, width: float) -> Array:
+    """Shares of a piece around one, by a width on either side at most."""
+    shares: Array = np.linspace(max(share - width, 0.0), min(share + width, 1.0), 2 * int(2.0 * ZOOM) + 1)
+    return shares
+
+
 @cache
 def legendre(count: int) -> tuple[Array, Array, Array]:
     """Gauss-Legendre nodes on [0, 1], weights of sum 1, and the matrix from values there to Legendre coefficients."""
@@ -137,17 +164,23 @@ def legendre(count: int) -> tuple[Array, Array, Array]:
     return frozen(0.5 * (1.0 + places)), frozen(0.5 * weights), frozen(matrix)
 
 
-def _after(duration: float, shares: Array) -> Array:
-    """Matrix (U, N) from values at a piece's nodes to the response at shares of it, from 0 at its begin.
+def _after(durations: Array, shares: Array) -> Array:
+    """Matrices (P, U, N) from values at pieces' nodes to the response at shares of them, from 0 at their begins.
 
     Args:
-        duration: duration of the piece over the time constant.
+        durations: durations of the pieces over the time constant, shape (P,).
         shares: shares from 0 to 1, shape (U,).
     """
-    nodes, _, to_coefficients = legendre(NODES)
-    polynomials = np.polynomial.legendre.legvander(2.0 * shares - 1.0, NODES)
+    nodes = legendre(NODES)[0]
+    grown = np.exp(durations[:, None, None] * (nodes - shares[:, None]))
+    matrices: Array = durations[:, None, None] * _integrals(tuple(shares.tolist())) * grown
+    return matrices
+
+
+@lru_cache(maxsize=64)
+def _integrals(shares: tuple[float, ...]) -> Array:
+    """Matrix (U, N) from values at a piece's nodes to integrals from its begin to shares of it, over its duration."""
+    polynomials = np.polynomial.legendre.legvander(2.0 * np.array(shares) - 1.0, NODES)
     between = (polynomials[:, 2:] - polynomials[:, :-2]) / (2.0 * np.arange(1, NODES) + 1.0)
-    integrals = np.concatenate([2.0 * shares[:, None], between], axis=1)
-    grown = np.exp(duration * (nodes - shares[:, None]))
-    matrix: Array = 0.5 * duration * (integrals @ to_coefficients) * grown
-    return matrix
+    integrals = np.concatenate([2.0 * np.array(shares)[:, None], between], axis=1)
+    return frozen(0.5 * integrals @ legendre(NODES)[2])

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
-from trajevo.capacity.dlcc import SAMPLES, sampled_motion
-from trajevo.capacity.drives.cycle import LONGEST, MOST_PIECES, NODES, Cycle
+from trajevo.capacity.dlcc import sampled_motion
+from trajevo.capacity.drives.cycle import LONGEST, MOST_PIECES, NODES, Cycle, legendre
 from trajevo.capacity.drives.found import DriveCapacity, DriveLimit, DriveLoad
 from trajevo.capacity.drives.instants import MassesOfJoints, causes_at_instants, masses_at_instants
 from trajevo.capacity.drives.motors import Motors, MotorStates, turning_points
@@ -26,8 +26,14 @@ from trajevo.front.front import Solution
 from trajevo.robot.drive import Drive
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
+#: Default number of instants per segment at which limits are looked at: nothing proves them between.
+DENSE = 200
+
+#: How often pieces are halved at most, and what the last terms of squares may be, as a share of the greatest square.
+_HALVINGS, _RESOLVED = 8, 1e-9
+
 #: How near to the ends of pieces limits are looked at, as a share of the motion.
-NEAR = 1e-9
+NEAR = 1e-7
 
 #: A joint whose drive says nothing of a cause.
 _FREE = MassesOfJoint(0.0, np.inf, np.nan)
@@ -38,7 +44,7 @@ def drive_capacity(
     *,
     dwell: float = 0.0,
     cycles: int | None = None,
-    samples: int = SAMPLES,
+    samples: int = DENSE,
 ) -> DriveCapacity:
     """The largest payload that drives allow on a motion that repeats, and what limits it: torque, speed, or heat.
 
@@ -48,8 +54,8 @@ def drive_capacity(
         dwell: time at rest after the motion, at its end, until it begins anew [s]. Motors hold gravity and payload
             then, unless a brake does.
         cycles: how often the motion is made from cold windings on; for ever if None.
-        samples: instants per segment at which limits are looked at, both ends included; those that bind are searched
-            between them too.
+        samples: evenly spaced instants per segment at which limits are looked at, both ends included; those that bind
+            are searched between them too.
 
     Raises:
         InvalidInputError: a robot without drives, a dwell below 0, no whole number of cycles from 1 on, or a time
@@ -75,7 +81,7 @@ def drive_load(
     mass: float | None = None,
     dwell: float = 0.0,
     cycles: int | None = None,
-    samples: int = SAMPLES,
+    samples: int = DENSE,
 ) -> DriveLoad:
     """What a motion that repeats asks of every drive with a payload: torques, their mean square, temperatures.
 
@@ -155,11 +161,12 @@ class _Cycling(NamedTuple):
         if cycles is not None and (not isinstance(cycles, int | np.integer) or isinstance(cycles, bool) or cycles < 1):
             raise InvalidInputError(f"cycles: expected a whole number from 1 on, or None for ever, got {cycles!r}")
         motors = Motors.of(rollout)
-        cycle = _pieces(rollout, motors, rest, None if cycles is None else int(cycles))
-        at_nodes = MotorStates.at(rollout, cycle.nodes.reshape(-1))
+        sampled = MotorStates.of_samples(rollout)
+        smooth = _smooth(rollout, motors, sampled)
+        cycle, at_nodes = _resolved(rollout, _pieces(smooth, motors, rest, None if cycles is None else int(cycles)))
         # Where joints turn round torques jump with losses: both sides count.
         near = np.concatenate([cycle.ends[1:-1] + side * NEAR * cycle.ends[-1] for side in (-1.0, 1.0)])
-        states = MotorStates.of_samples(rollout).with_more(at_nodes)
+        states = sampled.with_more(at_nodes)
         states = states.with_more(MotorStates.at(rollout, near)) if len(near) else states
         return cls(rollout, motors, states, cycle, at_nodes, MotorStates.held(rollout))
 
@@ -206,11 +213,9 @@ class _Cycling(NamedTuple):
             if drive.lacking_for_heat or drive.thermal_time_constant is None:
                 yield mean**0.5, np.nan, np.nan, np.nan
                 continue
-            response = cycle.response(square, held, drive.thermal_time_constant)
-            hottest = int(response.argmax())
+            hottest, time = cycle.hottest(square, held, drive.thermal_time_constant)
             scale = drive.rise_per_square
-            steady = scale * mean if cycle.cycles is None else np.nan
-            yield mean**0.5, steady, scale * float(response[hottest]), float(cycle.looked_at[hottest])
+            yield mean**0.5, scale * mean if cycle.cycles is None else np.nan, scale * hottest, time
 
     def _joints(self) -> Iterator[JointCycle]:
         shape = (len(self.cycle.ends) - 1, NODES)
@@ -223,11 +228,16 @@ class _Cycling(NamedTuple):
             yield JointCycle(self.cycle, rotor, load, each, np.sign(middle[:, k]), held, drive.efficiencies)
 
 
-def _pieces(rollout: Rollout, motors: Motors, dwell: float, cycles: int | None) -> Cycle:
-    """The motion in pieces on which torques are smooth, and short enough for the temperatures of all windings."""
+def _smooth(rollout: Rollout, motors: Motors, sampled: MotorStates) -> Array:
+    """Instants between which torques are smooth, from the begin to the end of the motion [s]."""
     ends = rollout.trajectory.breaks[0]
     if motors.lossy or rollout.robot.friction.is_dry:
-        ends = np.unique(np.concatenate([ends, turning_points(rollout)]))
+        return np.unique(np.concatenate([ends, turning_points(sampled, rollout)]))
+    return ends
+
+
+def _pieces(ends: Array, motors: Motors, dwell: float, cycles: int | None) -> Cycle:
+    """The motion in pieces between instants [s], and short enough for the temperatures of all windings."""
     whole = Cycle(frozen(ends), dwell, cycles).split(np.empty(0))
     shortest = min((drive.thermal_time_constant or np.inf for drive in motors.drives), default=np.inf)
     parts = np.maximum(np.ceil(whole.durations / (LONGEST * shortest)), 1.0)
@@ -241,6 +251,21 @@ def _pieces(rollout: Rollout, motors: Motors, dwell: float, cycles: int | None) 
         for begin, end, count in zip(whole.ends[:-1], whole.ends[1:], parts, strict=True)
     ]
     return whole.split(np.concatenate(inner))
+
+
+def _resolved(rollout: Rollout, cycle: Cycle) -> tuple[Cycle, MotorStates]:
+    """Pieces that are halved until polynomials through the nodes tell squares of torques, and states at the nodes."""
+    for _ in range(_HALVINGS):
+        states = MotorStates.at(rollout, cycle.nodes.reshape(-1))
+        shape = (len(cycle.ends) - 1, NODES, -1)
+        torques = (states.rotor, states.load, states.per_kilogram, states.rotor + states.load)
+        squares = np.stack([torque.reshape(shape) ** 2 for torque in torques])
+        last = np.abs(legendre(NODES)[2][-2:] @ squares).max(axis=2)
+        rough = (last > _RESOLVED * squares.max(axis=(1, 2))[:, None]).any(axis=(0, 2))
+        if not rough.any() or len(cycle.ends) > MOST_PIECES:
+            break
+        cycle = cycle.split((0.5 * (cycle.ends[1:] + cycle.ends[:-1]))[rough])
+    return cycle, MotorStates.at(rollout, cycle.nodes.reshape(-1))
 
 
 def _share(torque: Array, limit: Array) -> Array:

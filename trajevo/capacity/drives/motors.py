@@ -58,11 +58,14 @@ class MotorStates:
 
     @classmethod
     def of_samples(cls, rollout: Rollout) -> MotorStates:
-        """At the samples of the first trajectory, where both segments that meet at a break count."""
-        v = rollout.without_rounding(rollout.v)[0]
-        return cls._of(
-            rollout, (rollout.t[0], v, rollout.a[0], rollout.unloaded_effort[0], rollout.effort_per_kilogram[0])
-        )
+        """At evenly spaced instants of every segment of the first trajectory, twice where two segments meet."""
+        shares, count = np.linspace(0.0, 1.0, rollout.dynamics.samples), len(rollout.trajectory.breaks[0]) - 1
+        q, v, a = (rollout.trajectory.at_shares(shares, order) for order in range(3))
+        v, segments = rollout.without_rounding(v), np.arange(count).repeat(len(shares))
+        unloaded = rollout.dynamics.unloaded_effort(q, v, a, segments, axis=1)[0]
+        each = rollout.dynamics.effort_per_kilogram(q, v, a, segments, axis=1)[0]
+        begins, durations = rollout.trajectory.breaks[0, :-1, None], rollout.trajectory.segment_durations[0][:, None]
+        return cls._of(rollout, ((begins + durations * shares).reshape(-1), v[0], a[0], unloaded, each))
 
     @classmethod
     def held(cls, rollout: Rollout) -> MotorStates:
@@ -172,9 +175,9 @@ def _line(drive: Drive, speed: Array) -> Array:
     return line
 
 
-def turning_points(rollout: Rollout) -> Array:
-    """Instants of the first trajectory at which a joint turns round, between its samples, shape (R,) [s]."""
-    times, v = rollout.t[0], rollout.without_rounding(rollout.v)[0]
+def turning_points(states: MotorStates, rollout: Rollout) -> Array:
+    """Instants of the first trajectory at which a joint turns round, between given states, shape (R,) [s]."""
+    times, v = states.times, states.velocity
     before, joint = np.nonzero(v[:-1] * v[1:] < 0.0)
     left, right = times[before].copy(), times[before + 1].copy()
     sign = np.sign(v[before, joint])

@@ -15,19 +15,17 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
-from trajevo.capacity.drives.cycle import NODES, Cycle, legendre
+from trajevo.capacity.drives.cycle import LOOKED_AT, NODES, ZOOM, ZOOMS, Cycle, around, legendre
 
 #: Evenly spaced shares of every piece between which the load changes its direction once at most.
 _SHARES = np.linspace(0.0, 1.0, 65)
+_SEEN = np.polynomial.legendre.legvander(2.0 * _SHARES - 1.0, NODES - 1).T
 
-#: How often pieces are split where the load changes its direction at the mass found, and halvings of an instant.
-_ROUNDS, _HALVINGS = 6, 50
+#: How often pieces are split where the load changes its direction at the mass found, and steps to such an instant.
+_ROUNDS, _STEPS = 6, 6
 
 #: Relative change of the mass that ends the splitting.
 _SETTLED = 1e-12
-
-#: How often, and into how many parts, the surroundings of a hottest instant are divided.
-_ZOOMS, _PARTS = 6, 33
 
 #: The response to values (K, P, N) and those at rest (K,) at instants, (K, Q).
 _Respond = Callable[[Cycle, Array, Array], Array]
@@ -108,15 +106,11 @@ class JointCycle:
             return self
         load = self.load + mass * self.per_kilogram
         coefficients = load @ legendre(NODES)[2].T
-        seen = coefficients @ np.polynomial.legendre.legvander(2.0 * _SHARES - 1.0, NODES - 1).T
+        seen = coefficients @ _SEEN
         piece, before = np.nonzero(seen[:, :-1] * seen[:, 1:] < 0.0)
-        left, right, sign = _SHARES[before], _SHARES[before + 1], np.sign(seen[piece, before])
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (left + right)
-            basis = np.polynomial.legendre.legvander(2.0 * middle - 1.0, NODES - 1)
-            there = (basis * coefficients[piece]).sum(axis=1) * sign > 0.0
-            left, right = np.where(there, middle, left), np.where(there, right, middle)
-        instants = self.cycle.ends[piece] + 0.5 * (left + right) * self.cycle.durations[piece]
+        ends = np.stack([_SHARES[before], _SHARES[before + 1]])
+        shares = _zeros(coefficients[piece], ends, np.stack([seen[piece, before], seen[piece, before + 1]]))
+        instants = self.cycle.ends[piece] + shares * self.cycle.durations[piece]
         finer = self.cycle.split(instants)
         owner = np.clip(np.searchsorted(self.cycle.ends, finer.ends[:-1], side="right") - 1, 0, len(self.way) - 1)
         rotor, load, each = (self.cycle.onto(x, finer) for x in (self.rotor, self.load, self.per_kilogram))
@@ -159,20 +153,20 @@ class JointCycle:
         squares, held = self._squares(self._factors(np.array([found.most])))
         begins = [self.cycle.begins(one, rest, time_constant)[0][0] for one, rest in zip(squares, held, strict=True)]
         mass, time = found.most, found.time
-        near = [k for k in range(len(self.way)) if self.cycle.ends[k] <= time <= self.cycle.ends[k + 1]]
-        for piece in near:
-            middle = (time - self.cycle.ends[piece]) / self.cycle.durations[piece]
-            width = 2.0 / len(_SHARES)
-            for _ in range(_ZOOMS):
-                shares = np.linspace(max(middle - width, 0.0), min(middle + width, 1.0), _PARTS)
+        for piece in self.cycle.pieces_at(time):
+            share = (time - self.cycle.ends[piece]) / self.cycle.durations[piece]
+            width = 1.0 / (LOOKED_AT - 1)
+            for _ in range(ZOOMS):
+                shares = around(share, width)
                 a, b, c = (
                     self.cycle.inside(piece, one[0, piece], begin[piece], time_constant, shares)
                     for one, begin in zip(squares, begins, strict=True)
                 )
                 high = within_square(a, b, c, most)[1]
-                middle, width = shares[high.argmin()], 2.0 * width / _PARTS
+                share, width = shares[high.argmin()], width / ZOOM
                 if high.min() < mass:
-                    mass, time = float(high.min()), float(self.cycle.ends[piece] + middle * self.cycle.durations[piece])
+                    mass = float(high.min())
+                    time = float(self.cycle.ends[piece] + share * self.cycle.durations[piece])
         return MassesOfJoint(found.least, mass, time)
 
     def _edges(self) -> Array:
@@ -195,6 +189,22 @@ class JointCycle:
         own, each = self.rotor + factors * self.load, factors * self.per_kilogram
         (load, slope), many = self.held, np.ones(len(factors))
         return (own**2, own * each, each**2), (load**2 * many, load * slope * many, slope**2 * many)
+
+
+def _zeros(coefficients: Array, ends: Array, values: Array) -> Array:
+    """Shares at which polynomials (R, N) change their sign between ends (2, R), with values (2, R) there; shape (R,).
+
+    By false position: over so little of a piece they are all but straight.
+    """
+    (left, right), (before, after) = ends, values
+    for _ in range(_STEPS):
+        share = (left * after - right * before) / (after - before)
+        basis = np.polynomial.legendre.legvander(2.0 * share - 1.0, NODES - 1)
+        here = (basis * coefficients).sum(axis=1)
+        same = here * before > 0.0
+        left, before = np.where(same, share, left), np.where(same, here, before)
+        right, after = np.where(same, right, share), np.where(same, after, here)
+    return share
 
 
 def within_square(a: Array, b: Array, c: Array, most: float) -> tuple[Array, Array]:
