@@ -74,7 +74,7 @@ class Simulated:
         return 2 + int(17.0 * constant / (self.step.sum() + dwell))
 
     def rises(self, joint, mass, dwell, cycles):
-        """Temperatures of the winding after every step of the last of some cycles, begun cold; None for a steady state."""
+        """Temperatures of the winding after every step of the last of some cycles, or of a steady state (None)."""
         drive = self.robot.drives[self.robot.joint_names[joint]]
         per_square = drive.thermal_resistance * drive.winding_resistance
         per_square /= (drive.gear_ratio * drive.torque_constant) ** 2
