@@ -45,22 +45,19 @@ def test_a_record_is_as_good_as_a_mapping_and_can_be_loaded_again():
 
 
 def test_units_of_joints_that_slide():
-    robot = load_robot(
-        "feed_drive", drives={"z": {"peak_torque": "900 N", "torque_speed": [["0 m/s", 900], ["500 mm/s", 0]]}}
-    )
-    assert robot.drives["z"].torque_speed[1] == (0.5, 0.0)
+    line = [["0 m/s", 900], ["500 mm/s", 0]]
+    robot = load_robot("feed_drive", drives={"x": {"peak_torque": "900 N", "torque_speed": line}})
+    assert robot.drives["x"].torque_speed[1] == (0.5, 0.0)
     with pytest.raises(
-        InvalidInputError, match=r"drives.z.peak_torque: expected a number and a unit that converts to N,"
+        InvalidInputError, match=r"drives.x.peak_torque: expected .* a unit that converts to N, such as"
     ):
-        load_robot("feed_drive", drives={"z": {"peak_torque": "900 N*m"}})
+        load_robot("feed_drive", drives={"x": {"peak_torque": "900 N*m"}})
 
 
 def test_rotors_are_armatures_that_are_declared_once():
     rotor = {"rotor_inertia": "50 g*cm^2", "gear_ratio": 100}
     assert rods(drives={"q1": rotor}).friction.armature == pytest.approx([0.05, 0.0])
-    with pytest.raises(
-        InvalidInputError, match=r"drives.q1.rotor_inertia: expected it once, but the joint has an arma"
-    ):
+    with pytest.raises(InvalidInputError, match=r"drives.q1.rotor_inertia: expected it once, but the joint"):
         rods(drives={"q1": rotor}, friction={"armature": {"q1": 0.05}})
     assert rods(drives={"q1": rotor}, friction={"armature": {"q2": 0.3}}).friction.armature == pytest.approx(
         [0.05, 0.3]
@@ -103,24 +100,24 @@ REFUSED = {
     "no drive": ({"q1": 5.0}, "drives.q1: expected a mapping from peak_torque, .*, got 5.0"),
     "unit": (
         {"q1": {"thermal_resistance": "2 K"}},
-        "drives.q1.thermal_resistance: expected .* converts to K/W, such as",
+        "drives.q1.thermal_resistance: expected .* converts to K/W,",
     ),
     "negative": ({"q1": {"peak_torque": -1.0}}, "drives.q1.peak_torque: expected a positive number, got -1.0"),
     "text": ({"q1": {"gear_ratio": True}}, "drives.q1.gear_ratio: expected a positive number, got True"),
     "infinite": ({"q1": {"peak_torque": np.inf}}, "drives.q1.peak_torque: expected a positive number, got inf"),
     "share": (
         {"q1": {"efficiency_driving": 75.0}},
-        "drives.q1.efficiency_driving: expected a share of at most 1, got 75",
+        "efficiency_driving: expected a share of at most 1, got 75",
     ),
     "only driven": (
         {"q1": {"efficiency_driven": 0.5}},
-        "drives.q1.efficiency_driven: expected efficiency_driving with it",
+        "efficiency_driven: expected efficiency_driving with it",
     ),
     "rotor": ({"q1": {"rotor_inertia": 1e-4}}, "drives.q1.rotor_inertia: expected gear_ratio with it, got none"),
     "one point": ({"q1": {"torque_speed": [[0, 5]]}}, "drives.q1.torque_speed: expected points .* at least two, got"),
     "no points": (
         {"q1": {"torque_speed": "5 N*m"}},
-        "drives.q1.torque_speed: expected points .* at least two, got '5 N",
+        "torque_speed: expected points .* at least two, got '5 N",
     ),
     "triple": ({"q1": {"torque_speed": [[0, 5], [1, 2, 3]]}}, r"torque_speed: expected points .*, got \[1, 2, 3\]"),
     "start": ({"q1": {"torque_speed": [[1, 5], [2, 0]]}}, r"expected speeds that rise from 0, got \[1.0, 2.0\]"),
@@ -145,11 +142,11 @@ def test_other_drives_are_refused_with_a_sentence(given, message):
     [
         ("[drives.elbow]", "[drives.elbo]", r"line \d+: \[drives.elbo\]: unknown joint 'elbo'; known: elbow, shoulder"),
         ('"2 K/W"', '"2 K"', r"line \d+: drives.shoulder.thermal_resistance: expected a number and a unit"),
-        ('source = "made up for tests"\ntorque', "torque", r"drives.shoulder.source: missing"),
+        ('source = "made up for tests"\ntorque', "torque", r"drives.shoulder.source: this key is missing"),
         (
             '"45 N*m"',
             '"145 N*m"',
-            "drives.shoulder.continuous_torque: expected at most the greatest torque, 120, got 145",
+            "shoulder.continuous_torque: expected at most the greatest torque, 120, got 145",
         ),
         ("gear_ratio = 100\nwinding", 'gear_ratio = "100"\nwinding', "drives.shoulder.gear_ratio: "),
         ("thermal_resistance", "thermal_resistence", "thermal_resistence: unknown key"),
