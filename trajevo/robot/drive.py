@@ -50,7 +50,7 @@ class Drive:
             do not rise: what the motor can drive with at that speed, on straight lines between the points. A motor that
             is driven by its load has the torque of the first point at every speed. Beyond the last point, the last line
             goes on if it ends at torque 0, so that the load has to drive; otherwise the motor cannot turn so fast.
-        gear_ratio: radians of the motor per radian or metre of the joint.
+        gear_ratio: radians of the motor per radian or metre of the joint [rad/rad or rad/m].
         efficiency_driving: share of the motor's power that the gear hands on while the motor drives the joint; 1 if
             None.
         efficiency_driven: share of the load's torque that reaches the motor while the load drives it, 0 for a gear that
@@ -117,7 +117,7 @@ class Drive:
 
     @property
     def efficiencies(self) -> tuple[float, float]:
-        """Efficiencies while the motor drives, and while it is driven."""
+        """Efficiencies while the motor drives, and while it is driven [1]."""
         driving = 1.0 if self.efficiency_driving is None else self.efficiency_driving
         return driving, driving if self.efficiency_driven is None else self.efficiency_driven
 

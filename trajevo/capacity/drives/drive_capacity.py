@@ -230,9 +230,9 @@ class _Cycling(NamedTuple):
 
 def _smooth(rollout: Rollout, motors: Motors, sampled: MotorStates) -> Array:
     """Instants between which torques are smooth, from the begin to the end of the motion [s]."""
-    ends = rollout.trajectory.breaks[0]
+    ends: Array = rollout.trajectory.breaks[0]
     if motors.lossy or rollout.robot.friction.is_dry:
-        return np.unique(np.concatenate([ends, turning_points(sampled, rollout)]))
+        ends = np.unique(np.concatenate([ends, turning_points(sampled, rollout)]))
     return ends
 
 

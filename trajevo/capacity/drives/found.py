@@ -30,7 +30,7 @@ class DriveLimit:
         least: least payload, above 0 for a counterweight, shape (n_joints,) [kg]; inf if there is none.
         mass: largest payload, shape (n_joints,) [kg]; inf if nothing limits it, -inf if there is none.
         time: instants that bind, shape (n_joints,) [s]; NaN if there are none, as of an average.
-        known: whether the limit of each joint is known, shape (n_joints,).
+        known: whether the limit of each joint is known, shape (n_joints,) [1].
     """
 
     cause: str

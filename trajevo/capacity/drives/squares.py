@@ -197,6 +197,7 @@ def _zeros(coefficients: Array, ends: Array, values: Array) -> Array:
     By false position: over so little of a piece they are all but straight.
     """
     (left, right), (before, after) = ends, values
+    share: Array = left
     for _ in range(_STEPS):
         share = (left * after - right * before) / (after - before)
         basis = np.polynomial.legendre.legvander(2.0 * share - 1.0, NODES - 1)
