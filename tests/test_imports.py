@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from tests.helpers import mostly_long
+from tests.helpers import mostly_long, trajevo
 from trajevo.cli.main import COMMANDS
 
 #: Packages that take long, and only some commands need.
@@ -86,3 +86,10 @@ def test_a_run_imports_neither_pictures_nor_other_algorithms(tmp_path):
     modules = imported(COMMAND, "solve", "pointing", *small, "--out", tmp_path / "run")
     never = {"matplotlib", "PIL", "pandas", "scipy.stats"}
     assert modules & (never | {"pymoo.algorithms.moo.nsga3", "pymoo.util.ref_dirs", "autograd"}) == set()
+
+
+def test_a_task_with_poses_is_read_without_scipy(tmp_path):
+    assert trajevo("init", "task.toml", cwd=tmp_path).returncode == 0
+    assert "rpy = [" in (tmp_path / "task.toml").read_text()
+    modules = imported("import trajevo; trajevo.load_task('task.toml').problem.interpolant.points", cwd=tmp_path)
+    assert modules & SLOW == set()

@@ -6,6 +6,7 @@ a study of which one cell of two is finished, all of eight individuals; and what
 
 import json
 import zipfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -30,9 +31,11 @@ def test_an_old_run_is_read_shown_and_exported(name, old):
     front = read_run(old / name)
     assert len(front) >= 4
     assert front.run.interrupted == (name == "pointing_interrupted")
-    F = front.problem.evaluate(front.X)[0]
+    # Energies of old runs were sums over the samples, which differ by more than rounding where they are no paper's.
+    other = name == "ur5_pick_and_place"
+    with pytest.warns(UserWarning, match="other formulas .*energy differs by 1.3 %") if other else nullcontext():
+        F = front.problem.evaluate(front.X)[0]
     for k, objective in enumerate(front.objective_names):
-        # Energies of old runs were sums over the samples.
         np.testing.assert_allclose(F[:, k], front.F[:, k], rtol=0.02 if objective == "energy" else 1e-9)
     shown = trajevo("show", old / name)
     assert shown.returncode == 0, shown.stderr

@@ -357,7 +357,7 @@ def passing(draw, dof, count, interpolant):
     """How some points are passed, by what the interpolant can do."""
     found = []
     for point in range(1, count - 1):
-        if draw.chance(0.4) and interpolant not in ("linear_blends", "hybrid"):
+        if draw.chance(0.4) and interpolant not in ("linear_blends", "hybrid", "quartic_cubic_quartic"):
             found.append(
                 draw.choice([{"point": draw.whole(point, point), "dwell": draw.number(0.1, 0.5)}, Passing(point, True)])
             )

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from trajevo.formulation.search import Search
     from trajevo.formulation.via_points import ViaPointProblem
     from trajevo.front.front import Front, Solution
+    from trajevo.front.weighing.weights import comparison_weights, entropy_weights, least_information_weights
     from trajevo.page.animation import animate
     from trajevo.page.report import report
     from trajevo.path.boxes import CartesianBox, JointBox
@@ -144,6 +145,7 @@ _NAMES = {
     "solvers.gradient.normal_constraint": ("solve_nnc", "weighting_factors"),
     "solvers.gradient.weighted_sum": ("minimise_weighted",),
     "front.front": ("Front", "Solution"),
+    "front.weighing.weights": ("comparison_weights", "entropy_weights", "least_information_weights"),
     "solvers.rivals": ("rivals_of", "rivals_table"),
     # What a motion can carry
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
@@ -237,13 +239,16 @@ __all__ = [
     "check",
     "clearance_along",
     "collect",
+    "comparison_weights",
     "dlcc",
     "dlcc_iterative",
     "dlcc_sampled",
     "drive_capacity",
     "drive_load",
+    "entropy_weights",
     "export",
     "largest_payload",
+    "least_information_weights",
     "load_problem",
     "load_robot",
     "load_study",

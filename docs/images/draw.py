@@ -95,6 +95,7 @@ def draw_price_of_uncertainty():
         both = price_of_uncertainty(problem, tolerances, mass_tolerances=masses, seed=1)
         path = price_along_path(problem.rollout(both.X[:1]), tolerances, mass_tolerances=masses)
         plots.uncertainty_price({"": alone, "mass as well": both, "the same path": path}, ax=ax)
+        ax.set_xlabel("tolerance of each coordinate [mm]")
 
 
 def draw_workspace():
@@ -102,7 +103,7 @@ def draw_workspace():
     down = np.diag([1.0, -1.0, -1.0])
     ur5 = load_robot("ur5", tool="tool0", limits=UNLIMITED)
     panda = load_robot(
-        "panda", tool="panda_link8", limits=UNLIMITED, lock={"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0}
+        "panda", tool="panda_hand_tcp", limits=UNLIMITED, lock={"panda_finger_joint1": 0.0, "panda_finger_joint2": 0.0}
     )
     problem = HybridManipulator()
     middle = problem.robot.tool_poses(problem.interpolant.points.positions[5:6])[0][0]
@@ -113,7 +114,7 @@ def draw_workspace():
             problem.robot, ToolPlane.around(Pose(middle), "xy", reach=0.4, cells=31), acceleration=(5.0, -5.0, 0.0)
         ),
     ]
-    for ax, found, name in zip(page(3, 60), maps, ("UR5", "Panda", "hybrid manipulator"), strict=True):
+    for ax, found, name in zip(page(3, 62), maps, ("UR5", "Panda", "hybrid manipulator"), strict=True):
         plots.workspace_capacity(found, ax=ax)
         ax.set_title(name)
 

@@ -207,8 +207,8 @@ def figure_6(desk: Desk) -> Shown:
     why = "the time in which MATLAB computed it on the authors' computer, which says nothing of the motion"
     number = PrintedNumber(of="execution", unit="s", printed="0.380144", ours=None, why=why)
     said = [
-        "The paper calls the septic faster because MATLAB computed it sooner. Here each curve is as fast as equal limits "
-        f"of velocity, acceleration, jerk and torque allow with 2.5 kg: {times}.",
+        "The paper calls the septic faster because MATLAB computed it sooner. Here each curve is as fast as equal "
+        f"limits of velocity, acceleration, jerk and torque allow with 2.5 kg: {times}.",
         RIVALS_NOTE,
     ]
     return Shown(numbers=[number], table=NumberTable(headers, rows), figure=axes[0].figure, said=said)

@@ -1,6 +1,6 @@
 """Print what an installation takes on the disk, package by package: docs/installation.md.
 
-.venv/bin/python tests/benchmarks/installation.py            # in a new environment, without network where pip needs none
+.venv/bin/python tests/benchmarks/installation.py                  # in a new environment
 .venv/bin/python tests/benchmarks/installation.py --extras twin,fast
 """
 

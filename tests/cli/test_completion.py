@@ -115,4 +115,7 @@ def test_solutions_are_those_of_the_run(folder):
 
     assert completion.solutions(Asked("c"), "least") == ["least_jerk", "least_time"]
     for run in ("d", "notes.txt", "missing", None):
-        assert completion.solutions(Asked(run), "") == ["knee", "utopia", "weighted"]
+        assert completion.solutions(Asked(run), "") == ["knee", "topsis", "utopia", "weighted"]
+        assert completion.weights(Asked(run), "") == ["entropy", "equal", "paper"]
+    (folder / "compared.csv").touch()
+    assert completion.weights(Asked("c"), "") == ["compared.csv", "entropy", "equal", "paper", "time=1,jerk=1"]

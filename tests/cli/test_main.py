@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import typer
 
-from tests.helpers import UNDRAWN, trajevo, trajevo_process
+from tests.helpers import UNDRAWN, mostly_long, trajevo, trajevo_process
 from trajevo import Front
 from trajevo.capacity.dlcc import dlcc
 from trajevo.cli.main import COMMANDS
@@ -27,11 +27,14 @@ from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 SMALL = ["--generations", "8", "--population", "20", "--no-polish"]
 
+#: The command line in the process of the tests, and in one of its own, as users run it.
+COMMAND_LINES = [trajevo, trajevo_process]
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
+
+@pytest.fixture(scope="module", params=mostly_long(COMMAND_LINES, trajevo), ids=lambda each: each.__name__)
+def run(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "pointing"
-    result = trajevo("solve", "pointing", "--seed", "1", *SMALL, "--pictures", "--out", folder)
+    result = request.param("solve", "pointing", "--seed", "1", *SMALL, "--pictures", "--out", folder)
     assert result.returncode == 0, result.stderr
     return folder
 

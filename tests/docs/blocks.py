@@ -7,7 +7,7 @@ import io
 import re
 import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,9 @@ KEYS = {"commands.md", "robot_toml.md", "study_toml.md", "task_toml.md"}
 
 #: First lines of blocks that are files: their name in a comment.
 _NAMED = re.compile(r"(?:# |<!-- )([\w./-]+\.(?:toml|py|csv|urdf|yaml))(?: -->)?\n")
+
+#: Languages of blocks that are run.
+LANGUAGES = ("python", "sh")
 
 #: Sizes that make a search short.
 SMALL = {"generations": 2, "population": 8}
@@ -93,7 +96,7 @@ def blocks(page: str) -> list[Block]:
 
 def runs(page: str) -> bool:
     """Whether a page shows something that is run."""
-    return any(block.language in ("python", "sh") and not block.no_run for block in blocks(page))
+    return any(block.language in LANGUAGES and not block.no_run for block in blocks(page))
 
 
 @contextlib.contextmanager
@@ -109,13 +112,14 @@ def short_searches() -> Iterator[None]:
         yield
 
 
-def run_page(page: str, folder: Path, *, short: bool = False) -> str:
+def run_page(page: str, folder: Path, *, short: bool = False, languages: Collection[str] = LANGUAGES) -> str:
     """Run what a page shows in an empty folder, in order, and compare what is printed with what it shows.
 
     Args:
         page: its place in the documentation.
         folder: an empty folder, the current one.
         short: whether searches are short, so that what is printed is not compared.
+        languages: those of the blocks that are run.
 
     Returns:
         All that was printed.
@@ -128,12 +132,14 @@ def run_page(page: str, folder: Path, *, short: bool = False) -> str:
                 where = f"{page}:{block.line}"
                 if block.file:
                     _write(block, folder, short=short)
-                if block.language == "python" and not block.no_run:
+                if block.no_run or block.language not in {*languages, "text"}:
+                    continue
+                if block.language == "python":
                     exec(compile(block.code, where, "exec"), names)
                     plt.close("all")
-                elif block.language == "sh" and not block.no_run:
+                elif block.language == "sh":
                     _run_commands(block, where, short=short)
-                if not short:
+                if not short and (block.language == "python" or set(LANGUAGES) <= set(languages)):
                     compare(block, where, told.getvalue())
     finally:
         for name in [name for name, one in sys.modules.items() if str(folder) in str(getattr(one, "__file__", ""))]:

@@ -135,7 +135,7 @@ def test_every_command_has_a_section_with_all_its_arguments_and_options():
             written = (
                 parameter.opts[0] if parameter.param_type_name == "option" else parameter.metavar or parameter.name
             )
-            rows = re.findall(rf"^\| `{re.escape(written)}[ `].*$", section, re.MULTILINE)
+            rows = re.findall(rf"^\| `{re.escape(written)}(?:\.\.\.)?[ `].*$", section, re.MULTILINE)
             assert len(rows) == 1, (name, written)
             (row,) = rows
             assert len(row.split("|")[2].strip()) > 5, (name, row)

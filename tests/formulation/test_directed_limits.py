@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.helpers import assert_exact_gradients, refused
+from tests.helpers import assert_exact_gradients, mostly_long, refused
 from trajevo import Front, JointLimits, ViaPoints, load_robot, optimise
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
@@ -302,14 +302,15 @@ def test_what_must_be_held_is_told_in_its_direction():
             assert not any(one.impossible for one in found)
 
 
-def test_no_motion_beats_the_least_times_of_both_directions():
+@pytest.mark.parametrize("starts", mostly_long([3, 20], 3))
+def test_no_motion_beats_the_least_times_of_both_directions(starts):
     points = [[0.0, -0.5, 0.3, 0.0, 0.4, 0.0], [0.6, -0.7, 0.7, 0.4, 0.9, 0.5], [-0.2, -0.4, 0.2, -0.3, 0.2, 0.1]]
     robot = directed(velocity=0.4, acceleration=0.3)
     made = ViaPointProblem(
         robot=robot, points=points, objectives=["time"], constraints=["velocity", "acceleration", "jerk"],
         duration_bounds=(0.2, 6.0),
     )  # fmt: skip
-    best = minimise_weighted(made, Weights((1.0,)), seed=0)
+    best = minimise_weighted(made, Weights((1.0,)), seed=0, starts=starts)
     times = check(made).least_times
     assert times[-1].seconds <= best.rollout.trajectory.duration[0]
     plain = replace(robot, limits=replace(robot.limits, velocity_backward=None, acceleration_backward=None))

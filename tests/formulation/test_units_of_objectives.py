@@ -23,7 +23,7 @@ SHOWN = {
 }
 
 
-@pytest.mark.parametrize(("place", "name"), enumerate(["pointing_mechanism", "feed_drive", "hybrid_manipulator"]))
+@pytest.mark.parametrize(("place", "name"), [*enumerate(["pointing_mechanism", "feed_drive", "hybrid_manipulator"])])
 def test_each_term_has_the_unit_of_its_joint(place, name):
     robot = load_robot(name)
     shown = {each: pretty(unit_for(OBJECTIVES[each].unit, robot)) for each in SHOWN}

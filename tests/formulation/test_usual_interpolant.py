@@ -138,7 +138,7 @@ def test_a_problem_made_again_from_its_settings_keeps_its_interpolant() -> None:
 
 
 # A B-spline of degree 5 with 24 even control points, optimised by another package, needs 1.346 and 1.278 s.
-@pytest.mark.parametrize(("jerk", "most"), [(200.0, 1.346), (2000.0, 1.278)])
+@pytest.mark.parametrize(("jerk", "most"), [(200.0, 1.346), pytest.param(2000.0, 1.278, marks=pytest.mark.long)])
 def test_the_default_front_ends_before_an_even_b_spline_of_24_points(jerk: float, most: float) -> None:
     front = optimise(problem(robot=six_joints(jerk)), seed=1, progress=False)
     fastest = front.least("time")

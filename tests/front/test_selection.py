@@ -36,6 +36,16 @@ def test_pseudo_weights_follow_the_weights():
     assert index[1] == 50
 
 
+@pytest.mark.filterwarnings("ignore:.*scipy.spatial.ckdtree:DeprecationWarning")  # in what pymoo imports
+@pytest.mark.parametrize("objectives", [2, 3, 5])
+def test_pseudo_weights_choose_what_pymoo_chooses(objectives):
+    from pymoo.mcdm.pseudo_weights import PseudoWeights
+
+    F = RNG.random((200, objectives)) * 10.0 ** np.arange(objectives)
+    for given in RNG.random((50, objectives)):
+        assert selection.pseudo_weights(F, given).index == PseudoWeights(given / given.sum()).do(F)
+
+
 def test_least_is_the_minimum():
     F = RNG.random((30, 3))
     assert selection.least(F, 1, "energy").index == F[:, 1].argmin()

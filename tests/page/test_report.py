@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from tests.page.reading import Page
 from trajevo import Front, Robot, ViaPointProblem, export, load_problem, optimise, report
 from trajevo.cli.main import COMMANDS
@@ -39,7 +39,7 @@ PROBLEMS = {
 }
 
 
-@pytest.fixture(scope="module", params=PROBLEMS)
+@pytest.fixture(scope="module", params=mostly_long(PROBLEMS, "hybrid", "along a path", "in millimetres", "no body"))
 def solved(request, tmp_path_factory):
     front = optimise(PROBLEMS[request.param](), **FEW)
     file = report(front, tmp_path_factory.mktemp("page") / "page.html", analyses={}, pictures=[])
@@ -148,7 +148,7 @@ def test_a_title_that_ends_a_script_stays_a_title(tmp_path):
     assert "<script>alert" not in page.text
 
 
-@pytest.mark.parametrize("name", ["arm", "hybrid"])
+@pytest.mark.parametrize("name", mostly_long(["arm", "hybrid"], "hybrid"))
 def test_three_thousand_members_take_less_than_six_megabytes(name, tmp_path):
     """Rows as a large run may have them; they need not be non-dominated for their size."""
     problem = arm(points=[*POINTS, POINTS[0]]) if name == "arm" else load_problem("hybrid")

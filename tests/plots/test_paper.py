@@ -13,7 +13,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
-from tests.helpers import refused, trajevo
+from tests.helpers import mostly_long, refused, trajevo
 from tests.page.test_animation import rollout_through
 from tests.random_robots import random_urdf
 from trajevo import analyse, load_robot, optimise, plots
@@ -47,12 +47,9 @@ def fronts():
 
 @pytest.fixture(scope="module")
 def drawings(fronts):
-    """What draws each picture of each run, by run and stem."""
-    return {f"{name} {stem}": (front, stem) for name, front in fronts.items() for stem, _, _ in _made(front, "column")}
-
-
-def _made(front, width):
-    return list(_drawings(front, analyse(front, "short"), width))
+    """Front, analyses and stem of each picture of each run, by run and stem."""
+    found = {name: (front, analyse(front, "short")) for name, front in fronts.items()}
+    return {f"{name} {stem}": (*one, stem) for name, one in found.items() for stem, _, _ in _drawings(*one, "column")}
 
 
 def drawn_texts(figure):
@@ -93,10 +90,10 @@ def assert_fit_for_print(figure, width):
             assert all(key.y0 >= panel.get_window_extent().y1 for panel in figure.axes if panel.name != "3d")
 
 
-@pytest.mark.parametrize("width", ["column", "page", 120.0])
+@pytest.mark.parametrize("width", mostly_long(["column", "page", 120.0], "column"))
 def test_every_picture_of_a_run_is_fit_for_print(drawings, width):
-    for name, (front, stem) in drawings.items():
-        ((draw,),) = ([draw for each, _, draw in _made(front, width) if each == stem],)
+    for name, (front, analyses, stem) in drawings.items():
+        (draw,) = (draw for each, _, draw in _drawings(front, analyses, width) if each == stem)
         try:
             assert_fit_for_print(draw(), plots.WIDTHS.get(width, width))
         except AssertionError as error:
@@ -104,7 +101,7 @@ def test_every_picture_of_a_run_is_fit_for_print(drawings, width):
         plt.close("all")
 
 
-@pytest.mark.parametrize("joints", [7, 12])
+@pytest.mark.parametrize("joints", mostly_long([7, 12], 12))
 @pytest.mark.parametrize("width", ["column", "page"])
 def test_many_joints_have_room(joints, width, tmp_path):
     file = tmp_path / "robot.urdf"
@@ -209,15 +206,14 @@ def test_vector_files_keep_their_text_and_their_width(fronts, tmp_path, ending):
         assert width == pytest.approx(85.0 * MM * 72.0, abs=0.01)
 
 
-def test_files_are_the_same_each_time(fronts, tmp_path):
+@pytest.mark.parametrize("ending", mostly_long(["pdf", "svg", "png"], "pdf"))
+def test_files_are_the_same_each_time(fronts, tmp_path, ending):
     front = fronts["reparam"]
-    for ending in ("pdf", "svg", "png"):
-        (tmp_path / ending).mkdir()
-        first = {file.name: file.read_bytes() for file in draw_files(front, tmp_path / ending, format=ending)}
-        again = draw_files(front, tmp_path / ending, format=ending)
-        assert {file.name: file.read_bytes() for file in again} == first
-        stems = ("front", "parallel", "hypervolume", "profiles", "path", "parameter")
-        assert set(first) == {f"{stem}.{ending}" for stem in stems}
+    first = {file.name: file.read_bytes() for file in draw_files(front, tmp_path, format=ending)}
+    again = draw_files(front, tmp_path, format=ending)
+    assert {file.name: file.read_bytes() for file in again} == first
+    stems = ("front", "parallel", "hypervolume", "profiles", "path", "parameter")
+    assert set(first) == {f"{stem}.{ending}" for stem in stems}
 
 
 def given(front):

@@ -41,6 +41,7 @@ def test_azimuth_and_pitch_point_the_tools_x_axis_there(pitch):
 def test_joint_angles_come_back_from_azimuth_and_pitch():
     np.testing.assert_allclose(joint_angles(azimuth_pitch(IN_RANGE)), IN_RANGE, atol=1e-12)
     np.testing.assert_array_equal(azimuth_pitch(np.zeros((1, 2))), np.zeros((1, 2)))
+    np.testing.assert_array_equal(azimuth_pitch(np.array([[0.0, -0.0]])), np.zeros((1, 2)))
 
 
 def test_path_points_are_table_4s():

@@ -114,6 +114,12 @@ def test_items_are_chosen_by_their_numbers(tmp_path):
     refused(lambda: some.chosen(tables=["1"]), "some2020: --table: expected one of 2a, got '1'")
 
 
+def test_a_kind_that_a_paper_does_not_have_is_refused():
+    item = Item("figure", "1", "a curve", lambda desk: Shown())
+    some = Paper(name="some2020", citation="", doi="", items=(item,))
+    refused(lambda: some.chosen(tables=["1"]), "some2020: --table: there is no table of this paper, got '1'")
+
+
 def test_two_items_of_one_number_are_refused():
     item = Item("figure", "1", "a curve", lambda desk: Shown())
     refused(

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from trajevo import load_robot
 from trajevo.robot.shapes import geometry
 from trajevo.robot.shapes.geometry import link_shapes, read_geometry, simplified
@@ -66,7 +66,7 @@ def test_a_simpler_mesh_has_few_triangles_and_stays_near(ball):
     assert same[1] is ball[1]
 
 
-@pytest.mark.parametrize("name", ["ur5", "panda"])
+@pytest.mark.parametrize("name", mostly_long(["ur5", "panda"], "ur5"))
 def test_links_are_where_pinocchio_has_them(name):
     tool = {"ur5": "tool0", "panda": "panda_hand_tcp"}[name]
     robot = load_robot(name, tool=tool, limits=FREE)

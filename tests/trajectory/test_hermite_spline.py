@@ -119,7 +119,9 @@ def test_of_random_motions_nothing_passes_what_is_certified(seed, instants):
         assert (found.max(axis=1) <= high + 1e-9 * size).all()
     G = problem.evaluate(x, return_values_of=["G"])
     worst = np.stack([np.abs(motion.evaluate(at, order)).max(axis=1) for order in (1, 2)])
-    np.testing.assert_array_equal((G <= 0.0).all(axis=1), (worst <= [[[9.0]], [[4.0]]]).all(axis=(0, 2)))
+    kept, limits = (G <= 0.0).all(axis=1), np.array([9.0, 4.0])[:, None, None]
+    assert (worst[:, kept] <= limits).all()
+    assert kept[(worst <= 0.999 * limits).all(axis=(0, 2))].all()  # a peak between instants is hardly higher
 
 
 def task(**given):

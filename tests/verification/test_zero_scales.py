@@ -114,7 +114,7 @@ ROBOTS = {
 CASES = [*((name, 0.0) for name in ROBOTS), (FIRST, 0.5), ("one joint that turns", 0.5)]
 
 
-@pytest.fixture(scope="module", params=mostly_long(CASES, *CASES[::3]), ids=str)
+@pytest.fixture(scope="module", params=mostly_long(CASES, *CASES[::6]), ids=str)
 def front(request, tmp_path_factory):
     """A small front of one of the robots, without compiling, which takes longer than all the rest."""
     name, payload = request.param

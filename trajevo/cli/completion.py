@@ -72,13 +72,25 @@ def runs(incomplete: str) -> list[str]:
 
 def solutions(ctx: typer.Context, incomplete: str) -> list[str]:
     """Rules that choose a solution, with the objectives of the run if its manifest can be read."""
+    named = (f"least_{name}" for name in _objectives(ctx))
+    return _begun(["knee", "utopia", "weighted", "topsis", *named], incomplete)
+
+
+def weights(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Words for weights, an example with the objectives of the run, and CSV files."""
+    given = ",".join(f"{name}=1" for name in _objectives(ctx))
+    words = ["equal", "entropy", "paper", *([given] if given else [])]
+    return _begun([*words, *_files(incomplete, "*.csv")], incomplete)
+
+
+def _objectives(ctx: typer.Context) -> list[str]:
+    """Names of the objectives of the run, if its manifest can be read."""
     try:
         manifest = Path(ctx.params["run"]) / "manifest.json"
         whole = json.loads(manifest.read_text(encoding="utf-8")) if manifest.stat().st_size <= _LARGEST else {}
-        names = [str(objective["name"]) for objective in whole["problem"]["objectives"]]
+        return [str(objective["name"]) for objective in whole["problem"]["objectives"]]
     except (OSError, ValueError, KeyError, TypeError):  # another folder, or a damaged one: the rules alone are offered
-        names = []
-    return _begun(["knee", "utopia", "weighted", *(f"least_{name}" for name in names)], incomplete)
+        return []
 
 
 def formats(incomplete: str) -> list[str]:

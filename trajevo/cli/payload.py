@@ -96,7 +96,8 @@ def diagram(
     solution: Annotated[
         list[str] | None,
         typer.Option(
-            help="knee, utopia, weighted, least_OBJECTIVE or a row; the knee if not given; several are overlaid.",
+            help="knee, utopia, weighted, topsis, least_OBJECTIVE or a row; the knee if not given; "
+            "several are overlaid.",
             autocompletion=completion.solutions,
         ),
     ] = None,

@@ -60,7 +60,7 @@ PICTURES = (SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE, CURVE_PICTURE.repl
 SolutionOption = Annotated[
     str,
     typer.Option(
-        help="knee, utopia, weighted, least_OBJECTIVE or a row.",
+        help="knee, utopia, weighted, topsis, least_OBJECTIVE or a row.",
         autocompletion=completion.solutions,
     ),
 ]

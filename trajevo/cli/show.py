@@ -36,6 +36,7 @@ from trajevo.cli.results import (
 from trajevo.cli.screen.printed import print_mass_notes, print_rivals, print_run, print_verifications
 from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
+from trajevo.cli.screen.weighed import print_weighed
 from trajevo.errors import InvalidInputError
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.exporters.export import export as write
@@ -53,9 +54,25 @@ _out = Terminal()
 _Angle = Annotated[str | None, typer.Option(help="Unit of angles: rad or deg; the problem's unit if not given.")]
 
 
-def show(run: RunArgument, angle: _Angle = None, verbose: VerboseOption = False, problem: ProblemOption = None) -> None:
+def show(
+    run: RunArgument,
+    angle: _Angle = None,
+    weights: Annotated[
+        str | None,
+        typer.Option(
+            help="What these weights choose, and how stably: OBJECTIVE=NUMBER,... for all objectives, equal, entropy, "
+            "paper, or a CSV file of comparisons in pairs.",
+            autocompletion=completion.weights,
+        ),
+    ] = None,
+    verbose: VerboseOption = False,
+    problem: ProblemOption = None,
+) -> None:
     """Show a run in the terminal."""
     front = front_of(run, problem)
+    if weights is not None:
+        print_weighed(_out, front, weights, angle=angle)
+        return
     print_run(_out, front, angle=angle, verbose=verbose)
     for note in front.problem.notes if len(front) else ():
         _out.print(f"note: {note}")
@@ -133,7 +150,7 @@ def export(
     solution: Annotated[
         str | None,
         typer.Option(
-            help="knee, utopia, weighted, least_OBJECTIVE or a row; if not given, the knee or, in netcdf, all.",
+            help="knee, utopia, weighted, topsis, least_OBJECTIVE or a row; if not given, the knee or, in netcdf, all.",
             autocompletion=completion.solutions,
         ),
     ] = None,

@@ -102,12 +102,14 @@ class _Limits(_Strict):
     """
 
     position: list[_Number | str | list[_Number | str]] | dict[str, list[_Number | str]] | None = pydantic.Field(
-        None, description="Lower and upper end, one pair for all joints or one each [rad or m]."
+        default=None, description="Lower and upper end, one pair for all joints or one each [rad or m]."
     )
-    velocity: _Directed | None = pydantic.Field(None, description="Greatest velocity [rad/s or m/s].")
-    acceleration: _Directed | None = pydantic.Field(None, description="Greatest acceleration [rad/s^2 or m/s^2].")
-    jerk: _Values | None = pydantic.Field(None, description="Greatest jerk [rad/s^3 or m/s^3].")
-    effort: _Directed | None = pydantic.Field(None, description="Greatest torque or force [N*m or N].")
+    velocity: _Directed | None = pydantic.Field(default=None, description="Greatest velocity [rad/s or m/s].")
+    acceleration: _Directed | None = pydantic.Field(
+        default=None, description="Greatest acceleration [rad/s^2 or m/s^2]."
+    )
+    jerk: _Values | None = pydantic.Field(default=None, description="Greatest jerk [rad/s^3 or m/s^3].")
+    effort: _Directed | None = pydantic.Field(default=None, description="Greatest torque or force [N*m or N].")
 
 
 class _Load(_Strict):
@@ -261,11 +263,11 @@ class _Constraints(pydantic.BaseModel):
     __repr__ = brief
 
     limits: list[str] = pydantic.Field(
-        ["position", "velocity", "acceleration", "jerk", "effort"],
+        default=["position", "velocity", "acceleration", "jerk", "effort"],
         description='Limits that are kept, by name as `trajevo list` shows them, or your own "module:name".',
     )
     held: Literal["sampled", "certified"] = pydantic.Field(
-        "certified",
+        default="certified",
         description="Whether efforts and tool speed are kept at every instant, by proof, or at the samples alone.",
     )
 

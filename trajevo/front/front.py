@@ -30,6 +30,8 @@ from trajevo.front.records import Blocking, FrontFile, History, ProblemRecord, R
 from trajevo.front.selection import Choice, by_hand, rows_of
 from trajevo.front.solution import Solution as Solution
 from trajevo.front.thinning import MOST_SHOWN, thinned
+from trajevo.front.weighing.stability import WeightRule, WeightStability, stability
+from trajevo.front.weighing.weights import GivenWeights, in_order
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -216,23 +218,30 @@ class Front:
         """The point nearest to the best values, see :func:`trajevo.front.selection.nearest_to_utopia`."""
         return self._solution(selection.nearest_to_utopia(self._points()))
 
-    def weighted(self, weights: Sequence[float] | Weights | None = None) -> Solution:
+    def weighted(self, weights: GivenWeights | None = None) -> Solution:
         """The least weighted sum, see :func:`trajevo.front.selection.weighted`; with the paper's weights if None.
 
         Raises:
             InvalidInputError: weights that cannot be used, or no weights although the problem's paper has none.
         """
-        weights = self.paper_weights if weights is None else weights
-        if weights is None:
-            names = ", ".join(self.objective_names)
-            raise InvalidInputError(
-                f"weights: expected one for each of {names}; the problem's paper has no weighted sum"
-            )
-        return self._solution(selection.weighted(self._points(), weights))
+        return self._solution(selection.weighted(self._points(), self._weights(weights)))
 
-    def pseudo_weights(self, weights: Sequence[float]) -> Solution:
+    def pseudo_weights(self, weights: GivenWeights) -> Solution:
         """The point whose pseudo-weights fit, see :func:`trajevo.front.selection.pseudo_weights`."""
-        return self._solution(selection.pseudo_weights(self._points(), weights))
+        return self._solution(selection.pseudo_weights(self._points(), self._weights(weights)))
+
+    def topsis(self, weights: GivenWeights | None = None) -> Solution:
+        """The point near the best and far from the worst values, see :func:`trajevo.front.selection.topsis`."""
+        return self._solution(selection.topsis(self._points(), self._weights(weights)))
+
+    def stability(self, weights: GivenWeights | None = None, *, rule: WeightRule = "weighted") -> WeightStability:
+        """Which share of all weights makes the same choice; see :func:`trajevo.front.weighing.stability.stability`.
+
+        Args:
+            weights: as for :meth:`weighted`.
+            rule: ``"weighted"`` or ``"topsis"``.
+        """
+        return stability(self._points(), self._weights(weights), rule=rule)
 
     def least(self, objective: str) -> Solution:
         """The point with the least value of a named objective."""
@@ -241,7 +250,7 @@ class Front:
         return self._solution(selection.least(self._points(), self.objective_names.index(objective), objective))
 
     def pick(self, rule: str | int) -> Solution:
-        """A solution by ``knee``, ``utopia``, ``weighted`` (the paper's), ``least_<objective>`` or a row number.
+        """A solution by ``knee``, ``utopia``, ``weighted``, ``topsis`` (the paper's), ``least_<objective>`` or a row.
 
         Raises:
             UnknownNameError: no such rule.
@@ -308,6 +317,7 @@ class Front:
         }
         if weights is not None:
             named["weighted"] = lambda: selection.weighted(points, weights)
+            named["topsis"] = lambda: selection.topsis(points, weights)
         for k, name in enumerate(self.objective_names):
             named[f"least_{name}"] = partial(selection.least, points, k, name)
         if rule in named:
@@ -403,6 +413,14 @@ class Front:
         if not len(self.F):
             raise NoSolutionError(f"the front is empty: {self.blocking or 'none of its rows was taken'}")
         return self.F
+
+    def _weights(self, given: GivenWeights | None) -> Sequence[float] | Weights:
+        """Weights in the order of the objectives; the paper's if None."""
+        found = self.paper_weights if given is None else in_order(given, self.objective_names)
+        if found is None:
+            each = ", ".join(self.objective_names)
+            raise InvalidInputError(f"weights: expected one for each of {each}; the problem's paper gives none")
+        return found
 
     def _compare(self, rows: Iterable[int]) -> None:
         """Compare rows of a front that was read with what their decision vectors give, if its problem can be made."""

@@ -1,7 +1,7 @@
 """Rules that choose one point of a front: each takes objective values and returns a row and the reason.
 
 The rules use normalised objectives: 0 at the best value on the front, 1 at the worst. Exceptions are the least value of
-one objective, and a weighted sum with given scales.
+one objective, a weighted sum with given scales, and TOPSIS, which divides by the root of the sum of squares.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from trajevo.base.arrays import Array, numbers
 from trajevo.errors import InvalidInputError, NoSuchRowError
 from trajevo.formulation.problem import Weights
+from trajevo.front.weighing.weights import unit_weights
 
 
 @dataclass(frozen=True)
@@ -123,21 +124,83 @@ def weighted(F: Array, weights: Sequence[float] | Weights) -> Choice:
             that is not positive.
     """
     if isinstance(weights, Weights) and weights.scales is not None:
-        scales = numbers(weights.scales, name="scales", shape=(F.shape[1],))
-        if (scales <= 0.0).any():
-            raise InvalidInputError(f"scales: expected positive numbers, got {scales.tolist()}")
-        _weights(weights.weights, F.shape[1])
+        scales = _scales(weights.scales, F.shape[1])
+        unit_weights(weights, F.shape[1])
         sums = F @ (np.array(weights.weights) / scales)
         how = f"weights {_shown(weights.weights)} over scales {_shown(scales)}"
     else:
-        w = _weights(weights.weights if isinstance(weights, Weights) else weights, F.shape[1])
+        w = unit_weights(weights, F.shape[1])
         sums = normalised(F) @ w
         how = f"weights {_shown(w)}"
     index = int(np.argmin(sums))
     return Choice(index, "weighted", f"least weighted sum {sums[index]:.6g} with {how}")
 
 
-def pseudo_weights(F: Array, weights: Sequence[float]) -> Choice:
+def comparable(F: Array, weights: Sequence[float] | Weights) -> Array:
+    """What :func:`weighted` weighs: objectives over the scales of a paper, or normalised ones, shape (N, n_obj)."""
+    if isinstance(weights, Weights) and weights.scales is not None:
+        values: Array = F / _scales(weights.scales, F.shape[1])
+        return values
+    return normalised(F)
+
+
+def topsis(F: Array, weights: Sequence[float] | Weights) -> Choice:
+    """The point that is near the ideal and far from its opposite (TOPSIS, Hwang and Yoon 1981).
+
+    Objectives are divided by the root of their sum of squares over the front and weighted. The closeness of a point is
+    its distance from the worst values over the sum of its distances from best and worst ones: 1 at the ideal. It may
+    change with the other points of the front.
+
+    Args:
+        F: objective values, shape (N, n_obj).
+        weights: as for :func:`weighted`; scales change nothing here.
+
+    Raises:
+        InvalidInputError: as for :func:`weighted`.
+    """
+    w = unit_weights(weights, F.shape[1])
+    found = closeness(F, w[None])[0]
+    index = int(np.argmax(found))
+    how = f"closeness {found[index]:.4f} to the ideal, by weights {_shown(w)}"
+    return Choice(index, "topsis", f"nearest to the best and farthest from the worst values, with {how}")
+
+
+def closeness(F: Array, weights: Array) -> Array:
+    """Closeness of each point to the ideal by TOPSIS, from 0 to 1; all values at the ideal is 1.
+
+    Args:
+        F: objective values, shape (N, n_obj).
+        weights: M sets of weights, shape (M, n_obj), which sum to 1.
+
+    Returns:
+        Shape (M, N).
+    """
+    from_best, from_worst = squared_distances(F)
+    squares = weights**2
+    best, worst = np.sqrt(squares @ from_best.T), np.sqrt(squares @ from_worst.T)
+    together = best + worst
+    shares: Array = np.where(together > 0.0, worst / np.where(together > 0.0, together, 1.0), 1.0)
+    return shares
+
+
+def squared_distances(F: Array) -> tuple[Array, Array]:
+    """Squares of distances from best and worst values, of objectives over the roots of their sums of squares.
+
+    Args:
+        F: objective values, shape (N, n_obj).
+
+    Returns:
+        Two arrays of shape (N, n_obj); their products with squares of weights are those of TOPSIS' distances.
+    """
+    points = numbers(F, name="F", shape=("N", "n_obj"))
+    largest = np.abs(points).max(axis=0, initial=0.0)
+    parts = points / np.where(largest > 0.0, largest, 1.0)
+    root = np.sqrt((parts**2).sum(axis=0))
+    parts = parts / np.where(root > 0.0, root, 1.0)
+    return (parts - parts.min(axis=0)) ** 2, (parts - parts.max(axis=0)) ** 2
+
+
+def pseudo_weights(F: Array, weights: Sequence[float] | Weights) -> Choice:
     """The point whose pseudo-weights are nearest to the given weights.
 
     A pseudo-weight is the relative distance to the worst value of an objective.
@@ -149,11 +212,14 @@ def pseudo_weights(F: Array, weights: Sequence[float]) -> Choice:
     Raises:
         InvalidInputError: as for :func:`weighted`.
     """
-    from pymoo.mcdm.pseudo_weights import PseudoWeights  # imported where it computes, since that takes long
-
-    w = _weights(weights, F.shape[1])
-    # pymoo divides by the spread of every objective, which is 0 for a front of one point or a constant objective.
-    index = int(PseudoWeights(w).do(F)) if (np.ptp(F, axis=0) > 0.0).all() else weighted(F, weights).index
+    w = unit_weights(weights, F.shape[1])
+    if (np.ptp(F, axis=0) > 0.0).all():
+        # What pymoo.mcdm does, whose import takes a name that SciPy is about to drop.
+        distances = (F.max(axis=0) - F) / (F.max(axis=0) - F.min(axis=0))
+        shares = distances / np.sum(distances, axis=1)[:, None]
+        index = int(np.argmin(np.sum(np.abs(shares - w), axis=1)))
+    else:  # the spread of an objective is 0 for a front of one point or a constant objective
+        index = weighted(F, weights.weights if isinstance(weights, Weights) else weights).index
     return Choice(index, "pseudo_weights", f"pseudo-weights nearest to {_shown(w)}")
 
 
@@ -163,12 +229,11 @@ def least(F: Array, objective: int, name: str) -> Choice:
     return Choice(index, f"least_{name}", f"least {name} on the front")
 
 
-def _weights(weights: Sequence[float], count: int) -> Array:
-    w = numbers(weights, name="weights", shape=(count,))
-    if (w < 0.0).any() or w.sum() <= 0.0:
-        raise InvalidInputError(f"weights: expected non-negative numbers that are not all zero, got {w.tolist()}")
-    total: Array = w / w.sum()
-    return total
+def _scales(given: Sequence[float], count: int) -> Array:
+    scales = numbers(given, name="scales", shape=(count,))
+    if (scales <= 0.0).any():
+        raise InvalidInputError(f"scales: expected positive numbers, got {scales.tolist()}")
+    return scales
 
 
 def _shown(weights: Sequence[float] | Array) -> str:

@@ -26,6 +26,7 @@ from trajevo.path.levenberg_marquardt import (
     missed,
     rotation_matrix,
 )
+from trajevo.path.rotations import of_quaternion, of_rpy
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
@@ -107,32 +108,26 @@ class Pose:
 
 
 def _of_rpy(given: Any) -> Array:
-    from scipy.spatial.transform import Rotation  # imported where it computes, since that takes long
-
     angles = numbers(given, name="rpy", shape=(3,))
     if np.abs(angles).max() > _TURN + ROUNDED:
         raise InvalidInputError(
             f"rpy: expected angles within ±2π rad, got {angles.tolist()}{if_degrees(float(np.abs(angles).max()))}"
         )
-    matrix: Array = Rotation.from_euler("xyz", angles).as_matrix()
-    return matrix
+    return of_rpy(angles)
 
 
 def _of_quaternion(given: Any) -> Array:
-    from scipy.spatial.transform import Rotation
-
     quaternion = numbers(given, name="quaternion", shape=(4,))
     norm = float(np.linalg.norm(quaternion))
     if abs(norm - 1.0) > ROUNDED:
         raise InvalidInputError(
             f"quaternion: expected x, y, z, w of norm 1, got {quaternion.tolist()} of norm {norm:.4g}"
         )
-    matrix: Array = Rotation.from_quat(quaternion).as_matrix()
-    return matrix
+    return of_quaternion(quaternion)
 
 
 def _of_rotation_vector(given: Any) -> Array:
-    from scipy.spatial.transform import Rotation
+    from scipy.spatial.transform import Rotation  # imported where it computes, since that takes long
 
     vector = numbers(given, name="rotation_vector", shape=(3,))
     angle = float(np.linalg.norm(vector))

@@ -15,6 +15,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
+from trajevo.path.rotations import made_orthogonal
 from trajevo.robot.kinematics import ToolKinematics, crossed
 from trajevo.robot.robot import Robot
 
@@ -127,12 +128,10 @@ def rotation_matrix(values: Any, name: str = "rotation") -> Array:
     Raises:
         InvalidInputError: another shape, or not a rotation matrix.
     """
-    from scipy.spatial.transform import Rotation  # imported where it computes, since that takes long
-
     given = numbers(values, name=name, shape=(3, 3))
     if np.abs(given @ given.T - np.eye(3)).max() > ROUNDED or np.linalg.det(given) < 0.0:
         raise InvalidInputError(f"{name}: expected a rotation matrix, got {given.tolist()}")
-    return read_only(Rotation.from_matrix(given).as_matrix())
+    return read_only(made_orthogonal(given))
 
 
 def check_search(starts: int, seed: int, tolerance: float) -> None:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     )
     from trajevo.plots.pictures import draw_all, save_figure, save_pictures
     from trajevo.plots.rivals import plot_rivals
-    from trajevo.plots.tradeoffs import exchange_rates
+    from trajevo.plots.tradeoffs import exchange_rates, weight_map
 
 #: Modules of the pictures; a module is imported when one of its pictures is used.
 _NAMES = {
@@ -59,7 +59,7 @@ _NAMES = {
     "chain": ("stick_figure",),
     "rivals": ("plot_rivals",),
     "paper": ("WIDTHS", "style"),
-    "tradeoffs": ("exchange_rates",),
+    "tradeoffs": ("exchange_rates", "weight_map"),
     "pictures": ("draw_all", "save_figure", "save_pictures"),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
@@ -95,6 +95,7 @@ __all__ = [
     "tool_path",
     "tracking_error",
     "uncertainty_price",
+    "weight_map",
     "workspace_capacity",
 ]
 

@@ -252,4 +252,5 @@ class Paper:
             if one.what == name:
                 return f"{self.name}: {name}, {one.title}, cannot be made again: {one.why}"
         made = ", ".join(item.number for item in self.items if item.kind == kind)
-        return f"{self.name}: --{kind}: expected one of {made}, got {number!r}"
+        expected = f"expected one of {made}" if made else f"there is no {kind} of this paper"
+        return f"{self.name}: --{kind}: {expected}, got {number!r}"

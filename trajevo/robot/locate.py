@@ -66,7 +66,7 @@ def list_robots() -> list[str]:
 
 
 def list_example_robots() -> list[str]:
-    """Names of the robots of example-robot-data that have a fixed base."""
+    """Names of the robots of example-robot-data that have a fixed base; none if it is not installed."""
     return sorted(name for name, loader in _example_loaders().items() if not loader.free_flyer)
 
 
@@ -201,6 +201,9 @@ def _example(name: str, loader: Any) -> RobotSource:
 
 
 def _example_loaders() -> dict[str, Any]:
-    from example_robot_data.robots_loader import ROBOTS
-
+    """Robots of example-robot-data by name; none where that was left out of the installation for its size."""
+    try:
+        from example_robot_data.robots_loader import ROBOTS
+    except ModuleNotFoundError:
+        return {}
     return dict(ROBOTS)

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import moocore
 import numpy as np
-from scipy.spatial.distance import cdist
 
 from trajevo.base.arrays import Array
 
@@ -57,10 +56,19 @@ def copies(X: Array, *others: Array) -> Array:
     suspects = rivals[rivals < size]
     copied = np.zeros(size, dtype=np.bool_)
     if len(suspects):
-        near = cdist(every[suspects], every[rivals]) <= _SAME
+        near = _distances(every[suspects], every[rivals]) <= _SAME
         near &= (rivals < suspects[:, None]) | (rivals >= size)
         copied[suspects] = near.any(axis=1)
     return copied
+
+
+def _distances(some: Array, others: Array) -> Array:
+    """Distances between the rows of (N, n_var) and (M, n_var), shape (N, M): SciPy's cdist, without its import."""
+    squares = np.zeros((len(some), len(others)))
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite has no distance
+        for one, other in zip(some.T, others.T, strict=True):
+            squares += (one[:, None] - other) ** 2
+    return np.sqrt(squares)
 
 
 def _not_alone(X: Array) -> Array:

@@ -1,0 +1,1 @@
+"""Weights of objectives: the ways to find them, and how far a choice depends on them."""
