@@ -1,11 +1,12 @@
 """Drives of joints: from robot.toml, from arguments, in which units, and what is refused."""
 
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from trajevo import Drive, load_robot
+from trajevo import Drive, load_robot, load_task
 from trajevo.errors import InvalidInputError, UnknownNameError
 
 ARM = "tests/data/two_link_drives"
@@ -161,3 +162,18 @@ def test_mistakes_in_robot_toml_are_told_with_their_place(tmp_path, old, new, me
     file.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises((InvalidInputError, UnknownNameError), match=message):
         load_robot(folder)
+
+
+def test_drives_in_a_task_complete_those_of_the_file(tmp_path):
+    file = tmp_path / "task.toml"
+    file.write_text(
+        f"""
+duration_bounds = [0.2, 5.0]
+robot = {{ name = "{Path(ARM).resolve()}", drives = {{ elbow = {{ peak_torque = "50 N*m" }} }} }}
+limits = {{ velocity = 5.0, acceleration = 20.0 }}
+points = [{{ joints = [-1.5, 0.0] }}, {{ joints = [-0.5, 0.7] }}, {{ joints = [0.0, 1.5] }}]
+""",
+        encoding="utf-8",
+    )
+    drive = load_task(file).problem.robot.drives["elbow"]
+    assert (drive.peak_torque, drive.torque_constant) == (50.0, 0.1)
