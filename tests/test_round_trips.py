@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.helpers import mostly_long, suited
-from trajevo import Front, Load, Passing, Payload, Pose, ToolSegment, ViaPoints, load_problem, load_robot
+from trajevo import Drive, Front, Load, Passing, Payload, Pose, ToolSegment, ViaPoints, load_problem, load_robot
 from trajevo.errors import TrajevoError
 from trajevo.formulation.constraints.kinds import KINDS, parameters_of
 from trajevo.formulation.constraints.scene import SHAPES, Scene
@@ -182,6 +182,7 @@ class Draw:
                 "allow_massless": True,
                 "packages": self.choice([None, self.folder, str(self.folder), [self.folder]]),
                 "friction": self.friction("a"),
+                "drives": self.drives("a"),
             }, 2
         names = list(load_robot("ur5", tool="tool0", limits={"acceleration": 1.0, "jerk": 1.0}).joint_names)
         locked = {names[5]: self.number(-1.0, 1.0)} if self.chance(0.3) else None
@@ -199,6 +200,7 @@ class Draw:
             "allow_massless": self.choice([None, False, True]),
             "packages": self.choice([None, self.folder]),
             "friction": self.friction(names[0]),
+            "drives": self.drives(names[0]),
         }, 6 - len(locked or ())
 
     def base(self):
@@ -221,6 +223,18 @@ class Draw:
                 {"armature": {joint: 0.1}},
                 {"viscous": viscous},
                 {"coulomb": {joint: np.float64(0.25)}},
+            ]
+        )
+
+    def drives(self, joint):
+        line = [["0 rad/s", "90 N*m"], [self.number(3.0, 9.0), 0.0]]
+        return self.choice(
+            [
+                None,
+                {},
+                {joint: {"peak_torque": self.number(50.0, 90.0), "brake": True, "source": "a sheet"}},
+                {joint: {"torque_speed": line, "thermal_time_constant": "600 s"}},
+                {joint: Drive(continuous_torque=self.number(5.0, 9.0), efficiency_driving=0.8, efficiency_driven=0.0)},
             ]
         )
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from trajevo import plots
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
+    from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_bounds, payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from trajevo.path.segments import ToolSegment
     from trajevo.path.via_points import ViaPoints
     from trajevo.plots.analyses import analyse
+    from trajevo.robot.drive import Drive
     from trajevo.robot.joints import JointLimits
     from trajevo.robot.payload import Payload
     from trajevo.robot.robot import Robot, load_robot
@@ -92,6 +94,7 @@ __version__ = "0.1.0"
 _NAMES = {
     # What moves
     "robot.robot": ("Robot", "load_robot"),
+    "robot.drive": ("Drive",),
     "robot.joints": ("JointLimits",),
     "robot.payload": ("Payload",),
     # What must be visited
@@ -146,6 +149,7 @@ _NAMES = {
     "solvers.rivals": ("rivals_of", "rivals_table"),
     # What a motion can carry
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
+    "capacity.drives.drive_capacity": ("drive_capacity", "drive_load"),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -180,6 +184,7 @@ __all__ = [
     "Constraint",
     "CubicSpline",
     "DaskCluster",
+    "Drive",
     "Dynamics",
     "EvolutionaryAlgorithm",
     "Exporter",
@@ -238,6 +243,8 @@ __all__ = [
     "dlcc",
     "dlcc_iterative",
     "dlcc_sampled",
+    "drive_capacity",
+    "drive_load",
     "entropy_weights",
     "export",
     "largest_payload",

@@ -25,6 +25,13 @@ _TO_SI: dict[str, tuple[float, str]] = {
     "N*s/m": (1.0, "N*s/m"),
     "N*m*s/rad": (1.0, "N*m*s/rad"),
     "kg*m^2": (1.0, "kg*m^2"),
+    "kg*cm^2": (1e-4, "kg*m^2"),
+    "g*cm^2": (1e-7, "kg*m^2"),
+    "A": (1.0, "A"),
+    "N*m/A": (1.0, "N*m/A"),
+    "ohm": (1.0, "ohm"),
+    "K": (1.0, "K"),
+    "K/W": (1.0, "K/W"),
 } | {
     f"{unit}/s{power}": (factor, f"{si}/s{power}")
     for unit, factor, si in (

@@ -13,6 +13,7 @@ import typer
 
 from trajevo import plots
 from trajevo.capacity.dlcc import dlcc, dlcc_iterative
+from trajevo.capacity.drives.drive_capacity import drive_capacity
 from trajevo.capacity.sensitivity import sensitivity
 from trajevo.cli import completion
 from trajevo.cli.console import Terminal
@@ -212,6 +213,8 @@ def capacity(
     if schedule is not None:
         _out.print(f"this is the mass of payload {schedule.varied}, where it is carried; carried: {schedule}")
     print_mass_notes(_out, chosen.front.problem.robot)
+    if chosen.rollout.robot.drives:
+        _out.print(f"by its drives: {drive_capacity(chosen)}")
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
     table = Listing("joint", "alone it could carry [kg]", "effort limit left [%]")

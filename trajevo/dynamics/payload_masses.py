@@ -42,6 +42,30 @@ def mass_bounds(unloaded: Array, per_kilogram: Array, limit: Array | Sides) -> t
     return lower, np.where(broken & ~relieved, -np.inf, upper)
 
 
+def masses_within(unloaded: Array, per_kilogram: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Least and greatest mass, 0 or more, with which efforts stay between two ends that may differ at every instant.
+
+    Args:
+        unloaded: effort without payload τ₀, shape (..., n_joints) [N·m or N].
+        per_kilogram: effort τ₁ that each kilogram adds, the same shape [N·m/kg or N/kg].
+        low: least efforts, the same shape, -inf for none [N·m or N].
+        high: greatest efforts, the same shape, inf for none and -inf where none is allowed [N·m or N].
+
+    Returns:
+        As :func:`mass_bounds`; the greatest mass is below 0 where only less than nothing would help.
+    """
+    felt = np.abs(per_kilogram)
+    felt_at_all = felt > NEGLIGIBLE * felt.max(initial=0.0)
+    slope = np.where(felt_at_all, per_kilogram, 1.0)
+    to_low, to_high = (low - unloaded) / slope, (high - unloaded) / slope
+    kept = (low <= unloaded) & (unloaded <= high)
+    lower = np.where(slope > 0.0, to_low, to_high)
+    upper = np.where(slope > 0.0, to_high, to_low)
+    possible = lower <= upper
+    lower = np.where(felt_at_all & possible, np.maximum(lower, 0.0), np.where(kept, 0.0, np.inf))
+    return lower, np.where(felt_at_all & possible, upper, np.where(kept, np.inf, -np.inf))
+
+
 def masses_held(dynamics: Dynamics, q: Array, segments: Array | None = None) -> tuple[float, float]:
     """Least and greatest payload [kg] that a robot can hold at rest in all given positions.
 

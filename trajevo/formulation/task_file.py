@@ -15,6 +15,7 @@ from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
 from trajevo.robot.loading.dh_keys import DhKeys
+from trajevo.robot.loading.drive_keys import DriveKeys
 from trajevo.robot.payload import LOAD_MODELS
 
 _Number = Annotated[float, pydantic.Strict()]
@@ -90,6 +91,7 @@ class _Robot(_Strict):
     tools: list[_Tool] | None = pydantic.Field(
         None, description="Tools that can be mounted, of which `tool` names one."
     )
+    drives: dict[str, DriveKeys] | None = pydantic.Field(None, description="Drives of joints, by their names.")
 
 
 class _Limits(_Strict):

@@ -14,6 +14,11 @@ LEAST_MASS = 1e-4
 _ROUNDING = 1e-9
 
 
+def moving_mass(model: Any) -> float:
+    """Mass of everything that a joint of a Pinocchio model moves [kg]."""
+    return float(sum(inertia.mass for inertia in list(model.inertias)[1:]))
+
+
 class MovingBody(NamedTuple):
     """Links that are rigidly connected, and the joint that moves them, SI.
 

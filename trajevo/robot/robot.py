@@ -23,23 +23,18 @@ from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
+from trajevo.robot.drive import Drive
 from trajevo.robot.files.cell import placed
 from trajevo.robot.files.opened import opened
-from trajevo.robot.files.parts import drives_of, masses_meant, tool_of
+from trajevo.robot.files.parts import drives_of, gravity_of, masses_meant, tool_of
 from trajevo.robot.friction_sources import friction_notes, friction_of
 from trajevo.robot.joints import Friction, JointLimits, limits_table
 from trajevo.robot.limit_files import declared_limits, given_limits, limits_or_none
-from trajevo.robot.loading.arguments import (
-    STANDARD_GRAVITY,
-    checked_gravity,
-    load_settings,
-    package_folders,
-    plain_settings,
-)
+from trajevo.robot.loading.arguments import load_settings, package_folders, plain_settings
 from trajevo.robot.loading.chain import TOOL
 from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
-from trajevo.robot.masses import massless, moving_bodies, placeholders
-from trajevo.robot.robot_toml import RobotFile
+from trajevo.robot.loading.drives import plain_drives, robot_drives, with_rotors
+from trajevo.robot.masses import massless, moving_bodies, moving_mass, placeholders
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf.file import read_urdf
 from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
@@ -81,6 +76,7 @@ class Robot(WithoutUrdf):
         file_kind: format of its file.
         file_notes: what its file says and efforts leave out, one clause each.
         has_body: whether it is more than joints and limits.
+        drives: drives of joints by their names, of those that have one.
     """
 
     name: str
@@ -105,6 +101,7 @@ class Robot(WithoutUrdf):
     file_kind: str = "URDF"
     file_notes: tuple[str, ...] = ()
     has_body: bool = True
+    drives: Mapping[str, Drive] = field(default_factory=dict)
 
     __repr__ = brief
 
@@ -123,7 +120,7 @@ class Robot(WithoutUrdf):
         model.gravity.linear = given.gravity
         names = tuple(model.names[1:])
         limits = given_limits(given.limits, names, units, ())
-        mass = f", {_moving_mass(model):.4g} kg" if given.has_body else ""
+        mass = f", {moving_mass(model):.4g} kg" if given.has_body else ""
         return cls(
             name=given.name,
             model=model,
@@ -176,7 +173,7 @@ class Robot(WithoutUrdf):
     @property
     def mass(self) -> float:
         """Mass of everything that moves [kg]."""
-        return _moving_mass(self.model)
+        return moving_mass(self.model)
 
     @cached_property
     def massless(self) -> tuple[str, ...]:
@@ -289,6 +286,7 @@ def load_robot(
     base: Mapping[str, Any] | None = None,
     tools: Sequence[Mapping[str, Any]] | None = None,
     urdf: str | None = None,
+    drives: Mapping[str, Any] | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF, xacro or MJCF file.
 
@@ -327,6 +325,8 @@ def load_robot(
             ``parent`` (a link), ``position`` [m] and ``rpy`` [rad] in it, ``mass`` [kg], ``com`` [m] and ``inertia``
             about it, (3, 3) or its diagonal [kg·m²], in the tool's frame. Masses are parts of the robot, no payload.
         urdf: the text of a URDF, in place of a file; ``name`` is then what the robot is called.
+        drives: drives that complete or replace those of ``robot.toml``, a mapping from joints to a
+            :class:`~trajevo.robot.drive.Drive` or to a mapping from its attributes to numbers [SI] or text with a unit.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the file. Otherwise
@@ -354,7 +354,7 @@ def load_robot(
     root = ElementTree.fromstring(found.text)
     following, locked = followers(root, lock or {})
     model, units = build_model(found.text, where, locked, found.limits)
-    model.gravity.linear = _gravity(gravity, file, found)
+    model.gravity.linear = gravity_of(gravity, file, found)
     transmission, names, units = drives_of(model, units, following, file)
     declared = None if file is None else file.limits(names, units, locked)
     given = given_limits(limits, names, units, locked, following)
@@ -366,17 +366,18 @@ def load_robot(
         units,
         None if file is None else file.friction(names, units),
     )
+    motors = robot_drives(drives, {} if file is None else file.drives(names, units, locked), names, units, locked)
     return Robot(
         name=files.name if file is None else file.settings.name,
         model=model,
         transmission=transmission,
         limits=JointLimits(**declared_limits(model, names, units, declared, given, where, following, source=found)),
-        friction=rubbing.friction,
+        friction=with_rotors(rubbing.friction, motors, names),
         joint_names=names,
         joint_units=units,
         tool=tool_of(model, files.tool, found.text, where, file),
         source=files.folder,
-        reference=f"{files.called}, {len(names)} joints, {_moving_mass(model):.4g} kg"
+        reference=f"{files.called}, {len(names)} joints, {moving_mass(model):.4g} kg"
         if file is None
         else file.settings.reference,
         urdf=files.path,
@@ -395,6 +396,7 @@ def load_robot(
             packages=[str(folder) for folder in (folders if files.text is None else files.needed)] or None,
             base=base,
             tools=tools,
+            drives=plain_drives(drives),
         ),
         allow_massless=masses_meant(allow_massless, file, model, found),
         friction_used=rubbing.used,
@@ -402,6 +404,7 @@ def load_robot(
         written="" if found.as_written else found.text,
         file_kind=found.kind,
         file_notes=found.notes,
+        drives=motors,
     )
 
 
@@ -426,18 +429,6 @@ def robot_of(given: Any) -> Robot:
     if unknown or "name" not in given:
         raise InvalidInputError(f"robot: expected name and, if wanted, {', '.join(accepted[1:])}, got {sorted(given)}")
     return load_robot(**given)
-
-
-def _gravity(given: Any, file: RobotFile | None, found: Description) -> Array:
-    if given is not None:
-        return checked_gravity(given)
-    if file is not None:
-        return file.gravity()
-    return np.array(STANDARD_GRAVITY) if found.gravity is None else found.gravity
-
-
-def _moving_mass(model: Any) -> float:
-    return float(sum(inertia.mass for inertia in list(model.inertias)[1:]))
 
 
 def length_unit(robot: Robot) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,6 +18,8 @@ from trajevo.base.units import per_time, si_unit, to_si
 from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError, known_names
 from trajevo.robot.loading.dh import DhTable
 from trajevo.robot.loading.dh_keys import DhKeys
+from trajevo.robot.loading.drive_keys import SourcedDriveKeys
+from trajevo.robot.loading.drives import drive_values
 from trajevo.robot.transmission import CoupledScrews, Direct, Transmission
 
 #: A number: integers are accepted, text and booleans are not.
@@ -190,6 +193,7 @@ class RobotSettings(_Strict):
         None, description="Tools that can be mounted, of which `tool` names one."
     )
     joints: dict[str, _Joint] = pydantic.Field(description="Limits and friction of each joint, by its name.")
+    drives: dict[str, SourcedDriveKeys] = pydantic.Field({}, description="Drives of joints, by their names.")
 
     @pydantic.field_validator("urdf")
     @classmethod
@@ -327,6 +331,21 @@ class RobotFile:
                 row[key] = self._si(given.forward, given.unit, expected, place)
                 row[f"{key}_backward"] = self._si(given.backward, given.unit, expected, place)
         return row
+
+    def drives(
+        self, names: tuple[str, ...], units: tuple[str, ...], locked: Collection[str] = ()
+    ) -> dict[str, dict[str, Any]]:
+        """What is told of the drives of joints, SI, by joint; entries of locked joints are ignored."""
+        found = {}
+        for name, given in self.settings.drives.items():
+            if name in locked:
+                continue
+            if name not in names:
+                start = self.places.start(("drives", name))
+                raise InvalidInputError(f"{start}[drives.{name}]: unknown joint {name!r}; {known_names(name, names)}")
+            at = partial(self._at, "drives", name)
+            found[name] = drive_values(given.arguments, units[names.index(name)], at)
+        return found
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
         """Columns of Friction, SI; NaN where nothing is declared."""

@@ -6,8 +6,12 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
+
+from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.description import Description
+from trajevo.robot.loading.arguments import STANDARD_GRAVITY, checked_gravity
 from trajevo.robot.masses import massless, moving_bodies
 from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Mimicking, Transmission
@@ -33,6 +37,15 @@ def drives_of(
             f"{file.path}: transmission: expected joints that follow no others, but {following[0]} in the URDF; lock it"
         )
     return Mimicking.of(joints, following), names, units
+
+
+def gravity_of(given: Any, file: RobotFile | None, found: Description) -> Array:
+    """Gravity in the base frame [m/s²]: as asked for, as files say, or the standard one along -z."""
+    if given is not None:
+        return checked_gravity(given)
+    if file is not None:
+        return file.gravity()
+    return np.array(STANDARD_GRAVITY) if found.gravity is None else found.gravity
 
 
 def tool_of(model: Any, tool: str | None, text: str, where: Path, file: RobotFile | None) -> str:

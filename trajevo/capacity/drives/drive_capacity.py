@@ -1,0 +1,297 @@
+"""What an arm carries on a motion by its drives, and what the motion asks of them.
+
+Effort is affine in the payload's mass m, τ = τ₀ + m f. Limits at single instants (effort, peak torque, torque at
+speed) are affine in it, so each leaves an interval of masses in closed form. The mean square of a motor's torque and
+the temperature of its winding are quadratic, so those are larger roots. All are looked at in the samples and in further
+nodes; around those that bind the motion is sampled anew, ever finer, so that their instants are found too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.capacity.dlcc import sampled_motion
+from trajevo.capacity.drives.cycle import LONGEST, MOST_PIECES, NODES, Cycle, legendre
+from trajevo.capacity.drives.found import DriveCapacity, DriveLimit, DriveLoad
+from trajevo.capacity.drives.instants import MassesOfJoints, causes_at_instants, masses_at_instants
+from trajevo.capacity.drives.motors import Motors, MotorStates, turning_points
+from trajevo.capacity.drives.squares import JointCycle, MassesOfJoint
+from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError
+from trajevo.front.front import Solution
+from trajevo.robot.drive import Drive
+from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
+
+#: Default number of instants per segment at which limits are looked at: nothing proves them between.
+DENSE = 200
+
+#: How often pieces are halved at most, and what the last terms of squares may be, as a share of the greatest square.
+_HALVINGS, _RESOLVED = 8, 1e-9
+
+#: How near to the ends of pieces limits are looked at, as a share of the motion.
+NEAR = 1e-7
+
+#: A joint whose drive says nothing of a cause.
+_FREE = MassesOfJoint(0.0, np.inf, np.nan)
+
+
+def drive_capacity(
+    motion: Solution | Rollout | WeightedOptimum,
+    *,
+    dwell: float = 0.0,
+    cycles: int | None = None,
+    samples: int = DENSE,
+) -> DriveCapacity:
+    """The largest payload that drives allow on a motion that repeats, and what limits it: torque, speed, or heat.
+
+    Args:
+        motion: a solution of a front, an optimum, or the first trajectory of a rollout, of a robot with drives. Shape
+            and model of the payload are those of the motion's rollout; its mass is not used.
+        dwell: time at rest after the motion, at its end, until it begins anew [s]. Motors hold gravity and payload
+            then, unless a brake does.
+        cycles: how often the motion is made from cold windings on; for ever if None.
+        samples: evenly spaced instants per segment at which limits are looked at, both ends included; those that bind
+            are searched between them too.
+
+    Raises:
+        InvalidInputError: a robot without drives, a dwell below 0, no whole number of cycles from 1 on, or a time
+            constant that is too short for the motion.
+    """
+    cycling = _Cycling.of(motion, dwell, cycles, samples)
+    causes = [*cycling.limits_at_instants(), cycling.rms_torque(), cycling.temperature()]
+    return DriveCapacity.of(
+        tuple(causes),
+        joint_names=cycling.rollout.robot.joint_names,
+        robot=cycling.rollout.robot.name,
+        payload_model=cycling.rollout.dynamics.payload.model,
+        dwell=cycling.cycle.dwell,
+        cycles=cycling.cycle.cycles,
+        samples=samples,
+        not_known=tuple(_not_known(cycling.rollout.robot.drives)),
+    )
+
+
+def drive_load(
+    motion: Solution | Rollout | WeightedOptimum,
+    *,
+    mass: float | None = None,
+    dwell: float = 0.0,
+    cycles: int | None = None,
+    samples: int = DENSE,
+) -> DriveLoad:
+    """What a motion that repeats asks of every drive with a payload: torques, their mean square, temperatures.
+
+    Args:
+        motion: as for :func:`drive_capacity`.
+        mass: of the payload [kg]; that which the motion carries if None.
+        dwell: as for :func:`drive_capacity`.
+        cycles: as for :func:`drive_capacity`.
+        samples: as for :func:`drive_capacity`.
+
+    Raises:
+        InvalidInputError: a mass below 0, or as for :func:`drive_capacity`.
+    """
+    cycling = _Cycling.of(motion, dwell, cycles, samples)
+    rollout = cycling.rollout
+    given = rollout_mass(rollout) if mass is None else float(numbers(mass, name="mass", shape=()))
+    if given < 0.0:
+        raise InvalidInputError(f"mass: expected a payload from 0 on [kg], got {given}")
+    torque = cycling.motors.torque(cycling.states, given)
+    backward, forward = cycling.motors.at_speed(cycling.states.velocity)
+    used = np.maximum(_share(torque, forward), _share(-torque, backward))
+    fastest = used.argmax(axis=0)
+    rms, mean, hottest, when = (np.array(column) for column in zip(*cycling.heats(given), strict=True))
+    drives = cycling.motors.drives
+    continuous, rise = (
+        np.array([getattr(drive, name) or np.nan for drive in drives])
+        for name in ("continuous_torque", "greatest_rise")
+    )
+    peak = np.abs(torque).max(axis=0)
+    return DriveLoad(
+        mass=given,
+        peak_torque=frozen(peak),
+        peak_share=frozen(np.where(np.isfinite(cycling.motors.peak), peak / cycling.motors.peak, np.nan)),
+        speed_share=frozen(np.where([drive.torque_speed is not None for drive in drives], used.max(axis=0), np.nan)),
+        speed_time=frozen(cycling.states.times[fastest]),
+        rms_torque=frozen(rms),
+        rms_share=frozen(rms / continuous),
+        mean_rise=frozen(mean),
+        peak_rise=frozen(hottest),
+        rise_share=frozen(hottest / rise),
+        rise_time=frozen(when),
+        joint_names=rollout.robot.joint_names,
+        dwell=cycling.cycle.dwell,
+        cycles=cycling.cycle.cycles,
+    )
+
+
+def rollout_mass(rollout: Rollout) -> float:
+    """The payload that the first trajectory of a rollout carries [kg]."""
+    return rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
+
+
+class _Cycling(NamedTuple):
+    """A motion that repeats: the robot on it, its motors, states at instants, and smooth pieces with their states."""
+
+    rollout: Rollout
+    motors: Motors
+    states: MotorStates
+    cycle: Cycle
+    at_nodes: MotorStates
+    held: MotorStates
+
+    @classmethod
+    def of(cls, motion: Any, dwell: Any, cycles: Any, samples: int) -> _Cycling:
+        """A motion with its time at rest, checked."""
+        given = sampled_motion(motion, samples)
+        rollout = given if given.masses is None else Rollout(given.dynamics, given.trajectory)
+        robot = rollout.robot
+        if not robot.drives:
+            raise InvalidInputError(
+                f"robot {robot.name!r} has no drives: give them in robot.toml ([drives.{robot.joint_names[0]}]), in "
+                "the [robot] of a task, or as an argument (load_robot(..., drives={...}))"
+            )
+        rest = float(numbers(dwell, name="dwell", shape=()))
+        if rest < 0.0:
+            raise InvalidInputError(f"dwell: expected a time from 0 on [s], got {rest}")
+        if cycles is not None and (not isinstance(cycles, int | np.integer) or isinstance(cycles, bool) or cycles < 1):
+            raise InvalidInputError(f"cycles: expected a whole number from 1 on, or None for ever, got {cycles!r}")
+        motors = Motors.of(rollout)
+        sampled = MotorStates.of_samples(rollout)
+        smooth = _smooth(rollout, motors, sampled)
+        cycle, at_nodes = _resolved(rollout, _pieces(smooth, motors, rest, None if cycles is None else int(cycles)))
+        # Where joints turn round torques jump with losses: both sides count.
+        near = np.concatenate([cycle.ends[1:-1] + side * NEAR * cycle.ends[-1] for side in (-1.0, 1.0)])
+        states = sampled.with_more(at_nodes)
+        states = states.with_more(MotorStates.at(rollout, near)) if len(near) else states
+        return cls(rollout, motors, states, cycle, at_nodes, MotorStates.held(rollout))
+
+    def limits_at_instants(self) -> Iterator[DriveLimit]:
+        """Effort limits, peak torques, and torques at speed."""
+        drives = self.motors.drives
+        known = {
+            "effort": self.rollout.limits.sides("effort").limited,
+            "peak_torque": np.array([drive.peak_torque is not None for drive in drives]),
+            "torque_at_speed": np.array([drive.torque_speed is not None for drive in drives]),
+        }
+        for cause, bounds in causes_at_instants(self.rollout, self.motors).items():
+            if known[cause].any():
+                yield _limit(cause, masses_at_instants(self.rollout, self.states, bounds), known[cause])
+            else:
+                yield _limit(cause, _columns([_FREE] * len(drives)), known[cause])
+
+    def rms_torque(self) -> DriveLimit:
+        """Root of the mean square of the motors' torques over a cycle."""
+        limits = [drive.continuous_torque for drive in self.motors.drives]
+        rows = [
+            _FREE if most is None else joint.masses_of_mean(most**2)
+            for joint, most in zip(self._joints(), limits, strict=True)
+        ]
+        return _limit("rms_torque", _columns(rows), np.array([most is not None for most in limits]))
+
+    def temperature(self) -> DriveLimit:
+        """Temperatures of windings in the last cycle."""
+        rows, known = [], []
+        for joint, drive in zip(self._joints(), self.motors.drives, strict=True):
+            known.append(drive.greatest_rise is not None and not drive.lacking_for_heat)
+            if drive.greatest_rise is None or drive.thermal_time_constant is None or not known[-1]:
+                rows.append(_FREE)
+                continue
+            most = drive.greatest_rise / drive.rise_per_square
+            rows.append(joint.masses_of_peak(most, drive.thermal_time_constant))
+        return _limit("temperature", _columns(rows), np.array(known))
+
+    def heats(self, mass: float) -> Iterator[tuple[float, float, float, float]]:
+        """RMS torque, mean and greatest temperature in the last cycle [K], and the instant of that, of every joint."""
+        for joint, drive in zip(self._joints(), self.motors.drives, strict=True):
+            cycle, square, held = joint.at_mass(mass)
+            mean = float(cycle.mean(square, held))
+            if drive.lacking_for_heat or drive.thermal_time_constant is None:
+                yield mean**0.5, np.nan, np.nan, np.nan
+                continue
+            hottest, time = cycle.hottest(square, held, drive.thermal_time_constant)
+            scale = drive.rise_per_square
+            yield mean**0.5, scale * mean if cycle.cycles is None else np.nan, scale * hottest, time
+
+    def _joints(self) -> Iterator[JointCycle]:
+        shape = (len(self.cycle.ends) - 1, NODES)
+        middle = self.at_nodes.velocity.reshape(*shape, -1)[:, NODES // 2]
+        for k, drive in enumerate(self.motors.drives):
+            rotor, load, each = (
+                getattr(self.at_nodes, name)[:, k].reshape(shape) for name in ("rotor", "load", "per_kilogram")
+            )
+            held = (0.0, 0.0) if drive.brake else (float(self.held.load[0, k]), float(self.held.per_kilogram[0, k]))
+            yield JointCycle(self.cycle, rotor, load, each, np.sign(middle[:, k]), held, drive.efficiencies)
+
+
+def _smooth(rollout: Rollout, motors: Motors, sampled: MotorStates) -> Array:
+    """Instants between which torques are smooth, from the begin to the end of the motion [s]."""
+    ends: Array = rollout.trajectory.breaks[0]
+    if motors.lossy or rollout.robot.friction.is_dry:
+        ends = np.unique(np.concatenate([ends, turning_points(sampled, rollout)]))
+    return ends
+
+
+def _pieces(ends: Array, motors: Motors, dwell: float, cycles: int | None) -> Cycle:
+    """The motion in pieces between instants [s], and short enough for the temperatures of all windings."""
+    whole = Cycle(frozen(ends), dwell, cycles).split(np.empty(0))
+    shortest = min((drive.thermal_time_constant or np.inf for drive in motors.drives), default=np.inf)
+    parts = np.maximum(np.ceil(whole.durations / (LONGEST * shortest)), 1.0)
+    if parts.sum() > MOST_PIECES:
+        raise InvalidInputError(
+            f"thermal_time_constant: {shortest:g} s is too short for a motion of {whole.ends[-1]:g} s: expected at "
+            f"least {whole.ends[-1] / (LONGEST * MOST_PIECES):.3g} s"
+        )
+    inner = [
+        np.linspace(begin, end, int(count) + 1)[1:-1]
+        for begin, end, count in zip(whole.ends[:-1], whole.ends[1:], parts, strict=True)
+    ]
+    return whole.split(np.concatenate(inner))
+
+
+def _resolved(rollout: Rollout, cycle: Cycle) -> tuple[Cycle, MotorStates]:
+    """Pieces that are halved until polynomials through the nodes tell squares of torques, and states at the nodes."""
+    for _ in range(_HALVINGS):
+        states = MotorStates.at(rollout, cycle.nodes.reshape(-1))
+        shape = (len(cycle.ends) - 1, NODES, -1)
+        torques = (states.rotor, states.load, states.per_kilogram, states.rotor + states.load)
+        squares = np.stack([torque.reshape(shape) ** 2 for torque in torques])
+        last = np.abs(legendre(NODES)[2][-2:] @ squares).max(axis=2)
+        rough = (last > _RESOLVED * squares.max(axis=(1, 2))[:, None]).any(axis=(0, 2))
+        if not rough.any() or len(cycle.ends) > MOST_PIECES:
+            break
+        cycle = cycle.split((0.5 * (cycle.ends[1:] + cycle.ends[:-1]))[rough])
+    return cycle, MotorStates.at(rollout, cycle.nodes.reshape(-1))
+
+
+def _share(torque: Array, limit: Array) -> Array:
+    """Share of a limit that a torque in its direction takes; where the load has to drive, inf or 0."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share: Array = np.where(limit > 0.0, np.maximum(torque, 0.0) / limit, np.where(torque > limit, np.inf, 0.0))
+    return share
+
+
+def _columns(rows: list[MassesOfJoint]) -> MassesOfJoints:
+    return MassesOfJoints(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _limit(cause: str, masses: MassesOfJoints, known: Array) -> DriveLimit:
+    least, most, time = masses
+    return DriveLimit(
+        cause=cause,
+        least=frozen(np.where(known, np.where(most < 0.0, np.inf, least), 0.0)),
+        mass=frozen(np.where(known, np.where(most < 0.0, -np.inf, most), np.inf)),
+        time=frozen(np.where(known, time, np.nan)),
+        known=frozen(known),
+    )
+
+
+def _not_known(drives: Any) -> Iterator[str]:
+    """What limits nothing although the drive tells of it, because something else of it is not known."""
+    for joint, drive in drives.items():
+        if isinstance(drive, Drive) and drive.greatest_rise is not None and drive.lacking_for_heat:
+            yield f"temperature of {joint}, for want of {', '.join(drive.lacking_for_heat)}"

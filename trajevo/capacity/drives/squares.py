@@ -1,0 +1,224 @@
+"""The square of a motor's torque over a cycle, and the masses with which what follows from it stays within a limit.
+
+Without losses of the gear the square is quadratic in the mass, and so are its average and the temperature at every
+instant: masses are in closed form. With losses it is quadratic between the masses at which the load of a node changes
+its direction: the closed form holds on each such interval, and pieces of the motion are split where it does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, final
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
+from trajevo.capacity.drives.cycle import LOOKED_AT, NODES, ZOOM, ZOOMS, Cycle, around, legendre
+
+#: Evenly spaced shares of every piece between which the load changes its direction once at most.
+_SHARES = np.linspace(0.0, 1.0, 65)
+_SEEN = np.polynomial.legendre.legvander(2.0 * _SHARES - 1.0, NODES - 1).T
+
+#: How often pieces are split where the load changes its direction at the mass found, and steps to such an instant.
+_ROUNDS, _STEPS = 6, 6
+
+#: Relative change of the mass that ends the splitting.
+_SETTLED = 1e-12
+
+#: The response to values (K, P, N) and those at rest (K,) at instants, (K, Q).
+_Respond = Callable[[Cycle, Array, Array], Array]
+
+
+class MassesOfJoint(NamedTuple):
+    """Masses that a joint allows [kg], inf and -inf for none, and the instant that binds [s], NaN if there is none."""
+
+    least: float
+    most: float
+    time: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class JointCycle:
+    """What the motor of one joint bears over a cycle, see :mod:`trajevo.capacity.drives.motors`, and while it stands.
+
+    Attributes:
+        cycle: its pieces.
+        rotor: torque of the rotor at the nodes, shape (P, N) [N·m or N].
+        load: torque of the load without payload, the same shape [N·m or N].
+        per_kilogram: what a kilogram adds, the same shape [N·m/kg or N/kg].
+        way: direction of the motion in every piece, -1, 0 or 1, shape (P,).
+        held: load and what a kilogram adds to it while the joint stands; zeros if a brake holds it.
+        efficiencies: while the motor drives, and while it is driven.
+    """
+
+    cycle: Cycle
+    rotor: Array
+    load: Array
+    per_kilogram: Array
+    way: Array
+    held: tuple[float, float]
+    efficiencies: tuple[float, float]
+
+    __repr__ = brief
+
+    @property
+    def lossy(self) -> bool:
+        """Whether the gear has losses."""
+        return self.efficiencies != (1.0, 1.0)
+
+    def masses_of_mean(self, most: float) -> MassesOfJoint:
+        """The masses with which the average square stays within a limit [(N·m)² or N²]."""
+
+        def average(cycle: Cycle, values: Array, held: Array) -> Array:
+            return cycle.mean(values, held)[:, None]
+
+        return self._settled(average, most)._replace(time=np.nan)
+
+    def masses_of_peak(self, most: float, time_constant: float) -> MassesOfJoint:
+        """The masses with which what follows the square with a time constant [s] stays within a limit at every instant.
+
+        Args:
+            most: the limit [(N·m)² or N²].
+            time_constant: that of the winding [s].
+        """
+
+        def response(cycle: Cycle, values: Array, held: Array) -> Array:
+            return cycle.response(values, held, time_constant)
+
+        found = self._settled(response, most)
+        if not (np.isfinite(found.time) and np.isfinite(found.most)):
+            return found
+        return self.split_at(found.most)._hottest(found, most, time_constant)
+
+    def at_mass(self, mass: float) -> tuple[Cycle, Array, Array]:
+        """The cycle in pieces on which the square is smooth, the square at its nodes (P, N), and at rest ()."""
+        fine = self.split_at(mass)
+        squares, held = fine._squares(fine._factors(np.array([mass])))
+        value, rest = (x[0] + 2.0 * mass * x[1] + mass**2 * x[2] for x in (squares, held))
+        return fine.cycle, value[0], rest[0]
+
+    def split_at(self, mass: float) -> JointCycle:
+        """The same with pieces that end where the load changes its direction with a payload [kg]."""
+        if not self.lossy:
+            return self
+        load = self.load + mass * self.per_kilogram
+        coefficients = load @ legendre(NODES)[2].T
+        seen = coefficients @ _SEEN
+        piece, before = np.nonzero(seen[:, :-1] * seen[:, 1:] < 0.0)
+        ends = np.stack([_SHARES[before], _SHARES[before + 1]])
+        shares = _zeros(coefficients[piece], ends, np.stack([seen[piece, before], seen[piece, before + 1]]))
+        instants = self.cycle.ends[piece] + shares * self.cycle.durations[piece]
+        finer = self.cycle.split(instants)
+        owner = np.clip(np.searchsorted(self.cycle.ends, finer.ends[:-1], side="right") - 1, 0, len(self.way) - 1)
+        rotor, load, each = (self.cycle.onto(x, finer) for x in (self.rotor, self.load, self.per_kilogram))
+        return JointCycle(finer, rotor, load, each, self.way[owner], self.held, self.efficiencies)
+
+    def _settled(self, respond: _Respond, most: float) -> MassesOfJoint:
+        """The masses, with pieces split where the load changes its direction at the greatest and the least of them."""
+        found = self._masses(respond, most)
+        for _ in range(_ROUNDS if self.lossy else 0):
+            ends = [mass for mass in (found.least, found.most) if np.isfinite(mass) and mass > 0.0]
+            fine = self
+            for mass in ends:
+                fine = fine.split_at(mass)
+            before, found = found, fine._masses(respond, most)
+            if np.allclose(found[:2], before[:2], rtol=_SETTLED, atol=0.0):
+                break
+        return found
+
+    def _masses(self, respond: _Respond, most: float) -> MassesOfJoint:
+        edges = self._edges()
+        inner = np.append(0.5 * (edges[1:-1] + edges[:-2]), edges[-2] + 1.0)
+        squares, held = self._squares(self._factors(inner))
+        a, b, c = (respond(self.cycle, one, rest) for one, rest in zip(squares, held, strict=True))
+        low, high = within_square(a, b, c, most)
+        binding = high.argmin(axis=1)
+        least = np.maximum(low.max(axis=1), edges[:-1])
+        greatest = np.minimum(high.min(axis=1), edges[1:])
+        possible = np.flatnonzero(least <= greatest)
+        if not len(possible):
+            return MassesOfJoint(np.inf, -np.inf, np.nan)
+        first = last = int(possible[0])
+        while last + 1 < len(least) and greatest[last] >= edges[last + 1] and least[last + 1] <= edges[last + 1]:
+            last += 1
+        instants = self.cycle.looked_at
+        time = instants[binding[last]] if high.shape[1] == len(instants) and np.isfinite(greatest[last]) else np.nan
+        return MassesOfJoint(float(least[first]), float(greatest[last]), float(time))
+
+    def _hottest(self, found: MassesOfJoint, most: float, time_constant: float) -> MassesOfJoint:
+        """The greatest mass once more, at the hottest instant itself instead of the nearest that was looked at."""
+        squares, held = self._squares(self._factors(np.array([found.most])))
+        begins = [self.cycle.begins(one, rest, time_constant)[0][0] for one, rest in zip(squares, held, strict=True)]
+        mass, time = found.most, found.time
+        for piece in self.cycle.pieces_at(time):
+            share = (time - self.cycle.ends[piece]) / self.cycle.durations[piece]
+            width = 1.0 / (LOOKED_AT - 1)
+            for _ in range(ZOOMS):
+                shares = around(share, width)
+                a, b, c = (
+                    self.cycle.inside(piece, one[0, piece], begin[piece], time_constant, shares)
+                    for one, begin in zip(squares, begins, strict=True)
+                )
+                high = within_square(a, b, c, most)[1]
+                share, width = shares[high.argmin()], width / ZOOM
+                if high.min() < mass:
+                    mass = float(high.min())
+                    time = float(self.cycle.ends[piece] + share * self.cycle.durations[piece])
+        return MassesOfJoint(found.least, mass, time)
+
+    def _edges(self) -> Array:
+        """Masses between which the loads of all nodes keep their directions, from 0 to inf [kg]."""
+        if not self.lossy:
+            return np.array([0.0, np.inf])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turned = -self.load / self.per_kilogram
+        return np.concatenate([[0.0], np.unique(turned[np.isfinite(turned) & (turned > 0.0)]), [np.inf]])
+
+    def _factors(self, masses: Array) -> Array:
+        """Factors from the load to the motor with payloads (K,) [kg], shape (K, P, N)."""
+        driving, driven = self.efficiencies
+        way = np.sign(self.load + masses[:, None, None] * self.per_kilogram) * self.way[:, None]
+        factors: Array = np.where(way > 0.0, 1.0 / driving, np.where(self.way[:, None] == 0.0, 1.0, driven))
+        return factors
+
+    def _squares(self, factors: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+        """Coefficients a, b and c of the square a + 2 b m + c m² at the nodes (K, P, N), and at rest (K,)."""
+        own, each = self.rotor + factors * self.load, factors * self.per_kilogram
+        (load, slope), many = self.held, np.ones(len(factors))
+        return (own**2, own * each, each**2), (load**2 * many, load * slope * many, slope**2 * many)
+
+
+def _zeros(coefficients: Array, ends: Array, values: Array) -> Array:
+    """Shares at which polynomials (R, N) change their sign between ends (2, R), with values (2, R) there; shape (R,).
+
+    By false position: over so little of a piece they are all but straight.
+    """
+    (left, right), (before, after) = ends, values
+    share: Array = left
+    for _ in range(_STEPS):
+        share = (left * after - right * before) / (after - before)
+        basis = np.polynomial.legendre.legvander(2.0 * share - 1.0, NODES - 1)
+        here = (basis * coefficients).sum(axis=1)
+        same = here * before > 0.0
+        left, before = np.where(same, share, left), np.where(same, here, before)
+        right, after = np.where(same, right, share), np.where(same, after, here)
+    return share
+
+
+def within_square(a: Array, b: Array, c: Array, most: float) -> tuple[Array, Array]:
+    """Ends of the masses with a + 2 b m + c m² <= most for c from 0 on, the shape of a; inf and -inf if there are none.
+
+    Where b and c are 0 the mass is free: -inf and inf.
+    """
+    root = np.sqrt(np.maximum(b**2 - c * (a - most), 0.0))
+    free, none = c <= 0.0, b**2 < c * (a - most)
+    slope = np.where(free, 1.0, c)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        high = np.where(b > 0.0, (most - a) / (b + root), (root - b) / slope)
+        low = np.where(b > 0.0, -(b + root) / slope, (a - most) / (root - b))
+    low, high = np.where(b == 0.0, -root / slope, low), np.where(b == 0.0, root / slope, high)
+    kept = np.where(free, a <= most, ~none)
+    return np.where(kept, np.where(free, -np.inf, low), np.inf), np.where(kept, np.where(free, np.inf, high), -np.inf)
