@@ -86,6 +86,10 @@ class NotRegisteredError(InvalidInputError):
         super().__init__(f"{self.said}; pass it as problem=...")
 
 
+class NotImportedError(InvalidInputError):
+    """Data of a run name something of the user's own, which is not imported for them."""
+
+
 #: Names in a list that is still read; of a longer one the nearest are told, if any is near.
 _MOST_LISTED = 20
 

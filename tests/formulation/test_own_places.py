@@ -284,6 +284,17 @@ def test_a_run_in_python_is_read_and_resumed_by_who_named_the_functions(folder):
     np.testing.assert_array_equal(read.problem.evaluate(front.X)[0], front.F)
 
 
+def test_a_run_is_shown_as_recorded_without_its_functions(folder):
+    front = optimise(load_task(folder / "task.toml").problem, **SMALL, out=folder / "recorded")
+    _forget()
+    shown = trajevo("show", "recorded", cwd=folder)
+    assert shown.returncode == 0, shown.stderr
+    knee = front.knee()
+    assert all(f"{value:.6g}" in shown.stdout for value in knee.F.values())
+    assert "limits and motions need the problem: trajevo show recorded --problem MODULE" in shown.stdout
+    assert "the numbers are as recorded, not checked" in shown.stderr
+
+
 def test_a_record_cannot_name_what_nobody_named(folder):
     front = optimise(problem(objectives=("time", "jerk")), **SMALL)
     front.save(folder / "front.json")

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import signal
 
 import matplotlib.pyplot as plt
 import pytest
@@ -95,15 +96,50 @@ def test_everything_is_written_and_computed_once(tmp_path):
     assert (tmp_path / "out/figure_01.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_is_made_stays_when_a_later_item_fails(tmp_path):
-    def fails(desk):
-        raise KeyboardInterrupt
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_is_made_stays_when_a_later_item_is_interrupted(tmp_path, number):
+    """Searches end early when they are asked to stop; what comes of that is not shown as if it were whole."""
 
-    some, _ = paper(second=fails)
-    with pytest.raises(KeyboardInterrupt):
-        reproduce(some, tmp_path)
-    assert (tmp_path / "figure_01.png").is_file()
-    assert (tmp_path / "figure_01.csv").is_file()
+    def search():
+        signal.raise_signal(number)
+        return "too little"
+
+    some, _ = paper(second=lambda desk: Shown(said=[desk.once("search", search)]))
+    found = reproduce(some, tmp_path)
+    assert found.stopped_by == number.name
+    assert [str(item) for item in found.shown] == ["Figure 1"]
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "figure_01.png",
+        "figure_01.csv",
+        "numbers.csv",
+        "numbers.json",
+        "page.md",
+    }
+    assert "Table 2a" not in (tmp_path / "page.md").read_text()
+
+
+def test_an_item_that_is_interrupted_without_a_search_is_not_written(tmp_path):
+    def interrupted(desk):
+        signal.raise_signal(signal.SIGINT)
+        return Shown(table=NumberTable(("a",), [(1.0,)]))
+
+    some, _ = paper(second=interrupted)
+    assert [str(item) for item in reproduce(some, tmp_path).shown] == ["Figure 1"]
+    assert not (tmp_path / "table_02a.csv").exists()
+
+
+def test_the_page_of_all_outlives_a_run_of_some(tmp_path):
+    some, _ = paper()
+    assert (tmp_path / "page.md") in reproduce(some, tmp_path).files
+    before = (tmp_path / "page.md").read_text()
+    assert reproduce(some, tmp_path, figures=["1"]).files == (tmp_path / "figure_01.csv", tmp_path / "figure_01.png")
+    assert (tmp_path / "page.md").read_text() == before
+
+
+@pytest.mark.parametrize("place", ["file", "file/below"])
+def test_a_folder_that_cannot_be_made_is_told(tmp_path, place):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    refused(lambda: reproduce(paper()[0], tmp_path / place), f"{place}: the output folder cannot be written: ")
 
 
 def test_items_are_chosen_by_their_numbers(tmp_path):

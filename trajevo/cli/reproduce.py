@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -51,7 +52,13 @@ def reproduce(
         _print(item, one)
     if not (figures or tables):
         _print_left_out(found.left_out)
-    _out.print(f"written: {made.folder / 'page.md'} and its pictures and tables")
+    _out.print(f"written: {', '.join(file.name for file in made.files) or 'nothing'}; in {made.folder}")
+    if made.stopped_by:
+        left = steps[len(made.shown) :]
+        _out.print(
+            f"stopped by {made.stopped_by} before {left[0] if left else 'the end'}; next: the same command again"
+        )
+        raise typer.Exit(128 + signal.Signals[made.stopped_by])
     if made.unexpected:
         names = ", ".join(f"{item}, {number.of}" for item, number in made.unexpected)
         _out.print(f"not as expected: {names}")

@@ -33,7 +33,7 @@ from trajevo.cli.results import (
     pictures_shown,
     write_report_of,
 )
-from trajevo.cli.screen.printed import print_mass_notes, print_rivals, print_run, print_verifications
+from trajevo.cli.screen.printed import known_problem, print_mass_notes, print_rivals, print_run, print_verifications
 from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
 from trajevo.cli.screen.weighed import print_weighed
@@ -74,6 +74,9 @@ def show(
         print_weighed(_out, front, weights, angle=angle)
         return
     print_run(_out, front, angle=angle, verbose=verbose)
+    if len(front) and not known_problem(front):
+        _out.print(f"limits and motions need the problem: trajevo show {run} --problem MODULE")
+        return
     for note in front.problem.notes if len(front) else ():
         _out.print(f"note: {note}")
     if len(front) and front.problem.compares_rivals:

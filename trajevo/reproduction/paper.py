@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, final
 
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, TrajevoError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -129,6 +129,11 @@ class Shown:
 
 
 @final
+class InterruptedSearchError(TrajevoError):
+    """A computation was asked to stop, so that what it came to is not that of a whole one."""
+
+
+@final
 class Desk:
     """What the items of one paper share: a seed, how long searches are, and what has been computed already.
 
@@ -136,11 +141,19 @@ class Desk:
         seed: seed of all searches.
         short: whether searches are short, for a first look; numbers that depend on them then differ.
         say: is told what is computed, a few words.
+        stopped: whether computations were asked to stop, which searches do with what they have found so far.
     """
 
-    def __init__(self, *, seed: int = 1, short: bool = False, say: Callable[[str], None] | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        seed: int = 1,
+        short: bool = False,
+        say: Callable[[str], None] | None = None,
+        stopped: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.seed, self.short = seed, short
-        self._say = say
+        self._say, self._stopped = say, stopped
         self._known: dict[str, Any] = {}
 
     def once(self, what: str, make: Callable[[], T]) -> T:
@@ -149,13 +162,19 @@ class Desk:
         Args:
             what: names it, and tells people what is computed, such as ``"front of the smooth curve"``.
             make: computes it.
+
+        Raises:
+            InterruptedSearchError: it was asked to stop.
         """
         if what not in self._known:
             if self._say is not None:
                 self._say(what)
-            self._known[what] = make()
-        found: T = self._known[what]
-        return found
+            found = make()
+            if self._stopped():
+                raise InterruptedSearchError(f"{what}: asked to stop")
+            self._known[what] = found
+        known: T = self._known[what]
+        return known
 
 
 @final

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from trajevo.base.files import own_folder, write_whole
+from trajevo.base.files import own_folder, why_not, write_whole
+from trajevo.base.signals import Stopping
+from trajevo.errors import InvalidInputError
 from trajevo.reproduction.page import number_files, page_of, table_file
-from trajevo.reproduction.paper import Desk, Item, Paper, PrintedNumber, Shown
+from trajevo.reproduction.paper import Desk, InterruptedSearchError, Item, Paper, PrintedNumber, Shown
 
 #: Dots per inch of the pictures; of a page wide they have 1,005 of them side by side.
 _RESOLUTION = 150
@@ -26,12 +29,16 @@ class Reproduction:
         shown: what was made of each item, in the order of the paper.
         folder: where its files are.
         short: whether searches were short.
+        files: what was written.
+        stopped_by: name of the signal that ended it before all was made; empty if none has.
     """
 
     paper: Paper
     shown: Mapping[Item, Shown]
     folder: Path
     short: bool
+    files: Sequence[Path]
+    stopped_by: str = ""
 
     @property
     def numbers(self) -> list[tuple[Item, PrintedNumber]]:
@@ -62,7 +69,9 @@ def reproduce(
     """Make figures and tables of a paper again.
 
     Each picture (PNG) and each table (CSV) is written when it is made; at the end the printed numbers beside ours
-    (``numbers.csv``, ``numbers.json``) and a page of all in Markdown (``page.md``).
+    (``numbers.csv``, ``numbers.json``) and a page of all in Markdown (``page.md``). Of some items alone, or after an
+    interrupt (SIGINT or SIGTERM; a second one aborts), these three are written only where no page is there yet. An item
+    that was interrupted is not written.
 
     Args:
         paper: the paper.
@@ -77,28 +86,52 @@ def reproduce(
     Raises:
         InvalidInputError: the paper has no such item, or the folder cannot be written.
     """
-    items = paper.chosen(figures=figures, tables=tables)
-    place = own_folder(Path(folder))
-    desk = Desk(seed=seed, short=short, say=say)
-    shown = {}
-    for item in items:
-        if begin is not None:
-            begin(item)
-        shown[item] = item.make(desk)
-        _write(item, shown[item], place)
-    made = Reproduction(paper=paper, shown=shown, folder=place, short=short)
-    for name, content in {**number_files(made.numbers), "page.md": page_of(paper, shown, short=short)}.items():
-        write_whole(place / name, content.encode())
-    return made
+    items, place = paper.chosen(figures=figures, tables=tables), Path(folder)
+    shown, files = {}, []
+    with Stopping() as stopping, _told(place):
+        own_folder(place)
+        desk = Desk(seed=seed, short=short, say=say, stopped=lambda: bool(stopping))
+        with suppress(InterruptedSearchError):
+            for item in items:
+                if begin is not None:
+                    begin(item)
+                made = item.make(desk)
+                if stopping:
+                    break
+                shown[item] = made
+                files += _write(item, made, place)
+        whole = not stopping and len(items) == len(paper.items)
+        if whole or not (place / "page.md").exists():
+            page = page_of(paper, shown, short=short)
+            numbers = [(item, number) for item, one in shown.items() for number in one.numbers]
+            for name, content in {**number_files(numbers), "page.md": page}.items():
+                write_whole(place / name, content.encode())
+                files.append(place / name)
+    return Reproduction(
+        paper=paper, shown=shown, folder=place, short=short, files=tuple(files), stopped_by=stopping.asked_by
+    )
 
 
-def _write(item: Item, shown: Shown, folder: Path) -> None:
+@contextmanager
+def _told(folder: Path) -> Iterator[None]:
+    """Say in a sentence what cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise InvalidInputError(f"{folder}: the output folder cannot be written: {why_not(error)}") from error
+
+
+def _write(item: Item, shown: Shown, folder: Path) -> list[Path]:
+    written = []
     if shown.table is not None:
-        write_whole(folder / f"{item.stem}.csv", table_file(shown.table).encode())
+        written.append(folder / f"{item.stem}.csv")
+        write_whole(written[-1], table_file(shown.table).encode())
     if shown.figure is not None:
         import matplotlib.pyplot as plt  # imported where something is drawn
 
         content = io.BytesIO()
         shown.figure.savefig(content, format="png", dpi=_RESOLUTION)
         plt.close(shown.figure)
-        write_whole(folder / f"{item.stem}.png", content.getbuffer())
+        written.append(folder / f"{item.stem}.png")
+        write_whole(written[-1], content.getbuffer())
+    return written

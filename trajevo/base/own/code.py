@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from trajevo.base.files import source_of_names
-from trajevo.errors import InvalidInputError, UnknownNameError, known_names
+from trajevo.errors import InvalidInputError, NotImportedError, UnknownNameError, known_names
 
 #: A place in Python, ``module:name``; both may have dots.
 _IN_MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
@@ -146,7 +146,7 @@ def _found(place: str, argument: str) -> Any:
             raise InvalidInputError(f"{argument}: {error}") from error
     if place in _named:
         return _named[place]
-    raise InvalidInputError(
+    raise NotImportedError(
         f"{argument}: {source} names {place!r}, a place in the Python module {module!r}, which is not imported for the "
         f"data of a run; if you trust it: --problem {module}, or the task's file as --problem TASK.toml; in Python "
         "pass the problem"

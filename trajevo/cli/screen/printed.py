@@ -10,9 +10,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from trajevo.base.arrays import Array
 from trajevo.base.units import pretty
 from trajevo.cli.screen.tables import Listing
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, NotImportedError, NotRegisteredError
 from trajevo.exporters.export import NAMED_EXPORTERS
 from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.constraints.kinds import NAMED_KINDS
@@ -104,14 +105,34 @@ def print_run(out: Console, front: Front, *, angle: str | None = None, verbose: 
     # Before anything is printed, since they may be refused.
     choices, headers = front.choices() if len(front) else (), objective_headers(front, angle=angle)
     out.print(f"{front.record.title}: {len(front)} solutions")
-    if choices:
+    if choices and known_problem(front):
         _print_choices(out, front, choices, headers)
+    elif choices:
+        _print_recorded(out, choices, front.F, headers)
     else:
         out.print(f"The front is empty: {front.blocking}.")
     facts = Table.grid(padding=(0, 2))
     for label, text in run_facts(front, brief=not verbose):
         facts.add_row(Text(label), Text(text))
     out.print(facts)
+
+
+def known_problem(front: Front) -> bool:
+    """Whether the problem of a front can be had: functions of the user's own are not imported for data."""
+    try:
+        front.problem  # noqa: B018 - made when it is asked for
+    except (NotImportedError, NotRegisteredError):
+        return False
+    return True
+
+
+def _print_recorded(out: Console, choices: Sequence[Solution], F: Array, headers: Sequence[tuple[str, float]]) -> None:
+    """Print objectives (N, n_obj) of solutions as they are recorded, where nothing can be computed again."""
+    table = Listing("solution", *(header for header, _ in headers))
+    for one in choices:
+        values = zip(F[one.index], headers, strict=True)
+        table.add(one.rule, *(f"{value * factor:.6g}" for value, (_, factor) in values))
+    out.print(table)
 
 
 def _print_choices(
