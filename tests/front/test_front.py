@@ -149,5 +149,6 @@ def test_the_weighted_best_is_the_paper_s_unless_weights_are_given():
     front = optimise(problem, **arguments)
     assert front.weighted().index == front.weighted(problem.paper_weights).index
     other = optimise(PointingMechanism(), **arguments)
-    with pytest.raises(TrajevoError, match="weights: expected one for each of time, acceler.*no weighted"):
+    said = "weights: expected one for each of time, acceleration, jerk; the problem's paper gives none"
+    with pytest.raises(TrajevoError, match=said):
         other.weighted()
