@@ -110,7 +110,13 @@ notebooks: $(READY)  ## execute every notebook at full size, into build/notebook
 
 PAPERS := sun2020 guo2016 paing2021 raji2022
 
-docs: $(DOCS) kernels $(MADE)  ## build the site, in build/docs/html; warnings are errors, and nothing is loaded from the network
+TUTORIALS := $(patsubst notebooks/%.ipynb,build/docs/tutorials/%.ipynb,$(wildcard notebooks/[0-9]*.ipynb))
+
+# At their short size, again only after they changed.
+build/docs/tutorials/%.ipynb: notebooks/%.ipynb $(READY) | kernels
+	$(BIN)/python tests/execute_notebooks.py notebooks/$*.py $@
+
+docs: $(DOCS) kernels $(MADE) $(TUTORIALS)  ## build the site, in build/docs/html; warnings are errors, and nothing is loaded from the network
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -d build/docs/doctrees docs build/docs/html
 	@echo "written: build/docs/html/index.html"
 

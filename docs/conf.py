@@ -57,12 +57,8 @@ copybutton_exclude = ".linenos, .gp, .go"
 myst_enable_extensions = ["attrs_block", "colon_fence", "deflist"]
 myst_heading_anchors = 4
 
-# Notebooks at their short size, again only after they changed.
-nb_execution_mode = "cache"
-nb_execution_cache_path = str(HERE.parent / "build" / "docs" / "executed")
-nb_execution_raise_on_error = True
-nb_execution_in_temp = True
-nb_execution_timeout = 600
+# Notebooks come executed: in this process, which has imported all modules, no kernel answers.
+nb_execution_mode = "off"
 nb_merge_streams = True
 
 autodoc_member_order = "bysource"

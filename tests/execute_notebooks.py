@@ -1,5 +1,9 @@
-"""Execute every notebook into build/notebooks, in that folder: `make notebooks` (full size when TRAJEVO_FULL=1)."""
+"""Execute every notebook into build/notebooks, in that folder: `make notebooks` (full size when TRAJEVO_FULL=1).
 
+With arguments SOURCE TARGET one of them, as the site shows it.
+"""
+
+import sys
 from pathlib import Path
 
 import jupytext
@@ -17,7 +21,9 @@ def execute(source: Path, target: Path) -> None:
     nbformat.write(notebook, target)
 
 
-if __name__ == "__main__":
+if __name__ == "__main__" and sys.argv[1:]:
+    execute(Path(sys.argv[1]), Path(sys.argv[2]))
+elif __name__ == "__main__":
     for file in sorted(ROOT.glob("notebooks/[0-9]*.py")):
         output = ROOT / "build" / "notebooks" / f"{file.stem}.ipynb"
         execute(file, output)

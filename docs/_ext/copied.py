@@ -11,8 +11,10 @@ PAPERS = ("sun2020", "guo2016", "paing2021", "raji2022")
 
 
 def notebooks(docs: Path) -> list[Path]:
-    """Copy the notebooks to `docs/tutorials`, where they are executed; those that are gone are removed there."""
-    sources = sorted((docs.parent / "notebooks").glob("[0-9]*.ipynb"))
+    """Copy the notebooks to `docs/tutorials`, executed by `make docs`; those that are gone are removed there."""
+    executed = docs.parent / "build" / "docs" / "tutorials"
+    plain = sorted((docs.parent / "notebooks").glob("[0-9]*.ipynb"))
+    sources = [executed / file.name if (executed / file.name).is_file() else file for file in plain]
     folder = docs / "tutorials"
     for old in folder.glob("*.ipynb"):
         if old.name not in {source.name for source in sources}:
