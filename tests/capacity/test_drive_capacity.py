@@ -10,7 +10,7 @@ from tests.helpers import mostly_long
 from tests.random_robots import random_urdf
 from trajevo import Drive, Payload, PolynomialBatch, drive_capacity, drive_load, load_robot
 from trajevo.capacity.dlcc import dlcc
-from trajevo.capacity.drives.cycle import NODES, Cycle
+from trajevo.dynamics.drives.cycle import NODES, Cycle
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError

@@ -15,11 +15,11 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.capacity.dlcc import sampled_motion
-from trajevo.capacity.drives.cycle import LONGEST, MOST_PIECES, NODES, Cycle, legendre
 from trajevo.capacity.drives.found import DriveCapacity, DriveLimit, DriveLoad
 from trajevo.capacity.drives.instants import MassesOfJoints, causes_at_instants, masses_at_instants
-from trajevo.capacity.drives.motors import Motors, MotorStates, turning_points
 from trajevo.capacity.drives.squares import JointCycle, MassesOfJoint
+from trajevo.dynamics.drives.cycle import LONGEST, MOST_PIECES, NODES, Cycle, legendre
+from trajevo.dynamics.drives.motors import Motors, MotorStates, turning_points
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.capacity.drives.motors import Motors, MotorStates
+from trajevo.dynamics.drives.motors import Motors, MotorStates
 from trajevo.dynamics.payload_masses import mass_bounds, masses_within
 from trajevo.dynamics.rollout import Rollout
 

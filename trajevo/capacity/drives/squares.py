@@ -15,7 +15,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
-from trajevo.capacity.drives.cycle import LOOKED_AT, NODES, ZOOM, ZOOMS, Cycle, around, legendre
+from trajevo.dynamics.drives.cycle import LOOKED_AT, NODES, ZOOM, ZOOMS, Cycle, around, legendre
 
 #: Evenly spaced shares of every piece between which the load changes its direction once at most.
 _SHARES = np.linspace(0.0, 1.0, 65)
@@ -42,7 +42,7 @@ class MassesOfJoint(NamedTuple):
 @final
 @dataclass(frozen=True, eq=False)
 class JointCycle:
-    """What the motor of one joint bears over a cycle, see :mod:`trajevo.capacity.drives.motors`, and while it stands.
+    """What the motor of one joint bears over a cycle, see :mod:`trajevo.dynamics.drives.motors`, and while it stands.
 
     Attributes:
         cycle: its pieces.
