@@ -96,7 +96,7 @@ IN_THE_TASK = [
         "name =",
         "nam =",
         "task.toml: line 1: robot.nam: unknown key; known: allow_massless, base, dh, drives, friction, gravity, "
-        "joints, kind, lock, name, packages, tool, tools, xacro; did you mean 'name'?",
+        "joints, kind, lock, name, packages, supply, tool, tools, xacro; did you mean 'name'?",
     ),
     (
         '"arm.urdf"',
