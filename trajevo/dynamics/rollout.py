@@ -27,7 +27,7 @@ _OF_PEAK = 1e-4
 _OF_SQUARES = 1e-5
 #: Share of a joint's greatest effort that the last terms may be, for what its drive draws: integrals are then right to
 #: a millionth.
-_OF_DRIVES = 1e-5
+_OF_DRIVES = 3e-5
 #: Share of the last terms of efforts' polynomials, times the travel, that the polynomials leave out of the work.
 _OF_LAST_TERMS = 0.05
 

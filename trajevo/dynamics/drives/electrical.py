@@ -33,7 +33,7 @@ class MotorPowers:
         friction: of the joints.
         gear: what gears lose.
         copper: what windings lose.
-        inverter: what inverters lose.
+        inverter: what inverters lose, of shape () without such a loss.
     """
 
     mechanical: Array
@@ -43,12 +43,6 @@ class MotorPowers:
     inverter: Array
 
     __repr__ = brief
-
-    @property
-    def drawn(self) -> Array:
-        """What each motor draws with its inverter; negative while it gives back."""
-        total: Array = self.mechanical + self.friction + self.gear + self.copper + self.inverter
-        return total
 
 
 @final
@@ -82,27 +76,38 @@ class Motoring:
         per_square, per_torque = np.array([drive.current_losses for drive in motors.drives]).T
         return cls(rollout.robot, motors, per_square, per_torque)
 
-    def torque(self, load: Array, v: Array, rotor: Array) -> Array:
-        """Torque of motors times the gear ratio, shapes (..., n_joints) [N·m or N]; joints at rest have velocity 0."""
-        torque: Array = rotor + self.motors.through(load.real, v.real) * load
+    def torque(self, load: Array, ways: Array, rotor: Array) -> Array:
+        """Torque of motors times the gear ratio, shapes (..., n_joints) [N·m or N], see :meth:`powers`."""
+        torque: Array = rotor + self.motors.through(load.real, ways) * load
         return torque
 
     def lost(self, torque: Array) -> tuple[Array, Array]:
         """What windings and inverters lose at torques of shape (..., n_joints) [W]."""
-        return self.per_square * torque * torque, self.per_torque * torque * np.sign(torque.real)
+        inverters = self.per_torque * torque * np.sign(torque.real) if self.per_torque.any() else np.zeros(())
+        return self.per_square * torque * torque, inverters
 
-    def powers(self, v: Array, effort: Array, a: Array) -> MotorPowers:
+    def drawn(self, v: Array, effort: Array, a: Array, ways: Array) -> Array:
+        """What each motor draws with its inverter, negative while it gives back, see :meth:`powers`."""
+        friction = self.robot.friction
+        rotor = friction.armature * a
+        torque = self.torque(effort + friction.dry(ways) - rotor, ways, rotor)
+        copper, inverter = self.lost(torque)
+        total: Array = torque * v + copper + inverter
+        return total
+
+    def powers(self, v: Array, effort: Array, a: Array, ways: Array) -> MotorPowers:
         """Powers in states of shape (..., n_joints).
 
         Args:
-            v: velocities, 0 of joints at rest [rad/s or m/s].
+            v: velocities [rad/s or m/s].
             effort: efforts without dry friction [N·m or N].
             a: accelerations [rad/s² or m/s²].
+            ways: real numbers with the signs of the ways in which the joints move, 0 of joints at rest.
         """
         friction = self.robot.friction
-        rubbing, rotor = friction.viscous * v + friction.dry(v), friction.armature * a
-        load = effort + friction.dry(v) - rotor
-        torque = self.torque(load, v, rotor)
+        dry, rotor = friction.dry(ways), friction.armature * a
+        rubbing, load = friction.viscous * v + dry, effort + dry - rotor
+        torque = self.torque(load, ways, rotor)
         return MotorPowers((rotor + load - rubbing) * v, rubbing * v, (torque - rotor - load) * v, *self.lost(torque))
 
 
@@ -133,11 +138,13 @@ class Drawn:
 
     Attributes:
         pieces: L smooth pieces.
-        powers: what becomes of the power of motors at their nodes, arrays of shape (L, N, n_joints) [W].
+        ways: signs of the ways in which joints move in them, 0 at rest, shape (L, 1, n_joints).
+        power: what each motor draws at their nodes, shape (L, N, n_joints) [W].
     """
 
     pieces: SmoothPieces
-    powers: MotorPowers
+    ways: Array
+    power: Array
 
     __repr__ = brief
 
@@ -146,22 +153,19 @@ class Drawn:
         """All motions of a rollout, some pieces at a time."""
         motoring, count = Motoring.of(rollout), rollout.trajectory.segment_durations.shape[1]
         for pieces in smooth_pieces(rollout, motoring.motors):
-            standing = rollout.standing[pieces.segments // count, None]
-            v = np.where(np.abs(pieces.velocity.real) <= standing, 0.0, pieces.velocity)
-            yield cls(pieces, motoring.powers(v, pieces.effort, pieces.acceleration))
+            ways = pieces.ways(rollout.standing[pieces.segments // count])
+            yield cls(pieces, ways, motoring.drawn(pieces.velocity, pieces.effort, pieces.acceleration, ways))
 
     @property
     def each(self) -> Works:
         """What each motor draws, in parts in which it only draws or only gives back."""
-        drawn = self.powers.drawn
-        count = drawn.shape[2]
-        owners = np.arange(len(drawn)).repeat(count)
-        return works_of(self.pieces, owners, drawn.swapaxes(1, 2).reshape(-1, drawn.shape[1]))
+        pieces, nodes, count = self.power.shape
+        return works_of(self.pieces, np.arange(pieces).repeat(count), self.power.swapaxes(1, 2).reshape(-1, nodes))
 
     @property
     def together(self) -> Works:
         """The same of all motors at one link."""
-        return works_of(self.pieces, np.arange(len(self.pieces.segments)), summed(self.powers.drawn))
+        return works_of(self.pieces, np.arange(len(self.pieces.segments)), summed(self.power))
 
 
 def electrical_energy(rollout: Rollout) -> Array:

@@ -27,7 +27,7 @@ from trajevo.dynamics.integrals.resolved import Resolved
 from trajevo.dynamics.rollout import Rollout
 
 #: Gauss-Legendre nodes of every piece.
-NODES = 7
+NODES = 5
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(NODES)
 
@@ -62,6 +62,16 @@ class SmoothPieces:
     acceleration: Array
 
     __repr__ = brief
+
+    def ways(self, standing: Array) -> Array:
+        """Signs of the ways in which joints move, 0 at rest, shape (L, 1, n_joints): they are the same in a piece.
+
+        Args:
+            standing: greatest speeds at which joints count as at rest, shape (L, n_joints) [rad/s or m/s].
+        """
+        v = self.velocity.real
+        fastest = np.take_along_axis(v, np.abs(v).argmax(axis=1)[:, None], axis=1)
+        return np.where(np.abs(fastest) <= standing[:, None], 0.0, np.sign(fastest))
 
     def integrated(self, values: Array) -> Array:
         """∫ values dt over every piece, shapes (L, N, F) -> (L, F)."""
