@@ -61,9 +61,7 @@ class Supply:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _amount(name, getattr(self, name)))
         if self.recuperation not in get_args(Recuperation):
-            raise InvalidInputError(
-                f"recuperation: expected 'none', 'shared' or 'full', got {self.recuperation!r}"
-            )
+            raise InvalidInputError(f"recuperation: expected 'none', 'shared' or 'full', got {self.recuperation!r}")
         if not isinstance(self.source, str):
             raise InvalidInputError(f"source: expected text, got {self.source!r}")
         self._check_link()

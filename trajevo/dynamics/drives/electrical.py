@@ -1,7 +1,7 @@
 """Electrical power and energy of drives: of every motor, of all at one link, and of what braking gives back.
 
 A motor whose torque times the gear ratio is T draws T v for its shaft, c T² in the winding with c = R/(N k)², and the
-inverter loses b |T| with b = U/(N k); what its gear does with T stands in :mod:`trajevo.dynamics.drives.motors`. What it
+inverter loses b |T| with b = U/(N k); how its gear makes T stands in :mod:`trajevo.dynamics.drives.motors`. What it
 draws is negative while it brakes more than it loses.
 """
 
@@ -159,13 +159,12 @@ class Drawn:
     @property
     def each(self) -> Works:
         """What each motor draws, in parts in which it only draws or only gives back."""
-        pieces, nodes, count = self.power.shape
-        return works_of(self.pieces, np.arange(pieces).repeat(count), self.power.swapaxes(1, 2).reshape(-1, nodes))
+        return works_of(self.pieces, self.power)
 
     @property
     def together(self) -> Works:
         """The same of all motors at one link."""
-        return works_of(self.pieces, np.arange(len(self.pieces.segments)), summed(self.power))
+        return works_of(self.pieces, summed(self.power)[..., None])
 
 
 def electrical_energy(rollout: Rollout) -> Array:
@@ -178,9 +177,7 @@ def electrical_energy(rollout: Rollout) -> Array:
         InvalidInputError: a drive does not tell what the current of its motor follows from.
     """
     supply, per_segment = rollout.robot.supply, rollout.trajectory.segment_durations.shape
-    works = [
-        drawn.each if supply.recuperation == "none" else drawn.together for drawn in Drawn.by_pieces(rollout)
-    ]
+    works = [drawn.each if supply.recuperation == "none" else drawn.together for drawn in Drawn.by_pieces(rollout)]
     if supply.storable > 0.0:
         drawn = link_of(works, per_segment, supply.storable).drawn
     else:

@@ -26,11 +26,13 @@ class Works:
         segments: numbers of their segments among all S of all B trajectories, shape (Q,).
         begins: where they begin in their segments, shares of shape (Q,).
         net: the work, positive if it is drawn, shape (Q,) [J].
+        columns: numbers of the powers of their pieces that do it, shape (Q,).
     """
 
     segments: Array
     begins: Array
     net: Array
+    columns: Array
 
     __repr__ = brief
 
@@ -40,30 +42,38 @@ class Works:
         return np.where(self.net.real > 0.0, self.net, 0.0)
 
 
-def works_of(pieces: SmoothPieces, owners: Array, power: Array) -> Works:
+def powers_of(values: Array) -> Array:
+    """Coefficients of powers of shares of pieces from values at their nodes, shapes (K, N) -> (N, K)."""
+    return np.stack([_weighted(row, values.T) for row in _POWERS])
+
+
+def works_of(pieces: SmoothPieces, power: Array) -> Works:
     """The work of powers in parts in which they keep their signs.
 
     Args:
         pieces: L smooth pieces.
-        owners: the piece of each of K powers, shape (K,).
-        power: powers at the nodes of their pieces, shape (K, N) [W].
+        power: C powers at the nodes of the pieces, shape (L, N, C) [W].
     """
+    count = power.shape[2]
+    power = power.swapaxes(1, 2).reshape(-1, NODES)
     real = power.real
     # Between nodes a power goes no further than it does from one node to the next, as far as a sign is concerned.
     mixed = np.abs(real).min(axis=1) <= np.abs(np.diff(real, axis=1)).max(axis=1)
     clear, some = np.flatnonzero(~mixed), np.flatnonzero(mixed)
     whole = _weighted(WEIGHTS, power[clear].T)
-    coefficients = np.stack([_weighted(row, power[some].T) for row in _POWERS])
+    coefficients = powers_of(power[some])
     start, end = np.zeros(len(some)), np.ones(len(some))
     which, lower, upper = polynomials.of_one_sign(coefficients.real, start, end)
     integral = np.concatenate([np.zeros_like(coefficients[:1]), coefficients / np.arange(1.0, NODES + 1.0)[:, None]])
     ends = [polynomials.values(integral[:, which], at) for at in (upper, lower)]
-    found, share = owners[np.concatenate([clear, some[which]])], np.concatenate([np.zeros(len(clear)), lower])
+    number, share = np.concatenate([clear, some[which]]), np.concatenate([np.zeros(len(clear)), lower])
+    found = number // count
     per_share = np.concatenate([whole, ends[0] - ends[1]])
     return Works(
         pieces.segments[found],
         pieces.begins[found].real + share * pieces.widths[found].real,
         per_share * pieces.durations[found],
+        number % count,
     )
 
 

@@ -100,12 +100,14 @@ class _Curve:
 
     def at_cells(self, shares: Array) -> Array:
         """Values at the same shares (U,) of all segments, shape (P, U, n_joints)."""
-        return np.matmul(self.nodes.onto(shares), self.values)
+        values: Array = np.matmul(self.nodes.onto(shares), self.values)
+        return values
 
     def at(self, segments: Array, shares: Array) -> Array:
         """Values at shares (L, N) of segments (L,), shape (L, N, n_joints)."""
         terms = np.polynomial.legendre.legvander(2.0 * shares - 1.0, len(self.nodes.shares) - 1)
-        return np.matmul(terms, self.coefficients(segments))
+        values: Array = np.matmul(terms, self.coefficients(segments))
+        return values
 
     def coefficients(self, segments: Array) -> Array:
         """Coefficients in Legendre polynomials on segments (L,), shape (L, M, n_joints)."""
@@ -197,7 +199,9 @@ class _Segments:
 
         return self._made(
             (segment, nodes.shares[cell], nodes.widths[cell]),
-            at(self.effort), at(self.velocity), None if self.acceleration is None else at(self.acceleration),
+            at(self.effort),
+            at(self.velocity),
+            None if self.acceleration is None else at(self.acceleration),
         )
 
     def _made(self, place: tuple[Array, Array, Array], effort: Array, v: Array, a: Array | None) -> SmoothPieces:
