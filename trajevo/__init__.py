@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
     from trajevo.capacity.drives.energy import energy_balance
+    from trajevo.capacity.drives.fitting import fit_drives
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_bounds, payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
@@ -154,6 +155,7 @@ _NAMES = {
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
     "capacity.drives.drive_capacity": ("drive_capacity", "drive_load"),
     "capacity.drives.energy": ("energy_balance",),
+    "capacity.drives.fitting": ("fit_drives",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -253,6 +255,7 @@ __all__ = [
     "energy_balance",
     "entropy_weights",
     "export",
+    "fit_drives",
     "largest_payload",
     "least_information_weights",
     "load_problem",

@@ -1,5 +1,7 @@
 """What drives draw from the mains: own benchmarks, a simulation in fine steps, and SciPy on random arms."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import quad_vec
@@ -213,7 +215,7 @@ def by_quadrature(motion):
     """Energy by per-joint clipping, at one link, and on balance, by adaptive quadrature between all bends [J]."""
     total = np.zeros(3)
     for begin, end in zip(motion.trajectory.breaks[0][:-1], motion.trajectory.breaks[0][1:], strict=True):
-        inner = np.linspace(begin, end, 4001)[1:-1]
+        inner = np.linspace(begin, end, 1501)[1:-1]
 
         def functions(times):
             v, a = (motion.trajectory.evaluate(np.atleast_1d(times)[None], order)[0] for order in (1, 2))
@@ -232,13 +234,13 @@ def by_quadrature(motion):
             power = powers_at(motion, np.array([t]))[0]
             return np.array([np.maximum(power, 0.0).sum(), max(power.sum(), 0.0), power.sum()])
 
-        for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+        for low, high in pairwise(cuts.tolist()):
             if high - low > 1e-13:
                 total += quad_vec(levels, low, high, epsrel=1e-10, epsabs=1e-11)[0]
     return total
 
 
-@pytest.mark.parametrize("seed", mostly_long(range(40), 0, 1, 3))
+@pytest.mark.parametrize("seed", mostly_long(range(40), 21))
 def test_random_arms_agree_with_quadrature(seed):
     expected = by_quadrature(arm_with_everything(seed, "full"))
     scale = expected[0]
