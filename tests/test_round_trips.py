@@ -444,7 +444,9 @@ def via_points(draw):
     robot, dof = draw.robot()
     points, count = draw.points(robot, dof)
     unused = draw.chance(0.25)
-    objectives = draw.subset(name for name in OBJECTIVES if name != "unused_payload" and name != "effort_ratio")
+    objectives = draw.subset(
+        name for name in OBJECTIVES if name not in ("unused_payload", "effort_ratio", "electrical_energy")
+    )
     objectives = [*objectives, "unused_payload"] if unused else [*objectives, "time"][: max(1, len(objectives))]
     constraints = draw.subset(name for name, kind in KINDS.items() if kind.by_name)
     if unused and "effort" not in constraints:

@@ -334,7 +334,7 @@ def test_it_is_an_objective_of_problems_with_drives():
     bare = load_robot("ur5", limits={"acceleration": np.inf, "jerk": np.inf}, tool="tool0")
     refused(
         lambda: ViaPointProblem(robot=bare, constraints=("position",), **given),
-        r"robot 'ur5': objective electrical_energy needs the drives of all joints, but shoulder_pan_joint lacks "
+        r"objectives: electrical_energy needs the drives of all joints of robot 'ur5', but shoulder_pan_joint lacks "
         r"gear_ratio, winding_resistance, torque_constant; .*load_robot\(..., drives=\{...\}\)\)",
     )
 
@@ -360,6 +360,6 @@ def test_other_arguments_are_refused_with_a_sentence():
     robot = load_robot("tests/data/rods.urdf", limits={"acceleration": 1.0, "jerk": 1.0}, drives={"q1": Drive()})
     refused(
         lambda: energy_balance(point_to_point(robot)),
-        "robot 'rods': electrical energy needs the drives of all joints, but q1 lacks gear_ratio, winding_resistance, "
-        "torque_constant; q2 lacks",
+        "electrical energy needs the drives of all joints of robot 'rods', but q1 lacks gear_ratio, "
+        "winding_resistance, torque_constant; q2 lacks",
     )

@@ -373,7 +373,7 @@ def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> N
     if "masses" in objective.needs:
         robot.check_masses(objective.name)
     if "drives" in objective.needs:
-        check_drives(robot, f"objective {objective.name}")
+        check_drives(robot, f"objectives: {objective.name}")
     if "effort limits" in objective.needs and not robot.limits.sides("effort").limited.any():
         raise InvalidInputError(f"objectives: {objective.name} needs effort limits, robot {robot.name!r} has none")
     if "payload variable" in objective.needs and not with_payload:

@@ -31,6 +31,9 @@ _DEGREE, _FEWEST = 4, 9
 #: Share of a joint's greatest speed below which the direction of its friction is not certain.
 _SLOW = 0.05
 
+#: Share of the greatest power from which motors certainly draw.
+_CLEAR = 0.05
+
 #: Greatest speed of a joint that does not move [rad/s or m/s].
 _STILL = 1e-3
 
@@ -143,17 +146,12 @@ class DriveFit:
         return "; ".join([f"{self.file.name}, {self.samples} samples: {told} (95 %)", *self.unknown])
 
     def _repr_html_(self) -> str:
-        rows = [
-            (one.joint, one.name, f"{one.with_error} {pretty(one.unit)}")
-            for one in self.parameters
-        ]
+        rows = [(one.joint, one.name, f"{one.with_error} {pretty(one.unit)}") for one in self.parameters]
         table = html.table(("joint", "parameter", "value, 95 %"), rows, most=len(rows))
         return html.shown(f"Fit to {self.file.name}", table, *map(html.sentence, self.unknown))
 
 
-def fit_drives(
-    log: str | Path, robot: Robot, *, payload: Payload | None = None, smoothing: float = 0.1
-) -> DriveFit:
+def fit_drives(log: str | Path, robot: Robot, *, payload: Payload | None = None, smoothing: float = 0.1) -> DriveFit:
     """Parameters of drives by a log of one motion.
 
     With currents these are, for each joint, ``torque_per_current`` (torque constant times gear ratio), ``viscous`` and
@@ -334,13 +332,17 @@ def _of_power(log: _Log, arm: _Moved) -> Iterator[_Found]:
     torque = arm.rotor + arm.motors.through(load, moving) * load
     columns = np.concatenate([np.ones((len(log.q), 1)), (torque * log.v).sum(axis=1, keepdims=True), torque**2], axis=1)
     called = ("standby", "the share of the mechanical power", *(f"the loss in the winding of {name}" for name in names))
-    fit, drawing = _least_squares(columns, log.power, called), np.ones(len(columns), dtype=bool)
-    if arm.robot.supply.recuperation != "full":  # the mains see nothing of what is given back
-        for _ in range(_ROUNDS):
-            drawing = columns[:, 1:] @ fit.values[1:] > 0.0
-            if drawing.sum() <= columns.shape[1]:
-                raise InvalidInputError(f"{log.where}: expected instants at which motors draw power, got too few")
-            fit = _least_squares(columns[drawing], log.power[drawing], called)
+    speed = np.abs(log.v)
+    # Torques of joints that turn round jump, so that what is drawn there is not certain.
+    sure = ((speed > _SLOW * speed.max(axis=0)) | (speed.max(axis=0) < _STILL)).all(axis=1)
+    fit = _least_squares(columns[sure], log.power[sure], called)
+    for _ in range(_ROUNDS if arm.robot.supply.recuperation != "full" else 0):
+        # The mains see nothing of what is given back.
+        drawn = columns[:, 1:] @ fit.values[1:]
+        used = sure & (drawn > _CLEAR * drawn.max())
+        if used.sum() <= 2 * columns.shape[1]:
+            raise InvalidInputError(f"{log.where}: expected instants at which motors draw power, got {used.sum()}")
+        fit = _least_squares(columns[used], log.power[used], called)
     units = ("W", "1", *(("W/N^2" if unit == "m" else "W/(N*m)^2") for unit in arm.robot.joint_units))
     told = (("standby_power", ""), ("mechanical_share", ""), *(("winding_loss", name) for name in names))
     spread = np.sqrt(np.diag(fit.covariance))
@@ -353,7 +355,7 @@ def _of_power(log: _Log, arm: _Moved) -> Iterator[_Found]:
 
 
 class _Fit(NamedTuple):
-    """Coefficients (P,) with covariance (P, P), which are known (P,), clauses about the others, and what is left (K,)."""
+    """Coefficients (P,), covariance (P, P), which are known (P,), clauses about the others, and what is left (K,)."""
 
     values: Array
     covariance: Array

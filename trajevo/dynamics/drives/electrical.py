@@ -125,7 +125,7 @@ def check_drives(robot: Robot, quantity: str) -> None:
     told = "; ".join(f"{name} lacks {', '.join(what)}" for name, what in lacking.items() if what)
     if told:
         raise InvalidInputError(
-            f"robot {robot.name!r}: {quantity} needs the drives of all joints, but {told}: give them in robot.toml "
+            f"{quantity} needs the drives of all joints of robot {robot.name!r}, but {told}: give them in robot.toml "
             f"([drives.{robot.joint_names[0]}]), in the [robot] of a task, or as an argument "
             "(load_robot(..., drives={...}))"
         )

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 
+from trajevo.base.arrays import Array
 from trajevo.capacity.drives.energy import USES, EnergyBalance
 from trajevo.errors import InvalidInputError
 from trajevo.plots.paper import LIMIT, Width, area, curve, key, panel
@@ -34,7 +35,7 @@ def electrical_power(balance: EnergyBalance, *, ax: Axes | None = None, width: W
 def energy_uses(
     balances: EnergyBalance | Mapping[str, EnergyBalance], *, ax: Axes | None = None, width: Width = "column"
 ) -> Axes:
-    """What the energy from the mains goes into, as stacked bars: one for each joint, or one for each of several motions.
+    """What the energy from the mains goes into, as stacked bars: one for each joint, or for each of several motions.
 
     Energy that moves links is below 0 where they drive the motors. Bars of several motions have what is burnt, left in
     the link and standby too, so that their heights from the lowest end on are the energy from the mains.
@@ -61,7 +62,8 @@ def energy_uses(
             if np.abs(values).max() <= 1e-9 * greatest:
                 continue
             bottom = np.where(values < 0.0, below, above)
-            ax.bar(places, values, 0.7, bottom=bottom, label=called, color=area(k))
+            hatch = "////" if k >= len(USES) else None  # colours begin anew there
+            ax.bar(places, values, 0.7, bottom=bottom, label=called, color=area(k), hatch=hatch)
             above, below = above + np.maximum(values, 0.0), below + np.minimum(values, 0.0)
         ax.axhline(0.0, color=LIMIT, linewidth=0.5)
         ax.set_xticks(places, labels, rotation=30.0 if len(labels) > 4 else 0.0)
@@ -70,7 +72,7 @@ def energy_uses(
     return ax
 
 
-def _of_motions(balances: list[EnergyBalance]) -> dict[str, np.ndarray]:
+def _of_motions(balances: list[EnergyBalance]) -> dict[str, Array]:
     """What the energy of motions goes into, by how it is called, each (M,) [J]."""
     parts = {called: np.array([getattr(one, name).sum() for one in balances]) for name, called in USES.items()}
     for name, called in (("burnt", "braking resistors"), ("stored", "left in the link"), ("standby", "standby")):
@@ -80,6 +82,4 @@ def _of_motions(balances: list[EnergyBalance]) -> dict[str, np.ndarray]:
 
 def _check(balance: object) -> None:
     if not isinstance(balance, EnergyBalance):
-        raise InvalidInputError(
-            f"balance: expected what energy_balance(motion) gives, got {type(balance).__name__}"
-        )
+        raise InvalidInputError(f"balance: expected what energy_balance(motion) gives, got {type(balance).__name__}")
