@@ -32,6 +32,8 @@ MODULES = (
     "trajevo.formulation.constraints.broad_phase.loops",
     "trajevo.trajectory.interpolants.splines.cubic",
     "trajevo.dynamics.integrals.loops",
+    "trajevo.base.solving.crossings",
+    "trajevo.dynamics.bounds.torque_loops",
     "trajevo.front.archive",
     "trajevo.formulation.constraints.broad_phase.search_loops",
 )
