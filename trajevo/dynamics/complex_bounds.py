@@ -299,6 +299,6 @@ def _torque_in_loops(tree: _Tree, motion: Bounds, gravity: float) -> Array:
     """As :func:`_torque`; norms of rotations by numpy, whose exponential differs from others in its last digit."""
     rows = (-1, motion.v.shape[-1])
     torque = np.empty_like(motion.v)
-    given = [np.broadcast_to(x, torque.shape).reshape(rows) for x in (np.exp(motion.imaginary), *motion[1:])]
-    torque_bounds(tree.tree, tree.bodies, gravity, *given, torque.reshape(rows))
+    turned, q, v, a = (np.broadcast_to(x, torque.shape).reshape(rows) for x in (np.exp(motion.imaginary), *motion[1:]))
+    torque_bounds(tree.tree, tree.bodies, gravity, turned, q, v, a, torque.reshape(rows))
     return torque

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, final
+from typing import Any, cast, final
 
 import numpy as np
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
@@ -235,9 +235,8 @@ class ArrayNSGA2(GeneticAlgorithm):
     def opt(self) -> Population | None:
         """The best front, or the individual with the least violation while none is feasible."""
         if "opt" not in self._given and self._rows is not None:
-            pop = self.pop
-            best = pop.get("rank") == 0 if pop.get("FEAS").any() else [int(np.argmin(pop.get("CV")))]
-            self._given["opt"] = pop[best]
+            rows, pop = self._population(), cast(Population, self.pop)
+            self._given["opt"] = pop[rows.rank == 0 if rows.feasible.any() else [int(rows.violation.argmin())]]
         return self._given.get("opt")
 
     @opt.setter
