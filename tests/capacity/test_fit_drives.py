@@ -236,7 +236,9 @@ def test_other_logs_are_refused_with_a_sentence(tmp_path, columns, says):
 
 def test_other_arguments_are_refused(tmp_path):
     log = write(tmp_path / "log.csv", rows())
-    refused(lambda: fit_drives(tmp_path / "lag.csv", load_robot(ARM)), "lag.csv: no such file; did you mean '.*log.csv'")
+    refused(
+        lambda: fit_drives(tmp_path / "lag.csv", load_robot(ARM)), "lag.csv: no such file; did you mean '.*log.csv'"
+    )
     for wrong in (0.0, -1.0):
         refused(
             lambda wrong=wrong: fit_drives(log, load_robot(ARM), smoothing=wrong), r"smoothing: expected a positive"
