@@ -23,8 +23,8 @@ from trajevo.path.boxes import CartesianBox, JointBox
 from trajevo.path.curve import GeometricPath
 from trajevo.problems.hybrid_kinematics import via_positions
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
+from trajevo.robot.loading.supply import Supply
 from trajevo.robot.payload import LOAD_MODELS
-from trajevo.robot.supply import Supply
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 MIDDLE = np.array([0.4, -1.4, 1.5, -1.6, -1.5, 0.1])

@@ -34,8 +34,8 @@ from trajevo.robot.loading.arguments import load_settings, package_folders, plai
 from trajevo.robot.loading.chain import TOOL
 from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
 from trajevo.robot.loading.drives import plain_drives, robot_drives, with_rotors
+from trajevo.robot.loading.supply import Supply, plain_supply, supply_of
 from trajevo.robot.masses import massless, moving_bodies, moving_mass, placeholders
-from trajevo.robot.supply import Supply, plain_supply, supply_of
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf.file import read_urdf
 from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
@@ -331,8 +331,8 @@ def load_robot(
         urdf: the text of a URDF, in place of a file; ``name`` is then what the robot is called.
         drives: drives that complete or replace those of ``robot.toml``, a mapping from joints to a
             :class:`~trajevo.robot.drive.Drive` or to a mapping from its attributes to numbers [SI] or text with a unit.
-        supply: supply of all drives that completes or replaces that of ``robot.toml``, a
-            :class:`~trajevo.robot.supply.Supply` or a mapping from its attributes to numbers [SI] or text with a unit.
+        supply: supply of all drives that completes or replaces that of ``robot.toml``, a mapping as for drives, or a
+            :class:`~trajevo.robot.loading.supply.Supply`.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the file. Otherwise

@@ -20,7 +20,7 @@ from trajevo.dynamics.drives.smooth_pieces import SHARES
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
-from trajevo.robot.supply import Recuperation
+from trajevo.robot.loading.supply import Recuperation
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 #: What a motor's energy goes into, and how tables and pictures call it.
@@ -78,7 +78,7 @@ class EnergyBalance:
         duration: of the motion [s].
         dwell: time at rest after it [s].
         mass: of the payload [kg].
-        recuperation: as :class:`~trajevo.robot.supply.Supply` says.
+        recuperation: as :class:`~trajevo.robot.loading.supply.Supply` says.
         joint_names: names of the joints.
         robot: name of the robot.
     """
