@@ -26,7 +26,9 @@ class Proof:
 
     Attributes:
         quantity: ``"position"``, ``"velocity"``, ``"acceleration"``, ``"jerk"``, ``"effort"``, ``"power"``,
-            ``"tool speed"``, ``"via error"``, or the name of a column of a constraint, as ``"clearance to obstacles"``.
+            ``"tool speed"``, ``"via error"``, ``"torque at speed"`` (1 plus what a motor is asked for less what it can
+            give at its speed, over its greatest torque), or the name of a column of a constraint, as ``"clearance to
+            obstacles"``.
         joint: the joint, or None for the tool or the motion as a whole.
         unit: SI unit of the values; ``"1"`` for a share of a limit.
         limit: the limit that is kept [``unit``], inf if there is none; for a position the end of its range that is used
@@ -160,8 +162,8 @@ class Certificate:
 
     Attributes:
         motion: name of the motion.
-        tolerance: gap that was asked for between bounds and exhibited values of effort, power and tool speed, as a
-            share of the limit.
+        tolerance: gap that was asked for between bounds and exhibited values of effort, power, tool speed and torque
+            at speed, as a share of the limit.
         pieces: number of pieces into which the motion was cut.
         rows: a proof for every limited quantity of every joint, and for every constraint of the problem that can be
             proven; effort, power and tool speed even without a limit.

@@ -27,6 +27,9 @@ _DENSER = 20
 #: How far a proven height may lie below the least height found [m].
 _HEIGHT_TOLERANCE = 1e-3
 
+#: Quantities whose rows do not come from the problem's constraints.
+_ELSEWHERE = ("tool speed", "torque at speed")
+
 _Rows = list[list[Proof]]
 
 
@@ -43,8 +46,8 @@ def constraint_proofs(
         For each motion its proofs, and the constraints about which nothing is proven.
     """
     rows: _Rows = [[] for _ in range(len(rollout.trajectory))]
-    # Limits of joints and of the tool's speed have rows already.
-    left = [c for c in problem.constraints if c.names and not c.of_joints and c.quantity != "tool speed"]
+    # Limits of joints, of the tool's speed and of the torques of drives have rows already.
+    left = [c for c in problem.constraints if c.names and not c.of_joints and c.quantity not in _ELSEWHERE]
     for constraint in left:
         at_samples = constraint.at_samples.function
         if isinstance(constraint.function, ProvenClearance):

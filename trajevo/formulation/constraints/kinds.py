@@ -15,6 +15,7 @@ from trajevo.errors import InvalidInputError, checked_name, known_names
 from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
 from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, LimitParameter
+from trajevo.formulation.constraints.drives.torque_at_speed import TORQUE_AT_SPEED
 from trajevo.formulation.constraints.further.dexterity import MANIPULABILITY, SINGULARITY
 from trajevo.formulation.constraints.further.effort_rate import EFFORT_RATE
 from trajevo.formulation.constraints.further.own import own_kind
@@ -41,6 +42,7 @@ KINDS: dict[str, LimitKind] = {
         SINGULARITY,
         LONGEST_TIME,
         CLEARANCE,
+        TORQUE_AT_SPEED,
     )
 }
 
