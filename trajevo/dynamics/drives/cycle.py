@@ -82,7 +82,7 @@ class Cycle:
         begins, end = self.begins(values, held, time_constant)
         durations, shares = self.durations / time_constant, _LOOKED_AT
         rows = values.reshape(-1, *values.shape[-2:])
-        added = (rows.swapaxes(0, 1) @ _after(durations, shares).swapaxes(1, 2)).swapaxes(0, 1)
+        added = (rows.swapaxes(0, 1) @ response_matrices(durations, shares, NODES).swapaxes(1, 2)).swapaxes(0, 1)
         within = added.reshape(*values.shape[:-1], -1) + begins[..., None] * np.exp(-durations[:, None] * shares)
         return np.concatenate([within.reshape(*within.shape[:-2], -1), end[..., None]], axis=-1)
 
@@ -109,7 +109,7 @@ class Cycle:
         """The response at the begin of every piece (..., P), and at the end of the cycle (...)."""
         shares = self.durations / time_constant
         from_cold = np.zeros((*values.shape[:-2], len(shares) + 1))
-        added = (values * _after(shares, _AT_END)[:, 0]).sum(axis=-1)
+        added = (values * response_matrices(shares, _AT_END, NODES)[:, 0]).sum(axis=-1)
         for k, left in enumerate(np.exp(-shares).tolist()):
             from_cold[..., k + 1] = left * from_cold[..., k] + added[..., k]
         rest = self.dwell / time_constant
@@ -122,7 +122,7 @@ class Cycle:
     def inside(self, piece: int, values: Array, begin: Array, time_constant: float, shares: Array) -> Array:
         """The response at shares (U,) of one piece, from values (..., N) at its nodes and that at its begin (...)."""
         duration = self.durations[piece] / time_constant
-        added = values @ _after(np.array([duration]), shares)[0].T
+        added = values @ response_matrices(np.array([duration]), shares, NODES)[0].T
         response: Array = added + begin[..., None] * np.exp(-duration * shares)
         return response
 
@@ -164,23 +164,24 @@ def legendre(count: int) -> tuple[Array, Array, Array]:
     return frozen(0.5 * (1.0 + places)), frozen(0.5 * weights), frozen(matrix)
 
 
-def _after(durations: Array, shares: Array) -> Array:
+def response_matrices(durations: Array, shares: Array, count: int) -> Array:
     """Matrices (P, U, N) from values at pieces' nodes to the response at shares of them, from 0 at their begins.
 
     Args:
         durations: durations of the pieces over the time constant, shape (P,).
         shares: shares from 0 to 1, shape (U,).
+        count: number of nodes, N.
     """
-    nodes = legendre(NODES)[0]
+    nodes = legendre(count)[0]
     grown = np.exp(durations[:, None, None] * (nodes - shares[:, None]))
-    matrices: Array = durations[:, None, None] * _integrals(tuple(shares.tolist())) * grown
+    matrices: Array = durations[:, None, None] * _integrals(tuple(shares.tolist()), count) * grown
     return matrices
 
 
 @lru_cache(maxsize=64)
-def _integrals(shares: tuple[float, ...]) -> Array:
+def _integrals(shares: tuple[float, ...], count: int) -> Array:
     """Matrix (U, N) from values at a piece's nodes to integrals from its begin to shares of it, over its duration."""
-    polynomials = np.polynomial.legendre.legvander(2.0 * np.array(shares) - 1.0, NODES)
-    between = (polynomials[:, 2:] - polynomials[:, :-2]) / (2.0 * np.arange(1, NODES) + 1.0)
+    polynomials = np.polynomial.legendre.legvander(2.0 * np.array(shares) - 1.0, count)
+    between = (polynomials[:, 2:] - polynomials[:, :-2]) / (2.0 * np.arange(1, count) + 1.0)
     integrals = np.concatenate([2.0 * np.array(shares)[:, None], between], axis=1)
-    return frozen(0.5 * integrals @ legendre(NODES)[2])
+    return frozen(0.5 * integrals @ legendre(count)[2])
