@@ -205,6 +205,10 @@ def capacity(
         bool, typer.Option("--iterative", help="Use the paper's iteration, not the closed form.")
     ] = False,
     step: Annotated[float, typer.Option(help="Payload added in each iteration [kg].")] = 0.05,
+    dwell: Annotated[float, typer.Option(help="Time at rest after each motion, for drives [s].")] = 0.0,
+    cycles: Annotated[
+        int | None, typer.Option(help="How often the motion is made from cold on, for drives; for ever if not given.")
+    ] = None,
     problem: ProblemOption = None,
 ) -> None:
     """Show the largest payload of a motion, which actuator limits it and when."""
@@ -217,7 +221,10 @@ def capacity(
         _out.print(f"this is the mass of payload {schedule.varied}, where it is carried; carried: {schedule}")
     print_mass_notes(_out, chosen.front.problem.robot)
     if chosen.rollout.robot.drives:
-        _out.print(f"by its drives: {drive_capacity(chosen)}")
+        _out.print(f"by its drives: {drive_capacity(chosen, dwell=dwell, cycles=cycles)}")
+    elif dwell or cycles is not None:
+        option, robot = "--dwell" if dwell else "--cycles", chosen.rollout.robot
+        raise InvalidInputError(f"{option}: expected a robot with drives, {robot.name!r} has none")
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
     table = Listing("joint", "alone it could carry [kg]", "effort limit left [%]")

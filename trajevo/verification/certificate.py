@@ -136,8 +136,8 @@ class Uncovered:
     Attributes:
         name: name of the constraint's column, or of what is not covered.
         reason: why nothing is proven, a clause.
-        share: greatest share of the limit at the samples, 1 if it is reached; NaN if there are none.
-        samples: number of samples, 0 if there are none.
+        share: greatest share of the limit that was found, 1 if it is reached; NaN if none was looked for.
+        samples: number of samples, 0 if it was not found at samples.
     """
 
     name: str
@@ -147,11 +147,17 @@ class Uncovered:
 
     @property
     def violated(self) -> bool:
-        """Whether the samples exceed the limit."""
-        return self.samples > 0 and not self.share <= 1.0 + WITHIN
+        """Whether what was found exceeds the limit."""
+        return self.looked_for and not self.share <= 1.0 + WITHIN
+
+    @property
+    def looked_for(self) -> bool:
+        """Whether a share of the limit was looked for at all."""
+        return self.samples > 0 or not np.isnan(self.share)
 
     def __str__(self) -> str:
-        found = f"; {100.0 * self.share:.3f} % of its limit at {self.samples} samples" if self.samples else ""
+        found = f"; {100.0 * self.share:.3f} % of its limit" if self.looked_for else ""
+        found += f" at {self.samples} samples" if self.samples else ""
         return f"{self.name} ({self.reason}{found})"
 
 
@@ -240,7 +246,7 @@ class Certificate:
             {
                 "name": one.name,
                 "reason": one.reason,
-                "share": one.share if one.samples else None,
+                "share": one.share if one.looked_for else None,
                 "samples": one.samples,
             }
             for one in self.uncovered

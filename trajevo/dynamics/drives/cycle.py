@@ -7,7 +7,7 @@ found for u = 1, and for what u is made of; it is exact for polynomials through 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import final
 
 import numpy as np
@@ -46,7 +46,7 @@ class Cycle:
 
     __repr__ = brief
 
-    @property
+    @cached_property
     def durations(self) -> Array:
         """Durations of the pieces, shape (P,) [s]."""
         return frozen(np.diff(self.ends))
@@ -62,11 +62,11 @@ class Cycle:
         nodes: Array = self.ends[:-1, None] + self.durations[:, None] * legendre(NODES)[0]
         return nodes
 
-    @property
+    @cached_property
     def looked_at(self) -> Array:
         """Instants for which :meth:`response` is given, shape (P x M + 1,) [s]; the last is the end of the cycle."""
         within = self.ends[:-1, None] + self.durations[:, None] * _LOOKED_AT
-        return np.append(within.reshape(-1), self.ends[0] + self.total)
+        return frozen(np.append(within.reshape(-1), self.ends[0] + self.total))
 
     def mean(self, values: Array, held: Array) -> Array:
         """Average over a cycle, shape (...)."""
@@ -141,11 +141,16 @@ class Cycle:
         return Cycle(frozen(np.concatenate([ends[:1], ends[1:][~near]])), self.dwell, self.cycles)
 
     def onto(self, values: Array, other: Cycle) -> Array:
-        """Values of shape (P, N) at the nodes of finer pieces, by the polynomials of these pieces."""
+        """Values of shape (..., P, N) at the nodes of finer pieces, by the polynomials of these pieces."""
         owner = np.clip(np.searchsorted(self.ends, other.ends[:-1], side="right") - 1, 0, len(self.ends) - 2)
         shares = (other.nodes - self.ends[owner, None]) / self.durations[owner, None]
-        basis = np.polynomial.legendre.legvander(2.0 * shares - 1.0, NODES - 1) @ legendre(NODES)[2]
-        found: Array = (basis * values[owner][:, None, :]).sum(axis=-1)
+        found = values[..., owner, :]
+        # Most pieces are whole ones of these, whose nodes are the same.
+        cut = np.flatnonzero((self.ends[owner] != other.ends[:-1]) | (self.ends[owner + 1] != other.ends[1:]))
+        if len(cut):
+            terms = np.polynomial.legendre.legvander(2.0 * shares[cut] - 1.0, NODES - 1)
+            coefficients = found[..., cut, :] @ legendre(NODES)[2].T
+            found[..., cut, :] = (terms @ coefficients[..., None])[..., 0]
         return found
 
 

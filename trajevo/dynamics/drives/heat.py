@@ -54,7 +54,8 @@ def rms_torques(rollout: Rollout, duty: Duty) -> Array:
     timeline = _Timeline.of(pieces_of(rollout, motors), rollout)
     total = timeline.summed(timeline.duration * _weighed(timeline.square))
     period = rollout.trajectory.duration[:, None] + duty.dwell
-    return np.sqrt((total + duty.dwell * _held(rollout, motors, duty)) / period)
+    rms: Array = np.sqrt((total + duty.dwell * _held(rollout, motors, duty)) / period)
+    return rms
 
 
 def greatest_rises(rollout: Rollout, duty: Duty) -> Array:
@@ -106,10 +107,10 @@ class _Timeline(NamedTuple):
 
     def summed(self, values: Array) -> Array:
         """Sum of values (L, B x n_joints) over the pieces, (B, n_joints), one after another: no digit tells L."""
-        total = np.zeros_like(values[0])
+        total: Array = np.zeros_like(values[0])
         for row in values:
             total = total + row
-        return total.reshape(self.shape)
+        return np.asarray(total.reshape(self.shape))
 
 
 def _weighed(values: Array) -> Array:
@@ -170,7 +171,8 @@ def _kept(period: Array, cycles: int | None) -> Array:
         many = cycles - 1
         value = np.expm1(-many * real) / np.expm1(-real)
         slope = (-many * np.exp(-many * real) + value * np.exp(-real)) / np.expm1(-real)
-    return value + slope * (period - real) if np.iscomplexobj(period) else value
+    kept: Array = value + slope * (period - real) if np.iscomplexobj(period) else value
+    return kept
 
 
 def _peaks(timeline: _Timeline, looked: Array, shares: Array, ends: Array) -> Array:

@@ -16,6 +16,7 @@ from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
 from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, LimitParameter
 from trajevo.formulation.constraints.drives.heat import RMS_TORQUE, WINDING_TEMPERATURE
+from trajevo.formulation.constraints.drives.peak_power import PEAK_POWER
 from trajevo.formulation.constraints.drives.torque_at_speed import TORQUE_AT_SPEED
 from trajevo.formulation.constraints.further.dexterity import MANIPULABILITY, SINGULARITY
 from trajevo.formulation.constraints.further.effort_rate import EFFORT_RATE
@@ -46,6 +47,7 @@ KINDS: dict[str, LimitKind] = {
         TORQUE_AT_SPEED,
         RMS_TORQUE,
         WINDING_TEMPERATURE,
+        PEAK_POWER,
     )
 }
 
@@ -64,7 +66,7 @@ NAMED_KINDS: Registry[LimitKind] = Registry(
 
 
 def constraints_of(
-    names: Sequence[str], limited: Limited, *, limits: str = "certified", **given: Any
+    names: Sequence[str], limited: Limited, *, limits: str = "certified", shared: Sequence[str] = (), **given: Any
 ) -> tuple[Constraint, ...]:
     """The limits of a problem: those that are named, then those that a parameter switches on.
 
@@ -74,6 +76,7 @@ def constraints_of(
         limited: robot, points and interpolant.
         limits: ``"certified"`` to prove effort and tool speed between the samples, see
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
+        shared: parameters that something else takes too, so that no limit must be named for them.
         **given: parameters of limits; None means not given.
 
     Raises:
@@ -87,7 +90,7 @@ def constraints_of(
     for name in names:
         _check_named(name, kinds, by_name)
     for kind in kinds.values():
-        _check_unused(kind, names, given, kinds)
+        _check_unused(kind, names, {key: value for key, value in given.items() if key not in shared}, kinds)
     found = [kinds[name].constraint(limited, given) for name in names]
     asked = [kind for kind in kinds.values() if not kind.by_name and kind.asked_for(given)]
     return held([*found, *(kind.constraint(limited, given) for kind in asked)], limits)

@@ -133,9 +133,21 @@ CYCLES = LimitParameter(
 )
 
 
-def duty_of(dwell: float, cycles: int) -> Duty:
-    """How often a motion is made, from the parameters."""
-    return Duty(dwell, cycles or None)
+#: Their names, which objectives of drives share too.
+SHARED = (DWELL.name, CYCLES.name)
+
+
+def duty_of(dwell: Any, cycles: Any) -> Duty:
+    """How often a motion is made, from the parameters; None for what is not given.
+
+    Raises:
+        InvalidInputError: one that cannot be used.
+    """
+    rest, count = (
+        parameter.value(parameter.default if given is None else given)
+        for parameter, given in ((DWELL, dwell), (CYCLES, cycles))
+    )
+    return Duty(rest, count or None)
 
 
 RMS_TORQUE = LimitKind(
