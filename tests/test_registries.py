@@ -38,7 +38,7 @@ DRIVE = {
 }
 DRIVEN = UR5 | {"drives": {"shoulder_lift_joint": DRIVE}}
 POINTS = [[0.0, -1.5, 1.5, -1.5, -1.5, 0.0], [0.5, -1.0, 1.2, -1.7, -1.2, 0.3], [1.0, -1.4, 1.4, -1.4, -1.5, 0.0]]
-SI = re.compile(r"(?:rad|kg|m|s|N|J|W|1|\{joint\}|\{effort\}|or| )(?:\^\d)?(?:[*/](?:rad|kg|m|s|N|J|W)(?:\^\d)?)*")
+SI = re.compile(r"(?:rad|kg|m|s|N|J|W|K|1|\{joint\}|\{effort\}|or| )(?:\^\d)?(?:[*/](?:rad|kg|m|s|N|J|W|K)(?:\^\d)?)*")
 
 #: A value for every parameter without a default.
 GIVEN = {

@@ -25,7 +25,7 @@ torque_speed = [["0 rad/s", "19 N*m"], ["3 rad/s", "12 N*m"], ["9 rad/s", "0 N*m
 acceleration = 30.0
 jerk = 600.0
 [constraints]
-names = ["position", "velocity", "acceleration", "jerk", "effort", "torque_at_speed", "rms_torque"]
+limits = ["position", "velocity", "acceleration", "jerk", "effort", "torque_at_speed", "rms_torque"]
 dwell = {dwell}
 [algorithm]
 population = 16
@@ -38,7 +38,7 @@ polish = false
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("drives")
     (folder / "two_weak.urdf").write_text(WEAK)
-    (folder / "task.toml").write_text(TASK.format(dwell="'2 s'"))
+    (folder / "task.toml").write_text(TASK.format(dwell=2.0))
     told = trajevo("solve", "task.toml", *UNDRAWN, "--out", "run", cwd=folder)
     assert told.returncode == 0, told.stderr
     return folder / "run"

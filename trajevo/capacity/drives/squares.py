@@ -26,6 +26,9 @@ _SEEN = np.polynomial.legendre.legvander(2.0 * _SHARES - 1.0, NODES - 1).T
 #: How often pieces are split where the load changes its direction at the mass found.
 _ROUNDS = 6
 
+#: How far from the mass that was found first it is sought again, as a share of it.
+_WINDOW = 0.02
+
 #: Relative change of the mass that ends the splitting.
 _SETTLED = 1e-12
 
@@ -125,14 +128,25 @@ class JointCycle:
             fine = self
             for mass in ends:
                 fine = fine.split_at(mass)
-            before, found = found, fine._masses(respond, most)
+            before, found = found, fine._near(respond, most, found)
             if np.allclose(found[:2], before[:2], rtol=_SETTLED, atol=0.0):
                 break
         return found
 
-    def _masses(self, respond: _Respond, most: float) -> MassesOfJoint:
+    def _near(self, respond: _Respond, most: float, found: MassesOfJoint) -> MassesOfJoint:
+        """The masses once more, sought near those that were found first, if only the greatest is a root."""
+        if found.least == 0.0 and 0.0 < found.most < np.inf:
+            window = (1.0 - _WINDOW) * found.most, (1.0 + _WINDOW) * found.most
+            near = self._masses(respond, most, window)
+            if near.least == window[0] and near.most < window[1]:
+                return near._replace(least=0.0)
+        return self._masses(respond, most)
+
+    def _masses(self, respond: _Respond, most: float, window: tuple[float, float] = (0.0, np.inf)) -> MassesOfJoint:
         edges = self._edges()
-        inner = np.append(0.5 * (edges[1:-1] + edges[:-2]), edges[-2] + 1.0)
+        edges = np.concatenate([window[:1], edges[(edges > window[0]) & (edges < window[1])], window[1:]])
+        inner = 0.5 * (edges[1:] + edges[:-1])
+        inner[-1] = inner[-1] if np.isfinite(inner[-1]) else edges[-2] + 1.0
         squares, held = self._squares(self._factors(inner))
         a, b, c = respond(self.cycle, squares, held)
         low, high = within_square(a, b, c, most)

@@ -129,7 +129,12 @@ def count_of_cycles(name: str, value: Any, unit: str) -> int:
 #: Parameters that both kinds share.
 DWELL = LimitParameter("dwell", "s", "time at rest after each motion, before it begins anew", from_zero, default=0.0)
 CYCLES = LimitParameter(
-    "cycles", "", "how often the motion is made from cold windings on; 0 for ever", count_of_cycles, default=0, type=int
+    "cycles",
+    "1",
+    "how often the motion is made from cold windings on; 0 for ever",
+    count_of_cycles,
+    default=0,
+    type=int,
 )
 
 
