@@ -1,11 +1,10 @@
 """Drives on the command line: their limits in a task, the certificate, and capacity over a shift."""
 
-import json
-
 import pytest
 
 from tests.formulation.test_feasibility import WEAK
 from tests.helpers import UNDRAWN, trajevo
+from trajevo import Front
 
 TASK = """format = 1
 points = [[0.2, 0.0], [0.6, 0.3], [0.9, 0.4]]
@@ -24,6 +23,7 @@ torque_speed = [["0 rad/s", "19 N*m"], ["3 rad/s", "12 N*m"], ["9 rad/s", "0 N*m
 [limits]
 acceleration = 30.0
 jerk = 600.0
+effort = 60.0
 [constraints]
 limits = ["position", "velocity", "acceleration", "jerk", "effort", "torque_at_speed", "rms_torque"]
 dwell = {dwell}
@@ -77,4 +77,4 @@ def test_what_no_shift_is_is_refused(run, options, says):
 
 
 def test_the_run_keeps_the_time_at_rest(run):
-    assert json.loads((run / "problem.json").read_text())["settings"]["dwell"] == 2.0
+    assert Front.load(run).record.settings["dwell"] == 2.0

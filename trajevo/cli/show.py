@@ -213,6 +213,12 @@ def capacity(
 ) -> None:
     """Show the largest payload of a motion, which actuator limits it and when."""
     chosen = front_of(run, problem).pick(solution)
+    robot, by_drives = chosen.rollout.robot, None
+    if robot.drives:
+        by_drives = drive_capacity(chosen, dwell=dwell, cycles=cycles)
+    elif dwell or cycles is not None:
+        option = "--dwell" if dwell else "--cycles"
+        raise InvalidInputError(f"{option}: expected a robot with drives, {robot.name!r} has none")
     found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
     _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
     _out.print(f"capacity: {found}")
@@ -220,11 +226,8 @@ def capacity(
     if schedule is not None:
         _out.print(f"this is the mass of payload {schedule.varied}, where it is carried; carried: {schedule}")
     print_mass_notes(_out, chosen.front.problem.robot)
-    if chosen.rollout.robot.drives:
-        _out.print(f"by its drives: {drive_capacity(chosen, dwell=dwell, cycles=cycles)}")
-    elif dwell or cycles is not None:
-        option, robot = "--dwell" if dwell else "--cycles", chosen.rollout.robot
-        raise InvalidInputError(f"{option}: expected a robot with drives, {robot.name!r} has none")
+    if by_drives is not None:
+        _out.print(f"by its drives: {by_drives}")
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
     table = Listing("joint", "alone it could carry [kg]", "effort limit left [%]")
