@@ -77,4 +77,4 @@ def test_what_no_shift_is_is_refused(run, options, says):
 
 
 def test_the_run_keeps_the_time_at_rest(run):
-    assert Front.load(run).record.settings["dwell"] == 2.0
+    assert Front.load(run / "front.json").record.settings["dwell"] == 2.0
