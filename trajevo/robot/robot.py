@@ -124,12 +124,14 @@ class Robot(WithoutUrdf):
         names = tuple(model.names[1:])
         limits = given_limits(given.limits, names, units, ())
         mass = f", {moving_mass(model):.4g} kg" if given.has_body else ""
+        drives = robot_drives(given.drives, {}, names, units)
+        still = Friction(**{name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")})
         return cls(
             name=given.name,
             model=model,
             transmission=Direct(),
             limits=JointLimits(**limits_or_none(names, units, limits, where)),
-            friction=Friction(**{name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}),
+            friction=with_rotors(still, drives, names),
             joint_names=names,
             joint_units=units,
             tool=TOOL,
@@ -140,6 +142,7 @@ class Robot(WithoutUrdf):
             allow_massless=given.allow_massless,
             written=text,
             has_body=given.has_body,
+            drives=drives,
         )
 
     def __str__(self) -> str:
