@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from trajevo import plots
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
+    from trajevo.capacity.identification.identify import identify_payload
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_bounds, payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
@@ -150,6 +151,7 @@ _NAMES = {
     # What a motion can carry
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
     "capacity.drives.drive_capacity": ("drive_capacity", "drive_load"),
+    "capacity.identification.identify": ("identify_payload",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -247,6 +249,7 @@ __all__ = [
     "drive_load",
     "entropy_weights",
     "export",
+    "identify_payload",
     "largest_payload",
     "least_information_weights",
     "load_problem",

@@ -21,7 +21,8 @@ def headers(unit="deg", more=("effort [N*m]",)):
     return ["time [ms]", *positions, *(f"{name} {one}" for one in more for name in ROBOT.joint_names)]
 
 
-def test_a_table_is_read_in_si_and_in_any_order(tmp_path, rng=np.random.default_rng(1)):
+def test_a_table_is_read_in_si_and_in_any_order(tmp_path):
+    rng = np.random.default_rng(1)
     rows = rng.uniform(-90.0, 90.0, (12, 13))
     rows[:, 0] = np.arange(12) * 4.0
     order = rng.permutation(13)
@@ -71,7 +72,7 @@ def test_an_exported_motion_is_read_back(tmp_path):
 @pytest.mark.parametrize(
     ("names", "rows", "said"),
     [
-        (headers()[:-1] + ["elbow_joint torqe [N*m]"], 13, "elbow_joint torque"),
+        ([*headers()[:-1], "elbow_joint torqe [N*m]"], 13, "elbow_joint torque"),
         (headers()[1:], 12, "time \\[s\\]"),
         (["time", *headers()[1:]], 13, "unit such as"),
         (["time [s]", "shoulder_pan_joint position [N]", *headers()[2:]], 13, "unit such as"),

@@ -87,7 +87,9 @@ class JointLog:
         more = further or {}
         unknown = sorted(map(str, set(given) - {"time", "position", "effort", "current", *more}))
         if unknown:
-            raise InvalidInputError(f"{name}: expected time, position, effort and current, got {', '.join(unknown)} too")
+            raise InvalidInputError(
+                f"{name}: expected time, position, effort and current, got {', '.join(unknown)} too"
+            )
         time = numbers(given["time"], name=f"{name}: time", shape=("instants",))
         shape = len(time), robot.dof
         position = numbers(given["position"], name=f"{name}: position", shape=shape)
