@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from trajevo.front.weighing.weights import comparison_weights, entropy_weights, least_information_weights
     from trajevo.page.animation import animate
     from trajevo.page.report import report
+    from trajevo.page.sheet.sheet import payload_sheet
     from trajevo.path.boxes import CartesianBox, JointBox
     from trajevo.path.curve import GeometricPath
     from trajevo.path.inverse_kinematics import Pose
@@ -168,6 +169,7 @@ _NAMES = {
     "plots.analyses": ("analyse",),
     "page.report": ("report",),
     "page.animation": ("animate",),
+    "page.sheet.sheet": ("payload_sheet",),
     # Many runs
     "study.definition": ("Study", "load_study"),
     "study.engines": ("InProcess", "Processes"),
@@ -263,6 +265,7 @@ __all__ = [
     "payload_bounds",
     "payload_diagram",
     "payload_effort",
+    "payload_sheet",
     "plots",
     "polish",
     "price_along_path",

@@ -194,8 +194,8 @@ class ToolKinematics:
         at = turning = rate = acceleration = np.zeros_like(place)
 
         def reached(there: Array) -> Array:
-            moved = crossed(rate, there - at) + crossed(turning, crossed(turning, there - at))
-            return acceleration + moved
+            moved: Array = acceleration + crossed(rate, there - at) + crossed(turning, crossed(turning, there - at))
+            return moved
 
         for k, axis in enumerate(axes):
             along, more = axis * speed[..., k, None], axis * gain[..., k, None]
@@ -208,10 +208,10 @@ class ToolKinematics:
                 acceleration = acceleration + more + 2.0 * crossed(turning, along)
         acceleration = reached(place)
         back = np.swapaxes(rotation, -1, -2)
-        own = ((back @ one[..., None])[..., 0] for one in (acceleration, turning, rate))
+        own = [(back @ one[..., None])[..., 0] for one in (acceleration, turning, rate)]
         jacobian = self.pose_and_jacobian(q)[2]
         halves = back @ jacobian[..., :3, :], back @ jacobian[..., 3:, :]
-        return ToolMotion(rotation, *own, np.concatenate(halves, axis=-2))
+        return ToolMotion(rotation, own[0], own[1], own[2], np.concatenate(halves, axis=-2))
 
     def _checked(self, q: Array, name: str) -> Array:
         array = np.asarray(q, dtype=np.complex128 if np.iscomplexobj(q) else np.float64)

@@ -149,8 +149,14 @@ def _checked(
         raise InvalidInputError(
             f"{name}: expected instants that ascend, got {time[back[0] + 1]:g} s after {time[back[0]]:g} s"
         )
-    arrays = [frozen(np.array(one)) for one in (time, position, measured["effort"], measured["current"])]
-    return JointLog(*arrays, {one: frozen(np.array(values)) for one, values in others.items()}, source)
+    return JointLog(
+        time=frozen(np.array(time)),
+        position=frozen(np.array(position)),
+        effort=frozen(np.array(measured["effort"])),
+        current=frozen(np.array(measured["current"])),
+        further={one: frozen(np.array(values)) for one, values in others.items()},
+        source=source,
+    )
 
 
 def _unit(quantity: str, unit: str) -> str:

@@ -70,9 +70,9 @@ def test_an_exact_log_gives_the_payload():
 
 
 def test_ten_parameters_lie_in_their_intervals_in_most_noisy_logs():
-    """The share of 100 logs is tried among the long tests; of 8, at least 6 by far."""
+    """The share of 100 logs is tried among the long tests; of 80 intervals of 8 logs, 68 at least."""
     inside, boxes = covered(8)
-    assert (inside >= 6).all()
+    assert inside.sum() >= 68
     assert boxes >= 6
 
 
@@ -149,13 +149,14 @@ def _as_mjcf(model):
             f'<joint type="hinge" axis="{axis}"/>'
         )
         closed += "</body>"
-    return f'<mujoco><option gravity="0 0 -9.81"/><worldbody>{opened}{closed}</worldbody></mujoco>'
+    down = model.gravity.linear[2]
+    return f'<mujoco><option gravity="0 0 {down:.17g}"/><worldbody>{opened}{closed}</worldbody></mujoco>'
 
 
 def test_what_a_motion_does_not_show_is_said_and_not_made_up():
-    t, q, v, a = motion()
+    t, q, _, _ = motion()
     still = np.tile(q[0], (len(t), 1))
-    still[:, 3:5] = q[:, 3:5] * np.linspace(0.0, 1.0, len(t))[:, None] ** 0  # only two wrist joints turn, slowly
+    still[:, 3:5] = q[:, 3:5]  # only two wrist joints turn, slowly
     slow = {"time": 200.0 * t, "position": still, "effort": None}
     zero = np.zeros_like(still)
     slow["effort"] = Dynamics(ROBOT, TRUE).effort(still, zero, zero)

@@ -64,7 +64,8 @@ def fitted(regressor: Array, efforts: Array, scales: Array, noise: Array | None 
     for _ in range(_ROUNDS):
         weighted = _independent(columns, correlation) / spread[:, None]
         noisy = None if wrong is None else _independent(wrong, correlation) / spread[:, None]
-        shown, inverse = _directions(*(None if x is None else x.reshape(-1, len(scales)) for x in (weighted, noisy)))
+        flat = weighted.reshape(-1, len(scales))
+        shown, inverse = _directions(flat, None if noisy is None else noisy.reshape(flat.shape))
         values = inverse @ (_independent(efforts, correlation) / spread).reshape(-1)
         residual = efforts - columns @ values
         apart, used = _independent(residual, correlation), spread

@@ -52,7 +52,8 @@ def _of_current(current: Array, robot: Robot, k: int, v: Array, a: Array) -> Arr
     rotor = robot.friction.armature[k] * a
     through = constant * ratio * current - rotor
     if driving == driven == 1.0:
-        return rotor + through
+        plain: Array = rotor + through
+        return plain
     if driven == 0.0:
         raise InvalidInputError(f"efficiency_driven: the gear of {name!r} locks itself, so its current tells no load")
     way = np.sign(through * v)

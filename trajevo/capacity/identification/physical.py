@@ -50,7 +50,7 @@ def nearest_consistent(parameters: Array, covariance: Array) -> Array:
         away: Array = whiten @ (_parameters(entries.reshape(4, 4)) - parameters)
         return away
 
-    found = least_squares(excess, start.reshape(-1), method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    found = least_squares(excess, start.reshape(-1), xtol=1e-14, ftol=1e-14, gtol=1e-14)
     root = found.x.reshape(4, 4)
     own = root @ root.T
     size = np.sqrt(np.diagonal(own))

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.errors import InvalidInputError
 
 _DEGREE = 5
 
@@ -65,19 +66,19 @@ def smoothed(time: Array, position: Array) -> Smoothed:
 
 def _chosen(time: Array, values: Array) -> tuple[Any, float, Array]:
     """The spline of one joint by cross-validation, the standard deviation of what is left, and its knots."""
-    count, best = len(time), (np.inf, None)
+    count, least = len(time), np.inf
+    best: tuple[Any, float, Array] | None = None
     for pieces in _pieces(count):
         knots = _knots(time, pieces)
         spline = _fitted(time, values, knots)
         free = count - (pieces + _DEGREE)
         left = float(((values - spline(time)) ** 2).sum())
         score = left / free**2
-        if score < best[0]:
-            best = score, (spline, float(np.sqrt(left / free)), knots)
-    if best[1] is None:  # nothing is left of a joint that stands still
-        knots = _knots(time, 1)
-        return _fitted(time, values, knots), 0.0, knots
-    return best[1]
+        if best is None or score < least:
+            least, best = score, (spline, float(np.sqrt(left / free)), knots)
+    if best is None:
+        raise InvalidInputError(f"log: expected more instants than {count}")
+    return best
 
 
 def _pieces(count: int) -> list[int]:
