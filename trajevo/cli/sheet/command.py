@@ -12,14 +12,11 @@ from trajevo.base.units import quantity
 from trajevo.cli import completion
 from trajevo.cli.console import Terminal
 from trajevo.cli.problem_options import ProblemOption
-from trajevo.cli.results import RunArgument, beside, front_of
+from trajevo.cli.results import SHEET_FILE, RunArgument, beside, front_of
 from trajevo.errors import InvalidInputError
 from trajevo.page.sheet.sheet import payload_sheet
 
 _out = Terminal()
-
-#: File of a sheet beside the front.
-SHEET_FILE = "payload_sheet.html"
 
 #: A load on the arm as it is written.
 _MOUNTED = re.compile(r"([^=]+)=([^@]+?)(?:@(.*))?")
@@ -40,8 +37,8 @@ def payload_sheet_of(
     supplementary: Annotated[
         list[str] | None,
         typer.Option(
-            help="JOINT=MASS@X,Y,Z of a load mounted on the arm: a mass, such as '10 kg', and its centre in the frame of "
-            "the joint [m]; may be repeated."
+            help="JOINT=MASS@X,Y,Z of a load mounted on the arm: a mass, such as '10 kg', and its centre in the frame "
+            "of the joint [m]; may be repeated."
         ),
     ] = None,
     creator: Annotated[str, typer.Option(help="Who makes the sheet; a line to fill in if not given.")] = "",

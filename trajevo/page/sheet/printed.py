@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from importlib import resources
 from string import Template
@@ -12,6 +12,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.base.shown import html
 from trajevo.base.units import pretty
+from trajevo.page.sheet.load_data import LoadData
 from trajevo.page.sheet.sheet import PayloadSheet
 from trajevo.page.sheet.verdicts import OPEN, OVERLOADED, Axis, Verdict
 
@@ -67,7 +68,7 @@ def _about(sheet: PayloadSheet) -> list[tuple[str, str]]:
 def _load(sheet: PayloadSheet) -> str:
     """Load data at the tool and on the arm, as one table with a column for each load."""
     loads = [(f"at {sheet.tool}", sheet.load), *((f"on {one.joint}", one.data) for one in sheet.supplementary)]
-    told = (
+    told: tuple[tuple[str, Callable[[LoadData], str]], ...] = (
         ("mass [kg]", lambda load: f"{load.mass:.4g}"),
         ("centre X, Y, Z [mm]", lambda load: _numbers(1e3 * load.com)),
         ("inertia about it Ixx, Iyy, Izz [kg·m²]", lambda load: _numbers(np.diagonal(load.inertia))),
@@ -148,7 +149,8 @@ def _drives(duty: Sequence[Verdict]) -> str:
     heads = "".join(
         f"<th>{escape(verdict.about)} {_badge(verdict.word)}<br>{escape(_binding(verdict))}</th>" for verdict in duty
     )
-    return f"<section><h2>Drives</h2><table><thead><tr><th>axis</th>{heads}</tr></thead><tbody>{rows}</tbody></table></section>"
+    head = f"<thead><tr><th>axis</th>{heads}</tr></thead>"
+    return f"<section><h2>Drives</h2><table>{head}<tbody>{rows}</tbody></table></section>"
 
 
 def _driven(axis: Axis | None) -> str:
