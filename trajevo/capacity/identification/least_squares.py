@@ -90,11 +90,15 @@ def _independent(values: Array, correlation: Array) -> Array:
 
 
 def _correlation(residual: Array, least: float) -> Array:
-    """Correlation of what is left of each joint from instant to instant, 0 where it may be chance."""
+    """Correlation of what is left of each joint from instant to instant, 0 where it may be chance.
+
+    With what was fitted some correlation goes too: it is put back to first order (Marriott and Pope 1954).
+    """
     power = (residual**2).sum(axis=0)
     share = (residual[1:] * residual[:-1]).sum(axis=0) / np.maximum(power, least**2)
     chance = 2.0 / np.sqrt(len(residual))
-    return np.where(np.abs(share) > chance, np.clip(share, -_CORRELATED, _CORRELATED), 0.0)
+    without_bias = np.clip(share + (1.0 + 4.0 * share) / len(residual), -_CORRELATED, _CORRELATED)
+    return np.where(np.abs(share) > chance, without_bias, 0.0)
 
 
 def _directions(rows: Array, noisy: Array | None) -> tuple[Array, Array]:
