@@ -43,7 +43,8 @@ def identify_payload(
     """Mass, centre of mass and inertia of what a robot carried, with error bars, from a log of torques or currents.
 
     Args:
-        log: a file of a motion with the payload, see :func:`trajevo.read_joint_log`, or its arrays by name: ``time``,
+        log: a file of a motion with the payload, see
+            :func:`trajevo.trajectory.joint_log.read_joint_log`, or its arrays by name: ``time``,
             ``position``, and ``effort`` or ``current``. Velocities and accelerations come from the positions.
         robot: the robot; currents need its drives.
         empty: a log of the same motion without payload, which is taken off; the robot's model if None.
