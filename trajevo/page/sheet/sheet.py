@@ -16,7 +16,6 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo import __version__
 from trajevo.base.arrays import numbers
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import Capacity
@@ -25,6 +24,7 @@ from trajevo.capacity.drives.drive_capacity import rollout_mass
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
+from trajevo.front.records import installed_versions
 from trajevo.page.sheet.load_data import LoadData
 from trajevo.page.sheet.supplementary import SupplementaryLoad, loads_on
 from trajevo.page.sheet.verdicts import Verdict, driven, held, moving, together
@@ -208,7 +208,7 @@ def payload_sheet(
         tool=rollout.robot.tool,
         creator=creator,
         made_on=date.today().isoformat(),
-        version=__version__,
+        version=installed_versions()["trajevo"],
         load=LoadData.of(
             rollout.dynamics.payload.with_mass(mass) if rollout.masses is not None else rollout.dynamics.payload
         ),
