@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
     from trajevo.capacity.drives.energy import energy_balance
     from trajevo.capacity.drives.fitting import fit_drives
+    from trajevo.capacity.identification.identify import identify_payload
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_bounds, payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from trajevo.front.weighing.weights import comparison_weights, entropy_weights, least_information_weights
     from trajevo.page.animation import animate
     from trajevo.page.report import report
+    from trajevo.page.sheet.sheet import payload_sheet
     from trajevo.path.boxes import CartesianBox, JointBox
     from trajevo.path.curve import GeometricPath
     from trajevo.path.inverse_kinematics import Pose
@@ -156,6 +158,7 @@ _NAMES = {
     "capacity.drives.drive_capacity": ("drive_capacity", "drive_load"),
     "capacity.drives.energy": ("energy_balance",),
     "capacity.drives.fitting": ("fit_drives",),
+    "capacity.identification.identify": ("identify_payload",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -172,6 +175,7 @@ _NAMES = {
     "plots.analyses": ("analyse",),
     "page.report": ("report",),
     "page.animation": ("animate",),
+    "page.sheet.sheet": ("payload_sheet",),
     # Many runs
     "study.definition": ("Study", "load_study"),
     "study.engines": ("InProcess", "Processes"),
@@ -256,6 +260,7 @@ __all__ = [
     "entropy_weights",
     "export",
     "fit_drives",
+    "identify_payload",
     "largest_payload",
     "least_information_weights",
     "load_problem",
@@ -269,6 +274,7 @@ __all__ = [
     "payload_bounds",
     "payload_diagram",
     "payload_effort",
+    "payload_sheet",
     "plots",
     "polish",
     "price_along_path",

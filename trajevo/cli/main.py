@@ -122,6 +122,11 @@ COMMANDS = {
         "diagram",
         "Show and draw the largest payload of a motion by the offset of its centre of mass from the tool.",
     ),
+    "payload-sheet": _Home(
+        "sheet.command",
+        "payload_sheet_of",
+        "Write the sheet of what a motion carries, to check and sign, and its JSON; exit code 1 unless within limits.",
+    ),
     "payload-time": _Home(
         "payload",
         "payload_time",

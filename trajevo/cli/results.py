@@ -52,6 +52,9 @@ VerboseOption = Annotated[bool, typer.Option("--verbose", help="All settings too
 SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE = "slowdown.png", "payload_diagram.png", "payload_time.png"
 EXCHANGE_PICTURE = "exchange_rates.png"
 
+#: The sheet that ``payload-sheet`` writes beside a front, and its JSON.
+SHEET_FILE, SHEET_DATA = "payload_sheet.html", "payload_sheet.json"
+
 
 #: Suffix of the stem of the picture with the price of uncertainty.
 PRICE_SUFFIX = "_uncertainty"
@@ -221,9 +224,9 @@ def write_report_of(
 
 
 def clear_stale(folder: Path) -> None:
-    """Remove an earlier run's files beside the new front: report, analyses, pictures, exported solutions; no others."""
+    """Remove an earlier run's files beside the new front: report, analyses, pictures, sheet, exported solutions."""
     pictures = (no_link(folder / PLOTS_FOLDER) / f"{stem}.{ending}" for stem in FIGURES for ending in FORMATS)
-    told = (folder / name for name in PICTURES)
+    told = (folder / name for name in (*PICTURES, SHEET_FILE, SHEET_DATA))
     exported = (file for file in folder.glob("*.*") if is_exported(file))
     for file in (folder / REPORT_FILE, analyses_of(folder), *pictures, *told, *exported):
         removed(file)

@@ -26,6 +26,7 @@ from trajevo.dynamics.integrals.efforts import (
     mechanical_energy,
 )
 from trajevo.dynamics.integrals.travel import joint_travel, tool_path_length
+from trajevo.dynamics.payload_regressor.excitation import payload_condition
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot, position_unit
@@ -289,6 +290,14 @@ OBJECTIVES: dict[str, Objective] = {
             tool_path_length,
             needs=("tool",),
             help="∫ |velocity of the tool's origin| dt",
+        ),
+        Objective(
+            "payload_condition",
+            "1",
+            _BY_NAME,
+            payload_condition,
+            needs=("tool",),
+            help="condition number with which the motion shows a payload's ten parameters",
         ),
         # Minus the mass: a problem replaces it by the objective of its PayloadVariable, which has the greatest mass.
         Objective(
