@@ -92,8 +92,19 @@ class Plant:
             efforts: efforts of every step, shape (B, steps, n_joints) [N·m or N].
             rows: numbers of the copies that these are, shape (B,).
         """
-        models = self._models if len(self._models) == 1 else [self._models[row] for row in rows]
-        after, _ = self._player.rollout(models, self._data, states, efforts - self._uneven)
+        models = self._models * len(rows) if len(self._models) == 1 else [self._models[row] for row in rows]
+        controls = np.ascontiguousarray(efforts - self._uneven)
+        after = np.empty((*controls.shape[:2], self._size))
+        # Shapes are right by construction; looking at them takes twice as long as a motion's step.
+        self._player.rollout(
+            models,
+            self._data,
+            np.ascontiguousarray(states),
+            controls,
+            skip_checks=True,
+            nstep=controls.shape[1],
+            state=after,
+        )
         last: Array = after[:, -1]
         return last
 
