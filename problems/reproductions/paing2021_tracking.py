@@ -60,7 +60,7 @@ def tracking(desk: Desk) -> Shown:
     control = CONTROL | ({"rate": _SHORT} if desk.short else {})
     found = {}
     for name, varied in _cases(motions, short=desk.short):
-        played = {each: simulate(rollout, **control) for each, rollout in varied.items()}
+        played: dict[str, Any] = {each: simulate(rollout, **control) for each, rollout in varied.items()}
         found[name] = played["proposed"], played["linear"]
     rows = [(name, *_less(*pair).ravel().tolist(), *_means(pair)) for name, pair in found.items()]
     titles = [f"{what} less, {axis} [%]" for what in ("mean", "spread") for axis in "xy"]
@@ -95,17 +95,22 @@ def _cases(motions: Mapping[str, Rollout], *, short: bool) -> Iterator[tuple[str
     faster, linear = (float(motions[name].trajectory.duration[0]) for name in ("proposed", "linear"))
     robot = motions["linear"].robot
     slowed = motions["linear"].trajectory.slowed(faster / (1.0 - _FASTER) / linear)
-    yield f"linear motion {100.0 * _FASTER:g} % slower, as printed", {**motions, "linear": Rollout(Dynamics(robot), slowed)}
-    yield f"{_HEAVIER:g} kg more on the table", {
-        name: Rollout(Dynamics(robot, Payload(_HEAVIER)), rollout.trajectory) for name, rollout in motions.items()
-    }
+    yield (
+        f"linear motion {100.0 * _FASTER:g} % slower, as printed",
+        {**motions, "linear": Rollout(Dynamics(robot), slowed)},
+    )
+    yield (
+        f"{_HEAVIER:g} kg more on the table",
+        {name: Rollout(Dynamics(robot, Payload(_HEAVIER)), rollout.trajectory) for name, rollout in motions.items()},
+    )
     masses = np.array([sum(body.mass for body in list(robot.model.inertias)[k:]) for k in (1, 2)])
     for acceleration in _DRY:
         friction = replace(robot.friction, coulomb=acceleration * masses, coulomb_backward=None)
         rubbing = replace(robot, friction=friction)
-        yield f"dry friction of {acceleration:g} m/s^2 times the mass", {
-            name: Rollout(Dynamics(rubbing), rollout.trajectory) for name, rollout in motions.items()
-        }
+        yield (
+            f"dry friction of {acceleration:g} m/s^2 times the mass",
+            {name: Rollout(Dynamics(rubbing), rollout.trajectory) for name, rollout in motions.items()},
+        )
 
 
 def _less(ours: Simulation, theirs: Simulation) -> Array:
@@ -125,14 +130,16 @@ def _said(found: Mapping[str, tuple[Simulation, Simulation]], motions: Mapping[s
     asked = []
     for name in ("proposed", "linear"):
         trajectory = motions[name].trajectory
-        asked.append(np.abs(trajectory.evaluate(np.linspace(0.0, float(trajectory.duration[0]), 5001), 2)[0]).mean(axis=0))
+        asked.append(
+            np.abs(trajectory.evaluate(np.linspace(0.0, float(trajectory.duration[0]), 5001), 2)[0]).mean(axis=0)
+        )
     more = 100.0 * (asked[0] / asked[1] - 1.0)
     less = _less(proposed, linear)[0]
     yield (
         "Simulated with the printed gains of 10000 1/s^2 and 200 1/s, positions in steps of 76.29 nm and their "
-        f"differences as velocities, the mean error changes by {-less[0]:+.1f} % in x and {-less[1]:+.1f} % in y from the "
-        f"linear to the proposed motion, as does the mean acceleration: {more[0]:+.1f} % and {more[1]:+.1f} %. The gains "
-        "are per mass, so masses do not matter. Rigid axes, no noise and no dry friction are assumptions; the table "
+        f"differences as velocities, the mean error changes by {-less[0]:+.1f} % in x and {-less[1]:+.1f} % in y from "
+        f"the linear to the proposed motion, as does the mean acceleration: {more[0]:+.1f} % and {more[1]:+.1f} %. The "
+        "gains are per mass, so masses do not matter. Rigid axes, no noise and no dry friction are assumptions; the table "
         "has others."
     )
 

@@ -13,7 +13,7 @@ from trajevo.verification.twin.plant import Plant
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'trajevo[twin]'")
 
-from tests.twin import Twin
+from tests.twin import Twin  # noqa: E402
 
 PAYLOAD = Payload(1.5, (0.02, -0.03, 0.05), ((0.008, 0.0004, 0.0), (0.0004, 0.011, -0.0007), (0.0, -0.0007, 0.009)))
 
@@ -35,7 +35,7 @@ def test_the_plant_moves_as_the_robot_that_mujoco_reads_itself(name):
     robot = load_robot(name, friction={"coulomb": 0.0, "viscous": 0.7, "armature": 0.2}, **given)
     step, rng = 1e-3, np.random.default_rng(3)
     q, v = rng.uniform(-1.0, 1.0, (2, robot.dof))
-    efforts = rng.uniform(-20.0, 20.0, (100, robot.dof))
+    efforts = rng.uniform(-20.0, 20.0, (40, robot.dof))
     ours = stepped(Plant(robot, [carrying(robot, PAYLOAD)], step), q, v, efforts)
     twin = Twin.of(robot, PAYLOAD, gravity=tuple(robot.model.gravity.linear))
     twin.model.opt.timestep, twin.model.opt.integrator = step, mujoco.mjtIntegrator.mjINT_RK4
@@ -50,7 +50,7 @@ def test_the_plant_moves_as_the_robot_that_mujoco_reads_itself(name):
 
 def test_a_falling_rod_keeps_its_energy():
     robot = one_joint(ROD)
-    found = stepped(Plant(robot, [robot.model], 1e-3), np.zeros(1), np.zeros(1), np.zeros((5000, 1)))[:, :, 0]
+    found = stepped(Plant(robot, [robot.model], 1e-3), np.zeros(1), np.zeros(1), np.zeros((1500, 1)))[:, :, 0]
     inertia = 0.08 + 1.5 * 0.4**2
     energy = 0.5 * inertia * found[:, 1] ** 2 - 1.5 * 9.81 * 0.4 * np.sin(found[:, 0])
     assert np.abs(found[:, 1]).max() > 5.0
@@ -63,7 +63,7 @@ def test_dry_friction_stops_a_slide_as_on_paper_and_holds_it():
     friction = replace(robot.friction, coulomb=np.array([3.0]), coulomb_backward=np.array([1.0]))
     robot = replace(robot, friction=friction)
     step = 2.5e-4
-    for speed, deceleration in ((1.0, 1.5), (-1.0, 0.5)):
+    for speed, deceleration in ((0.3, 1.5), (-0.1, 0.5)):
         plant = Plant(robot, [robot.model], step)
         stops = abs(speed) / deceleration
         count = round(1.5 * stops / step)
@@ -73,7 +73,7 @@ def test_dry_friction_stops_a_slide_as_on_paper_and_holds_it():
         np.testing.assert_allclose(found[:, 1], expected, atol=2e-3)
         assert found[-1, 0] == pytest.approx(0.5 * speed * stops, abs=1e-3)
     for force in (2.9, -0.9):
-        held = stepped(Plant(robot, [robot.model], step), np.zeros(1), np.zeros(1), np.full((4000, 1), force))
+        held = stepped(Plant(robot, [robot.model], step), np.zeros(1), np.zeros(1), np.full((800, 1), force))
         assert np.abs(held[:, 1]).max() < 1e-3
 
 
@@ -118,22 +118,22 @@ def test_a_slide_under_pd_is_scipys_solution(late):
 
 
 def test_computed_torque_tracks_with_an_error_of_the_order_of_the_period():
-    moved = puma_motion(PAYLOAD, friction={"coulomb": 0.0, "viscous": 1.0})
-    errors = [simulate(moved, rate=rate, step=1.0 / rate).rms_tool_error for rate in (500.0, 1000.0, 2000.0, 4000.0)]
-    assert errors[-1] < 5e-6
+    moved = puma_motion(PAYLOAD, 0.6, friction={"coulomb": 0.0, "viscous": 1.0})
+    errors = [simulate(moved, rate=rate, settle=0.0).rms_tool_error for rate in (250.0, 500.0, 1000.0)]
+    assert errors[-1] < 1e-4
     np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 2.0, rtol=0.02)
 
 
 def test_efforts_are_those_of_the_planned_motion_in_ideal_conditions():
-    moved = puma_motion(PAYLOAD)
+    moved = puma_motion(PAYLOAD, 0.6)
     trajectory, apart = moved.trajectory, []
-    for rate in (1000.0, 4000.0):
+    for rate in (500.0, 2000.0):
         found = simulate(moved, rate=rate, settle=0.0)
         t = found.t[:-1][None]
         planned = moved.effort_in(*(trajectory.evaluate(t, order) for order in range(3)))[0]
         inside = (np.abs(trajectory.evaluate(t, 1)[0]) > 0.05).all(axis=1)  # dry friction jumps where a joint turns
         apart.append(np.abs(found.effort[:-1] - planned)[inside].max() / np.abs(planned).max())
-    assert apart[0] < 0.03
+    assert apart[0] < 0.06
     assert apart[1] < 0.5 * apart[0]
 
 
@@ -142,8 +142,8 @@ def test_a_wrong_payload_leaves_the_error_that_its_weight_makes(controller):
     """At rest M kp e, or D kp e, bears the weight that the controller does not know."""
     payload = Payload(2.0, (0.1, 0.0, 0.1))
     robot = puma(friction={"coulomb": 0.0, "viscous": 2.0, "armature": 0.5})
-    moved = motion(robot, [[0.0, 0.8, 0.0, 0.0, 0.8, 0.0], [0.1, 0.7, 0.1, 0.1, 0.7, 0.1]], [0.5], payload)
-    given = {"controller": controller, "payload_error": -0.5, "natural_frequency": 30.0, "settle": 2.0}
+    moved = motion(robot, [[0.0, 0.8, 0.0, 0.0, 0.8, 0.0], [0.1, 0.7, 0.1, 0.1, 0.7, 0.1]], [0.3], payload)
+    given = {"controller": controller, "payload_error": -0.5, "natural_frequency": 45.0, "settle": 0.9}
     found = simulate(moved, **given, tolerance=1e-6)
     q, still = found.q[-1:], np.zeros((1, 6))
     believed = moved.dynamics.__class__(robot, payload.with_mass(1.0))
@@ -153,22 +153,22 @@ def test_a_wrong_payload_leaves_the_error_that_its_weight_makes(controller):
             (believed.effort(start, still, unit[None]) - believed.effort(start, still, still))[0, k]
             for k, unit in enumerate(np.eye(6))
         ]
-        corrected = np.array(inertia) * 900.0 * found.error[-1]
+        corrected = np.array(inertia) * 2025.0 * found.error[-1]
     else:
-        asked = (900.0 * found.error[-1])[None]
+        asked = (2025.0 * found.error[-1])[None]
         corrected = (believed.effort(q, still, asked) - believed.effort(q, still, still))[0]
     missing = (moved.dynamics.effort(q, still, still) - believed.effort(q, still, still))[0]
     assert np.abs(missing).max() > 1.0
     np.testing.assert_allclose(corrected, missing, atol=1e-6)
     assert found.settling == np.inf
-    assert found.rest_error > 1e-3
+    assert found.rest_error > 3e-4
 
 
 def test_masses_of_motions_are_those_of_their_payloads():
     """A rollout whose motions carry masses of their own moves as one with that payload."""
-    light, heavy = (puma_motion(PAYLOAD.with_mass(mass)) for mass in (0.5, 3.0))
+    light, heavy = (puma_motion(PAYLOAD.with_mass(mass), 0.1) for mass in (0.5, 3.0))
     for other, mass in ((light, 0.5), (heavy, 3.0)):
         moved = Rollout(light.dynamics, light.trajectory, masses=np.array([mass]))
-        found, expected = (simulate(each, payload_error=0.2, settle=0.1) for each in (moved, other))
+        found, expected = (simulate(each, payload_error=0.2, settle=0.0) for each in (moved, other))
         np.testing.assert_allclose(found.q, expected.q, atol=1e-10)
         np.testing.assert_allclose(found.effort, expected.effort, atol=1e-6)

@@ -3,8 +3,8 @@
 With the error e = reference - measured position, its rate as the difference of two samples over the period, the gains
 kp = ω² and kd = 2 ζ ω, and dynamics of the payload that the controller believes in:
 
-- computed torque: M(q) (a + kd e' + kp e) + h(q, v) + friction, with measured q and v = reference velocity - e', where h
-  are Coriolis forces and gravity. Dry friction has the sign of the reference velocity.
+- computed torque: M(q) (a + kd e' + kp e) + h(q, v) + friction, with measured q and v = reference velocity - e', where
+  h are Coriolis forces and gravity. Dry friction has the sign of the reference velocity.
 - PD: D (kd e' + kp e) + g(q) + viscous friction at v, where D are the inertias of the joints at the start, each with
   the others held, and g is gravity. There is no acceleration fed forward, and no dry friction.
 """
@@ -95,7 +95,7 @@ class ComputedTorque(Controller):
         q, v, a = reference
         asked = a + self.corrected(error, rate)
         total: Array = self.belief.effort(q - error, v - rate, asked, rows)
-        return total + self.belief.friction.dry(v)
+        return total + self.belief.friction.dry(v) if self.belief.friction.is_dry else total
 
 
 @final

@@ -17,7 +17,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct
 
-#: Time constant of dry friction in integration steps, which MuJoCo does not allow to be shorter, and how hard it is [1].
+#: Time constant of dry friction in integration steps, the shortest that MuJoCo allows, and how hard it is [1].
 _FRICTION_STEPS, _FRICTION_HARDNESS = 2.0, 0.99
 
 
@@ -54,8 +54,8 @@ class Plant:
         self._mujoco = _engine()
         if not isinstance(robot.transmission, Direct):
             raise InvalidInputError(
-                f"robot {robot.name!r}: expected actuators that drive one joint each; MuJoCo couples joints only softly, "
-                "so coupled ones and followers are not simulated"
+                f"robot {robot.name!r}: expected actuators that drive one joint each; MuJoCo couples joints only "
+                "softly, so coupled ones and followers are not simulated"
             )
         self._models = [self._compiled(robot, model, step) for model in models]
         first = self._models[0]
@@ -66,6 +66,7 @@ class Plant:
         self._player = self._mujoco.rollout.Rollout(nthread=0)
         # Forward friction less the mean of both directions.
         self._uneven = 0.5 * (robot.friction.coulomb - np.asarray(robot.friction.coulomb_backward))
+        self._is_uneven = bool(self._uneven.any())
 
     def at(self, q: Array, v: Array) -> Array:
         """States of MuJoCo, shape (B, size), of copies at positions and velocities (B, n_joints) [SI]."""
@@ -93,7 +94,7 @@ class Plant:
             rows: numbers of the copies that these are, shape (B,).
         """
         models = self._models * len(rows) if len(self._models) == 1 else [self._models[row] for row in rows]
-        controls = np.ascontiguousarray(efforts - self._uneven)
+        controls = np.ascontiguousarray(efforts - self._uneven if self._is_uneven else efforts)
         after = np.empty((*controls.shape[:2], self._size))
         # Shapes are right by construction; looking at them takes twice as long as a motion's step.
         self._player.rollout(

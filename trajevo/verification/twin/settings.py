@@ -36,7 +36,7 @@ class TwinSettings:
     Attributes:
         controller: a key of :data:`CONTROLLERS`.
         rate: how often the controller measures and acts [Hz]; in between, efforts are held.
-        natural_frequency: of the error's decay, of every joint [rad/s]; its square is the gain of position errors [1/s²].
+        natural_frequency: of the error's decay, of every joint [rad/s]; its square is the gain of position errors.
         damping_ratio: of that decay [1]; twice this times the natural frequency is the gain of velocity errors [1/s].
         resolution: step of the encoders [rad or m], 0 for none.
         noise: standard deviation of the measured positions [rad or m].
@@ -45,8 +45,8 @@ class TwinSettings:
         seed: seed of the noise, which is the same for every motion.
         tolerance: distance of the tool from where the motion ends within which it is settled [m].
         settle: how long it is watched after the end of the motion [s].
-        step: integration step [s]; the longest that is not above 1 ms, or 0.25 ms with dry friction, if None. It is made
-            shorter so that whole steps fill a period.
+        step: integration step [s]; the longest that is not above 1 ms, or 0.25 ms with dry friction, if None. It is
+            made shorter so that whole steps fill a period.
 
     Raises:
         UnknownNameError: no such controller.
@@ -78,7 +78,12 @@ class TwinSettings:
             ("settle", 0.0, 1e3, "a time from 0 to 1000 s"),
         ):
             object.__setattr__(self, name, _between(name, getattr(self, name), least, most, what))
-        for name, zero in (("natural_frequency", False), ("damping_ratio", True), ("resolution", True), ("noise", True)):
+        for name, zero in (
+            ("natural_frequency", False),
+            ("damping_ratio", True),
+            ("resolution", True),
+            ("noise", True),
+        ):
             object.__setattr__(self, name, _amounts(name, getattr(self, name), zero=zero))
         if isinstance(self.seed, bool) or not isinstance(self.seed, int | np.integer) or self.seed < 0:
             raise InvalidInputError(f"seed: expected a whole number from 0 on, got {self.seed!r}")
@@ -107,7 +112,7 @@ class TwinSettings:
         found = round(self.delay / step)
         if abs(self.delay - found * step) > _WHOLE * step:
             raise InvalidInputError(
-                f"delay: expected whole integration steps of {step:.6g} s, got {self.delay:g} s; a shorter step= has more"
+                f"delay: expected whole integration steps of {step:.6g} s, got {self.delay:g} s; give a shorter step"
             )
         return found
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trajevo.base.arrays import frozen
+from trajevo.base.arrays import Array, frozen
 from trajevo.dynamics.rollout import Rollout, rollout_of
-from trajevo.errors import NoSolutionError
+from trajevo.errors import InvalidInputError, NoSolutionError
 from trajevo.front.front import Front, Solution
+from trajevo.front.selection import rows_of
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.verification.twin.loop import played
 from trajevo.verification.twin.settings import TwinSettings
@@ -25,10 +26,6 @@ if TYPE_CHECKING:
 _TOGETHER = 50
 
 
-@overload
-def simulate(motion: Front, **settings: Any) -> SimulatedFront: ...
-@overload
-def simulate(motion: Solution | Rollout | WeightedOptimum, **settings: Any) -> Simulation: ...
 def simulate(
     motion: Front | Solution | Rollout | WeightedOptimum,
     *,
@@ -44,6 +41,7 @@ def simulate(
     tolerance: float = 1e-3,
     settle: float = 1.0,
     step: float | None = None,
+    rows: Sequence[int] | Array | None = None,
 ) -> Simulation | SimulatedFront:
     """Play a motion, or every motion of a front, in closed loop on the robot in MuJoCo, and tell what comes of it.
 
@@ -64,8 +62,9 @@ def simulate(
         seed: seed of the noise, which is the same for every motion.
         tolerance: distance of the tool from where the motion ends within which it is settled [m].
         settle: how long it is watched after the end [s].
-        step: integration step [s]; the longest that is not above 1 ms, or 0.25 ms with dry friction, if None. It is made
-            shorter so that whole steps fill a period.
+        step: integration step [s]; the longest that is not above 1 ms, or 0.25 ms with dry friction, if None. It is
+            made shorter so that whole steps fill a period.
+        rows: solutions of a front that are played, such as those of ``front.thinned(100)``; all if None.
 
     Returns:
         Of one motion a :class:`~trajevo.verification.twin.simulation.Simulation`, of a front a
@@ -92,17 +91,27 @@ def simulate(
         settle=settle,
         step=step,
     )
-    if not isinstance(motion, Front):
-        return next(_simulations(_part(rollout_of(motion), slice(0, 1)), settings))
-    if not len(motion):
-        raise NoSolutionError(f"the front is empty: {motion.blocking}")
-    rollout, found = motion.rollouts, []
-    for begin in range(0, len(motion), _TOGETHER):
+    if isinstance(motion, Front):
+        return _simulated_front(motion, settings, rows)
+    if rows is not None:
+        raise InvalidInputError(f"rows: expected a front with them, got {type(motion).__name__}")
+    return next(_simulations(_part(rollout_of(motion), slice(0, 1)), settings))
+
+
+def _simulated_front(front: Front, settings: TwinSettings, rows: Any) -> SimulatedFront:
+    """Rows of a front in closed loop, all if None."""
+    if not len(front):
+        raise NoSolutionError(f"the front is empty: {front.blocking}")
+    chosen = np.arange(len(front)) if rows is None else rows_of(rows, len(front))
+    if isinstance(chosen, int) or not len(chosen):
+        raise InvalidInputError(f"rows: expected several rows of the front, got {rows!r}")
+    rollout, found = front.rollouts_of(chosen), []
+    for begin in range(0, len(chosen), _TOGETHER):
         for one in _simulations(_part(rollout, slice(begin, begin + _TOGETHER)), settings):
             found.append({name: getattr(one, name) for name in _BY_MEMBER})
     step = settings.period / settings.steps(dry=rollout.robot.friction.is_dry)
     columns = {name: frozen(np.array([each[name] for each in found])) for name in _BY_MEMBER}
-    return SimulatedFront(front=motion, settings=settings, integration_step=step, **columns)
+    return SimulatedFront(front=front, rows=frozen(chosen), settings=settings, integration_step=step, **columns)
 
 
 #: What a simulated front has of each of its motions.
@@ -130,7 +139,7 @@ def _simulations(rollout: Rollout, settings: TwinSettings) -> Iterator[Simulatio
     tool = ToolKinematics.of(robot)
     for row, count in enumerate(found.counts.tolist()):
         q, reference = found.q[row, :count], found.reference[row, :count]
-        gone = ~np.isfinite(q).all(axis=1)
+        gone: Array = np.asarray(~np.isfinite(q).all(axis=1))
         away = tool.pose(np.where(gone[:, None], reference, q))[0] - tool.pose(reference)[0]
         yield Simulation(
             robot=robot,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, final
 
 import moocore
@@ -23,10 +23,11 @@ from trajevo.verification.twin.settings import TwinSettings
 @final
 @dataclass(frozen=True, eq=False)
 class SimulatedFront:
-    """A front as it was played in closed loop; arrays have one row for each of its N solutions.
+    """A front as it was played in closed loop; arrays have one row for each of the N solutions that were played.
 
     Attributes:
         front: the front.
+        rows: rows of the front that were played, ascending, shape (N,).
         settings: controller, sensors, delay and payload.
         settling: time after the end of the motion from which on the tool stays within the tolerance, shape (N,) [s];
             inf if it does not.
@@ -41,6 +42,7 @@ class SimulatedFront:
     """
 
     front: Front
+    rows: Array
     settings: TwinSettings
     settling: Array
     energy: Array
@@ -63,7 +65,7 @@ class SimulatedFront:
 
         Time is that until the tool is settled, and energy what was spent until then; others are as planned.
         """
-        achieved = self.front.F.copy()
+        achieved = self.front.F[self.rows]
         for k, objective in enumerate(self.front.problem.objectives):
             if objective.function is total_time:
                 achieved[:, k] += self.settling
@@ -97,20 +99,19 @@ class SimulatedFront:
         """
         if str(rule).isdecimal():
             return self.front.pick(rule)
-        rows, names = np.flatnonzero(self.stands), self.front.objective_names
-        if not len(rows):
+        stand, names = np.flatnonzero(self.stands), self.front.objective_names
+        if not len(stand):
             raise NoSolutionError(f"no solution is within {1e3 * self.settings.tolerance:g} mm of its end in time")
-        points = self.F[rows]
         rules: dict[str, Callable[[Any], selection.Choice]] = {
             "knee": selection.knee,
             "utopia": selection.nearest_to_utopia,
         }
         for k, name in enumerate(names):
-            rules[f"least_{name}"] = lambda F, k=k, name=name: selection.least(F, k, name)
+            rules[f"least_{name}"] = partial(selection.least, objective=k, name=name)
         if rule not in rules:
-            raise UnknownNameError("solution", rule, [*rules, f"a row from 0 to {len(self) - 1}"])
-        choice = rules[str(rule)](points)
-        picked = self.front.pick(int(rows[choice.index]))
+            raise UnknownNameError("solution", rule, [*rules, f"a row from 0 to {len(self.front) - 1}"])
+        choice = rules[str(rule)](self.F[stand])
+        picked = self.front.pick(int(self.rows[stand[choice.index]]))
         return Solution(self.front, picked.index, choice.rule, f"{choice.reason}, of what is achieved in closed loop")
 
     def __str__(self) -> str:
@@ -118,10 +119,15 @@ class SimulatedFront:
         told = f"{len(self)} solutions, {self.settings}: {int(settled.sum())} settle within "
         told += f"{1e3 * self.settings.tolerance:g} mm"
         if not settled.any():
-            return f"{told}; the tool is at most {1e3 * np.min(self.greatest_tool_error):.4g} mm off in the best of them"
+            return (
+                f"{told}; the tool is at most {1e3 * np.min(self.greatest_tool_error):.4g} mm off in the best of them"
+            )
         times = self.settling[settled]
-        told += f" in {times.min():.4g} to {times.max():.4g} s after their ends; {int(self.stands.sum())} stay undominated"
-        knees = self.front.knee().index, self.pick("knee").index
+        told += (
+            f" in {times.min():.4g} to {times.max():.4g} s after their ends; {int(self.stands.sum())} stay undominated"
+        )
+        planned = int(self.rows[selection.knee(self.front.F[self.rows]).index])
+        knees = planned, self.pick("knee").index
         moved = f"the knee moves from row {knees[0]} to row {knees[1]}"
         return f"{told}; {moved if knees[0] != knees[1] else f'the knee stays row {knees[0]}'}"
 
@@ -129,7 +135,7 @@ class SimulatedFront:
         stand = np.flatnonzero(self.stands)
         rows = [
             (
-                str(row),
+                str(self.rows[row]),
                 *(f"{value:.5g}" for value in self.F[row]),
                 f"{self.settling[row]:.4g}",
                 f"{1e3 * self.greatest_tool_error[row]:.4g}",

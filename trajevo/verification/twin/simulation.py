@@ -116,10 +116,12 @@ class Simulation:
 
         Efforts are held over a period, so that it is |effort x way| there, unless a joint turns round within.
         """
+        if not self.stable:
+            return np.inf
         until = self.time if np.isfinite(self.settling) else self.duration
         count = int(np.searchsorted(self.t, until * (1.0 - 1e-12)))
         work = np.abs(self.effort[:count] * np.diff(self.q[: count + 1], axis=0))
-        return float(work.sum()) if self.stable else np.inf
+        return float(work.sum())
 
     @cached_property
     def used(self) -> Array:
