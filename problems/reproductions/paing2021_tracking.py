@@ -139,8 +139,8 @@ def _said(found: Mapping[str, tuple[Simulation, Simulation]], motions: Mapping[s
         "Simulated with the printed gains of 10000 1/s^2 and 200 1/s, positions in steps of 76.29 nm and their "
         f"differences as velocities, the mean error changes by {-less[0]:+.1f} % in x and {-less[1]:+.1f} % in y from "
         f"the linear to the proposed motion, as does the mean acceleration: {more[0]:+.1f} % and {more[1]:+.1f} %. The "
-        "gains are per mass, so masses do not matter. Rigid axes, no noise and no dry friction are assumptions; the table "
-        "has others."
+        "gains are per mass, so masses do not matter. Rigid axes, no noise and no dry friction are assumptions; the "
+        "table has others."
     )
 
 

@@ -12,7 +12,14 @@ from trajevo import plots
 from trajevo.cli import completion
 from trajevo.cli.console import Terminal
 from trajevo.cli.problem_options import ProblemOption
-from trajevo.cli.results import RunArgument, SolutionOption, beside, front_of
+from trajevo.cli.results import (
+    ACHIEVED_PICTURE,
+    CLOSED_LOOP_PICTURE,
+    RunArgument,
+    SolutionOption,
+    beside,
+    front_of,
+)
 from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
 from trajevo.plots.pictures import save_figure
@@ -22,9 +29,6 @@ from trajevo.verification.twin.simulated_front import SimulatedFront
 from trajevo.verification.twin.simulation import Simulation
 
 _out = Terminal()
-
-#: Picture that is written beside a front by default, of one motion and of all.
-PICTURE, FRONT_PICTURE = "closed_loop.png", "achieved_front.png"
 
 #: Solutions of a front that are played if nothing else is said, spread over it, and rows of the printed table.
 _MOST, _SHOWN = 100, 12
@@ -55,7 +59,8 @@ def simulate(
     ] = TwinSettings.tolerance,
     settle: Annotated[float, typer.Option(help="How long it is watched after the end [s].")] = TwinSettings.settle,
     out: Annotated[
-        Path | None, typer.Option(help=f"Picture; {PICTURE} or {FRONT_PICTURE} beside the front if not given.")
+        Path | None,
+        typer.Option(help=f"Picture; {CLOSED_LOOP_PICTURE} or {ACHIEVED_PICTURE} beside the front if not given."),
     ] = None,
     problem: ProblemOption = None,
 ) -> None:
@@ -83,11 +88,11 @@ def simulate(
         found = simulated(motion, **settings)
     if isinstance(found, SimulatedFront):
         _print_front(found)
-        figure, target = plots.achieved_front(found).figure, out or beside(run, FRONT_PICTURE)
+        figure, target = plots.achieved_front(found).figure, out or beside(run, ACHIEVED_PICTURE)
     else:
         _out.print(f"{motion.rule} (row {motion.index})")
         _print_motion(found)
-        figure, target = plots.closed_loop(found)[0].figure, out or beside(run, PICTURE)
+        figure, target = plots.closed_loop(found)[0].figure, out or beside(run, CLOSED_LOOP_PICTURE)
     more = "--solution ROW plays one of them alone" if every else "--all tells what of the front is achieved"
     then = f"trajevo simulate {run} {more}"
     _out.written(save_figure(figure, target), then=then)
