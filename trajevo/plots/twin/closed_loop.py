@@ -29,7 +29,7 @@ def closed_loop(simulation: Simulation, *, axes: Any = None, width: Width = "pag
     names = {"rad": "mrad", "m": "mm"}
     columns = 2 if inches(width) > TWO_BESIDE else 1
     with panels(axes, 2, width=width, columns=columns, height=45.0) as made:
-        made[0].plot(simulation.t, 1e3 * simulation.tool_error, **curve(0))
+        made[0].plot(simulation.t, 1e3 * simulation.tool_error, color="black", linewidth=1.0)
         made[0].axhline(
             1e3 * simulation.settings.tolerance, color=LIMIT, linestyle="--", linewidth=0.7, label="tolerance"
         )
@@ -41,7 +41,9 @@ def closed_loop(simulation: Simulation, *, axes: Any = None, width: Width = "pag
         for ax in made:
             ax.axvline(simulation.duration, color="0.5", linestyle=":", linewidth=0.8)
             ax.set_xlabel("time [s]")
-            key(ax)
+        tolerance = made[0].get_lines()[1]
+        joints = made[1].get_lines()[: simulation.robot.dof]
+        key(made[0], [*joints, tolerance])
     return made
 
 
@@ -70,9 +72,9 @@ def achieved_front(
     planned, achieved = (scales * F[:, chosen] for F in (found.front.F[found.rows], found.F))
     settles = np.isfinite(achieved).all(axis=1)
     with panel(ax, width=width, height=58.0) as ax:
-        ax.plot(*planned.T, ".", color="0.6", markersize=3.0, label="planned")
         ax.plot(*achieved[settles].T, "o", color=colour(1), fillstyle="none", markersize=3.5, label="achieved")
         ax.plot(*achieved[found.stands].T, "o", color=colour(1), markersize=3.5, label="achieved, undominated")
+        ax.plot(*planned.T, ".", color="black", markersize=2.0, label="planned")
         x, y = (label(one.name, unit) for one, (unit, _) in zip(shown, units, strict=True))
         ax.set(xlabel=x, ylabel=y)
         key(ax)
