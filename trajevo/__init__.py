@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from trajevo import plots
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
+    from trajevo.capacity.drives.energy import energy_balance
+    from trajevo.capacity.drives.fitting import fit_drives
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_bounds, payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     from trajevo.robot.joints import JointLimits
     from trajevo.robot.payload import Payload
     from trajevo.robot.robot import Robot, load_robot
+    from trajevo.robot.supply import Supply
     from trajevo.solvers.evolutionary.algorithms import EvolutionaryAlgorithm
     from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
     from trajevo.solvers.gradient.polish import polish
@@ -96,6 +99,7 @@ _NAMES = {
     # What moves
     "robot.robot": ("Robot", "load_robot"),
     "robot.drive": ("Drive",),
+    "robot.supply": ("Supply",),
     "robot.joints": ("JointLimits",),
     "robot.payload": ("Payload",),
     # What must be visited
@@ -151,6 +155,8 @@ _NAMES = {
     # What a motion can carry
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
     "capacity.drives.drive_capacity": ("drive_capacity", "drive_load"),
+    "capacity.drives.energy": ("energy_balance",),
+    "capacity.drives.fitting": ("fit_drives",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -221,6 +227,7 @@ __all__ = [
     "SinglePolynomial",
     "Solution",
     "Study",
+    "Supply",
     "Task",
     "ToolPlane",
     "ToolSegment",
@@ -247,8 +254,10 @@ __all__ = [
     "dlcc_sampled",
     "drive_capacity",
     "drive_load",
+    "energy_balance",
     "entropy_weights",
     "export",
+    "fit_drives",
     "largest_payload",
     "least_information_weights",
     "load_problem",
