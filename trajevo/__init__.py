@@ -90,6 +90,7 @@ if TYPE_CHECKING:
     )
     from trajevo.trajectory.polynomial import PolynomialBatch
     from trajevo.verification.certify import certify, certify_all
+    from trajevo.verification.twin.simulate import simulate
     from trajevo.verification.verify import verify
 
 __version__ = "0.1.0"
@@ -169,6 +170,7 @@ _NAMES = {
     "capacity.workspace": ("ToolPlane", "workspace_capacity"),
     # What is proven, and files
     "verification.certify": ("certify", "certify_all"),
+    "verification.twin.simulate": ("simulate",),
     "verification.verify": ("verify",),
     "exporters.exporter": ("Exporter",),
     "exporters.export": ("export",),
@@ -290,6 +292,7 @@ __all__ = [
     "robust_slowdown",
     "run_study",
     "sensitivity",
+    "simulate",
     "slowdown_curve",
     "slowdown_for",
     "solve_nnc",

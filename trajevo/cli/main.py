@@ -132,6 +132,11 @@ COMMANDS = {
         "payload_time",
         "Optimise the motion again for each payload: show and draw the least times and the largest payload.",
     ),
+    "simulate": _Home(
+        "twin.simulate",
+        "simulate",
+        "Play a motion, or the front, in closed loop in MuJoCo: errors, efforts, settling, and what stays undominated.",
+    ),
     "reproduce": _Home(
         "reproduce",
         "reproduce",

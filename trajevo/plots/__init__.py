@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from trajevo.plots.pictures import draw_all, save_figure, save_pictures
     from trajevo.plots.rivals import plot_rivals
     from trajevo.plots.tradeoffs import exchange_rates, weight_map
+    from trajevo.plots.twin.closed_loop import achieved_front, closed_loop
 
 #: Modules of the pictures; a module is imported when one of its pictures is used.
 _NAMES = {
@@ -62,14 +63,17 @@ _NAMES = {
     "rivals": ("plot_rivals",),
     "paper": ("WIDTHS", "style"),
     "tradeoffs": ("exchange_rates", "weight_map"),
+    "twin.closed_loop": ("achieved_front", "closed_loop"),
     "pictures": ("draw_all", "save_figure", "save_pictures"),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "WIDTHS",
+    "achieved_front",
     "allowed_region",
     "capacity_margins",
+    "closed_loop",
     "desired_path",
     "dlcc_iteration",
     "draw_all",
