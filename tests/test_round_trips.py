@@ -23,8 +23,8 @@ from trajevo.path.boxes import CartesianBox, JointBox
 from trajevo.path.curve import GeometricPath
 from trajevo.problems.hybrid_kinematics import via_positions
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
+from trajevo.robot.loading.supply import Supply
 from trajevo.robot.payload import LOAD_MODELS
-from trajevo.robot.supply import Supply
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 MIDDLE = np.array([0.4, -1.4, 1.5, -1.6, -1.5, 0.1])
@@ -356,6 +356,9 @@ class Draw:
             "least_singular_value": lambda: self.number(0.001, 0.01),
             "via_error": lambda: self.number(0.05, 0.5),
             "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
+            "dwell": lambda: 0.0,
+            "cycles": lambda: 0,
+            "peak_power": lambda: self.number(50.0, 900.0),
             "scene": lambda: self.scene(robot),
         }
         known = parameters_of(KINDS)

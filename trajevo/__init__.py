@@ -55,9 +55,9 @@ if TYPE_CHECKING:
     from trajevo.plots.analyses import analyse
     from trajevo.robot.drive import Drive
     from trajevo.robot.joints import JointLimits
+    from trajevo.robot.loading.supply import Supply
     from trajevo.robot.payload import Payload
     from trajevo.robot.robot import Robot, load_robot
-    from trajevo.robot.supply import Supply
     from trajevo.solvers.evolutionary.algorithms import EvolutionaryAlgorithm
     from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
     from trajevo.solvers.gradient.polish import polish
@@ -100,7 +100,7 @@ _NAMES = {
     # What moves
     "robot.robot": ("Robot", "load_robot"),
     "robot.drive": ("Drive",),
-    "robot.supply": ("Supply",),
+    "robot.loading.supply": ("Supply",),
     "robot.joints": ("JointLimits",),
     "robot.payload": ("Payload",),
     # What must be visited

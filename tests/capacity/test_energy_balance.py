@@ -14,6 +14,8 @@ from tests.random_robots import random_urdf
 from trajevo import (
     Drive,
     Dynamics,
+    Load,
+    Passing,
     Payload,
     PolynomialBatch,
     QuinticSpline,
@@ -167,7 +169,8 @@ def powers_at(motion, times):
     for k, name in enumerate(robot.joint_names):
         drive, load = robot.drives[name], effort[:, k] - rotor[:, k]
         driving, driven = drive.efficiencies
-        torque = rotor[:, k] + np.where(load * v[:, k] > 0.0, load / driving, load * driven)
+        behind = np.where(load * v[:, k] > 0.0, load / driving, load * driven)
+        torque = rotor[:, k] + np.where(np.abs(v[:, k]) < 1e-12, load, behind)
         current = torque / (drive.gear_ratio * drive.torque_constant)
         lost = drive.winding_resistance * current**2 + (drive.inverter_drop or 0.0) * np.abs(current)
         power[:, k] = torque * v[:, k] + lost
@@ -276,6 +279,25 @@ def test_an_arm_that_stands_still_draws_what_holding_takes():
     found = energy_balance(still, dwell=2.0)
     assert found.copper == pytest.approx(found.held, rel=1e-12)
     assert found.gear.tolist() == [0.0, 0.0]
+
+
+def test_loads_that_are_taken_up_and_put_down_count_while_they_are_carried():
+    """Held at the end is the gripper alone."""
+    part, gripper = Load(Payload(3.0, (0.0, 0.0, 0.1)), from_point=1, to_point=2), Payload(1.0, (0.0, 0.0, 0.05))
+    points = [*POINTS, [0.4, -1.2, 1.4, -1.7, -1.57, 0.0]]
+    given = {"points": points, "passing": (Passing(1, dwell=0.3), Passing(2, dwell=0.3)), "duration_bounds": (0.4, 3.0)}
+    given |= {"objectives": ("time", "electrical_energy"), "constraints": ("position", "velocity"), "robot": ur5()}
+    problem, light = (ViaPointProblem(payload=payload, **given) for payload in ([gripper, part], gripper))
+    x = np.where(np.arange(problem.n_var) < 3, 0.8, 0.5 * (problem.xl + problem.xu))[None]
+    motion = problem.rollout(x)
+    found, empty = energy_balance(motion, dwell=1.0), energy_balance(light.rollout(x), dwell=1.0)
+    assert found.held == pytest.approx(empty.held, rel=1e-9)
+    assert found.copper.sum() > 1.2 * empty.copper.sum()
+    total = 0.0
+    for begin, end in pairwise(motion.trajectory.breaks[0]):
+        times = begin + (end - begin) * (np.arange(20_000) + 0.5) / 20_000
+        total += np.maximum(powers_at(motion, times).sum(axis=1), 0.0).mean() * (end - begin)
+    assert energy_balance(motion).energy == pytest.approx(total, rel=1e-5)
 
 
 # --- as an objective

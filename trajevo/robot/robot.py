@@ -34,8 +34,8 @@ from trajevo.robot.loading.arguments import load_settings, package_folders, plai
 from trajevo.robot.loading.chain import TOOL
 from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
 from trajevo.robot.loading.drives import plain_drives, robot_drives, with_rotors
+from trajevo.robot.loading.supply import Supply, plain_supply, supply_of
 from trajevo.robot.masses import massless, moving_bodies, moving_mass, placeholders
-from trajevo.robot.supply import Supply, plain_supply, supply_of
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf.file import read_urdf
 from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
@@ -124,12 +124,14 @@ class Robot(WithoutUrdf):
         names = tuple(model.names[1:])
         limits = given_limits(given.limits, names, units, ())
         mass = f", {moving_mass(model):.4g} kg" if given.has_body else ""
+        drives = robot_drives(given.drives, {}, names, units)
+        still = Friction(**{name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")})
         return cls(
             name=given.name,
             model=model,
             transmission=Direct(),
             limits=JointLimits(**limits_or_none(names, units, limits, where)),
-            friction=Friction(**{name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}),
+            friction=with_rotors(still, drives, names),
             joint_names=names,
             joint_units=units,
             tool=TOOL,
@@ -140,6 +142,7 @@ class Robot(WithoutUrdf):
             allow_massless=given.allow_massless,
             written=text,
             has_body=given.has_body,
+            drives=drives,
         )
 
     def __str__(self) -> str:
@@ -331,8 +334,8 @@ def load_robot(
         urdf: the text of a URDF, in place of a file; ``name`` is then what the robot is called.
         drives: drives that complete or replace those of ``robot.toml``, a mapping from joints to a
             :class:`~trajevo.robot.drive.Drive` or to a mapping from its attributes to numbers [SI] or text with a unit.
-        supply: supply of all drives that completes or replaces that of ``robot.toml``, a
-            :class:`~trajevo.robot.supply.Supply` or a mapping from its attributes to numbers [SI] or text with a unit.
+        supply: supply of all drives that completes or replaces that of ``robot.toml``, a mapping as for drives, or a
+            :class:`~trajevo.robot.loading.supply.Supply`.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the file. Otherwise

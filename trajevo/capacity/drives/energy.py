@@ -15,12 +15,11 @@ from trajevo.base.shown.brief import brief
 from trajevo.capacity.drives.drive_capacity import rollout_mass
 from trajevo.dynamics.drives.electrical import Drawn, Motoring, summed
 from trajevo.dynamics.drives.link import Works, link_of, powers_of
-from trajevo.dynamics.drives.motors import MotorStates
 from trajevo.dynamics.drives.smooth_pieces import SHARES
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
-from trajevo.robot.supply import Recuperation
+from trajevo.robot.loading.supply import Recuperation
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
 #: What a motor's energy goes into, and how tables and pictures call it.
@@ -78,7 +77,7 @@ class EnergyBalance:
         duration: of the motion [s].
         dwell: time at rest after it [s].
         mass: of the payload [kg].
-        recuperation: as :class:`~trajevo.robot.supply.Supply` says.
+        recuperation: as :class:`~trajevo.robot.loading.supply.Supply` says.
         joint_names: names of the joints.
         robot: name of the robot.
     """
@@ -240,9 +239,9 @@ def _supplied(rollout: Rollout, parts: list[Drawn], held: Array) -> dict[str, An
 
 def _holding(rollout: Rollout, motoring: Motoring) -> Array:
     """What each motor loses while it holds the arm where the motion ends, 0 with a brake, shape (n_joints,) [W]."""
-    states = MotorStates.held(rollout)
-    load = states.load[0] + rollout_mass(rollout) * states.per_kilogram[0]
-    copper, inverter = motoring.lost(load)
+    end = rollout.trajectory.duration[:1]
+    q = rollout.trajectory.evaluate(end[None])
+    copper, inverter = motoring.lost(rollout.effort_in(q, np.zeros_like(q), np.zeros_like(q), end[None])[0, 0])
     braked = np.array([drive.brake for drive in motoring.motors.drives])
     return np.where(braked, 0.0, copper + inverter)
 

@@ -122,7 +122,8 @@ class DriveFit:
         """What is told as arguments of :func:`~trajevo.robot.robot.load_robot`: drives, friction and supply.
 
         The torque constant follows from the torque per current of a joint whose drive tells its gear ratio, and the
-        resistance from what its winding loses if it tells the torque constant too.
+        resistance from what its winding loses if it tells the torque constant too. Friction and standby below 0 are 0,
+        and a loss below 0 tells nothing.
         """
         drives: dict[str, dict[str, float]] = {}
         friction: dict[str, dict[str, float]] = {}
@@ -133,7 +134,8 @@ class DriveFit:
                 drives.setdefault(one.joint, {})["torque_constant"] = one.value / drive.gear_ratio
             elif one.name == "winding_loss" and drive.gear_ratio is not None and drive.torque_constant is not None:
                 ohm = one.value * (drive.gear_ratio * drive.torque_constant) ** 2
-                drives.setdefault(one.joint, {})["winding_resistance"] = ohm
+                if ohm > 0.0:
+                    drives.setdefault(one.joint, {})["winding_resistance"] = ohm
             elif one.name in ("viscous", "coulomb"):
                 friction.setdefault(one.name, {})[one.joint] = max(one.value, 0.0)
             elif one.name == "standby_power":
@@ -369,7 +371,7 @@ def _least_squares(columns: Array, wanted: Array, names: Sequence[str]) -> _Fit:
     sizes = np.linalg.norm(columns, axis=0)
     there = sizes > 1e-9 * sizes.max()
     known, scaled = there.copy(), columns[:, there] / sizes[there]
-    unknown = [f"{names[k]} is not told, as nothing in this log depends on it" for k in np.flatnonzero(~there)]
+    unknown = [f"{names[k]} is not told, as nothing in this log depends on it" for k in np.flatnonzero(~there).tolist()]
     _, singular, directions = np.linalg.svd(scaled, full_matrices=False)
     for direction in directions[singular < _APART * singular.max()]:
         some = np.flatnonzero(there)[np.abs(direction) > _BELONGS]

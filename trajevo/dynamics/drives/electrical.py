@@ -170,8 +170,8 @@ class Drawn:
 def electrical_energy(rollout: Rollout) -> Array:
     """What the drives of a robot draw from the mains on a motion, with standby, shape (B,) [J].
 
-    What motors give back counts as the robot's supply says, see :class:`~trajevo.robot.supply.Supply`; a link that
-    stores energy begins at the voltage of the mains, and what is left in it at the end counts for nothing.
+    What motors give back counts as the robot's supply says, see :class:`~trajevo.robot.loading.supply.Supply`; a link
+    that stores energy begins at the voltage of the mains, and what is left in it at the end counts for nothing.
 
     Raises:
         InvalidInputError: a drive does not tell what the current of its motor follows from.

@@ -95,7 +95,7 @@ class Nodes:
 
     @cached_property
     def coefficients(self) -> Array:
-        """Matrix (M, M) from values at the nodes to coefficients in Legendre polynomials."""
+        """Matrix (M, M) from values at the nodes to coefficients in Legendre polynomials [1]."""
         return frozen(np.linalg.inv(np.polynomial.legendre.legvander(self._centred, len(self.shares) - 1)))
 
 

@@ -74,7 +74,7 @@ class SourcedDriveKeys(DriveKeys):
 
 
 class SupplyKeys(pydantic.BaseModel):
-    """The supply of all drives, as :class:`trajevo.robot.supply.Supply` says; SI units, or text with a unit."""
+    """The supply of all drives, as :class:`trajevo.robot.loading.supply.Supply` says; SI units, or text with a unit."""
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
