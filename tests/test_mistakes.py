@@ -123,7 +123,8 @@ IN_THE_TASK = [
         '"energy"',
         '"enregy"',
         "task.toml: line 4: objectives: unknown objective 'enregy'; known: acceleration, "
-        "effort_ratio, electrical_energy, energy, jerk, joint_travel, peak_acceleration, peak_effort_rate, peak_jerk, "
+        "effort_ratio, electrical_energy, energy, jerk, joint_travel, payload_condition, peak_acceleration, "
+        "peak_effort_rate, peak_jerk, "
         "square_acceleration, square_effort, "
         "square_effort_rate, square_jerk, square_power, time, tool_path, unused_payload; did you "
         "mean 'energy'?",
