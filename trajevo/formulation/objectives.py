@@ -25,7 +25,8 @@ from trajevo.dynamics.integrals.efforts import (
 from trajevo.dynamics.integrals.travel import joint_travel, tool_path_length
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.robot.robot import Robot, position_unit
+from trajevo.robot.joints import position_unit
+from trajevo.robot.robot import Robot
 
 #: What an objective can need: the place of the tool, the masses of all links, a limit of some joint's effort, the
 #: payload's mass as a decision variable, or accelerations that do not jump.

@@ -22,6 +22,9 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
+from trajevo.robot.contacts.given import grip_of, plain_contact, stand_of
+from trajevo.robot.contacts.grip import Grip
+from trajevo.robot.contacts.stand import Stand
 from trajevo.robot.description import Description
 from trajevo.robot.drive import Drive
 from trajevo.robot.files.cell import placed
@@ -77,6 +80,8 @@ class Robot(WithoutUrdf):
         file_notes: what its file says and efforts leave out, one clause each.
         has_body: whether it is more than joints and limits.
         drives: drives of joints by their names, of those that have one.
+        grip: how it holds a payload; None if that is not told.
+        stand: what it stands on; None if it is bolted down.
     """
 
     name: str
@@ -102,6 +107,8 @@ class Robot(WithoutUrdf):
     file_notes: tuple[str, ...] = ()
     has_body: bool = True
     drives: Mapping[str, Drive] = field(default_factory=dict)
+    grip: Grip | None = None
+    stand: Stand | None = None
 
     __repr__ = brief
 
@@ -287,6 +294,8 @@ def load_robot(
     tools: Sequence[Mapping[str, Any]] | None = None,
     urdf: str | None = None,
     drives: Mapping[str, Any] | None = None,
+    grip: Grip | Mapping[str, Any] | None = None,
+    stand: Stand | Mapping[str, Any] | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF, xacro or MJCF file.
 
@@ -327,6 +336,9 @@ def load_robot(
         urdf: the text of a URDF, in place of a file; ``name`` is then what the robot is called.
         drives: drives that complete or replace those of ``robot.toml``, a mapping from joints to a
             :class:`~trajevo.robot.drive.Drive` or to a mapping from its attributes to numbers [SI] or text with a unit.
+        grip: how it holds a payload by friction, in place of what ``robot.toml`` says, a
+            :class:`~trajevo.robot.contacts.grip.Grip` or a mapping from its attributes to numbers or text with a unit.
+        stand: what it stands on without being bolted, in the same way, a :class:`~trajevo.robot.contacts.stand.Stand`.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the file. Otherwise
@@ -397,6 +409,8 @@ def load_robot(
             base=base,
             tools=tools,
             drives=plain_drives(drives),
+            grip=plain_contact(grip),
+            stand=plain_contact(stand),
         ),
         allow_massless=masses_meant(allow_massless, file, model, found),
         friction_used=rubbing.used,
@@ -405,6 +419,8 @@ def load_robot(
         file_kind=found.kind,
         file_notes=found.notes,
         drives=motors,
+        grip=grip_of(file.grip() if file is not None and grip is None else grip),
+        stand=stand_of(file.stand() if file is not None and stand is None else stand),
     )
 
 
@@ -429,13 +445,3 @@ def robot_of(given: Any) -> Robot:
     if unknown or "name" not in given:
         raise InvalidInputError(f"robot: expected name and, if wanted, {', '.join(accepted[1:])}, got {sorted(given)}")
     return load_robot(**given)
-
-
-def length_unit(robot: Robot) -> str:
-    """Unit in which lengths of a robot are shown: mm if all joints are linear, as of machine tools, otherwise m."""
-    return "mm" if set(robot.joint_units) == {"m"} else "m"
-
-
-def position_unit(robot: Robot) -> str:
-    """Unit of a position of any joint: rad, m, or both if the robot has revolute and prismatic joints."""
-    return " or ".join(sorted(set(robot.joint_units), reverse=True))

@@ -16,6 +16,10 @@ from trajevo.base.arrays import Array
 from trajevo.base.toml import Place, read_toml, validated
 from trajevo.base.units import per_time, si_unit, to_si
 from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError, known_names
+from trajevo.robot.contacts.given import grip_of, stand_of
+from trajevo.robot.contacts.grip import Grip
+from trajevo.robot.contacts.keys import SourcedGripKeys, SourcedStandKeys
+from trajevo.robot.contacts.stand import Stand
 from trajevo.robot.loading.dh import DhTable
 from trajevo.robot.loading.dh_keys import DhKeys
 from trajevo.robot.loading.drive_keys import SourcedDriveKeys
@@ -194,6 +198,8 @@ class RobotSettings(_Strict):
     )
     joints: dict[str, _Joint] = pydantic.Field(description="Limits and friction of each joint, by its name.")
     drives: dict[str, SourcedDriveKeys] = pydantic.Field({}, description="Drives of joints, by their names.")
+    grip: SourcedGripKeys | None = pydantic.Field(None, description="How it holds a payload by friction.")
+    stand: SourcedStandKeys | None = pydantic.Field(None, description="What it stands on without being bolted.")
 
     @pydantic.field_validator("urdf")
     @classmethod
@@ -346,6 +352,16 @@ class RobotFile:
             at = partial(self._at, "drives", name)
             found[name] = drive_values(given.arguments, units[names.index(name)], at)
         return found
+
+    def grip(self) -> Grip | None:
+        """How it holds a payload, if that is told."""
+        given = self.settings.grip
+        return None if given is None else grip_of(given.arguments, partial(self._at, "grip"))
+
+    def stand(self) -> Stand | None:
+        """What it stands on, if that is told."""
+        given = self.settings.stand
+        return None if given is None else stand_of(given.arguments, partial(self._at, "stand"))
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
         """Columns of Friction, SI; NaN where nothing is declared."""
