@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,17 @@ from trajevo.dynamics.rollout import Rollout
 
 #: How often, and into how many parts, the surroundings of a binding instant are divided.
 _ZOOMS, _PARTS = 5, 17
+
+
+class Timed(Protocol):
+    """States that know their instants."""
+
+    @property
+    def times(self) -> Array:
+        """Instants, shape (K,) [s]."""
+
+
+_States = TypeVar("_States", bound=Timed)
 
 #: Least and greatest masses at states, two arrays (K, n_joints) [kg].
 Bounds = Callable[[MotorStates], tuple[Array, Array]]
@@ -48,13 +59,19 @@ def causes_at_instants(rollout: Rollout, motors: Motors) -> dict[str, Bounds]:
     return {"effort": effort, "peak_torque": peak_torque, "torque_at_speed": torque_at_speed}
 
 
-def masses_at_instants(rollout: Rollout, states: MotorStates, bounds: Bounds) -> MassesOfJoints:
+def masses_at_instants(
+    rollout: Rollout,
+    states: _States,
+    bounds: Callable[[_States], tuple[Array, Array]],
+    at: Callable[[Rollout, Array], _States],
+) -> MassesOfJoints:
     """The masses at given instants and, finer, around those that bind.
 
     Args:
         rollout: the motion.
         states: its states at instants in the order of time.
-        bounds: masses at states.
+        bounds: masses at states, two arrays (K, n_joints), or with another column for each thing that binds [kg].
+        at: states at instants (K,) [s] in any order.
     """
     lower, upper = bounds(states)
     joints = np.arange(lower.shape[1])
@@ -65,23 +82,22 @@ def masses_at_instants(rollout: Rollout, states: MotorStates, bounds: Bounds) ->
     widest = np.diff(states.times).max()
     width = widest
     for _ in range(_ZOOMS):
-        for instants, greatest in ((time, True), (time_of_least, False)):
-            near = _around(rollout, instants, width)
-            low, high = (x.reshape(len(joints), _PARTS, -1)[joints, :, joints] for x in bounds(near))
-            grid = near.times.reshape(len(joints), _PARTS)
-            chosen = high.argmin(axis=1) if greatest else low.argmax(axis=1)
-            value, when = (high if greatest else low)[joints, chosen], grid[joints, chosen]
-            if greatest:
-                better = value < most
-                most, time = np.where(better, value, most), np.where(better, when, time)
-            else:
-                better = value > least
-                least, time_of_least = np.where(better, value, least), np.where(better, when, time_of_least)
+        near = at(rollout, _around(rollout, np.concatenate([time, time_of_least]), width))
+        low, high = (x.reshape(2, len(joints), _PARTS, -1) for x in bounds(near))
+        grid = near.times.reshape(2, len(joints), _PARTS)
+        low, high = low[1, joints, :, joints], high[0, joints, :, joints]
+        chosen = high.argmin(axis=1)
+        value, when = high[joints, chosen], grid[0, joints, chosen]
+        most, time = np.where(value < most, value, most), np.where(value < most, when, time)
+        chosen = low.argmax(axis=1)
+        value, when = low[joints, chosen], grid[1, joints, chosen]
+        least, time_of_least = np.where(value > least, value, least), np.where(value > least, when, time_of_least)
         width *= 4.0 / _PARTS
     return MassesOfJoints(least, most, np.where(most < np.inf, time, np.nan))
 
 
-def _around(rollout: Rollout, instants: Array, width: float) -> MotorStates:
-    """States at instants around some (n_joints,), n_joints x parts of them [s]."""
+def _around(rollout: Rollout, instants: Array, width: float) -> Array:
+    """Instants around some (n_joints,), n_joints x parts of them [s]."""
     grid = instants[:, None] + width * np.linspace(-1.0, 1.0, _PARTS)
-    return MotorStates.at(rollout, np.clip(grid, 0.0, rollout.trajectory.duration[0]).reshape(-1))
+    near: Array = np.clip(grid, 0.0, rollout.trajectory.duration[0]).reshape(-1)
+    return near

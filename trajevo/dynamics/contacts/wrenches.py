@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple, final
 
 import numpy as np
 
-from trajevo.base.arrays import Array
+from trajevo.base.arrays import Array, frozen
+from trajevo.base.shown.brief import brief
 from trajevo.dynamics.contacts.links import LinkMotion, link_motions, tool_motion, turned, turned_back
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rnea_tree import Inertias
@@ -55,20 +56,47 @@ def payload_wrench(robot: Robot, payload: Payload, tool: LinkMotion, still: Link
     return Wrench(force, moment + turned(moving.rotation, _spun(tensor, spin, rate)))
 
 
-def links_wrench(robot: Robot, links: list[LinkMotion]) -> Wrench:
-    """What all moving links take, about the origin of the base frame; rotors of motors are left out."""
-    force = moment = np.zeros_like(links[0].felt)
-    bodies = Inertias.of(robot.model).bodies
-    for link, (mass, x, y, z, *entries) in zip(links[1:], bodies.tolist(), strict=True):
-        about = np.array([x, y, z])  # mass times centre of mass
-        tensor = np.zeros((3, 3))
-        tensor[np.triu_indices(3)] = entries
-        felt, spin, rate = (turned_back(link.rotation, each) for each in (link.felt, link.spin, link.spin_rate))
-        pushed = mass * felt + crossed(rate, about) + crossed(spin, crossed(spin, about))
-        own = crossed(about, felt) + _spun(tensor + np.triu(tensor, 1).T, spin, rate)
-        pushed, own = turned(link.rotation, pushed), turned(link.rotation, own)
-        force, moment = force + pushed, moment + own + crossed(link.origin, pushed)
-    return Wrench(force, moment)
+@final
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """The moving links of a model, each in the frame of its joint.
+
+    Attributes:
+        masses: [kg].
+        moments: mass times centre of mass, shape (n, 3) [kg·m].
+        tensors: inertia about the frame's origin, shape (n, 3, 3) [kg·m²].
+    """
+
+    masses: tuple[float, ...]
+    moments: Array
+    tensors: Array
+
+    __repr__ = brief
+
+    @classmethod
+    def of(cls, robot: Robot) -> Bodies:
+        """The links of a robot."""
+        rows = Inertias.of(robot.model).bodies
+        tensors = np.zeros((len(rows), 3, 3))
+        for tensor, entries in zip(tensors, rows[:, 4:], strict=True):
+            tensor[np.triu_indices(3)] = entries
+            tensor += np.triu(tensor, 1).T
+        return cls(tuple(rows[:, 0].tolist()), frozen(rows[:, 1:4].copy()), frozen(tensors))
+
+    def wrench(self, links: list[LinkMotion]) -> Wrench:
+        """What the links take, about the origin of the base frame; rotors of motors are left out.
+
+        Args:
+            links: the base, and the frames of all joints.
+        """
+        force = moment = np.zeros_like(links[0].felt)
+        for link, mass, about, tensor in zip(links[1:], self.masses, self.moments, self.tensors, strict=True):
+            felt, spin, rate = (turned_back(link.rotation, each) for each in (link.felt, link.spin, link.spin_rate))
+            pushed = mass * felt + crossed(rate, about) + crossed(spin, crossed(spin, about))
+            own = turned(link.rotation, crossed(about, felt) + _spun(tensor, spin, rate))
+            pushed = turned(link.rotation, pushed)
+            force, moment = force + pushed, moment + own + crossed(link.origin, pushed)
+        return Wrench(force, moment)
 
 
 class HeldStates(NamedTuple):
@@ -85,46 +113,66 @@ class HeldStates(NamedTuple):
     grip_each: Wrench
 
 
-def held_at(dynamics: Dynamics, q: Array, v: Array, a: Array, segments: Array) -> HeldStates:
-    """Forces and moments at states.
+#: Where nothing is held.
+NOTHING = HeldStates(*[Wrench(np.empty((0, 3)), np.empty((0, 3)))] * 3)
 
-    Args:
+
+@final
+@dataclass(frozen=True, eq=False)
+class Holding:
+    """A robot with its payload, held by a stand and holding by a grip.
+
+    Attributes:
         dynamics: robot and payload, whose mass does not matter.
-        q: positions, shape (K, n_joints) [rad or m].
-        v: velocities, the same shape [rad/s or m/s].
-        a: accelerations, the same shape [rad/s² or m/s²].
-        segments: segments of the motion in which the states lie, shape (K,).
+        bodies: the links, with all loads but the payload, of every phase of the schedule of loads.
     """
-    robot, kind = dynamics.robot, np.result_type(q, v, a)
-    links = link_motions(robot, q, v, a)
-    tool = tool_motion(robot, links)
-    still = tool
-    if dynamics.payload.model != "rigid":
-        still = tool_motion(robot, link_motions(robot, q, np.zeros_like(v), np.zeros_like(a)))
-    base, base_each, grip_each = (Wrench(*np.zeros((2, *q.shape[:-1], 3), dtype=kind)) for _ in range(3))
-    each = payload_wrench(robot, dynamics.payload, tool, still)
-    for part, places, carried in _phases(dynamics, segments):
-        there = links_wrench(part.robot, [LinkMotion(*(x[places] for x in link)) for link in links])
-        base.force[places], base.moment[places] = there
-        if carried:
-            held = Wrench(*(x[places] for x in each))
-            base_each.force[places] = held.force
-            base_each.moment[places] = held.moment + crossed(tool.origin[places], held.force)
-            for found, own in zip(grip_each, held, strict=True):
-                found[places] = turned_back(tool.rotation[places], own)
-    return HeldStates(base, base_each, grip_each)
 
+    dynamics: Dynamics
+    bodies: tuple[Bodies, ...]
 
-def _phases(dynamics: Dynamics, segments: Array) -> Iterator[tuple[Dynamics, Array, bool]]:
-    """What is carried, the places of the states at which it is, and whether the payload is among it."""
-    if dynamics.schedule is None:
-        yield dynamics, np.arange(len(segments)), True
-        return
-    of_states = np.array(dynamics.schedule.phase_of_segment)[segments]
-    for k, phase in enumerate(dynamics.schedule.phases):
-        places = np.flatnonzero(of_states == k)
-        if len(places):
-            yield dynamics.of_phase(phase), places, dynamics.schedule.varies(phase)
+    __repr__ = brief
+
+    @classmethod
+    def of(cls, dynamics: Dynamics) -> Holding:
+        """The robot of a motion.
+
+        Raises:
+            InvalidInputError: links that a joint moves have no mass.
+        """
+        dynamics.robot.check_masses("what a grip or a stand holds")
+        schedule = dynamics.schedule
+        parts = [dynamics] if schedule is None else [dynamics.of_phase(phase) for phase in schedule.phases]
+        return cls(dynamics, tuple(Bodies.of(part.robot) for part in parts))
+
+    def at(self, q: Array, v: Array, a: Array, segments: Array) -> HeldStates:
+        """Forces and moments at states.
+
+        Args:
+            q: positions, shape (..., K, n_joints) [rad or m].
+            v: velocities, the same shape [rad/s or m/s].
+            a: accelerations, the same shape [rad/s² or m/s²].
+            segments: segments of the motion in which the states lie, shape (K,).
+        """
+        robot, payload = self.dynamics.robot, self.dynamics.payload
+        links = link_motions(robot, q, v, a)
+        tool = still = tool_motion(robot, links)
+        if payload.model != "rigid":
+            still = tool_motion(robot, link_motions(robot, q, np.zeros_like(v), np.zeros_like(a)))
+        each = payload_wrench(robot, payload, tool, still)
+        base_each = Wrench(each.force, each.moment + crossed(tool.origin, each.force))
+        grip_each = Wrench(*(turned_back(tool.rotation, x) for x in each))
+        schedule = self.dynamics.schedule
+        if schedule is None:
+            return HeldStates(self.bodies[0].wrench(links), base_each, grip_each)
+        of_states = np.array(schedule.phase_of_segment)[segments]
+        base = Wrench(*np.zeros((2, *q.shape[:-1], 3), dtype=np.result_type(q, v, a)))
+        for k, bodies in enumerate(self.bodies):
+            there = (of_states == k)[:, None]
+            for found, own in zip(base, bodies.wrench(links), strict=True):
+                found[:] = np.where(there, own, found)
+        carried = np.array([schedule.varies(phase) for phase in schedule.phases])[of_states][:, None]
+        each_of = [Wrench(*(np.where(carried, x, 0.0) for x in wrench)) for wrench in (base_each, grip_each)]
+        return HeldStates(base, *each_of)
 
 
 def _spun(tensor: Array, spin: Array, rate: Array) -> Array:
