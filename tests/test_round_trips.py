@@ -12,7 +12,21 @@ import numpy as np
 import pytest
 
 from tests.helpers import mostly_long, suited
-from trajevo import Drive, Front, Load, Passing, Payload, Pose, ToolSegment, ViaPoints, load_problem, load_robot
+from trajevo import (
+    Drive,
+    Front,
+    Grip,
+    Load,
+    Passing,
+    Payload,
+    Pose,
+    Stand,
+    ToolSegment,
+    ViaPoints,
+    load_problem,
+    load_robot,
+)
+from trajevo.dynamics.contacts.bending import known_stiffness
 from trajevo.errors import TrajevoError
 from trajevo.formulation.constraints.kinds import KINDS, parameters_of
 from trajevo.formulation.constraints.scene import SHAPES, Scene
@@ -183,6 +197,8 @@ class Draw:
                 "packages": self.choice([None, self.folder, str(self.folder), [self.folder]]),
                 "friction": self.friction("a"),
                 "drives": self.drives("a"),
+                "grip": self.grip(),
+                "stand": self.stand(),
             }, 2
         names = list(load_robot("ur5", tool="tool0", limits={"acceleration": 1.0, "jerk": 1.0}).joint_names)
         locked = {names[5]: self.number(-1.0, 1.0)} if self.chance(0.3) else None
@@ -201,6 +217,8 @@ class Draw:
             "packages": self.choice([None, self.folder]),
             "friction": self.friction(names[0]),
             "drives": self.drives(names[0]),
+            "grip": self.grip(),
+            "stand": self.stand(),
         }, 6 - len(locked or ())
 
     def base(self):
@@ -234,9 +252,20 @@ class Draw:
                 {},
                 {joint: {"peak_torque": self.number(50.0, 90.0), "brake": True, "source": "a sheet"}},
                 {joint: {"torque_speed": line, "thermal_time_constant": "600 s"}},
+                {joint: {"stiffness": self.choice([self.number(1e3, 1e5), "20000 N*m/rad"])}},
                 {joint: Drive(continuous_torque=self.number(5.0, 9.0), efficiency_driving=0.8, efficiency_driven=0.0)},
             ]
         )
+
+    def grip(self):
+        told = {"total_force": "200 N", "friction": self.number(0.1, 0.5), "point": [0.0, 0.0, "20 mm"], "fingers": 3}
+        return self.choice([None, told, Grip(force_per_finger=self.number(50.0, 90.0), friction=0.3, torsion=0.01)])
+
+    def stand(self):
+        corners = [[0.3, 0.0, 0.0], ["0.1 m", 0.4, 0.0], [-0.4, -0.3, 0.0]]
+        told = {"mass": "60 kg", "com": self.vector(-0.1, 0.1, 3), "footprint": corners, "source": "a drawing"}
+        plain = ((0.3, 0.0, 0.0), (0.1, 0.4, 0.0), (-0.4, -0.3, 0.0))
+        return self.choice([None, told, Stand(mass=self.number(10.0, 90.0), com=(0.0, 0.0, 0.1), footprint=plain)])
 
     def robot(self):
         given, dof = self.robot_arguments()
@@ -341,6 +370,8 @@ class Draw:
             "least_singular_value": lambda: self.number(0.001, 0.01),
             "via_error": lambda: self.number(0.05, 0.5),
             "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
+            "deviation": lambda: self.number(1e-3, 1e-2),
+            "deviation_of": lambda: self.choice(["all", "payload"]),
             "scene": lambda: self.scene(robot),
         }
         known = parameters_of(KINDS)
@@ -348,6 +379,10 @@ class Draw:
         given = {name: make() for name, make in made.items() if self.chance(0.4)}
         if not with_scene:
             given.pop("scene", None)
+        loaded = load_robot(**robot) if isinstance(robot, dict) else robot
+        if "deviation" not in given or not known_stiffness(loaded):
+            given.pop("deviation", None)
+            given.pop("deviation_of", None)
         return given | {
             name: None for name in known if name not in given and known[name].default is None and self.chance(0.2)
         }
