@@ -303,7 +303,7 @@ def test_loads_that_change_on_the_way_count_where_they_are_carried():
 
 
 def simulated(robot, payload, trajectory, steps):
-    """Levels of deviation, slip and tip-over with a mass, at equal steps: no closed form, no Jacobian but differences."""
+    """Levels of deviation, slip and tip-over with a mass, at equal steps, with no closed form at all."""
     times = np.linspace(0.0, float(trajectory.duration[0]), steps + 1)[None]
     q, v, a = (trajectory.evaluate(times, order)[0] for order in range(3))
     stiffness = np.array([robot.drives[name].stiffness for name in robot.joint_names])
