@@ -80,7 +80,9 @@ def test_every_objective_has_a_unit_and_works(name):
     assert SI.fullmatch(objective.unit), objective.unit
     assert objective.reference
     payload = {"constraints": ("effort",), "payload": 1.0} if "payload variable" in objective.needs else {}
-    problem = small(objectives=(name,), **payload)
+    drive = {"gear_ratio": 100.0, "torque_constant": 0.1, "winding_resistance": 0.5}
+    driven = {"robot": UR5 | {"drives": dict.fromkeys(small().robot.joint_names, drive)}}
+    problem = small(objectives=(name,), **payload, **(driven if "drives" in objective.needs else {}))
     assert problem.objective_names == (name,)
     assert "{" not in problem.objectives[0].unit
     F = problem.evaluate(middle(problem))[0] if payload else problem.evaluate(middle(problem))

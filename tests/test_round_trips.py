@@ -38,6 +38,7 @@ from trajevo.path.curve import GeometricPath
 from trajevo.problems.hybrid_kinematics import via_positions
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.robot.payload import LOAD_MODELS
+from trajevo.robot.supply import Supply
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
 MIDDLE = np.array([0.4, -1.4, 1.5, -1.6, -1.5, 0.1])
@@ -199,6 +200,7 @@ class Draw:
                 "drives": self.drives("a"),
                 "grip": self.grip(),
                 "stand": self.stand(),
+                "supply": self.supply(),
             }, 2
         names = list(load_robot("ur5", tool="tool0", limits={"acceleration": 1.0, "jerk": 1.0}).joint_names)
         locked = {names[5]: self.number(-1.0, 1.0)} if self.chance(0.3) else None
@@ -219,6 +221,7 @@ class Draw:
             "drives": self.drives(names[0]),
             "grip": self.grip(),
             "stand": self.stand(),
+            "supply": self.supply(),
         }, 6 - len(locked or ())
 
     def base(self):
@@ -266,6 +269,18 @@ class Draw:
         told = {"mass": "60 kg", "com": self.vector(-0.1, 0.1, 3), "footprint": corners, "source": "a drawing"}
         plain = ((0.3, 0.0, 0.0), (0.1, 0.4, 0.0), (-0.4, -0.3, 0.0))
         return self.choice([None, told, Stand(mass=self.number(10.0, 90.0), com=(0.0, 0.0, 0.1), footprint=plain)])
+
+    def supply(self):
+        link = {"link_capacitance": "470 uF", "link_voltage": self.number(320.0, 600.0), "chopper_voltage": "720 V"}
+        return self.choice(
+            [
+                None,
+                {},
+                {"standby_power": "90 W", "recuperation": self.choice(["none", "full"]), "source": "a sheet"},
+                link,
+                Supply(standby_power=self.number(0.0, 200.0)),
+            ]
+        )
 
     def robot(self):
         given, dof = self.robot_arguments()
@@ -464,7 +479,9 @@ def via_points(draw):
     robot, dof = draw.robot()
     points, count = draw.points(robot, dof)
     unused = draw.chance(0.25)
-    objectives = draw.subset(name for name in OBJECTIVES if name != "unused_payload" and name != "effort_ratio")
+    objectives = draw.subset(
+        name for name in OBJECTIVES if name not in ("unused_payload", "effort_ratio", "electrical_energy")
+    )
     objectives = [*objectives, "unused_payload"] if unused else [*objectives, "time"][: max(1, len(objectives))]
     constraints = draw.subset(name for name, kind in KINDS.items() if kind.by_name)
     if unused and "effort" not in constraints:

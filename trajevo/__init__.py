@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from trajevo.capacity.accuracy.paces import capacity_by_pace
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
+    from trajevo.capacity.drives.energy import energy_balance
+    from trajevo.capacity.drives.fitting import fit_drives
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_bounds, payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
@@ -57,6 +59,7 @@ if TYPE_CHECKING:
     from trajevo.robot.joints import JointLimits
     from trajevo.robot.payload import Payload
     from trajevo.robot.robot import Robot, load_robot
+    from trajevo.robot.supply import Supply
     from trajevo.solvers.evolutionary.algorithms import EvolutionaryAlgorithm
     from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
     from trajevo.solvers.gradient.polish import polish
@@ -101,6 +104,7 @@ _NAMES = {
     "robot.drive": ("Drive",),
     "robot.contacts.grip": ("Grip",),
     "robot.contacts.stand": ("Stand",),
+    "robot.supply": ("Supply",),
     "robot.joints": ("JointLimits",),
     "robot.payload": ("Payload",),
     # What must be visited
@@ -156,6 +160,8 @@ _NAMES = {
     # What a motion can carry
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
     "capacity.drives.drive_capacity": ("drive_capacity", "drive_load"),
+    "capacity.drives.energy": ("energy_balance",),
+    "capacity.drives.fitting": ("fit_drives",),
     "capacity.accuracy.full_capacity": ("full_capacity", "tool_deviation"),
     "capacity.accuracy.paces": ("capacity_by_pace",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
@@ -229,6 +235,7 @@ __all__ = [
     "Solution",
     "Stand",
     "Study",
+    "Supply",
     "Task",
     "ToolPlane",
     "ToolSegment",
@@ -256,8 +263,10 @@ __all__ = [
     "dlcc_sampled",
     "drive_capacity",
     "drive_load",
+    "energy_balance",
     "entropy_weights",
     "export",
+    "fit_drives",
     "full_capacity",
     "largest_payload",
     "least_information_weights",

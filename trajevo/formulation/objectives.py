@@ -14,6 +14,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.base.plugins import Registry, first_line, plain_name
 from trajevo.base.shown.brief import brief
+from trajevo.dynamics.drives.electrical import check_drives, electrical_energy
 from trajevo.dynamics.integrals.efforts import (
     greatest_effort_rates,
     greatest_efforts,
@@ -28,9 +29,9 @@ from trajevo.errors import InvalidInputError
 from trajevo.robot.joints import position_unit
 from trajevo.robot.robot import Robot
 
-#: What an objective can need: the place of the tool, the masses of all links, a limit of some joint's effort, the
-#: payload's mass as a decision variable, or accelerations that do not jump.
-Need = Literal["tool", "masses", "effort limits", "payload variable", "continuous accelerations"]
+#: What an objective can need: the place of the tool, the masses of all links, the drives of all joints, a limit of some
+#: joint's effort, the payload's mass as a decision variable, or accelerations that do not jump.
+Need = Literal["tool", "masses", "drives", "effort limits", "payload variable", "continuous accelerations"]
 
 #: Name of the objective that makes the payload's mass a variable.
 UNUSED_PAYLOAD = "unused_payload"
@@ -211,6 +212,14 @@ OBJECTIVES: dict[str, Objective] = {
             help="∫ Σ over joints of |effort x velocity| dt",
         ),
         Objective(
+            "electrical_energy",
+            "J",
+            _BY_NAME,
+            electrical_energy,
+            needs=("masses", "drives"),
+            help="what drives draw from the mains, with losses, recuperation and standby",
+        ),
+        Objective(
             "square_power",
             "W^2*s",
             _BY_NAME,
@@ -364,6 +373,8 @@ def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> N
         robot.check_body(objective.name)
     if "masses" in objective.needs:
         robot.check_masses(objective.name)
+    if "drives" in objective.needs:
+        check_drives(robot, f"objectives: {objective.name}")
     if "effort limits" in objective.needs and not robot.limits.sides("effort").limited.any():
         raise InvalidInputError(f"objectives: {objective.name} needs effort limits, robot {robot.name!r} has none")
     if "payload variable" in objective.needs and not with_payload:

@@ -16,7 +16,7 @@ from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
 from trajevo.robot.contacts.keys import GripKeys, StandKeys
 from trajevo.robot.loading.dh_keys import DhKeys
-from trajevo.robot.loading.drive_keys import DriveKeys
+from trajevo.robot.loading.drive_keys import DriveKeys, SupplyKeys
 from trajevo.robot.payload import LOAD_MODELS
 
 _Number = Annotated[float, pydantic.Strict()]
@@ -95,6 +95,7 @@ class _Robot(_Strict):
     drives: dict[str, DriveKeys] | None = pydantic.Field(None, description="Drives of joints, by their names.")
     grip: GripKeys | None = pydantic.Field(None, description="How it holds a payload by friction.")
     stand: StandKeys | None = pydantic.Field(None, description="What it stands on without being bolted.")
+    supply: SupplyKeys | None = pydantic.Field(None, description="Supply of all drives.")
 
 
 class _Limits(_Strict):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from trajevo.plots.along_path import fronts, parameter, path
     from trajevo.plots.chain import stick_figure
+    from trajevo.plots.drives.energy import electrical_power, energy_uses
     from trajevo.plots.effort import (
         capacity_margins,
         desired_path,
@@ -49,6 +50,7 @@ _NAMES = {
         "payload_front",
         "tracking_error",
     ),
+    "drives.energy": ("electrical_power", "energy_uses"),
     "payload": (
         "allowed_region",
         "payload_contours",
@@ -74,6 +76,8 @@ __all__ = [
     "dlcc_iteration",
     "draw_all",
     "effort_utilisation",
+    "electrical_power",
+    "energy_uses",
     "exchange_rates",
     "front",
     "front_3d",

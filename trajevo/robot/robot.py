@@ -38,6 +38,7 @@ from trajevo.robot.loading.chain import TOOL
 from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
 from trajevo.robot.loading.drives import plain_drives, robot_drives, with_rotors
 from trajevo.robot.masses import massless, moving_bodies, moving_mass, placeholders
+from trajevo.robot.supply import Supply, plain_supply, supply_of
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf.file import read_urdf
 from trajevo.robot.urdf.joints import Follower, dynamics_of, followers
@@ -82,6 +83,7 @@ class Robot(WithoutUrdf):
         drives: drives of joints by their names, of those that have one.
         grip: how it holds a payload; None if that is not told.
         stand: what it stands on; None if it is bolted down.
+        supply: what feeds them.
     """
 
     name: str
@@ -109,6 +111,7 @@ class Robot(WithoutUrdf):
     drives: Mapping[str, Drive] = field(default_factory=dict)
     grip: Grip | None = None
     stand: Stand | None = None
+    supply: Supply = field(default_factory=Supply)
 
     __repr__ = brief
 
@@ -296,6 +299,7 @@ def load_robot(
     drives: Mapping[str, Any] | None = None,
     grip: Grip | Mapping[str, Any] | None = None,
     stand: Stand | Mapping[str, Any] | None = None,
+    supply: Supply | Mapping[str, Any] | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF, xacro or MJCF file.
 
@@ -336,9 +340,10 @@ def load_robot(
         urdf: the text of a URDF, in place of a file; ``name`` is then what the robot is called.
         drives: drives that complete or replace those of ``robot.toml``, a mapping from joints to a
             :class:`~trajevo.robot.drive.Drive` or to a mapping from its attributes to numbers [SI] or text with a unit.
-        grip: how it holds a payload by friction, in place of what ``robot.toml`` says, a
-            :class:`~trajevo.robot.contacts.grip.Grip` or a mapping from its attributes to numbers or text with a unit.
-        stand: what it stands on without being bolted, in the same way, a :class:`~trajevo.robot.contacts.stand.Stand`.
+        grip: how it holds a payload by friction, a :class:`~trajevo.robot.contacts.grip.Grip` or a mapping as for them.
+        stand: what it stands on, not bolted down, a :class:`~trajevo.robot.contacts.stand.Stand` or a mapping.
+        supply: supply of all drives that completes or replaces that of ``robot.toml``, a
+            :class:`~trajevo.robot.supply.Supply` or a mapping from its attributes to numbers [SI] or text with a unit.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the file. Otherwise
@@ -349,12 +354,11 @@ def load_robot(
         that it follows, which is limited to positions and velocities at which the limits of both are kept.
 
     Raises:
-        UnknownNameError: the name is neither a known robot nor a folder with ``robot.toml`` nor a URDF, or there is no
-            such tool frame or joint to lock; the message lists the known names.
-        InvalidInputError: the name is neither text nor a path, ``robot.toml`` is refused by
-            :class:`~trajevo.robot.robot_toml.RobotFile`, the URDF is refused by
-            :func:`~trajevo.robot.urdf.problems.checked_urdf` or by Pinocchio, or a limit is missing. The message names
-            the file and, where there is one, the joint or link and the value.
+        UnknownNameError: neither a known robot nor a file or folder, or no such tool frame or joint; the message lists
+            the known names.
+        InvalidInputError: a file is refused by :class:`~trajevo.robot.robot_toml.RobotFile`,
+            :func:`~trajevo.robot.urdf.problems.checked_urdf` or Pinocchio, an argument has another type, or a limit is
+            missing. The message names the file and, where there is one, the joint or link and the value.
     """
     if not isinstance(lock, Mapping | None):
         raise InvalidInputError(f"lock: expected a mapping from joints to positions [rad or m], got {lock!r}")
@@ -411,6 +415,7 @@ def load_robot(
             drives=plain_drives(drives),
             grip=plain_contact(grip),
             stand=plain_contact(stand),
+            supply=plain_supply(supply),
         ),
         allow_massless=masses_meant(allow_massless, file, model, found),
         friction_used=rubbing.used,
@@ -421,6 +426,7 @@ def load_robot(
         drives=motors,
         grip=grip_of(file.grip() if file is not None and grip is None else grip),
         stand=stand_of(file.stand() if file is not None and stand is None else stand),
+        supply=supply_of(supply, None if file is None else file.supply),
     )
 
 

@@ -22,7 +22,7 @@ from trajevo.robot.contacts.keys import SourcedGripKeys, SourcedStandKeys
 from trajevo.robot.contacts.stand import Stand
 from trajevo.robot.loading.dh import DhTable
 from trajevo.robot.loading.dh_keys import DhKeys
-from trajevo.robot.loading.drive_keys import SourcedDriveKeys
+from trajevo.robot.loading.drive_keys import SourcedDriveKeys, SourcedSupplyKeys
 from trajevo.robot.loading.drives import drive_values
 from trajevo.robot.transmission import CoupledScrews, Direct, Transmission
 
@@ -200,6 +200,7 @@ class RobotSettings(_Strict):
     drives: dict[str, SourcedDriveKeys] = pydantic.Field({}, description="Drives of joints, by their names.")
     grip: SourcedGripKeys | None = pydantic.Field(None, description="How it holds a payload by friction.")
     stand: SourcedStandKeys | None = pydantic.Field(None, description="What it stands on without being bolted.")
+    supply: SourcedSupplyKeys | None = pydantic.Field(None, description="Supply of all drives.")
 
     @pydantic.field_validator("urdf")
     @classmethod
@@ -362,6 +363,11 @@ class RobotFile:
         """What it stands on, if that is told."""
         given = self.settings.stand
         return None if given is None else stand_of(given.arguments, partial(self._at, "stand"))
+
+    @property
+    def supply(self) -> dict[str, Any] | None:
+        """What is told of the supply of all drives, as written."""
+        return None if self.settings.supply is None else self.settings.supply.arguments
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
         """Columns of Friction, SI; NaN where nothing is declared."""
