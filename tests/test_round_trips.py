@@ -385,7 +385,7 @@ class Draw:
             "least_singular_value": lambda: self.number(0.001, 0.01),
             "via_error": lambda: self.number(0.05, 0.5),
             "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
-            "deviation": lambda: self.number(1e-3, 1e-2),
+            "deviation": lambda: self.number(0.02, 0.2),
             "deviation_of": lambda: self.choice(["all", "payload"]),
             "scene": lambda: self.scene(robot),
         }

@@ -33,6 +33,7 @@ from trajevo.cli.results import (
     pictures_shown,
     write_report_of,
 )
+from trajevo.cli.screen.limits import print_full_capacity
 from trajevo.cli.screen.printed import known_problem, print_mass_notes, print_rivals, print_run, print_verifications
 from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
@@ -205,6 +206,10 @@ def capacity(
         bool, typer.Option("--iterative", help="Use the paper's iteration, not the closed form.")
     ] = False,
     step: Annotated[float, typer.Option(help="Payload added in each iteration [kg].")] = 0.05,
+    deviation: Annotated[
+        float | None,
+        typer.Option(help="Greatest deviation of the tool as joints give way [mm]; the problem's if not given."),
+    ] = None,
     problem: ProblemOption = None,
 ) -> None:
     """Show the largest payload of a motion, which actuator limits it and when."""
@@ -218,6 +223,7 @@ def capacity(
     print_mass_notes(_out, chosen.front.problem.robot)
     if chosen.rollout.robot.drives:
         _out.print(f"by its drives: {drive_capacity(chosen)}")
+    print_full_capacity(_out, chosen, None if deviation is None else 1e-3 * deviation)
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
     table = Listing("joint", "alone it could carry [kg]", "effort limit left [%]")

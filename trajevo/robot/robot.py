@@ -1,8 +1,7 @@
 """Robots: a Pinocchio model with the limits that a URDF cannot hold, and how it is loaded.
 
-:func:`load_robot` builds a robot from one of two sources. One is a folder ``<name>/`` with ``<name>.urdf``,
-``robot.toml`` (limits with their units, tool frame) and ``SOURCE.md`` (where each number comes from), as for all robots
-that come with trajevo. The other is a bare URDF, for which the caller gives what it lacks.
+:func:`load_robot` builds a robot from a folder ``<name>/`` with ``<name>.urdf``, ``robot.toml`` (limits with units, tool
+frame) and ``SOURCE.md`` (where each number comes from), or from a bare URDF, for which the caller gives what it lacks.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
-from trajevo.robot.contacts.given import grip_of, plain_contact, stand_of
+from trajevo.robot.contacts.given import contacts_of, plain_contacts
 from trajevo.robot.contacts.grip import Grip
 from trajevo.robot.contacts.stand import Stand
 from trajevo.robot.description import Description
@@ -116,9 +115,9 @@ class Robot(WithoutUrdf):
     __repr__ = brief
 
     def _repr_html_(self) -> str:
-        locked = ", ".join(self.locked)
-        told = {"mass": f"{self.mass:.4g} kg" if self.has_body else "", "tool": self.tool, "locked": locked}
-        told |= {"from": str(self.urdf or self.reference), "notes": "; ".join(self.mass_notes)}
+        told = {"mass": f"{self.mass:.4g} kg" if self.has_body else "", "tool": self.tool}
+        told |= {"locked": ", ".join(self.locked), "from": str(self.urdf or self.reference)}
+        told |= {"notes": "; ".join(self.mass_notes)}
         table = limits_table(self.limits, self.joint_names, self.joint_units)
         return html.shown(f"Robot {self.name}: {self.dof} joints", html.facts(told), table)
 
@@ -413,8 +412,7 @@ def load_robot(
             base=base,
             tools=tools,
             drives=plain_drives(drives),
-            grip=plain_contact(grip),
-            stand=plain_contact(stand),
+            **plain_contacts(grip=grip, stand=stand),
             supply=plain_supply(supply),
         ),
         allow_massless=masses_meant(allow_massless, file, model, found),
@@ -424,8 +422,7 @@ def load_robot(
         file_kind=found.kind,
         file_notes=found.notes,
         drives=motors,
-        grip=grip_of(file.grip() if file is not None and grip is None else grip),
-        stand=stand_of(file.stand() if file is not None and stand is None else stand),
+        **contacts_of({} if file is None else file.contacts, grip=grip, stand=stand),
         supply=supply_of(supply, None if file is None else file.supply),
     )
 

@@ -17,9 +17,7 @@ from trajevo.base.toml import Place, read_toml, validated
 from trajevo.base.units import per_time, si_unit, to_si
 from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError, known_names
 from trajevo.robot.contacts.given import grip_of, stand_of
-from trajevo.robot.contacts.grip import Grip
 from trajevo.robot.contacts.keys import SourcedGripKeys, SourcedStandKeys
-from trajevo.robot.contacts.stand import Stand
 from trajevo.robot.loading.dh import DhTable
 from trajevo.robot.loading.dh_keys import DhKeys
 from trajevo.robot.loading.drive_keys import SourcedDriveKeys, SourcedSupplyKeys
@@ -354,15 +352,12 @@ class RobotFile:
             found[name] = drive_values(given.arguments, units[names.index(name)], at)
         return found
 
-    def grip(self) -> Grip | None:
-        """How it holds a payload, if that is told."""
-        given = self.settings.grip
-        return None if given is None else grip_of(given.arguments, partial(self._at, "grip"))
-
-    def stand(self) -> Stand | None:
-        """What it stands on, if that is told."""
-        given = self.settings.stand
-        return None if given is None else stand_of(given.arguments, partial(self._at, "stand"))
+    @property
+    def contacts(self) -> dict[str, Any]:
+        """How it holds a payload and what it stands on, of which that is told."""
+        made = {"grip": grip_of, "stand": stand_of}
+        told = {name: given for name in made if (given := getattr(self.settings, name)) is not None}
+        return {name: made[name](given.arguments, partial(self._at, name)) for name, given in told.items()}
 
     @property
     def supply(self) -> dict[str, Any] | None:

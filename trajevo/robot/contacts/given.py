@@ -34,8 +34,18 @@ def stand_of(given: Any, at: Callable[..., str] = lambda *names: ".".join(("stan
     return _made(Stand, given, STAND_UNITS, at)
 
 
-def plain_contact(given: Any) -> Any:
-    """A grip or stand that a caller gave as plain data."""
+def contacts_of(declared: Mapping[str, Any], *, grip: Any, stand: Any) -> dict[str, Any]:
+    """Grip and stand of a robot: those that a caller gave, or what a file declares."""
+    found = {"grip": grip_of(grip), "stand": stand_of(stand)}
+    return {name: declared.get(name) if given is None else given for name, given in found.items()}
+
+
+def plain_contacts(**given: Any) -> dict[str, Any]:
+    """Grip and stand that a caller gave as plain data."""
+    return {name: _plain(one) for name, one in given.items()}
+
+
+def _plain(given: Any) -> Any:
     if not isinstance(given, Grip | Stand):
         return given
     told = {name: getattr(given, name) for name in given.names()}
