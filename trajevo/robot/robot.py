@@ -1,7 +1,7 @@
 """Robots: a Pinocchio model with the limits that a URDF cannot hold, and how it is loaded.
 
-:func:`load_robot` builds a robot from a folder ``<name>/`` with ``<name>.urdf``, ``robot.toml`` (limits with units, tool
-frame) and ``SOURCE.md`` (where each number comes from), or from a bare URDF, for which the caller gives what it lacks.
+:func:`load_robot` builds a robot from a folder ``<name>/`` with ``<name>.urdf``, ``robot.toml`` (limits with units,
+tool) and ``SOURCE.md`` (where each number comes from), or from a bare URDF, for which the caller gives what it lacks.
 """
 
 from __future__ import annotations
