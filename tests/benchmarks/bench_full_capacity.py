@@ -47,11 +47,8 @@ def motion(gears):
         | ({"efficiency_driving": 0.75} if gears else {})
         for name, peak in zip(bare.joint_names, bare.limits.effort, strict=True)
     }
-    held = {
-        "grip": Grip(force_per_finger=150.0, friction=0.4),
-        "stand": Stand(mass=90.0, com=(0, 0, -0.4), footprint=CORNERS),
-    }
-    robot = load_robot("ur5", limits=UNLIMITED, tool="tool0", drives=drives, **held)
+    grip, stand = Grip(force_per_finger=150.0, friction=0.4), Stand(mass=90.0, com=(0, 0, -0.4), footprint=CORNERS)
+    robot = load_robot("ur5", limits=UNLIMITED, tool="tool0", drives=drives, grip=grip, stand=stand)
     spline = QuinticSpline(ViaPoints(np.array(POINTS)), duration_bounds=(0.3, 5.0))
     x = np.zeros(len(spline.variables))
     x[:2] = 0.9

@@ -10,7 +10,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.dynamics.contacts.bending import COUNTED, Bending
 from trajevo.dynamics.rollout import Rollout
-from trajevo.errors import checked_name
+from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter, positive
 from trajevo.robot.robot import Robot
 
@@ -67,7 +67,9 @@ def _excess(rollout: Rollout, *, shares: Any) -> Array:
 
 
 def _counted(name: str, value: Any, unit: str) -> str:
-    return checked_name(name, value, COUNTED)
+    if value not in COUNTED:
+        raise InvalidInputError(f"{name}: expected {' or '.join(map(repr, COUNTED))}, got {value!r}")
+    return str(value)
 
 
 DEVIATION = LimitKind(
@@ -77,7 +79,13 @@ DEVIATION = LimitKind(
     (
         LimitParameter("deviation", "m", "greatest deviation of the tool by what its joints bear"),
         LimitParameter(
-            "deviation_of", "", "all loads, or the payload alone: all or payload", _counted, default="all", type=str
+            "deviation_of",
+            "",
+            "all loads, or the payload alone: all or payload",
+            _counted,
+            default="all",
+            type=str,
+            plain=str,
         ),
     ),
 )
