@@ -16,8 +16,8 @@ from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.path.curve import GeometricPath
 from trajevo.path.point_files import joint_columns
 from trajevo.path.tables import read_table
-from trajevo.robot.joints import DIRECTED
-from trajevo.robot.robot import Robot, length_unit, robot_of
+from trajevo.robot.joints import DIRECTED, length_unit
+from trajevo.robot.robot import Robot, robot_of
 
 from .gemini_and_s import EXAMPLE_PATHS, ExamplePath
 

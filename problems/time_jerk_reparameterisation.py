@@ -40,8 +40,9 @@ from trajevo.formulation.objectives import (
 from trajevo.formulation.problem import Expansion, TrajectoryProblem
 from trajevo.formulation.search import Search
 from trajevo.path.curve import GeometricPath
+from trajevo.robot.joints import length_unit
 from trajevo.robot.payload import Payload
-from trajevo.robot.robot import Robot, length_unit
+from trajevo.robot.robot import Robot
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 from trajevo.trajectory.interpolants import LinearReparameterisation, Reparameterisation
 from trajevo.trajectory.interpolants.reparameterised import BOUNDS

@@ -83,7 +83,7 @@ IN_THE_TASK = [
     (
         "effort_margin",
         "effort_margn",
-        "task.toml: line 17: constraints.effort_margn: unknown key; known: effort_margin, "
+        "task.toml: line 17: constraints.effort_margn: unknown key; known: deviation, deviation_of, effort_margin, "
         "effort_rate, held, least_singular_value, limits, longest_time, manipulability, "
         "overshoot, tool_height, tool_speed, via_error; did you mean 'effort_margin'?",
     ),
@@ -96,7 +96,7 @@ IN_THE_TASK = [
         "name =",
         "nam =",
         "task.toml: line 1: robot.nam: unknown key; known: allow_massless, base, dh, drives, friction, gravity, "
-        "joints, kind, lock, name, packages, supply, tool, tools, xacro; did you mean 'name'?",
+        "grip, joints, kind, lock, name, packages, stand, supply, tool, tools, xacro; did you mean 'name'?",
     ),
     (
         '"arm.urdf"',
@@ -312,7 +312,7 @@ IN_THE_TASK = [
         "effort_margin = 0.2",
         'limits = ["torque"]',
         "task.toml: line 16: constraints: unknown constraint 'torque'; known: acceleration, "
-        "clearance, effort, effort_rate, jerk, least_singular_value, longest_time, manipulability, "
+        "clearance, deviation, effort, effort_rate, jerk, least_singular_value, longest_time, manipulability, "
         "mean_velocity, overshoot, position, tool_height, "
         "tool_speed, velocity, via_error; did you mean 'effort'?",
     ),

@@ -24,7 +24,8 @@ from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, THROUGH_POINTS
 
 REGISTRIES = (NAMED_OBJECTIVES, NAMED_KINDS, NAMED_INTERPOLANTS, NAMED_EXPORTERS, NAMED_ALGORITHMS)
-UR5 = {"name": "ur5", "tool": "tool0", "limits": {"acceleration": 10.0, "jerk": 100.0}}
+DRIVES = {f"{name}_joint": {"stiffness": 3e4} for name in ("shoulder_pan", "shoulder_lift", "elbow")}
+UR5 = {"name": "ur5", "tool": "tool0", "limits": {"acceleration": 10.0, "jerk": 100.0}, "drives": DRIVES}
 #: A drive that tells all from which its limits follow.
 DRIVE = {
     "peak_torque": 150.0,
@@ -51,6 +52,7 @@ GIVEN = {
     "least_singular_value": 0.05,
     "longest_time": 9.0,
     "peak_power": 300.0,
+    "deviation": 2e-3,
     "scene": {"clearance": 0.01, "obstacles": [{"shape": "sphere", "radius": 0.1, "position": [0.0, 0.0, 1.5]}]},
 }
 

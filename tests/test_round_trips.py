@@ -12,7 +12,21 @@ import numpy as np
 import pytest
 
 from tests.helpers import mostly_long, suited
-from trajevo import Drive, Front, Load, Passing, Payload, Pose, ToolSegment, ViaPoints, load_problem, load_robot
+from trajevo import (
+    Drive,
+    Front,
+    Grip,
+    Load,
+    Passing,
+    Payload,
+    Pose,
+    Stand,
+    ToolSegment,
+    ViaPoints,
+    load_problem,
+    load_robot,
+)
+from trajevo.dynamics.contacts.bending import known_stiffness
 from trajevo.errors import TrajevoError
 from trajevo.formulation.constraints.kinds import KINDS, parameters_of
 from trajevo.formulation.constraints.scene import SHAPES, Scene
@@ -184,6 +198,8 @@ class Draw:
                 "packages": self.choice([None, self.folder, str(self.folder), [self.folder]]),
                 "friction": self.friction("a"),
                 "drives": self.drives("a"),
+                "grip": self.grip(),
+                "stand": self.stand(),
                 "supply": self.supply(),
             }, 2
         names = list(load_robot("ur5", tool="tool0", limits={"acceleration": 1.0, "jerk": 1.0}).joint_names)
@@ -203,6 +219,8 @@ class Draw:
             "packages": self.choice([None, self.folder]),
             "friction": self.friction(names[0]),
             "drives": self.drives(names[0]),
+            "grip": self.grip(),
+            "stand": self.stand(),
             "supply": self.supply(),
         }, 6 - len(locked or ())
 
@@ -237,9 +255,20 @@ class Draw:
                 {},
                 {joint: {"peak_torque": self.number(50.0, 90.0), "brake": True, "source": "a sheet"}},
                 {joint: {"torque_speed": line, "thermal_time_constant": "600 s"}},
+                {joint: {"stiffness": self.choice([self.number(1e3, 1e5), "20000 N*m/rad"])}},
                 {joint: Drive(continuous_torque=self.number(5.0, 9.0), efficiency_driving=0.8, efficiency_driven=0.0)},
             ]
         )
+
+    def grip(self):
+        told = {"total_force": "200 N", "friction": self.number(0.1, 0.5), "point": [0.0, 0.0, "20 mm"], "fingers": 3}
+        return self.choice([None, told, Grip(force_per_finger=self.number(50.0, 90.0), friction=0.3, torsion=0.01)])
+
+    def stand(self):
+        corners = [[0.3, 0.0, 0.0], ["0.1 m", 0.4, 0.0], [-0.4, -0.3, 0.0]]
+        told = {"mass": "60 kg", "com": self.vector(-0.1, 0.1, 3), "footprint": corners, "source": "a drawing"}
+        plain = ((0.3, 0.0, 0.0), (0.1, 0.4, 0.0), (-0.4, -0.3, 0.0))
+        return self.choice([None, told, Stand(mass=self.number(10.0, 90.0), com=(0.0, 0.0, 0.1), footprint=plain)])
 
     def supply(self):
         link = {"link_capacitance": "470 uF", "link_voltage": self.number(320.0, 600.0), "chopper_voltage": "720 V"}
@@ -359,6 +388,8 @@ class Draw:
             "dwell": lambda: 0.0,
             "cycles": lambda: 0,
             "peak_power": lambda: self.number(50.0, 900.0),
+            "deviation": lambda: self.number(0.02, 0.2),
+            "deviation_of": lambda: self.choice(["all", "payload"]),
             "scene": lambda: self.scene(robot),
         }
         known = parameters_of(KINDS)
@@ -366,6 +397,10 @@ class Draw:
         given = {name: make() for name, make in made.items() if self.chance(0.4)}
         if not with_scene:
             given.pop("scene", None)
+        loaded = load_robot(**robot) if isinstance(robot, dict) else robot
+        if "deviation" not in given or not known_stiffness(loaded):
+            given.pop("deviation", None)
+            given.pop("deviation_of", None)
         return given | {
             name: None for name in known if name not in given and known[name].default is None and self.chance(0.2)
         }

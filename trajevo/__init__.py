@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trajevo import plots
+    from trajevo.capacity.accuracy.full_capacity import full_capacity, tool_deviation
+    from trajevo.capacity.accuracy.paces import capacity_by_pace
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
     from trajevo.capacity.drives.energy import energy_balance
@@ -53,6 +55,8 @@ if TYPE_CHECKING:
     from trajevo.path.segments import ToolSegment
     from trajevo.path.via_points import ViaPoints
     from trajevo.plots.analyses import analyse
+    from trajevo.robot.contacts.grip import Grip
+    from trajevo.robot.contacts.stand import Stand
     from trajevo.robot.drive import Drive
     from trajevo.robot.joints import JointLimits
     from trajevo.robot.loading.supply import Supply
@@ -101,6 +105,8 @@ _NAMES = {
     # What moves
     "robot.robot": ("Robot", "load_robot"),
     "robot.drive": ("Drive",),
+    "robot.contacts.grip": ("Grip",),
+    "robot.contacts.stand": ("Stand",),
     "robot.loading.supply": ("Supply",),
     "robot.joints": ("JointLimits",),
     "robot.payload": ("Payload",),
@@ -160,6 +166,8 @@ _NAMES = {
     "capacity.drives.energy": ("energy_balance",),
     "capacity.drives.fitting": ("fit_drives",),
     "capacity.identification.identify": ("identify_payload",),
+    "capacity.accuracy.full_capacity": ("full_capacity", "tool_deviation"),
+    "capacity.accuracy.paces": ("capacity_by_pace",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -202,6 +210,7 @@ __all__ = [
     "Exporter",
     "Front",
     "GeometricPath",
+    "Grip",
     "HermiteSpline",
     "HybridQuartic",
     "ImprovedQuarticBSpline",
@@ -230,6 +239,7 @@ __all__ = [
     "SepticSpline",
     "SinglePolynomial",
     "Solution",
+    "Stand",
     "Study",
     "Supply",
     "Task",
@@ -246,6 +256,7 @@ __all__ = [
     "analyse",
     "animate",
     "capacities",
+    "capacity_by_pace",
     "capacity_front",
     "certify",
     "certify_all",
@@ -262,6 +273,7 @@ __all__ = [
     "entropy_weights",
     "export",
     "fit_drives",
+    "full_capacity",
     "identify_payload",
     "largest_payload",
     "least_information_weights",
@@ -298,6 +310,7 @@ __all__ = [
     "solve_nnc",
     "stop_and_go",
     "study_standing",
+    "tool_deviation",
     "verify",
     "weighting_factors",
     "workspace_capacity",

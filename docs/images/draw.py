@@ -47,6 +47,12 @@ def page(columns, height):
     return plt.subplots(1, columns, figsize=(170 / 25.4, height / 25.4), layout="constrained")[1]
 
 
+def draw_what_binds():
+    """What a UR5-like arm carries by each limit as its cycle shortens, as the gallery draws it."""
+    example = HERE.parent / "gallery" / "payload" / "plot_what_binds.py"
+    exec(compile(example.read_text(encoding="utf-8"), example.name, "exec"), {})
+
+
 def draw_payload_diagram():
     """How far off the tool a UR5 can carry what, on two motions, and where the centre of mass may lie."""
     robot = load_robot("ur5", limits=UNLIMITED, tool="tool0")

@@ -20,7 +20,12 @@ from trajevo.trajectory.interpolants import THROUGH_POINTS
 ROWS = 21
 
 UR5 = {
-    "robot": {"name": "ur5", "tool": "tool0", "limits": {"acceleration": 10.0, "jerk": 100.0}},
+    "robot": {
+        "name": "ur5",
+        "tool": "tool0",
+        "limits": {"acceleration": 10.0, "jerk": 100.0},
+        "drives": {name: {"stiffness": 2e4} for name in ("shoulder_lift_joint", "elbow_joint", "wrist_1_joint")},
+    },
     "points": [
         [0.0, -1.5, 1.5, -1.5, -1.5, 0.0],
         [0.5, -1.2, 1.2, -1.5, -1.5, 0.3],
@@ -38,6 +43,7 @@ EVERYTHING = {
     "constraints": ["position", "velocity", "acceleration", "jerk", "effort", "mean_velocity"],
     "payload": {"mass": 1.0, "com": [0.0, 0.0, 0.1]},
     **{"tool_speed": 1.0, "tool_height": 0.1, "longest_time": 6.0, "overshoot": 0.3},
+    **{"deviation": 2e-3, "deviation_of": "payload"},
     **{"effort_rate": 400.0, "manipulability": 0.02, "least_singular_value": 0.05},
 }
 PANDA = {

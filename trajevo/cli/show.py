@@ -33,6 +33,7 @@ from trajevo.cli.results import (
     pictures_shown,
     write_report_of,
 )
+from trajevo.cli.screen.limits import print_full_capacity
 from trajevo.cli.screen.printed import known_problem, print_mass_notes, print_rivals, print_run, print_verifications
 from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
@@ -209,6 +210,10 @@ def capacity(
     cycles: Annotated[
         int | None, typer.Option(help="How often the motion is made from cold on, for drives; for ever if not given.")
     ] = None,
+    deviation: Annotated[
+        float | None,
+        typer.Option(help="Greatest deviation of the tool as joints give way [mm]; the problem's if not given."),
+    ] = None,
     problem: ProblemOption = None,
 ) -> None:
     """Show the largest payload of a motion, which actuator limits it and when."""
@@ -228,6 +233,8 @@ def capacity(
     print_mass_notes(_out, chosen.front.problem.robot)
     if by_drives is not None:
         _out.print(f"by its drives: {by_drives}")
+    most = None if deviation is None else 1e-3 * deviation
+    print_full_capacity(_out, chosen, most, dwell=dwell, cycles=cycles)
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
     table = Listing("joint", "alone it could carry [kg]", "effort limit left [%]")

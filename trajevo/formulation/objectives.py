@@ -29,7 +29,8 @@ from trajevo.dynamics.integrals.travel import joint_travel, tool_path_length
 from trajevo.dynamics.payload_regressor.excitation import payload_condition
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.robot.robot import Robot, position_unit
+from trajevo.robot.joints import position_unit
+from trajevo.robot.robot import Robot
 
 #: What an objective can need: the place of the tool, the masses of all links, the drives of all joints, a limit of some
 #: joint's effort, the payload's mass as a decision variable, accelerations that do not jump, or what some drives tell.

@@ -14,6 +14,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
+from trajevo.robot.contacts.keys import GripKeys, StandKeys
 from trajevo.robot.loading.dh_keys import DhKeys
 from trajevo.robot.loading.drive_keys import DriveKeys, SupplyKeys
 from trajevo.robot.payload import LOAD_MODELS
@@ -92,6 +93,8 @@ class _Robot(_Strict):
         None, description="Tools that can be mounted, of which `tool` names one."
     )
     drives: dict[str, DriveKeys] | None = pydantic.Field(None, description="Drives of joints, by their names.")
+    grip: GripKeys | None = pydantic.Field(None, description="How it holds a payload by friction.")
+    stand: StandKeys | None = pydantic.Field(None, description="What it stands on without being bolted.")
     supply: SupplyKeys | None = pydantic.Field(None, description="Supply of all drives.")
 
 

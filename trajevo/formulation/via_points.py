@@ -42,8 +42,9 @@ from trajevo.path.boxes import CartesianBox, JointBox
 from trajevo.path.passing import Passing, passings_of
 from trajevo.path.segments import segments_of
 from trajevo.path.via_points import OnLimit, ViaPoints, joint_points
+from trajevo.robot.joints import length_unit
 from trajevo.robot.payload import Payload
-from trajevo.robot.robot import Robot, length_unit, robot_of
+from trajevo.robot.robot import Robot, robot_of
 from trajevo.trajectory.interpolants import (
     NAMED_INTERPOLANTS,
     BSplineShape,

@@ -24,6 +24,7 @@ DRIVE_UNITS: Mapping[str, tuple[str, str]] = {
     "efficiency_driving": ("1", "1"),
     "efficiency_driven": ("1", "1"),
     "rotor_inertia": ("kg*m^2", "kg*m^2"),
+    "stiffness": ("N*m/rad", "N/m"),
     "winding_resistance": ("ohm", "ohm"),
     "torque_constant": ("N*m/A", "N*m/A"),
     "inverter_drop": ("V", "V"),
@@ -62,6 +63,8 @@ class Drive:
             2 - 1/``efficiency_driving``, which is never more, so that this is the safe side for torque and heat.
         rotor_inertia: inertia of what turns with the motor, on the motor's side [kg·m²]; times the gear ratio squared
             it becomes the armature of the joint, which must not be given elsewhere too.
+        stiffness: torque on the joint over the angle by which it gives way while the motor stands, of gear and bearings
+            [N·m/rad or N/m].
         winding_resistance: resistance of the winding, with which the current of the torque constant heats it [ohm].
         torque_constant: torque of the motor per current [N·m/A].
         inverter_drop: voltage that the inverter drops, which loses it times the magnitude of the current [V]; none if
@@ -83,6 +86,7 @@ class Drive:
     efficiency_driving: float | None = None
     efficiency_driven: float | None = None
     rotor_inertia: float | None = None
+    stiffness: float | None = None
     winding_resistance: float | None = None
     torque_constant: float | None = None
     inverter_drop: float | None = None

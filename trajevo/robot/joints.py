@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from trajevo.base.shown.brief import brief
 from trajevo.base.shown.html import Piece, table
 from trajevo.base.units import per_time, pretty
 from trajevo.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from trajevo.robot.robot import Robot
 
 #: Limits that may differ by the direction of the joint, and what ends the names of those of the negative one.
 DIRECTED, _BACKWARD = ("velocity", "acceleration", "effort"), "_backward"
@@ -275,3 +278,13 @@ def limits_table(limits: JointLimits, names: Sequence[str], units: Sequence[str]
             told.append("none" if list(both) == ["inf"] else f"{' / '.join(both)} {of}")
         rows.append(told)
     return table(("joint", "position", "velocity", "acceleration", "jerk", "effort"), rows)
+
+
+def length_unit(robot: Robot) -> str:
+    """Unit in which lengths of a robot are shown: mm if all joints are linear, as of machine tools, otherwise m."""
+    return "mm" if set(robot.joint_units) == {"m"} else "m"
+
+
+def position_unit(robot: Robot) -> str:
+    """Unit of a position of any joint: rad, m, or both if the robot has revolute and prismatic joints."""
+    return " or ".join(sorted(set(robot.joint_units), reverse=True))

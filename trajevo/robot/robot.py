@@ -1,8 +1,7 @@
 """Robots: a Pinocchio model with the limits that a URDF cannot hold, and how it is loaded.
 
-:func:`load_robot` builds a robot from one of two sources. One is a folder ``<name>/`` with ``<name>.urdf``,
-``robot.toml`` (limits with their units, tool frame) and ``SOURCE.md`` (where each number comes from), as for all robots
-that come with trajevo. The other is a bare URDF, for which the caller gives what it lacks.
+:func:`load_robot` builds a robot from a folder ``<name>/`` with ``<name>.urdf``, ``robot.toml`` (limits with units,
+tool) and ``SOURCE.md`` (where each number comes from), or from a bare URDF, for which the caller gives what it lacks.
 """
 
 from __future__ import annotations
@@ -22,6 +21,9 @@ from trajevo.base.arrays import Array, numbers
 from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
+from trajevo.robot.contacts.given import contacts_of, plain_contacts
+from trajevo.robot.contacts.grip import Grip
+from trajevo.robot.contacts.stand import Stand
 from trajevo.robot.description import Description
 from trajevo.robot.drive import Drive
 from trajevo.robot.files.cell import placed
@@ -78,6 +80,8 @@ class Robot(WithoutUrdf):
         file_notes: what its file says and efforts leave out, one clause each.
         has_body: whether it is more than joints and limits.
         drives: drives of joints by their names, of those that have one.
+        grip: how it holds a payload; None if that is not told.
+        stand: what it stands on; None if it is bolted down.
         supply: what feeds them.
     """
 
@@ -104,14 +108,16 @@ class Robot(WithoutUrdf):
     file_notes: tuple[str, ...] = ()
     has_body: bool = True
     drives: Mapping[str, Drive] = field(default_factory=dict)
+    grip: Grip | None = None
+    stand: Stand | None = None
     supply: Supply = field(default_factory=Supply)
 
     __repr__ = brief
 
     def _repr_html_(self) -> str:
-        locked = ", ".join(self.locked)
-        told = {"mass": f"{self.mass:.4g} kg" if self.has_body else "", "tool": self.tool, "locked": locked}
-        told |= {"from": str(self.urdf or self.reference), "notes": "; ".join(self.mass_notes)}
+        told = {"mass": f"{self.mass:.4g} kg" if self.has_body else "", "tool": self.tool}
+        told |= {"locked": ", ".join(self.locked), "from": str(self.urdf or self.reference)}
+        told |= {"notes": "; ".join(self.mass_notes)}
         table = limits_table(self.limits, self.joint_names, self.joint_units)
         return html.shown(f"Robot {self.name}: {self.dof} joints", html.facts(told), table)
 
@@ -293,6 +299,8 @@ def load_robot(
     tools: Sequence[Mapping[str, Any]] | None = None,
     urdf: str | None = None,
     drives: Mapping[str, Any] | None = None,
+    grip: Grip | Mapping[str, Any] | None = None,
+    stand: Stand | Mapping[str, Any] | None = None,
     supply: Supply | Mapping[str, Any] | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF, xacro or MJCF file.
@@ -334,8 +342,9 @@ def load_robot(
         urdf: the text of a URDF, in place of a file; ``name`` is then what the robot is called.
         drives: drives that complete or replace those of ``robot.toml``, a mapping from joints to a
             :class:`~trajevo.robot.drive.Drive` or to a mapping from its attributes to numbers [SI] or text with a unit.
-        supply: supply of all drives that completes or replaces that of ``robot.toml``, a mapping as for drives, or a
-            :class:`~trajevo.robot.loading.supply.Supply`.
+        grip: how it holds a payload by friction, a :class:`~trajevo.robot.contacts.grip.Grip` or a mapping as for them.
+        stand: what it stands on, not bolted down, a :class:`~trajevo.robot.contacts.stand.Stand` or a mapping.
+        supply: of all drives, a :class:`~trajevo.robot.loading.supply.Supply` or a mapping; completes ``robot.toml``.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the file. Otherwise
@@ -346,12 +355,11 @@ def load_robot(
         that it follows, which is limited to positions and velocities at which the limits of both are kept.
 
     Raises:
-        UnknownNameError: the name is neither a known robot nor a folder with ``robot.toml`` nor a URDF, or there is no
-            such tool frame or joint to lock; the message lists the known names.
-        InvalidInputError: the name is neither text nor a path, ``robot.toml`` is refused by
-            :class:`~trajevo.robot.robot_toml.RobotFile`, the URDF is refused by
-            :func:`~trajevo.robot.urdf.problems.checked_urdf` or by Pinocchio, or a limit is missing. The message names
-            the file and, where there is one, the joint or link and the value.
+        UnknownNameError: neither a known robot nor a file or folder, or no such tool frame or joint; the message lists
+            the known names.
+        InvalidInputError: a file is refused by :class:`~trajevo.robot.robot_toml.RobotFile`,
+            :func:`~trajevo.robot.urdf.problems.checked_urdf` or Pinocchio, an argument has another type, or a limit is
+            missing. The message names the file and, where there is one, the joint or link and the value.
     """
     if not isinstance(lock, Mapping | None):
         raise InvalidInputError(f"lock: expected a mapping from joints to positions [rad or m], got {lock!r}")
@@ -367,14 +375,8 @@ def load_robot(
     transmission, names, units = drives_of(model, units, following, file)
     declared = None if file is None else file.limits(names, units, locked)
     given = given_limits(limits, names, units, locked, following)
-    rubbing = friction_of(
-        friction,
-        dynamics_of(root, locked, found.armature),
-        following,
-        names,
-        units,
-        None if file is None else file.friction(names, units),
-    )
+    rubs = None if file is None else file.friction(names, units)
+    rubbing = friction_of(friction, dynamics_of(root, locked, found.armature), following, names, units, rubs)
     motors = robot_drives(drives, {} if file is None else file.drives(names, units, locked), names, units, locked)
     return Robot(
         name=files.name if file is None else file.settings.name,
@@ -406,6 +408,7 @@ def load_robot(
             base=base,
             tools=tools,
             drives=plain_drives(drives),
+            **plain_contacts(grip=grip, stand=stand),
             supply=plain_supply(supply),
         ),
         allow_massless=masses_meant(allow_massless, file, model, found),
@@ -415,6 +418,7 @@ def load_robot(
         file_kind=found.kind,
         file_notes=found.notes,
         drives=motors,
+        **contacts_of({} if file is None else file.contacts, grip=grip, stand=stand),
         supply=supply_of(supply, None if file is None else file.supply),
     )
 
@@ -440,13 +444,3 @@ def robot_of(given: Any) -> Robot:
     if unknown or "name" not in given:
         raise InvalidInputError(f"robot: expected name and, if wanted, {', '.join(accepted[1:])}, got {sorted(given)}")
     return load_robot(**given)
-
-
-def length_unit(robot: Robot) -> str:
-    """Unit in which lengths of a robot are shown: mm if all joints are linear, as of machine tools, otherwise m."""
-    return "mm" if set(robot.joint_units) == {"m"} else "m"
-
-
-def position_unit(robot: Robot) -> str:
-    """Unit of a position of any joint: rad, m, or both if the robot has revolute and prismatic joints."""
-    return " or ".join(sorted(set(robot.joint_units), reverse=True))

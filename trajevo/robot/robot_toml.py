@@ -16,6 +16,8 @@ from trajevo.base.arrays import Array
 from trajevo.base.toml import Place, read_toml, validated
 from trajevo.base.units import per_time, si_unit, to_si
 from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError, known_names
+from trajevo.robot.contacts.given import grip_of, stand_of
+from trajevo.robot.contacts.keys import SourcedGripKeys, SourcedStandKeys
 from trajevo.robot.loading.dh import DhTable
 from trajevo.robot.loading.dh_keys import DhKeys
 from trajevo.robot.loading.drive_keys import SourcedDriveKeys, SourcedSupplyKeys
@@ -194,6 +196,8 @@ class RobotSettings(_Strict):
     )
     joints: dict[str, _Joint] = pydantic.Field(description="Limits and friction of each joint, by its name.")
     drives: dict[str, SourcedDriveKeys] = pydantic.Field({}, description="Drives of joints, by their names.")
+    grip: SourcedGripKeys | None = pydantic.Field(None, description="How it holds a payload by friction.")
+    stand: SourcedStandKeys | None = pydantic.Field(None, description="What it stands on without being bolted.")
     supply: SourcedSupplyKeys | None = pydantic.Field(None, description="Supply of all drives.")
 
     @pydantic.field_validator("urdf")
@@ -347,6 +351,13 @@ class RobotFile:
             at = partial(self._at, "drives", name)
             found[name] = drive_values(given.arguments, units[names.index(name)], at)
         return found
+
+    @property
+    def contacts(self) -> dict[str, Any]:
+        """How it holds a payload and what it stands on, of which that is told."""
+        made = {"grip": grip_of, "stand": stand_of}
+        told = {name: given for name in made if (given := getattr(self.settings, name)) is not None}
+        return {name: made[name](given.arguments, partial(self._at, name)) for name, given in told.items()}
 
     @property
     def supply(self) -> dict[str, Any] | None:

@@ -19,7 +19,7 @@ from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.constraints.tool import HEIGHT_SCALE
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.segments.limits import OffWays, Tilt
-from trajevo.robot.robot import position_unit
+from trajevo.robot.joints import position_unit
 from trajevo.verification.certificate import Proof, Uncovered
 from trajevo.verification.segment_proofs import add_tilt, add_ways
 

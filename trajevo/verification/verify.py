@@ -23,8 +23,8 @@ from trajevo.errors import InvalidInputError, NoSolutionError
 from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.front.front import Front, Solution
 from trajevo.path.loads import Schedule
+from trajevo.robot.joints import position_unit
 from trajevo.robot.payload import Payload
-from trajevo.robot.robot import position_unit
 from trajevo.trajectory.batch import DERIVATIVES, Motion, TrajectoryBatch
 from trajevo.verification.jumps import infinite
 from trajevo.verification.newton_euler import NewtonEuler

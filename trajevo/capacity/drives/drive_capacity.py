@@ -180,7 +180,7 @@ class _Cycling(NamedTuple):
         }
         for cause, bounds in causes_at_instants(self.rollout, self.motors).items():
             if known[cause].any():
-                yield _limit(cause, masses_at_instants(self.rollout, self.states, bounds), known[cause])
+                yield _limit(cause, masses_at_instants(self.rollout, self.states, bounds, MotorStates.at), known[cause])
             else:
                 yield _limit(cause, _columns([_FREE] * len(drives)), known[cause])
 

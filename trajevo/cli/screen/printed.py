@@ -24,8 +24,9 @@ from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front, Solution
 from trajevo.page.facts import known_values, objective_headers, run_facts
 from trajevo.robot.examine import JointRow, RobotExamination
+from trajevo.robot.joints import position_unit
 from trajevo.robot.locate import list_example_robots, list_robots
-from trajevo.robot.robot import Robot, load_robot, position_unit
+from trajevo.robot.robot import Robot, load_robot
 from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS

@@ -250,9 +250,12 @@ class LimitKind:
         """
         needed = [parameter.name for parameter in self.parameters if parameter.default is None]
         missing = [name for name in needed if given.get(name) is None]
-        if missing and any(given.get(parameter.name) is not None for parameter in self.parameters):
-            there = next(p.name for p in self.parameters if given.get(p.name) is not None)
-            raise InvalidInputError(f"{there}: expected {missing[0]} with it, which the limit {self.name!r} needs too")
+        told = [p for p in self.parameters if given.get(p.name) is not None]
+        there = [p.name for p in told if p.default is None or given[p.name] != p.default]
+        if missing and there:
+            raise InvalidInputError(
+                f"{there[0]}: expected {missing[0]} with it, which the limit {self.name!r} needs too"
+            )
         return bool(needed) and not missing
 
     def constraint(self, limited: Limited, given: dict[str, Any]) -> Constraint:

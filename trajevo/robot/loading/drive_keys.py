@@ -38,6 +38,10 @@ class DriveKeys(pydantic.BaseModel):
     rotor_inertia: _Amount | None = pydantic.Field(
         None, description="Inertia of what turns with the motor, in place of the joint's armature [kg*m^2]."
     )
+    stiffness: _Amount | None = pydantic.Field(
+        None,
+        description="Torque over the angle by which the joint gives way; a text has its unit [N*m/rad or N/m].",
+    )
     winding_resistance: _Amount | None = pydantic.Field(
         None, description="Resistance of the winding; a text has its unit [ohm]."
     )
