@@ -17,7 +17,7 @@ from trajevo.base.arrays import Array, frozen
 from trajevo.base.shown.brief import brief
 from trajevo.dynamics.drives.cycle import legendre, response_matrices
 from trajevo.dynamics.drives.motors import Motors
-from trajevo.dynamics.drives.pieces import PIECE_NODES, Pieces, pieces_of
+from trajevo.dynamics.drives.pieces import PIECE_NODES, MotorPieces, pieces_of
 from trajevo.dynamics.rollout import Rollout
 from trajevo.trajectory.bernstein import gauss
 
@@ -76,7 +76,7 @@ def greatest_rises(rollout: Rollout, duty: Duty) -> Array:
 
 
 class _Timeline(NamedTuple):
-    """Pieces of all joints of B motions, each joint's one after another, the L-th of all together.
+    """MotorPieces of all joints of B motions, each joint's one after another, the L-th of all together.
 
     Attributes:
         duration: shape (L, B x n_joints), 0 where a joint has no such piece [s].
@@ -91,7 +91,7 @@ class _Timeline(NamedTuple):
     shape: tuple[int, int]
 
     @classmethod
-    def of(cls, pieces: Pieces, rollout: Rollout) -> _Timeline:
+    def of(cls, pieces: MotorPieces, rollout: Rollout) -> _Timeline:
         """From pieces in the order of motions, joints and time."""
         shape = (len(rollout.trajectory), rollout.robot.dof)
         columns = shape[0] * shape[1]

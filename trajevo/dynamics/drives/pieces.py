@@ -53,7 +53,7 @@ class Cells(NamedTuple):
     velocity: Array
 
 
-class Pieces(NamedTuple):
+class MotorPieces(NamedTuple):
     """R pieces of single joints, in the order of motions, joints and time.
 
     Attributes:
@@ -67,7 +67,7 @@ class Pieces(NamedTuple):
     torque: Array
 
 
-def pieces_of(rollout: Rollout, motors: Motors, shortest: float = np.inf) -> Pieces:
+def pieces_of(rollout: Rollout, motors: Motors, shortest: float = np.inf) -> MotorPieces:
     """The pieces of all joints.
 
     Args:
@@ -78,7 +78,7 @@ def pieces_of(rollout: Rollout, motors: Motors, shortest: float = np.inf) -> Pie
     parts = [_pieces(rollout, motors, cells) for cells in cells_of(rollout, shortest)]
     owner, order, lower, duration, torque = (np.concatenate(x) for x in zip(*parts, strict=True))
     sorted_ = np.lexsort((lower, order, owner))
-    return Pieces(owner[sorted_], duration[sorted_], torque[sorted_])
+    return MotorPieces(owner[sorted_], duration[sorted_], torque[sorted_])
 
 
 def cells_of(rollout: Rollout, shortest: float = np.inf) -> list[Cells]:
