@@ -129,20 +129,18 @@ class Robot(WithoutUrdf):
         model.gravity.linear = given.gravity
         names = tuple(model.names[1:])
         limits = given_limits(given.limits, names, units, ())
-        mass = f", {moving_mass(model):.4g} kg" if given.has_body else ""
         drives = robot_drives(given.drives, {}, names, units)
-        still = Friction(**{name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")})
         return cls(
             name=given.name,
             model=model,
             transmission=Direct(),
             limits=JointLimits(**limits_or_none(names, units, limits, where)),
-            friction=with_rotors(still, drives, names),
+            friction=with_rotors(Friction(*np.zeros((3, len(names)))), drives, names),
             joint_names=names,
             joint_units=units,
             tool=TOOL,
             source=None,
-            reference=f"{given.origin}, {len(names)} joints{mass}",
+            reference=f"{given.origin}, {len(names)} joints" + (f", {moving_mass(model):.4g} kg" * given.has_body),
             urdf=None,
             settings={**given.settings, **plain_settings({"limits": limits or None})},
             allow_massless=given.allow_massless,

@@ -20,7 +20,7 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.robot.drive import Drive
 
 #: Steps of false position to instants at which joints turn round, between samples next to them.
-_STEPS = 12
+_STEPS = 24
 
 #: A drive of which nothing is known.
 UNKNOWN = Drive()

@@ -23,7 +23,7 @@ from trajevo.robot.robot import Robot
 from trajevo.trajectory.bernstein import bernstein_halves, hull
 
 
-class AskedTorque(NamedTuple):
+class AskedOfMotors(NamedTuple):
     """What motors are asked for, each array of shape (..., m) for m motors.
 
     Attributes:
@@ -101,7 +101,7 @@ class TorqueLimits:
         steeper = (np.diff(self.slopes, axis=1) <= 0.0) | np.isinf(self.begins[:, 1:])
         return np.asarray(steeper.all(axis=1))
 
-    def asked(self, effort: Array, v: Array, a: Array) -> AskedTorque:
+    def asked(self, effort: Array, v: Array, a: Array) -> AskedOfMotors:
         """What states of all joints ask of the motors.
 
         Args:
@@ -112,10 +112,10 @@ class TorqueLimits:
         velocity, rotor = v[..., self.joints], self.armature * a[..., self.joints]
         load = effort[..., self.joints] - rotor
         if not self.lossy:
-            return AskedTorque(rotor, load, rotor + load, velocity)
+            return AskedOfMotors(rotor, load, rotor + load, velocity)
         way = np.sign(load.real) * np.sign(velocity.real)
         factor = np.where(way > 0.0, 1.0 / self.driving, np.where(velocity.real == 0.0, 1.0, self.driven))
-        return AskedTorque(rotor, load, rotor + factor * load, velocity)
+        return AskedOfMotors(rotor, load, rotor + factor * load, velocity)
 
     def given(self, speed: Array) -> Array:
         """Greatest torque at a speed in the direction of the torque, negative against it, shape (..., m) [N·m or N]."""
@@ -124,7 +124,7 @@ class TorqueLimits:
         given: Array = self.offsets[number, section] + self.slopes[number, section] * speed
         return given
 
-    def excess(self, asked: AskedTorque) -> Array:
+    def excess(self, asked: AskedOfMotors) -> Array:
         """What is asked less what can be given, over the greatest torque: forward, backward, and by speed, (3, ..., m).
 
         At most 0 where the motor can. A torque of 0.9 of what can be given at rest has -0.1.

@@ -13,7 +13,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
-from trajevo.dynamics.drives.torque_limits import AskedTorque, TorqueLimits
+from trajevo.dynamics.drives.torque_limits import AskedOfMotors, TorqueLimits
 from trajevo.dynamics.enclosure import decide
 from trajevo.dynamics.piece_bounds import PieceBounds, Pieces
 from trajevo.dynamics.rollout import Rollout
@@ -97,7 +97,7 @@ class ProvenTorque:
             ordered = np.concatenate([ordered.reshape(shape), faster[:, :, None]], axis=2)
         return ordered.reshape(len(ordered), -1) + RETREAT
 
-    def _peaks(self, asked: AskedTorque, section: int) -> Array:
+    def _peaks(self, asked: AskedOfMotors, section: int) -> Array:
         """Peaks of what is asked less one section's line, over the greatest torque, (2, B, segments, motors)."""
         limits = self.limits
         offset, slope = limits.offsets[:, section], limits.slopes[:, section]
