@@ -32,6 +32,9 @@ MODULES = (
     "trajevo.formulation.constraints.broad_phase.loops",
     "trajevo.trajectory.interpolants.splines.cubic",
     "trajevo.dynamics.integrals.loops",
+    "trajevo.base.solving.crossings",
+    "trajevo.base.solving.neighbours",
+    "trajevo.dynamics.bounds.torque_loops",
     "trajevo.front.archive",
     "trajevo.formulation.constraints.broad_phase.search_loops",
 )

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.base.solving.crossings import crossings
 
 # An error d of a stationary point changes the value there by about d²: with this step values are exact to rounding.
 _STEP_TOLERANCE = 1e-10
@@ -107,9 +109,14 @@ def crossing(coefficients: Array, left: Array, right: Array) -> Array:
         Shape (M,).
     """
     real, lower, upper = coefficients.real, left.real, right.real
+    found = right.astype(np.result_type(coefficients, left, right))
+    if jit.can_compile():
+        roots, changes = np.empty(len(lower)), np.empty(len(lower), dtype=bool)
+        crossings(real, lower, upper, roots, changes)
+        found[changes] = _with_derivative(coefficients[:, changes], roots[changes])
+        return found
     at_left, at_right = values(real, lower), values(real, upper)
     changes = at_left * at_right < 0.0
-    found = right.astype(np.result_type(coefficients, left, right))
     if changes.any():
         real, start, end = real[:, changes], lower[changes], upper[changes]
         before, after = at_left[changes], at_right[changes]

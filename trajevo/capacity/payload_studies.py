@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -14,18 +14,20 @@ from trajevo.base.arrays import Array, frozen
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import Capacities, Capacity
 from trajevo.capacity.dlcc import capacities, dlcc, effort_along
-from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram, allowed_regions, payload_diagram
 from trajevo.capacity.payload_effort import PayloadEffort, payload_effort
-from trajevo.capacity.payload_time import PayloadCurve, capacity_front, largest_payload, payloads_up_to
-from trajevo.capacity.robust import RobustCurve, robust_curve
-from trajevo.capacity.scaled_path import ScaledPath
 from trajevo.capacity.sensitivity import Sensitivity, sensitivity
-from trajevo.capacity.slowdown import SlowdownCurve, slowdown_curve
-from trajevo.capacity.uncertainty import UncertaintyPrice, price_along_path
-from trajevo.capacity.workspace import ToolPlane, WorkspaceCapacity, workspace_capacity
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Front, Solution
 from trajevo.path.inverse_kinematics import Pose
+
+# Studies are imported when they are made: a first report, for which someone waits, has two of them.
+if TYPE_CHECKING:
+    from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram
+    from trajevo.capacity.payload_time import PayloadCurve
+    from trajevo.capacity.robust import RobustCurve
+    from trajevo.capacity.slowdown import SlowdownCurve
+    from trajevo.capacity.uncertainty import UncertaintyPrice
+    from trajevo.capacity.workspace import WorkspaceCapacity
 
 #: Instants per segment, enough for pictures.
 _SAMPLES = 12
@@ -150,12 +152,17 @@ def _capacities(of: Studied) -> Capacities | None:
 
 
 def _slowdown(of: Studied) -> SlowdownCurve | None:
+    from trajevo.capacity.scaled_path import ScaledPath
+    from trajevo.capacity.slowdown import slowdown_curve
+
     if not (of.carries and 0.0 < ScaledPath(of.knee, _SAMPLES).static_bound < np.inf):
         return None
     return slowdown_curve(of.knee, samples=_SAMPLES)
 
 
 def _payload_time(of: Studied) -> LeastTimes | None:
+    from trajevo.capacity.payload_time import capacity_front, largest_payload, payloads_up_to
+
     problem = of.front.problem
     if not of.carries or problem.payload_range is not None or "time" not in problem.objective_names:
         return None
@@ -169,6 +176,8 @@ def _payload_time(of: Studied) -> LeastTimes | None:
 
 
 def _payload_diagram(of: Studied) -> Mapping[str, PayloadDiagram] | None:
+    from trajevo.capacity.payload_diagram import payload_diagram
+
     if not of.off_centre:
         return None
     efforts = {"knee": of.effort}
@@ -181,6 +190,8 @@ def _payload_diagram(of: Studied) -> Mapping[str, PayloadDiagram] | None:
 
 
 def _allowed_centres(of: Studied) -> AllowedRegions | None:
+    from trajevo.capacity.payload_diagram import allowed_regions
+
     if not of.off_centre:
         return None
     largest = of.carried[0].capacity.mass
@@ -189,12 +200,16 @@ def _allowed_centres(of: Studied) -> AllowedRegions | None:
 
 
 def _robust_payload(of: Studied) -> RobustCurve | None:
+    from trajevo.capacity.robust import robust_curve
+
     if not of.off_centre:
         return None
     return robust_curve(of.effort, com=of.front.problem.dynamics.payload.com, within=_TOLERANCE)
 
 
 def _uncertainty(of: Studied) -> UncertaintyPrice | None:
+    from trajevo.capacity.uncertainty import price_along_path
+
     problem = of.front.problem
     if not of.off_centre or problem.payload_range is not None or not problem.dynamics.payload.mass > 0.0:
         return None
@@ -205,6 +220,8 @@ def _uncertainty(of: Studied) -> UncertaintyPrice | None:
 
 def _workspace(of: Studied) -> AroundMotion | None:
     """On the vertical plane along which the tool moves most."""
+    from trajevo.capacity.workspace import ToolPlane, workspace_capacity
+
     if not of.carries:
         return None
     rollout = of.knee.rollout

@@ -16,7 +16,9 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array
+from trajevo.dynamics.bounds.torque_loops import torque_bounds
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError
 from trajevo.robot.payload import carrying, kilogram, probe
@@ -61,7 +63,7 @@ class EffortReach:
 
     dynamics: Dynamics
     any_mass: bool = field(default=False, kw_only=True)
-    _models: dict[str, tuple[_Link, ...]] = field(init=False, repr=False)
+    _models: dict[str, _Tree] = field(init=False, repr=False)
     _phases: tuple[tuple[EffortReach, bool], ...] = field(default=(), init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -80,7 +82,12 @@ class EffortReach:
         if loaded and not merged:
             axis = payload.model == "tool_axis"
             models["axis" if axis else "kilogram"] = probe(robot) if axis else kilogram(robot, payload)
-        object.__setattr__(self, "_models", {name: _links(model) for name, model in models.items()})
+        object.__setattr__(self, "_models", {name: _Tree.of(model) for name, model in models.items()})
+
+    @classmethod
+    def of(cls, dynamics: Dynamics, *, any_mass: bool) -> EffortReach:
+        """The bounds, made once for the same dynamics: to look into their models takes long."""
+        return dynamics.once(f"reach, any mass {any_mass}", lambda: cls(dynamics, any_mass=any_mass))
 
     def effort(self, motion: Bounds, masses: Array | None = None, segments: Array | None = None) -> Array:
         """Bounds of the magnitudes of actuator efforts, without dry friction.
@@ -216,28 +223,40 @@ class _Link(NamedTuple):
     inertia: float
 
 
-def _links(model: Any) -> tuple[_Link, ...]:
-    """The joints of a Pinocchio model, the base first: read once, since each look into a model takes long."""
-    return tuple(
-        _Link(
-            int(model.parents[joint]),
-            int(model.joints[joint].idx_v) if joint else -1,
-            joint > 0 and bool(np.ravel(model.joints[joint].createData().S)[3:].any()),
-            float(np.linalg.norm(model.jointPlacements[joint].translation)),
-            float(body.mass),
-            float(np.linalg.norm(body.lever)),
-            float(np.linalg.norm(body.inertia, ord=2)),
+@final
+@dataclass(frozen=True, eq=False)
+class _Tree:
+    """The joints of a model, the base first; and the same as arrays for :func:`torque_bounds`."""
+
+    links: tuple[_Link, ...]
+    tree: Array
+    bodies: Array
+
+    @classmethod
+    def of(cls, model: Any) -> _Tree:
+        """Those of a Pinocchio model, read once, since each look into it takes long."""
+        links = tuple(
+            _Link(
+                int(model.parents[joint]),
+                int(model.joints[joint].idx_v) if joint else -1,
+                joint > 0 and bool(np.ravel(model.joints[joint].createData().S)[3:].any()),
+                float(np.linalg.norm(model.jointPlacements[joint].translation)),
+                float(body.mass),
+                float(np.linalg.norm(body.lever)),
+                float(np.linalg.norm(body.inertia, ord=2)),
+            )
+            for joint in range(model.njoints)
+            for body in [model.inertias[joint]]
         )
-        for joint in range(model.njoints)
-        for body in [model.inertias[joint]]
-    )
+        tree = np.array([(link.parent, link.column, link.turns) for link in links])
+        return cls(links, tree, np.array([(link.arm, link.mass, link.lever, link.inertia) for link in links]))
 
 
-def _outward(links: tuple[_Link, ...], motion: Bounds, gravity: float) -> _Outward:
+def _outward(tree: _Tree, motion: Bounds, gravity: float) -> _Outward:
     """Recursion from the base to the tips; the loop runs over joints, each carried by its parent."""
     nothing = np.zeros(motion.v.shape[:-1])
     found = _Outward([nothing + 1.0], [nothing], [nothing], [nothing], [nothing], [nothing + gravity])
-    for link in links[1:]:
+    for link in tree.links[1:]:
         parent, turns = link.parent, link.turns
         imaginary, q, v, a = (x[..., link.column] for x in motion)
         turned = np.exp(imaginary) if turns else nothing + 1.0
@@ -254,9 +273,11 @@ def _outward(links: tuple[_Link, ...], motion: Bounds, gravity: float) -> _Outwa
     return found
 
 
-def _torque(links: tuple[_Link, ...], motion: Bounds, gravity: float) -> Array:
+def _torque(tree: _Tree, motion: Bounds, gravity: float) -> Array:
     """Recursion from the tips to the base: bounds of the torque of every joint from forces and moments beyond it."""
-    found = _outward(links, motion, gravity)
+    if jit.can_compile():
+        return _torque_in_loops(tree, motion, gravity)
+    links, found = tree.links, _outward(tree, motion, gravity)
     force: list[Array] = []
     moment: list[Array] = []
     for joint, link in enumerate(links):
@@ -271,4 +292,13 @@ def _torque(links: tuple[_Link, ...], motion: Bounds, gravity: float) -> Array:
         force[link.parent] = force[link.parent] + found.turned[joint] * force[joint]
         carried = moment[joint] + found.arm[joint] * force[joint]
         moment[link.parent] = moment[link.parent] + found.turned[joint] * carried
+    return torque
+
+
+def _torque_in_loops(tree: _Tree, motion: Bounds, gravity: float) -> Array:
+    """As :func:`_torque`; norms of rotations by numpy, whose exponential differs from others in its last digit."""
+    rows = (-1, motion.v.shape[-1])
+    torque = np.empty_like(motion.v)
+    turned, q, v, a = (np.broadcast_to(x, torque.shape).reshape(rows) for x in (np.exp(motion.imaginary), *motion[1:]))
+    torque_bounds(tree.tree, tree.bodies, gravity, turned, q, v, a, torque.reshape(rows))
     return torque

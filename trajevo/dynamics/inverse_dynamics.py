@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 import numpy as np
 
@@ -25,6 +25,7 @@ NO_PAYLOAD = Payload(0.0)
 #: Positions, velocities and accelerations, and what is computed of them.
 _States = tuple[Array, Array, Array]
 _Quantity = Callable[..., Array]
+_Made = TypeVar("_Made")
 
 #: Greatest number of threads.
 _MOST_THREADS = 1_000
@@ -89,6 +90,13 @@ class Dynamics:
         none = np.zeros(self.robot.dof)
         friction = replace(self.robot.friction, coulomb=none, coulomb_backward=none)
         return replace(self, robot=replace(self.robot, friction=friction))
+
+    def once(self, name: str, make: Callable[[], _Made]) -> _Made:
+        """What is made of these dynamics and kept with them under a name, which no other thing has."""
+        if name not in self._models:
+            self._models[name] = make()
+        found: _Made = self._models[name]
+        return found
 
     @property
     def loaded(self) -> bool:

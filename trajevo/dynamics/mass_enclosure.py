@@ -159,7 +159,7 @@ class _InnerMasses:
 
     def __init__(self, rollout: Rollout, effort_limits: Sides) -> None:
         self.dynamics, self.friction = rollout.dynamics, rollout.robot.friction
-        self.reach = EffortReach(rollout.dynamics, any_mass=True)
+        self.reach = EffortReach.of(rollout.dynamics, any_mass=True)
         self.standing, self.degree = rollout.standing, rollout.trajectory.degree
         self.limited = np.flatnonzero(effort_limits.limited)
         self.limits = effort_limits[self.limited]

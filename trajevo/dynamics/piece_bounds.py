@@ -136,8 +136,8 @@ class PieceBounds:
         return cls(
             smooth,
             robot.friction,
-            ToolKinematics.of(robot),
-            EffortReach(smooth, any_mass=masses is not None),
+            smooth.once("kinematics of the tool", lambda: ToolKinematics.of(robot)),
+            EffortReach.of(smooth, any_mass=masses is not None),
             rollout.standing,
             None if masses is None else masses.real,
             rollout.trajectory.degree,

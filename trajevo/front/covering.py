@@ -7,9 +7,14 @@ from typing import final
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array
 from trajevo.base.sampling import sobol
+from trajevo.base.solving.neighbours import nearest
 from trajevo.front.hypervolume import hypervolume
+
+#: Members up to which looking at all pairs takes less time than the import of a tree.
+_FEW = 4096
 
 #: Sample points with which shares of a box are estimated, a power of two (Sobol).
 _PROBES = 1024
@@ -121,15 +126,25 @@ def neighbours(f: Array, count: int) -> Array:
     Returns:
         Rows (i, j) with i < j, each pair once, shape (pairs, 2).
     """
-    from scipy.spatial import cKDTree  # imported where it computes, since that takes long
-
-    found = cKDTree(f).query(f, k=list(range(1, min(count, len(f) - 1) + 2)), p=np.inf)[1]
+    found = _nearest(f, min(count, len(f) - 1) + 1)
     own = found == np.arange(len(f))[:, None]
     # Of several equal members, one may not be listed as its own nearest.
     own[~own.any(axis=1), -1] = True
     nearest = found[~own].reshape(len(f), -1)
     rows = np.repeat(np.arange(len(f)), nearest.shape[1])
     return np.unique(np.sort(np.stack([rows, nearest.ravel()], axis=1), axis=1), axis=0)
+
+
+def _nearest(f: Array, count: int) -> Array:
+    """Numbers of the nearest members of each, itself among them, the nearest first, shape (N, count)."""
+    if len(f) <= _FEW and jit.can_compile():
+        found = np.empty((len(f), count), dtype=np.int64)
+        nearest(f, found, np.empty((len(f), count)))
+        return found
+    from scipy.spatial import cKDTree  # imported where it computes, since that takes long
+
+    by_tree: Array = cKDTree(f).query(f, k=list(range(1, count + 1)), p=np.inf)[1]
+    return by_tree
 
 
 def between(y: Array, pairs: Array, most: int) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, real_number
 from trajevo.base.shown.brief import brief
+from trajevo.base.solving.least_squares import non_negative
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front.quantities import with_unit
 
@@ -32,6 +33,9 @@ ON_LIMIT, _ON_BOUND = 1e-3, 1e-6
 
 #: Share of the greatest gain below which none is told, and least value of another objective that has shares.
 _TOLD, _LEAST = 1e-3, 1e-12
+
+#: How often each column may be set free in the search for a balance.
+_MOST = 30
 
 #: How many of the exchanges are told in one line, and the imbalance above which that is told with them.
 _BEST, _UNBALANCED = 2, 0.1
@@ -251,14 +255,14 @@ class _Balance:
 
     def solved(self) -> tuple[tuple[Exchange, ...], float]:
         """The exchange rates, the greatest first, and the share of the slope that is not balanced."""
-        from scipy.optimize import nnls  # imported where it computes, since that takes long
-
         size = float(np.linalg.norm(self._slope))
         if not self._columns or not size:
             return (), float(size > 0.0)
         sizes = np.array([np.linalg.norm(slope) for *_, slope in self._columns])
         matrix = np.stack([slope for *_, slope in self._columns], axis=1) / sizes
-        weights, left = nnls(matrix, -self._slope / size)
+        wanted = -self._slope / size
+        weights = non_negative(matrix, wanted, _MOST * matrix.shape[1])
+        left = np.linalg.norm(matrix @ weights - wanted)
         gains = size * weights / sizes
         found: dict[tuple[str, Kind], tuple[float, set[int]]] = {}
         for (name, kind, segment, _), gain in zip(self._columns, gains.tolist(), strict=True):

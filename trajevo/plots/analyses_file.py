@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import io
 import json
 import warnings
@@ -15,36 +16,39 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen
 from trajevo.base.files import why_not, write_whole
 from trajevo.base.plain import from_json, read_arrays
-from trajevo.capacity.capacity import Capacities, Capacity, EffortAlong
-from trajevo.capacity.payload_diagram import AllowedRegions, PayloadDiagram
-from trajevo.capacity.payload_studies import AroundMotion, Carried, LeastTimes
-from trajevo.capacity.payload_time import PayloadCurve
-from trajevo.capacity.robust import RobustCurve
-from trajevo.capacity.sensitivity import Sensitivity
-from trajevo.capacity.slowdown import SlowdownCurve
-from trajevo.capacity.uncertainty import UncertaintyPrice
-from trajevo.capacity.workspace import ToolPlane, WorkspaceCapacity
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
-from trajevo.front.exchange_rates import Exchange, ExchangeRates
 from trajevo.front.front import Front
 from trajevo.front.records import installed_versions
-from trajevo.path.inverse_kinematics import Pose
-from trajevo.solvers.rivals import Rival
-from trajevo.trajectory.polynomial import PolynomialBatch
-from trajevo.verification.certificate import Certificate, Proof, Uncovered
 
 _FORMAT, _VERSION = "trajevo analyses", 3
 
-#: Classes of the records that analyses consist of, by their names in files.
-_RECORDS: dict[str, Any] = {
-    record.__name__: record
-    for record in (
-        *(AllowedRegions, AroundMotion, Capacities, Capacity, Carried, Certificate, EffortAlong, Exchange),
-        *(ExchangeRates, LeastTimes),
-        *(PayloadCurve, PayloadDiagram, PolynomialBatch, Pose, Proof, Rival, RobustCurve, Sensitivity),
-        *(SlowdownCurve, ToolPlane, UncertaintyPrice, Uncovered, WorkspaceCapacity),
-    )
+#: Modules of the records that analyses consist of, by the names of their classes; imported when one is read, since a
+#: report in a hurry holds few of them.
+_RECORDS = {
+    "AllowedRegions": "capacity.payload_diagram",
+    "AroundMotion": "capacity.payload_studies",
+    "Capacities": "capacity.capacity",
+    "Capacity": "capacity.capacity",
+    "Carried": "capacity.payload_studies",
+    "Certificate": "verification.certificate",
+    "EffortAlong": "capacity.capacity",
+    "Exchange": "front.exchange_rates",
+    "ExchangeRates": "front.exchange_rates",
+    "LeastTimes": "capacity.payload_studies",
+    "PayloadCurve": "capacity.payload_time",
+    "PayloadDiagram": "capacity.payload_diagram",
+    "PolynomialBatch": "trajectory.polynomial",
+    "Pose": "path.inverse_kinematics",
+    "Proof": "verification.certificate",
+    "Rival": "solvers.rivals",
+    "RobustCurve": "capacity.robust",
+    "Sensitivity": "capacity.sensitivity",
+    "SlowdownCurve": "capacity.slowdown",
+    "ToolPlane": "capacity.workspace",
+    "UncertaintyPrice": "capacity.uncertainty",
+    "Uncovered": "verification.certificate",
+    "WorkspaceCapacity": "capacity.workspace",
 }
 
 #: Errors that NumPy's reader, or the records, raise for a damaged file.
@@ -138,4 +142,6 @@ class _Reader:
         if "rollout" in tree:
             problem = self._front.problem
             return Rollout(problem.dynamics, self.value(tree["rollout"]), kept_limits=problem.kept_limits)
-        return _RECORDS[tree["record"]](**{name: self.value(each) for name, each in tree["fields"].items()})
+        name = tree["record"]
+        record = getattr(importlib.import_module(f"trajevo.{_RECORDS[name]}"), name)
+        return record(**{name: self.value(each) for name, each in tree["fields"].items()})

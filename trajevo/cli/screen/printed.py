@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
@@ -30,7 +31,9 @@ from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
 from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS
 from trajevo.verification.shares import shares_of_rows
-from trajevo.verification.verify import Utilisation, Verification
+
+if TYPE_CHECKING:
+    from trajevo.verification.verify import Utilisation, Verification
 
 
 def print_list(out: Console) -> None:

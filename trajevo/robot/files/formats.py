@@ -13,7 +13,6 @@ from trajevo.base.plain import parsed_xml
 from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
 from trajevo.robot.files.xacro_files import ENDING, expanded
-from trajevo.robot.mjcf.reader import read_mjcf
 from trajevo.robot.urdf.file import read_urdf
 from trajevo.robot.urdf.problems import checked_text
 
@@ -49,6 +48,8 @@ def described(
         raise InvalidInputError(f"{file}: xacro: expected arguments for a file {ENDING} alone, got {dict(xacro)}")
     root = read_urdf(file)
     if root.tag == "mujoco":
+        from trajevo.robot.mjcf.reader import read_mjcf  # imported when such a file is read: most robots have none
+
         return read_mjcf(root, file, lock)
     return Description(ElementTree.tostring(root, encoding="unicode"))
 

@@ -14,7 +14,6 @@ import pinocchio as pin
 from trajevo.base.arrays import Array, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
-from trajevo.robot.shapes.collada import diffuse_colour
 from trajevo.robot.shapes.kept import KeptShapes, LinkShape
 from trajevo.robot.shapes.meshes import check_solids
 from trajevo.robot.urdf.look import leave_found
@@ -115,6 +114,8 @@ def _shape(entry: Any, most: int) -> LinkShape:
     placed = vertices @ np.asarray(entry.placement.rotation).T + np.asarray(entry.placement.translation)
     colour: tuple[float, float, float] | None = None
     if not entry.overrideMaterial and entry.meshPath.lower().endswith(".dae"):
+        from trajevo.robot.shapes.collada import diffuse_colour  # imported when such a mesh is read
+
         colour = diffuse_colour(Path(entry.meshPath))
     if colour is None:
         red, green, blue = (float(value) for value in entry.meshColor[:3])

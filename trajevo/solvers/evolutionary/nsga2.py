@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, final
+from typing import Any, cast, final
 
 import numpy as np
-from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.duplicate import DuplicateElimination
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.individual import Individual
@@ -20,6 +20,8 @@ from pymoo.core.population import Population
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
+from pymoo.termination.default import DefaultMultiObjectiveTermination
+from pymoo.util.display.multi import MultiObjectiveOutput
 
 from trajevo.base.arrays import Array
 from trajevo.errors import InvalidInputError
@@ -157,11 +159,12 @@ _OWN = ("selection", "survival", "repair", "eliminate_duplicates", "mating", "ad
 
 
 @final
-class ArrayNSGA2(NSGA2):
+class ArrayNSGA2(GeneticAlgorithm):
     """NSGA-II with constrained tournaments, for any problem that pymoo evaluates a whole population at a time.
 
     It draws the same random numbers in the same order as :class:`pymoo.algorithms.moo.nsga2.NSGA2`, so that the same
-    seed gives the same individuals. ``pop``, ``off`` and ``opt`` are created when they are read.
+    seed gives the same individuals. ``pop``, ``off`` and ``opt`` are created when they are read. It is not derived from
+    that class, whose module imports SciPy, which takes as long as a third of a small task's search.
 
     Args:
         pop_size: number of individuals.
@@ -198,8 +201,10 @@ class ArrayNSGA2(NSGA2):
             crossover=SBX(eta=15, prob=0.9) if crossover is None else crossover,
             mutation=PM(eta=20) if mutation is None else mutation,
             eliminate_duplicates=_FirstOfCopies(),
-            **settings,
+            advance_after_initial_infill=True,
+            **{"output": MultiObjectiveOutput(), **settings},
         )
+        self.termination = DefaultMultiObjectiveTermination()
         kind = self.mating.crossover
         if (kind.n_parents, kind.n_offsprings) != (2, 2):
             raise InvalidInputError(
@@ -230,7 +235,8 @@ class ArrayNSGA2(NSGA2):
     def opt(self) -> Population | None:
         """The best front, or the individual with the least violation while none is feasible."""
         if "opt" not in self._given and self._rows is not None:
-            NSGA2._set_optimum(self)
+            rows, pop = self._population(), cast(Population, self.pop)
+            self._given["opt"] = pop[rows.rank == 0 if rows.feasible.any() else [int(rows.violation.argmin())]]
         return self._given.get("opt")
 
     @opt.setter

@@ -8,8 +8,6 @@ from typing import Any
 
 from trajevo.base.files import MOST_DATA, read_bytes, source_of_names, why_not
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.constraints.scenes.mjcf_scene import mjcf_obstacles
-from trajevo.formulation.constraints.scenes.moveit_scene import moveit_obstacles
 from trajevo.formulation.constraints.scenes.obstacles import Obstacle
 
 
@@ -37,7 +35,18 @@ def read_obstacles(given: Any) -> tuple[Obstacle, ...]:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InvalidInputError(f"scene: file: {file}: expected text: {why_not(error)}") from error
-    found = mjcf_obstacles(content, file) if text.lstrip().startswith("<") else moveit_obstacles(text, file)
+    found = _obstacles(content, text, file)
     if not found:
         raise InvalidInputError(f"scene: file: {file}: expected obstacles, got none")
     return found
+
+
+def _obstacles(content: bytes, text: str, file: Path) -> tuple[Obstacle, ...]:
+    # The reader of a format is imported when a file of it is read: most tasks have none.
+    if text.lstrip().startswith("<"):
+        from trajevo.formulation.constraints.scenes.mjcf_scene import mjcf_obstacles
+
+        return mjcf_obstacles(content, file)
+    from trajevo.formulation.constraints.scenes.moveit_scene import moveit_obstacles
+
+    return moveit_obstacles(text, file)

@@ -1,0 +1,1 @@
+"""Equations and least squares, many at once."""

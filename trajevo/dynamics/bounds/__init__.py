@@ -1,0 +1,1 @@
+"""Bounds of efforts, computed in loops."""
