@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trajevo import plots
+    from trajevo.capacity.accuracy.full_capacity import full_capacity, tool_deviation
+    from trajevo.capacity.accuracy.paces import capacity_by_pace
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
@@ -49,6 +51,8 @@ if TYPE_CHECKING:
     from trajevo.path.segments import ToolSegment
     from trajevo.path.via_points import ViaPoints
     from trajevo.plots.analyses import analyse
+    from trajevo.robot.contacts.grip import Grip
+    from trajevo.robot.contacts.stand import Stand
     from trajevo.robot.drive import Drive
     from trajevo.robot.joints import JointLimits
     from trajevo.robot.payload import Payload
@@ -95,6 +99,8 @@ _NAMES = {
     # What moves
     "robot.robot": ("Robot", "load_robot"),
     "robot.drive": ("Drive",),
+    "robot.contacts.grip": ("Grip",),
+    "robot.contacts.stand": ("Stand",),
     "robot.joints": ("JointLimits",),
     "robot.payload": ("Payload",),
     # What must be visited
@@ -150,6 +156,8 @@ _NAMES = {
     # What a motion can carry
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
     "capacity.drives.drive_capacity": ("drive_capacity", "drive_load"),
+    "capacity.accuracy.full_capacity": ("full_capacity", "tool_deviation"),
+    "capacity.accuracy.paces": ("capacity_by_pace",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -190,6 +198,7 @@ __all__ = [
     "Exporter",
     "Front",
     "GeometricPath",
+    "Grip",
     "HermiteSpline",
     "HybridQuartic",
     "ImprovedQuarticBSpline",
@@ -218,6 +227,7 @@ __all__ = [
     "SepticSpline",
     "SinglePolynomial",
     "Solution",
+    "Stand",
     "Study",
     "Task",
     "ToolPlane",
@@ -233,6 +243,7 @@ __all__ = [
     "analyse",
     "animate",
     "capacities",
+    "capacity_by_pace",
     "capacity_front",
     "certify",
     "certify_all",
@@ -247,6 +258,7 @@ __all__ = [
     "drive_load",
     "entropy_weights",
     "export",
+    "full_capacity",
     "largest_payload",
     "least_information_weights",
     "load_problem",
@@ -280,6 +292,7 @@ __all__ = [
     "solve_nnc",
     "stop_and_go",
     "study_standing",
+    "tool_deviation",
     "verify",
     "weighting_factors",
     "workspace_capacity",

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         payload_front,
         tracking_error,
     )
+    from trajevo.plots.limits.binding import what_binds
     from trajevo.plots.motion import profiles, tool_path
     from trajevo.plots.paper import WIDTHS, style
     from trajevo.plots.pareto import front, front_3d, hypervolume, parallel_coordinates
@@ -60,6 +61,7 @@ _NAMES = {
     "rivals": ("plot_rivals",),
     "paper": ("WIDTHS", "style"),
     "tradeoffs": ("exchange_rates", "weight_map"),
+    "limits.binding": ("what_binds",),
     "pictures": ("draw_all", "save_figure", "save_pictures"),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
@@ -96,6 +98,7 @@ __all__ = [
     "tracking_error",
     "uncertainty_price",
     "weight_map",
+    "what_binds",
     "workspace_capacity",
 ]
 

@@ -18,7 +18,8 @@ from trajevo.base.shown.brief import brief
 from trajevo.capacity.accuracy.states import MotionStates
 from trajevo.capacity.drives.squares import within_square
 from trajevo.dynamics.contacts.bending import Bending
-from trajevo.dynamics.contacts.wrenches import NOTHING, HeldStates, Holding
+from trajevo.dynamics.contacts.links import dot
+from trajevo.dynamics.contacts.wrenches import NOTHING, HeldStates, Holding, Wrench
 from trajevo.dynamics.payload_masses import masses_within
 from trajevo.dynamics.rollout import Rollout
 from trajevo.robot.contacts.grip import Grip
@@ -87,8 +88,9 @@ def causes_of(rollout: Rollout, deviation: float | None, counted: str) -> Causes
 
 def deviating(bending: Bending, states: MotionStates, most: float, counted: str) -> tuple[Array, Array]:
     """Least and greatest masses with which the tool deviates by at most so much [m], two arrays (K, 1) [kg]."""
-    each = bending.of_tool(states.q, states.each)
-    own = np.zeros_like(each) if counted == "payload" else bending.of_tool(states.q, states.load)
+    moved = bending.per_load(states.q)
+    each = (moved * states.each[:, None]).sum(axis=-1)
+    own = np.zeros_like(each) if counted == "payload" else (moved * states.load[:, None]).sum(axis=-1)
     a, b, c = ((x * y).sum(axis=-1) for x, y in ((own, own), (own, each), (each, each)))
     low, high = within_square(a, b, c, most**2)
     return np.maximum(low, 0.0)[:, None], high[:, None]
@@ -98,11 +100,11 @@ def slipping(grip: Grip, held: HeldStates) -> tuple[Array, Array]:
     """Least and greatest masses that a grip holds, two arrays (K, 2) [kg], by :data:`SLIPS`."""
     axis = np.array(grip.closing_axis) / np.linalg.norm(grip.closing_axis)
     force = held.grip_each.force
-    along = (force * axis).sum(axis=-1)
-    across = force - along[:, None] * axis
-    square = (across * across).sum(axis=-1) / grip.friction**2
+    along = dot(force, axis)
+    across = force - np.multiply.outer(axis, along)
+    square = dot(across, across) / grip.friction**2
     if grip.torsion is not None:
-        turning = (held.grip_each.about(np.array(grip.point)) * axis).sum(axis=-1)
+        turning = dot(held.grip_each.about(np.array(grip.point)), axis)
         square = square + (turning / grip.torsion) ** 2
     needed = grip.safety * np.stack([np.sqrt(square), np.abs(along)], axis=1)
     with np.errstate(divide="ignore"):
@@ -123,9 +125,9 @@ def edge_moments(stand: Stand, gravity: Array, held: HeldStates) -> tuple[Array,
     places, ways = stand.edges(-gravity)
     weight = -stand.mass * gravity
     of_stand = np.cross(np.array(stand.com), weight)
-    own = held.base._replace(force=held.base.force + weight, moment=held.base.moment + of_stand)
+    own = Wrench(*(x + y.reshape(3, *[1] * (x.ndim - 1)) for x, y in zip(held.base, (weight, of_stand), strict=True)))
     moments = [
-        np.stack([(wrench.about(place) * way).sum(axis=-1) for place, way in zip(places, ways, strict=True)], axis=1)
+        np.stack([dot(wrench.about(place), way) for place, way in zip(places, ways, strict=True)], axis=-1)
         for wrench in (own, held.base_each)
     ]
     return moments[0], moments[1]

@@ -66,7 +66,7 @@ def full_capacity(
     """
     given = sampled_motion(motion, samples)
     rollout = replace(given, masses=None)
-    most, counted = _deviation_of(motion, deviation, checked_name("counted", counted, COUNTED))
+    most, counted = deviation_of(motion, deviation, counted)
     robot, not_covered = rollout.robot, []
     states = MotionStates.of_samples(rollout)
     if robot.drives:
@@ -152,8 +152,9 @@ def _moved(bending: Bending, states: MotionStates, mass: float, counted: str) ->
     return bending.by_joint(states.q, own + mass * states.each)
 
 
-def _deviation_of(motion: Any, given: Any, counted: str) -> tuple[float | None, str]:
+def deviation_of(motion: Any, given: Any, counted: str) -> tuple[float | None, str]:
     """The greatest deviation [m] that is asked for, or that the motion's problem keeps, and which torques count."""
+    checked_name("counted", counted, COUNTED)
     if given is not None:
         most = real_number(given)
         if most is None or not np.isfinite(most) or most <= 0.0:
@@ -200,7 +201,7 @@ def _further(rollout: Rollout, states: MotionStates, causes: Causes, counted: st
     """What accuracy, grip and stand allow, and which joint gives way most where the tool deviates."""
     if not causes.places:
         return
-    found = masses_at_instants(rollout, states, causes.bounds, MotionStates.at)
+    found = masses_at_instants(rollout, states, causes.bounds, MotionStates.at, causes.columns.values())
     for cause, columns in causes.columns.items():
         places = causes.places[columns]
         limit = _limit(cause, MassesOfJoints(*(each[columns] for each in found)), places)

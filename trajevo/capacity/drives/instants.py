@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -13,7 +13,10 @@ from trajevo.dynamics.payload_masses import mass_bounds, masses_within
 from trajevo.dynamics.rollout import Rollout
 
 #: How often, and into how many parts, the surroundings of a binding instant are divided.
-_ZOOMS, _PARTS = 5, 17
+_ZOOMS, _PARTS = 3, 65
+
+#: What else may bind between samples: what is within this share of the least mass at them.
+_NEARLY = 0.05
 
 
 class Timed(Protocol):
@@ -64,6 +67,7 @@ def masses_at_instants(
     states: _States,
     bounds: Callable[[_States], tuple[Array, Array]],
     at: Callable[[Rollout, Array], _States],
+    together: Iterable[slice] = (),
 ) -> MassesOfJoints:
     """The masses at given instants and, finer, around those that bind.
 
@@ -72,28 +76,43 @@ def masses_at_instants(
         states: its states at instants in the order of time.
         bounds: masses at states, two arrays (K, n_joints), or with another column for each thing that binds [kg].
         at: states at instants (K,) [s] in any order.
+        together: columns of which the one that binds alone counts, so that others are not searched finer.
     """
     lower, upper = bounds(states)
-    joints = np.arange(lower.shape[1])
-    binding = upper.argmin(axis=0)
-    most, time = upper[binding, joints], states.times[binding]
-    least_at = lower.argmax(axis=0)
-    least, time_of_least = lower[least_at, joints], states.times[least_at]
-    widest = np.diff(states.times).max()
-    width = widest
+    every = np.arange(lower.shape[1])
+    binding, least_at = upper.argmin(axis=0), lower.argmax(axis=0)
+    most, time = upper[binding, every], states.times[binding]
+    least, time_of_least = lower[least_at, every], states.times[least_at]
+    joints = np.flatnonzero(_searched(most, least, together))
+    columns = np.arange(len(joints))
+    width = np.diff(states.times).max()
     for _ in range(_ZOOMS):
-        near = at(rollout, _around(rollout, np.concatenate([time, time_of_least]), width))
+        near = at(rollout, _around(rollout, np.concatenate([time[joints], time_of_least[joints]]), width))
         low, high = (x.reshape(2, len(joints), _PARTS, -1) for x in bounds(near))
         grid = near.times.reshape(2, len(joints), _PARTS)
-        low, high = low[1, joints, :, joints], high[0, joints, :, joints]
-        chosen = high.argmin(axis=1)
-        value, when = high[joints, chosen], grid[0, joints, chosen]
-        most, time = np.where(value < most, value, most), np.where(value < most, when, time)
-        chosen = low.argmax(axis=1)
-        value, when = low[joints, chosen], grid[1, joints, chosen]
-        least, time_of_least = np.where(value > least, value, least), np.where(value > least, when, time_of_least)
+        low, high = low[1, columns, :, joints], high[0, columns, :, joints]
+        chosen = columns, high.argmin(axis=1)
+        better = high[chosen] < most[joints]
+        most[joints], time[joints] = (
+            np.where(better, new, old) for new, old in ((high[chosen], most[joints]), (grid[0][chosen], time[joints]))
+        )
+        chosen = columns, low.argmax(axis=1)
+        better = low[chosen] > least[joints]
+        least[joints], time_of_least[joints] = (
+            np.where(better, new, old)
+            for new, old in ((low[chosen], least[joints]), (grid[1][chosen], time_of_least[joints]))
+        )
         width *= 4.0 / _PARTS
     return MassesOfJoints(least, most, np.where(most < np.inf, time, np.nan))
+
+
+def _searched(most: Array, least: Array, together: Iterable[slice]) -> Array:
+    """Which columns are searched finer, shape (columns,): of those together those that bind, or nearly so."""
+    searched = np.ones(len(most), dtype=np.bool_)
+    for columns in together:
+        nearly = most[columns].min() + _NEARLY * abs(most[columns].min())
+        searched[columns] = (most[columns] <= nearly) | (least[columns] > 0.0)
+    return searched
 
 
 def _around(rollout: Rollout, instants: Array, width: float) -> Array:

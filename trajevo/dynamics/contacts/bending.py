@@ -54,6 +54,18 @@ class Bending:
         compliance = np.array([1.0 / stiffness if stiffness else 0.0 for stiffness in known])
         return cls(ToolKinematics.of(robot), frozen(compliance))
 
+    def per_load(self, q: Array) -> Array:
+        """What every joint moves the tool's origin for what it bears, in the base frame.
+
+        Args:
+            q: positions, shape (..., n_joints) [rad or m].
+
+        Returns:
+            Shape (..., 3, n_joints) [m/(N·m) or m/N].
+        """
+        moved: Array = -self.kinematics.jacobian(q)[..., :3, :] * self.compliance
+        return moved
+
     def by_joint(self, q: Array, load: Array) -> Array:
         """What every joint moves the tool's origin, in the base frame, shape (..., 3, n_joints) [m].
 
@@ -61,12 +73,7 @@ class Bending:
             q: positions, shape (..., n_joints) [rad or m].
             load: what the joints bear, the same shape [N·m or N].
         """
-        moved: Array = -self.kinematics.jacobian(q)[..., :3, :] * (self.compliance * load)[..., None, :]
-        return moved
-
-    def of_tool(self, q: Array, load: Array) -> Array:
-        """What all joints together move the tool's origin, shape (..., 3) [m], see :meth:`by_joint`."""
-        moved: Array = self.by_joint(q, load).sum(axis=-1)
+        moved: Array = self.per_load(q) * load[..., None, :]
         return moved
 
 

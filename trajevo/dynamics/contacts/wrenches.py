@@ -9,16 +9,15 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.base.shown.brief import brief
-from trajevo.dynamics.contacts.links import LinkMotion, link_motions, tool_motion, turned, turned_back
+from trajevo.dynamics.contacts.links import LinkMotion, cross, joints_of, link_motions, tool_motion, turned, turned_back
 from trajevo.dynamics.inverse_dynamics import Dynamics
-from trajevo.dynamics.rnea_tree import Inertias
-from trajevo.robot.kinematics import crossed
+from trajevo.dynamics.rnea_tree import Inertias, Joint
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
 
 
 class Wrench(NamedTuple):
-    """A force (..., 3) and a moment about a point (..., 3), in the base frame.
+    """A force (3, ...) and a moment about a point (3, ...), in the base frame.
 
     Of a mass [N and N·m], or of each kilogram [N/kg and N·m/kg].
     """
@@ -27,8 +26,8 @@ class Wrench(NamedTuple):
     moment: Array
 
     def about(self, point: Array) -> Array:
-        """Moment about another point, given relative to the first, shape (..., 3)."""
-        moment: Array = self.moment - crossed(point, self.force)
+        """Moment about another point, given relative to the first, shape (3, ...)."""
+        moment: Array = self.moment + cross(self.force, point)
         return moment
 
 
@@ -43,12 +42,12 @@ def payload_wrench(robot: Robot, payload: Payload, tool: LinkMotion, still: Link
     """
     if payload.model == "tool_axis":  # effort is that of its weight along the tool's z axis, held against it
         strength = float(np.linalg.norm(robot.model.gravity.linear))
-        force = -strength * tool.rotation[..., :, 2]
+        force = -strength * tool.rotation[:, 2]
         return Wrench(force, np.zeros_like(force))
     moving = still if payload.model == "weight_only" else tool
     com = np.array(payload.com)
     force = moving.moved(com).felt
-    moment = crossed(turned(moving.rotation, com), force)
+    moment = cross(turned(moving.rotation, com), force)
     if payload.inertia is None or payload.mass == 0.0:
         return Wrench(force, moment)
     tensor = np.array(payload.inertia) / payload.mass
@@ -92,10 +91,10 @@ class Bodies:
         force = moment = np.zeros_like(links[0].felt)
         for link, mass, about, tensor in zip(links[1:], self.masses, self.moments, self.tensors, strict=True):
             felt, spin, rate = (turned_back(link.rotation, each) for each in (link.felt, link.spin, link.spin_rate))
-            pushed = mass * felt + crossed(rate, about) + crossed(spin, crossed(spin, about))
-            own = turned(link.rotation, crossed(about, felt) + _spun(tensor, spin, rate))
+            pushed = mass * felt + cross(rate, about) + cross(spin, cross(spin, about))
+            own = turned(link.rotation, _spun(tensor, spin, rate) - cross(felt, about))
             pushed = turned(link.rotation, pushed)
-            force, moment = force + pushed, moment + own + crossed(link.origin, pushed)
+            force, moment = force + pushed, moment + own + cross(link.origin, pushed)
         return Wrench(force, moment)
 
 
@@ -114,7 +113,7 @@ class HeldStates(NamedTuple):
 
 
 #: Where nothing is held.
-NOTHING = HeldStates(*[Wrench(np.empty((0, 3)), np.empty((0, 3)))] * 3)
+NOTHING = HeldStates(*[Wrench(np.empty((3, 0)), np.empty((3, 0)))] * 3)
 
 
 @final
@@ -124,10 +123,12 @@ class Holding:
 
     Attributes:
         dynamics: robot and payload, whose mass does not matter.
+        joints: of the robot's model.
         bodies: the links, with all loads but the payload, of every phase of the schedule of loads.
     """
 
     dynamics: Dynamics
+    joints: tuple[Joint, ...]
     bodies: tuple[Bodies, ...]
 
     __repr__ = brief
@@ -142,7 +143,7 @@ class Holding:
         dynamics.robot.check_masses("what a grip or a stand holds")
         schedule = dynamics.schedule
         parts = [dynamics] if schedule is None else [dynamics.of_phase(phase) for phase in schedule.phases]
-        return cls(dynamics, tuple(Bodies.of(part.robot) for part in parts))
+        return cls(dynamics, joints_of(dynamics.robot), tuple(Bodies.of(part.robot) for part in parts))
 
     def at(self, q: Array, v: Array, a: Array, segments: Array) -> HeldStates:
         """Forces and moments at states.
@@ -154,28 +155,28 @@ class Holding:
             segments: segments of the motion in which the states lie, shape (K,).
         """
         robot, payload = self.dynamics.robot, self.dynamics.payload
-        links = link_motions(robot, q, v, a)
+        links = link_motions(robot, self.joints, q, v, a)
         tool = still = tool_motion(robot, links)
         if payload.model != "rigid":
-            still = tool_motion(robot, link_motions(robot, q, np.zeros_like(v), np.zeros_like(a)))
+            still = tool_motion(robot, link_motions(robot, self.joints, q, np.zeros_like(v), np.zeros_like(a)))
         each = payload_wrench(robot, payload, tool, still)
-        base_each = Wrench(each.force, each.moment + crossed(tool.origin, each.force))
+        base_each = Wrench(each.force, each.moment + cross(tool.origin, each.force))
         grip_each = Wrench(*(turned_back(tool.rotation, x) for x in each))
         schedule = self.dynamics.schedule
         if schedule is None:
             return HeldStates(self.bodies[0].wrench(links), base_each, grip_each)
         of_states = np.array(schedule.phase_of_segment)[segments]
-        base = Wrench(*np.zeros((2, *q.shape[:-1], 3), dtype=np.result_type(q, v, a)))
+        base = Wrench(*np.zeros((2, 3, *q.shape[:-1]), dtype=np.result_type(q, v, a)))
         for k, bodies in enumerate(self.bodies):
-            there = (of_states == k)[:, None]
+            there = of_states == k
             for found, own in zip(base, bodies.wrench(links), strict=True):
                 found[:] = np.where(there, own, found)
-        carried = np.array([schedule.varies(phase) for phase in schedule.phases])[of_states][:, None]
+        carried = np.array([schedule.varies(phase) for phase in schedule.phases])[of_states]
         each_of = [Wrench(*(np.where(carried, x, 0.0) for x in wrench)) for wrench in (base_each, grip_each)]
         return HeldStates(base, *each_of)
 
 
 def _spun(tensor: Array, spin: Array, rate: Array) -> Array:
     """Moment that turns a body with a tensor (3, 3), tensor·rate + spin x tensor·spin, all in its own frame."""
-    moment: Array = turned(tensor, rate) + crossed(spin, turned(tensor, spin))
+    moment: Array = turned(tensor, rate) + cross(spin, turned(tensor, spin))
     return moment

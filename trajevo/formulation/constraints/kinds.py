@@ -12,6 +12,7 @@ from typing import Any
 from trajevo.base.own.code import known_at
 from trajevo.base.plugins import Registry
 from trajevo.errors import InvalidInputError, checked_name, known_names
+from trajevo.formulation.constraints.accuracy.deviation import DEVIATION
 from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
 from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, LimitParameter
@@ -40,6 +41,7 @@ KINDS: dict[str, LimitKind] = {
         MANIPULABILITY,
         SINGULARITY,
         LONGEST_TIME,
+        DEVIATION,
         CLEARANCE,
     )
 }
