@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from trajevo.capacity.accuracy.paces import capacity_by_pace
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
+    from trajevo.capacity.duty.capacity_study import capacity_study
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_bounds, payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
@@ -158,6 +159,7 @@ _NAMES = {
     "capacity.drives.drive_capacity": ("drive_capacity", "drive_load"),
     "capacity.accuracy.full_capacity": ("full_capacity", "tool_deviation"),
     "capacity.accuracy.paces": ("capacity_by_pace",),
+    "capacity.duty.capacity_study": ("capacity_study",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -245,6 +247,7 @@ __all__ = [
     "capacities",
     "capacity_by_pace",
     "capacity_front",
+    "capacity_study",
     "certify",
     "certify_all",
     "check",

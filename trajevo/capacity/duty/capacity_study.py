@@ -107,9 +107,7 @@ class CapacityStudy:
         finite = self.mass[np.isfinite(self.mass)]
         range_ = f"{finite.min():.4g} to {finite.max():.4g} kg" if len(finite) else "unlimited"
         counts = "{} speeds x {} loads x {} duties".format(*self.shape)
-        return (
-            f"{counts}: {range_}; what binds: {told or 'nothing'}; each as full_capacity, not proven between instants"
-        )
+        return f"{counts}: {range_}; what binds: {told or 'nothing'}; not proven between instants"
 
     def _repr_html_(self) -> str:
         cells = list(product(range(self.shape[0]), range(self.shape[1]), range(self.shape[2])))
