@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
     from trajevo.capacity.drives.energy import energy_balance
     from trajevo.capacity.drives.fitting import fit_drives
+    from trajevo.capacity.duty.capacity_study import capacity_study
     from trajevo.capacity.identification.identify import identify_payload
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_bounds, payload_effort
@@ -168,6 +169,7 @@ _NAMES = {
     "capacity.identification.identify": ("identify_payload",),
     "capacity.accuracy.full_capacity": ("full_capacity", "tool_deviation"),
     "capacity.accuracy.paces": ("capacity_by_pace",),
+    "capacity.duty.capacity_study": ("capacity_study",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -258,6 +260,7 @@ __all__ = [
     "capacities",
     "capacity_by_pace",
     "capacity_front",
+    "capacity_study",
     "certify",
     "certify_all",
     "check",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         tracking_error,
     )
     from trajevo.plots.limits.binding import what_binds
+    from trajevo.plots.limits.duty import payload_by_duty
     from trajevo.plots.motion import profiles, tool_path
     from trajevo.plots.paper import WIDTHS, style
     from trajevo.plots.pareto import front, front_3d, hypervolume, parallel_coordinates
@@ -66,6 +67,7 @@ _NAMES = {
     "tradeoffs": ("exchange_rates", "weight_map"),
     "limits.binding": ("what_binds",),
     "twin.closed_loop": ("achieved_front", "closed_loop"),
+    "limits.duty": ("payload_by_duty",),
     "pictures": ("draw_all", "save_figure", "save_pictures"),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
@@ -91,6 +93,7 @@ __all__ = [
     "parallel_coordinates",
     "parameter",
     "path",
+    "payload_by_duty",
     "payload_contours",
     "payload_curve",
     "payload_front",

@@ -6,7 +6,7 @@ import logging
 import os
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from importlib.metadata import version
 from pathlib import Path
@@ -16,7 +16,7 @@ from trajevo.base.files import MOST_DATA, read_bytes
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError
 from trajevo.study.cell import Outcome, lost_cell, run_cell_in_worker
-from trajevo.study.engines import DYING, POLL, Engine, checked_workers
+from trajevo.study.engines import DYING, POLL, Engine, Item, Result, checked_workers
 from trajevo.study.folder import STUDY_FILE
 from trajevo.study.jobs import Job
 
@@ -67,6 +67,12 @@ class DaskCluster(Engine):
                 for future in ended.next_batch(block=False):
                     yield _outcome(future, waiting.pop(future), folder)
                 time.sleep(POLL / 2.0)
+
+    def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        """See :meth:`Engine.map`; the function and its items travel to the workers."""
+        with ExitStack() as stack:
+            client = self._client(stack, processes=False)
+            yield from client.gather(client.map(function, list(items), pure=False))
 
     def _client(self, stack: ExitStack, processes: bool) -> Any:
         distributed = _distributed()

@@ -8,18 +8,20 @@ import signal
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from multiprocessing.connection import wait as wait_for
 from types import FrameType
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.study.cell import Outcome, lost_cell, run_cell, run_cell_in_worker
 from trajevo.study.jobs import Job
+
+Item, Result = TypeVar("Item"), TypeVar("Result")
 
 START_METHODS = ("spawn", "forkserver", "fork")
 
@@ -61,6 +63,18 @@ class Engine(ABC):
             InvalidInputError: the workers cannot run the cells.
         """
 
+    @abstractmethod
+    def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        """Compute a function of every item and yield the results in the order of the items.
+
+        Args:
+            function: a function of a module, which workers can import.
+            items: its arguments, which can be pickled.
+
+        Raises:
+            InvalidInputError: the workers cannot compute it, or what the function raises.
+        """
+
 
 @final
 class InProcess(Engine):
@@ -77,6 +91,10 @@ class InProcess(Engine):
             if stopping:
                 return
             yield run_cell(job, folder)
+
+    def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        """See :meth:`Engine.map`."""
+        yield from map(function, items)
 
 
 @final
@@ -121,6 +139,19 @@ class Processes(Engine):
             begun = True
             for job in lost:
                 yield from self._alone(job, folder, stopping)
+
+    def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        """See :meth:`Engine.map`."""
+        try:
+            pool = self._started(self._workers, self._context.SimpleQueue())
+        except _DyingError as error:
+            raise InvalidInputError(DYING) from error
+        try:
+            yield from pool.map(function, items)
+        except BrokenProcessPool as error:
+            raise InvalidInputError("workers: a process died, for example because memory ran out") from error
+        finally:
+            pool.shutdown(cancel_futures=True)
 
     def _alone(self, job: Job, folder: str, stopping: Stopping) -> Iterator[Outcome]:
         """Run a cell alone in a pool, after a process of its former pool has died."""
