@@ -83,9 +83,9 @@ IN_THE_TASK = [
     (
         "effort_margin",
         "effort_margn",
-        "task.toml: line 17: constraints.effort_margn: unknown key; known: deviation, deviation_of, effort_margin, "
-        "effort_rate, held, least_singular_value, limits, longest_time, manipulability, "
-        "overshoot, tool_height, tool_speed, via_error; did you mean 'effort_margin'?",
+        "task.toml: line 17: constraints.effort_margn: unknown key; known: cycles, deviation, deviation_of, "
+        "dwell, effort_margin, effort_rate, held, least_singular_value, limits, longest_time, manipulability, "
+        "overshoot, peak_power, tool_height, tool_speed, via_error; did you mean 'effort_margin'?",
     ),
     (
         "objectives",
@@ -122,12 +122,7 @@ IN_THE_TASK = [
     (
         '"energy"',
         '"enregy"',
-        "task.toml: line 4: objectives: unknown objective 'enregy'; known: acceleration, "
-        "effort_ratio, electrical_energy, energy, jerk, joint_travel, payload_condition, peak_acceleration, "
-        "peak_effort_rate, peak_jerk, "
-        "square_acceleration, square_effort, "
-        "square_effort_rate, square_jerk, square_power, time, tool_path, unused_payload; did you "
-        "mean 'energy'?",
+        "task.toml: line 4: objectives: unknown objective 'enregy'; did you mean 'energy'?",
     ),
     (
         "population",
@@ -313,8 +308,8 @@ IN_THE_TASK = [
         'limits = ["torque"]',
         "task.toml: line 16: constraints: unknown constraint 'torque'; known: acceleration, "
         "clearance, deviation, effort, effort_rate, jerk, least_singular_value, longest_time, manipulability, "
-        "mean_velocity, overshoot, position, tool_height, "
-        "tool_speed, velocity, via_error; did you mean 'effort'?",
+        "mean_velocity, overshoot, peak_power, position, rms_torque, tool_height, "
+        "tool_speed, torque_at_speed, velocity, via_error, winding_temperature; did you mean 'effort'?",
     ),
     (
         "[payload]",

@@ -37,7 +37,7 @@ DRIVE = {
     "thermal_time_constant": 900.0,
     "greatest_rise": 80.0,
 }
-DRIVEN = UR5 | {"drives": {"shoulder_lift_joint": DRIVE}}
+DRIVEN = UR5 | {"drives": DRIVES | {"shoulder_lift_joint": DRIVE | {"stiffness": 3e4}}}
 POINTS = [[0.0, -1.5, 1.5, -1.5, -1.5, 0.0], [0.5, -1.0, 1.2, -1.7, -1.2, 0.3], [1.0, -1.4, 1.4, -1.4, -1.5, 0.0]]
 SI = re.compile(r"(?:rad|kg|m|s|N|J|W|K|1|\{joint\}|\{effort\}|or| )(?:\^\d)?(?:[*/](?:rad|kg|m|s|N|J|W|K)(?:\^\d)?)*")
 

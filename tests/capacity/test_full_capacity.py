@@ -25,7 +25,7 @@ from trajevo import (
 )
 from trajevo.capacity.accuracy.causes import edge_moments
 from trajevo.capacity.accuracy.found import CAUSES
-from trajevo.dynamics.contacts.wrenches import Holding
+from trajevo.dynamics.contacts.wrenches import HoldingWrenches
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, UnknownNameError
@@ -202,7 +202,7 @@ def wrench_of_pinocchio(robot, payload, q, v, a):
 def test_the_wrench_of_the_base_is_that_of_pinocchio(seed):
     rng, _, _, robot, payload = random_arm(seed)
     q, v, a = rng.normal(size=(3, 9, robot.dof))
-    held = Holding.of(Dynamics(robot, payload)).at(q, v, a, np.zeros(9, dtype=int))
+    held = HoldingWrenches.of(Dynamics(robot, payload)).at(q, v, a, np.zeros(9, dtype=int))
     for k in range(9):
         for mass in (0.0, 2.0):
             expected = wrench_of_pinocchio(robot, payload.with_mass(mass), q[k], v[k], a[k])
@@ -221,7 +221,7 @@ def test_the_wrench_of_the_base_is_that_of_a_free_base_in_mujoco(seed):
     # MuJoCo welds the base of a URDF to the world: its reaction is that of all bodies' momenta.
     data = mujoco.MjData(model)
     q, v, a = rng.normal(size=(3, robot.dof))
-    held = Holding.of(Dynamics(robot)).at(q[None], v[None], a[None], np.zeros(1, dtype=int))
+    held = HoldingWrenches.of(Dynamics(robot)).at(q[None], v[None], a[None], np.zeros(1, dtype=int))
     momentum = []
     step = 1e-6
     for way in (-1.0, 1.0):
@@ -531,7 +531,7 @@ def test_wrong_arguments_are_refused_with_a_sentence():
 def test_edge_moments_do_not_depend_on_other_states_to_the_bit():
     rng, _, gravity, robot, payload = random_arm(5)
     stand = Stand(mass=60.0, com=(0.0, 0.0, 0.1), footprint=SQUARE)
-    holding = Holding.of(Dynamics(robot, payload))
+    holding = HoldingWrenches.of(Dynamics(robot, payload))
     q, v, a = rng.normal(size=(3, 50, robot.dof))
     own, each = edge_moments(stand, gravity, holding.at(q, v, a, np.zeros(50, dtype=int)))
     for k in (0, 17, 49):

@@ -21,7 +21,8 @@ from trajevo.errors import InvalidInputError, TrajevoError, checked_name
 from trajevo.study.cell import Outcome, lost_cell, run_cell, run_cell_in_worker
 from trajevo.study.jobs import Job
 
-Item, Result = TypeVar("Item"), TypeVar("Result")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 START_METHODS = ("spawn", "forkserver", "fork")
 

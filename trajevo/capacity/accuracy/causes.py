@@ -19,7 +19,7 @@ from trajevo.capacity.accuracy.states import MotionStates
 from trajevo.capacity.drives.squares import within_square
 from trajevo.dynamics.contacts.bending import Bending
 from trajevo.dynamics.contacts.links import dot
-from trajevo.dynamics.contacts.wrenches import NOTHING, HeldStates, Holding, Wrench
+from trajevo.dynamics.contacts.wrenches import NOTHING, HeldStates, HoldingWrenches, Wrench
 from trajevo.dynamics.payload_masses import masses_within
 from trajevo.dynamics.rollout import Rollout
 from trajevo.robot.contacts.grip import Grip
@@ -48,7 +48,7 @@ class Causes:
     columns: Mapping[str, slice]
     places: tuple[str, ...]
     of_causes: tuple[_Bounds, ...]
-    holding: Holding | None
+    holding: HoldingWrenches | None
 
     __repr__ = brief
 
@@ -82,7 +82,7 @@ def causes_of(rollout: Rollout, deviation: float | None, counted: str) -> Causes
         columns={name: slice(*ends) for name, ends in zip(found, pairwise(counts), strict=True)},
         places=tuple(place for places, _ in found.values() for place in places),
         of_causes=tuple(bounds for _, bounds in found.values()),
-        holding=None if grip is None and stand is None else Holding.of(rollout.dynamics),
+        holding=None if grip is None and stand is None else HoldingWrenches.of(rollout.dynamics),
     )
 
 

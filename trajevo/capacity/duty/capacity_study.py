@@ -26,7 +26,8 @@ from trajevo.front.front import Solution
 from trajevo.robot.payload import Payload
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
 
-Item, Result = TypeVar("Item"), TypeVar("Result")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 #: Name of the load that the motion carries, if no loads are given.
 AS_IT_IS = "as it is"
@@ -35,7 +36,7 @@ AS_IT_IS = "as it is"
 _ROWS, _MOST_CELLS = 40, 100_000
 
 
-class Engine(Protocol):
+class _Engine(Protocol):
     """What computes many things: an engine of studies, such as ``Processes(2)`` or ``DaskCluster(2)``."""
 
     def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
@@ -80,7 +81,7 @@ class CapacityStudy:
 
     @property
     def cause(self) -> Array:
-        """What binds, keys of :data:`CAUSES` or empty, shape (S, L, D)."""
+        """What binds, keys of :data:`CAUSES` or empty, shape (S, L, D), no unit."""
         return frozen(np.array([each.cause for each in self.found], dtype=object).reshape(self.shape))
 
     @property
@@ -119,8 +120,8 @@ class CapacityStudy:
             cell = (f"{self.speeds[s]:.4g}", self.loads[load], f"{self.duties[d]:.4g}", time)
             rows.append((*cell, f"{one.mass:.5g}", CAUSES.get(one.cause, ""), one.place))
         head = ("speed", "load", "duty", "cycle time [s]", "largest payload [kg]", "limited by", "at")
-        shown = html.sentence(f"{len(few)} of {len(cells)} cells") if len(few) < len(cells) else ""
-        return html.shown("Payload by speed, load and duty", html.sentence(str(self)), shown, html.table(head, rows))
+        told = html.sentence(f"{self}; {len(few)} of {len(cells)} cells")
+        return html.shown("Payload by speed, load and duty", told, html.table(head, rows))
 
 
 def capacity_study(
@@ -133,7 +134,7 @@ def capacity_study(
     counted: str = "all",
     cycles: int | None = None,
     samples: int = DENSE,
-    engine: Engine | None = None,
+    engine: _Engine | None = None,
 ) -> CapacityStudy:
     """The largest payload of a motion under all limits, over its speed, the shape of the load, and the duty.
 

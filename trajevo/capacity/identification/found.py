@@ -36,7 +36,7 @@ class IdentifiedPayload:
     Attributes:
         parameters: mass [kg], mass times centre of mass [kg·m] and inertia about the tool's origin [kg·m²] in the
             order of :data:`trajevo.robot.payload.PARAMETERS`, shape (10,); NaN for what the motion does not show.
-        covariance: covariance of these, shape (10, 10), NaN likewise.
+        covariance: covariance of these, shape (10, 10) [their units], NaN likewise.
         condition: condition number of the regressor, its rows weighted by what is left of each joint's efforts and its
             columns scaled as for the objective ``payload_condition`` [1].
         left: standard deviation of what is left of the efforts of each joint, shape (n_joints,) [N·m or N]; NaN for
@@ -69,7 +69,7 @@ class IdentifiedPayload:
 
     @property
     def sigma(self) -> Array:
-        """Standard deviation of every parameter, shape (10,), NaN for what the motion does not show."""
+        """Standard deviation of every parameter, shape (10,) [its unit], NaN for what the motion does not show."""
         return frozen(np.sqrt(np.diagonal(self.covariance)))
 
     @property
@@ -123,7 +123,7 @@ class IdentifiedPayload:
 
     @cached_property
     def nearest(self) -> Array:
-        """The parameters, or the nearest ones by their covariance that a body can have, shape (10,).
+        """The parameters, or the nearest ones by their covariance that a body can have, shape (10,) [its unit].
 
         Raises:
             InvalidInputError: some parameter is not known.
@@ -157,7 +157,7 @@ class IdentifiedPayload:
         """Half the widths of the intervals of the mass [kg] and of the centre of mass, shape (3,) [m].
 
         Args:
-            confidence: how likely an interval holds the true value, above 0 and below 1.
+            confidence: how likely an interval holds the true value, above 0 and below 1 [1].
             together: number of intervals of which that is said together.
         """
         factor = self._factor(confidence, together)
@@ -167,7 +167,7 @@ class IdentifiedPayload:
         """What :func:`trajevo.robust_problem` takes: ``robust_problem(problem, **found.intervals())``.
 
         Args:
-            confidence: how likely mass and centre of mass both lie in their intervals, above 0 and below 1.
+            confidence: how likely mass and centre of mass both lie in their intervals, above 0 and below 1 [1].
 
         Returns:
             ``mass``, shape (2,) [kg], ``com``, shape (2, 3) [m], and ``payload``, whose inertia per kilogram counts.

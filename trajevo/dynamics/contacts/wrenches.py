@@ -57,7 +57,7 @@ def payload_wrench(robot: Robot, payload: Payload, tool: LinkMotion, still: Link
 
 @final
 @dataclass(frozen=True, eq=False)
-class Bodies:
+class CarriedBodies:
     """The moving links of a model, each in the frame of its joint.
 
     Attributes:
@@ -73,7 +73,7 @@ class Bodies:
     __repr__ = brief
 
     @classmethod
-    def of(cls, robot: Robot) -> Bodies:
+    def of(cls, robot: Robot) -> CarriedBodies:
         """The links of a robot."""
         rows = Inertias.of(robot.model).bodies
         tensors = np.zeros((len(rows), 3, 3))
@@ -118,7 +118,7 @@ NOTHING = HeldStates(*[Wrench(np.empty((3, 0)), np.empty((3, 0)))] * 3)
 
 @final
 @dataclass(frozen=True, eq=False)
-class Holding:
+class HoldingWrenches:
     """A robot with its payload, held by a stand and holding by a grip.
 
     Attributes:
@@ -129,12 +129,12 @@ class Holding:
 
     dynamics: Dynamics
     joints: tuple[Joint, ...]
-    bodies: tuple[Bodies, ...]
+    bodies: tuple[CarriedBodies, ...]
 
     __repr__ = brief
 
     @classmethod
-    def of(cls, dynamics: Dynamics) -> Holding:
+    def of(cls, dynamics: Dynamics) -> HoldingWrenches:
         """The robot of a motion.
 
         Raises:
@@ -143,7 +143,7 @@ class Holding:
         dynamics.robot.check_masses("what a grip or a stand holds")
         schedule = dynamics.schedule
         parts = [dynamics] if schedule is None else [dynamics.of_phase(phase) for phase in schedule.phases]
-        return cls(dynamics, joints_of(dynamics.robot), tuple(Bodies.of(part.robot) for part in parts))
+        return cls(dynamics, joints_of(dynamics.robot), tuple(CarriedBodies.of(part.robot) for part in parts))
 
     def at(self, q: Array, v: Array, a: Array, segments: Array) -> HeldStates:
         """Forces and moments at states.

@@ -103,7 +103,7 @@ class PayloadSheet:
 
     @property
     def cycles_per_hour(self) -> float:
-        """How often the motion is made in an hour."""
+        """How often the motion is made in an hour [1/h]."""
         return 3600.0 / (self.duration + self.dwell)
 
     @property

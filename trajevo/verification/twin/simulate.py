@@ -64,7 +64,7 @@ def simulate(
         settle: how long it is watched after the end [s].
         step: integration step [s]; the longest that is not above 1 ms, or 0.25 ms with dry friction, if None. It is
             made shorter so that whole steps fill a period.
-        rows: solutions of a front that are played, such as those of ``front.thinned(100)``; all if None.
+        rows: solutions of a front that are played, such as those of ``front.thinned(100)``, no unit; all if None.
 
     Returns:
         Of one motion a :class:`~trajevo.verification.twin.simulation.Simulation`, of a front a

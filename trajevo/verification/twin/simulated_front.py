@@ -27,7 +27,7 @@ class SimulatedFront:
 
     Attributes:
         front: the front.
-        rows: rows of the front that were played, ascending, shape (N,).
+        rows: rows of the front that were played, ascending, shape (N,), no unit.
         settings: controller, sensors, delay and payload.
         settling: time after the end of the motion from which on the tool stays within the tolerance, shape (N,) [s];
             inf if it does not.
@@ -82,7 +82,7 @@ class SimulatedFront:
 
     @cached_property
     def stands(self) -> Array:
-        """Which solutions settle and are dominated by no other in what is achieved, shape (N,)."""
+        """Which solutions settle and are dominated by no other in what is achieved, shape (N,), no unit."""
         stands = np.isfinite(self.settling)
         if stands.any():
             stands[stands] = moocore.is_nondominated(self.F[stands])

@@ -29,7 +29,7 @@ class Simulation:
         reference: positions that were asked for, shape (K, n_joints) [rad or m].
         q: positions, the same shape [rad or m]; infinite from where the loop ran away.
         effort: efforts on the joints, averaged over the period that begins, the same shape [N·m or N].
-        saturated: whether a joint was asked for more than its effort limit, the same shape.
+        saturated: whether a joint was asked for more than its effort limit, the same shape, no unit.
         tool_error: distance of the tool from where it should be, shape (K,) [m].
         integration_step: step of MuJoCo's integrator [s].
     """
