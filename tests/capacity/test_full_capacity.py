@@ -516,6 +516,14 @@ def test_wrong_arguments_are_refused_with_a_sentence():
         full_capacity(motion, counted="some")
     with pytest.raises(InvalidInputError, match="mass: expected a payload from 0 on"):
         tool_deviation(motion, mass=-1.0)
+    without = instant(sliders(grip=Grip(total_force=9.0, friction=0.3)), [0, 0], [0, 0], [0, 0])
+    for given in (motion, without):  # with drives and without any
+        for dwell in (-1.0, "5", None):
+            for call in (full_capacity, capacity_by_pace):
+                with pytest.raises(InvalidInputError, match=r"dwell: expected a time from 0 on \[s\], got"):
+                    call(given, dwell=dwell)
+        with pytest.raises(InvalidInputError, match="cycles: expected a whole number from 1 on, or None for ever"):
+            full_capacity(given, cycles=0)
     with pytest.raises(InvalidInputError, match="factors: expected positive numbers, at least one"):
         capacity_by_pace(motion, factors=[1.0, 0.0])
     soft = point_to_point(load_robot(ARM))

@@ -15,7 +15,8 @@ from trajevo import (
     load_robot,
     optimise,
 )
-from trajevo.dynamics.drives.heat import Duty, greatest_rises, rms_torques
+from trajevo.dynamics.drives.duty import Duty
+from trajevo.dynamics.drives.heat import greatest_rises, rms_torques
 from trajevo.dynamics.drives.power import greatest_supply_power
 from trajevo.dynamics.drives.torque_limits import TorqueLimits
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -292,6 +293,8 @@ def test_settings_make_an_equal_problem():
     ("arguments", "says"),
     [
         ({"dwell": -1.0}, r"dwell: expected a time from 0 on \[s\], got -1.0"),
+        ({"dwell": "1 s"}, r"dwell: expected a time from 0 on \[s\], got '1 s'"),
+        ({"cycles": 10**10}, "cycles: expected at most 1000000000, or 0 for ever, got 10000000000"),
         ({"cycles": 1.5}, "cycles: expected a whole number from 1 on, or 0 for ever, got 1.5"),
         ({"peak_power": 0.0}, r"peak_power: expected a positive number \[W\], got 0.0"),
         (

@@ -71,6 +71,7 @@ objectives = ["time", "electrical_energy"]
         ({"standby_power": "90 V"}, r"supply.standby_power: expected a number and a unit that converts to W, such as"),
         ({"standby_power": np.nan}, "supply.standby_power: expected a number from 0 on, got nan"),
         ({"standby_power": True}, "supply.standby_power: expected a number from 0 on, got True"),
+        ({"recuperation": np.zeros(2)}, "supply.recuperation: expected 'none', 'shared' or 'full', got array"),
         ({"recuperation": "all"}, "supply.recuperation: expected 'none', 'shared' or 'full', got 'all'"),
         (
             {"link_voltage": 566.0},

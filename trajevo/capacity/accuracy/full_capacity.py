@@ -21,6 +21,7 @@ from trajevo.capacity.drives.found import DriveLimit
 from trajevo.capacity.drives.instants import MassesOfJoints, masses_at_instants
 from trajevo.capacity.scaled_constraints import problem_of
 from trajevo.dynamics.contacts.bending import COUNTED, Bending, known_stiffness
+from trajevo.dynamics.drives.duty import checked_cycles, checked_dwell
 from trajevo.dynamics.payload_masses import mass_bounds
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
@@ -76,7 +77,7 @@ def full_capacity(
         not_covered += found.not_known
         rest, often = found.dwell, found.cycles
     else:
-        limits, rest, often = list(_effort(rollout, states)), float(dwell), cycles
+        limits, rest, often = list(_effort(rollout, states)), checked_dwell(dwell), checked_cycles(cycles)
         not_covered += ["drives"]
     limits += _further(rollout, states, causes_of(rollout, most, counted), counted)
     not_covered += _not_known(robot, most)

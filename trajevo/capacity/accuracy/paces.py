@@ -16,6 +16,7 @@ from trajevo.capacity.accuracy.found import CAUSES, CauseLimit, FullCapacity
 from trajevo.capacity.accuracy.full_capacity import deviation_of, full_capacity
 from trajevo.capacity.dlcc import sampled_motion
 from trajevo.capacity.drives.drive_capacity import DENSE
+from trajevo.dynamics.drives.duty import checked_dwell
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
@@ -122,13 +123,13 @@ def capacity_by_pace(
         raise InvalidInputError(f"factors: expected positive numbers, at least one, got {list(factors)}")
     rollout = sampled_motion(motion, samples)
     most, counted = deviation_of(motion, deviation, counted)
-    given: dict[str, Any] = {"deviation": most, "counted": counted, "dwell": dwell, "cycles": cycles}
+    given: dict[str, Any] = {"deviation": most, "counted": counted, "dwell": checked_dwell(dwell), "cycles": cycles}
     scaled = [replace(rollout, trajectory=rollout.trajectory.slowed(factor)) for factor in sorted_.tolist()]
     durations = sorted_ * float(rollout.trajectory.duration[0])
     return PaceCapacity(
         factors=frozen(sorted_),
         durations=frozen(durations),
-        cycle_times=frozen(durations + dwell),
+        cycle_times=frozen(durations + given["dwell"]),
         capacities=tuple(full_capacity(each, samples=samples, **given) for each in scaled),
         least_duration=_least_factor(rollout.trajectory, rollout) * float(rollout.trajectory.duration[0]),
     )

@@ -16,11 +16,11 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.base.arrays import numbers
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import Capacity
 from trajevo.capacity.dlcc import dlcc
 from trajevo.capacity.drives.drive_capacity import rollout_mass
+from trajevo.dynamics.drives.duty import checked_dwell
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
@@ -134,6 +134,8 @@ class PayloadSheet:
         Raises:
             InvalidInputError: a file that ends in .json, or one that cannot be written.
         """
+        if not isinstance(file, str | Path):
+            raise InvalidInputError(f"file: expected one for HTML, such as 'payload_sheet.html', got {file!r}")
         page = Path(file)
         if page.suffix == ".json":
             raise InvalidInputError(f"file: expected one for HTML, such as {page.with_suffix('.html')}, got {page}")
@@ -185,11 +187,11 @@ def payload_sheet(
     given = rollout_of(motion)
     if len(given.trajectory) != 1:
         raise InvalidInputError(f"motion: expected one motion, got {len(given.trajectory)}")
-    rest = float(numbers(dwell, name="dwell", shape=()))
-    if rest < 0.0:
-        raise InvalidInputError(f"dwell: expected a time from 0 on [s], got {rest:g}")
+    rest = checked_dwell(dwell)
     if not isinstance(creator, str):
         raise InvalidInputError(f"creator: expected a name, got {creator!r}")
+    if given.dynamics.schedule is not None:
+        given.dynamics.schedule.check_varied("a sheet")
     given.robot.check_masses("a sheet")
     mounted = loads_on(given.robot, supplementary or {})
     rollout = given

@@ -60,7 +60,7 @@ class Supply:
         for name in SUPPLY_UNITS:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _amount(name, getattr(self, name)))
-        if self.recuperation not in get_args(Recuperation):
+        if not isinstance(self.recuperation, str) or self.recuperation not in get_args(Recuperation):
             raise InvalidInputError(f"recuperation: expected 'none', 'shared' or 'full', got {self.recuperation!r}")
         if not isinstance(self.source, str):
             raise InvalidInputError(f"source: expected text, got {self.source!r}")
