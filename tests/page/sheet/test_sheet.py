@@ -146,7 +146,8 @@ def test_what_is_written_is_escaped(tmp_path):
     ("given", "said"),
     [
         ({"dwell": -1.0}, "dwell: expected a time from 0 on"),
-        ({"dwell": float("nan")}, "dwell: expected finite"),
+        ({"dwell": float("nan")}, "dwell: expected a time from 0 on"),
+        ({"dwell": "1 s"}, "dwell: expected a time from 0 on"),
         ({"creator": 3}, "creator: expected a name"),
         ({"supplementary": [1]}, "supplementary: expected joints with their loads"),
         ({"supplementary": {"elbow_jont": 1.0}}, "elbow_joint"),
