@@ -151,7 +151,7 @@ def test_what_is_written_is_escaped(tmp_path):
         ({"creator": 3}, "creator: expected a name"),
         ({"supplementary": [1]}, "supplementary: expected joints with their loads"),
         ({"supplementary": {"elbow_jont": 1.0}}, "elbow_joint"),
-        ({"supplementary": {"elbow_joint": -1.0}}, "payload.mass: expected"),
+        ({"supplementary": {"elbow_joint": -1.0}}, "supplementary: elbow_joint: payload.mass: expected"),
         ({"supplementary": {"elbow_joint": {"mass": 1.0, "model": "weight_only"}}}, "expected a rigid load"),
     ],
 )
