@@ -15,6 +15,7 @@ from trajevo import (
     Stand,
     ViaPointProblem,
     capacity_by_pace,
+    capacity_study,
     dlcc,
     drive_capacity,
     energy_balance,
@@ -550,6 +551,10 @@ def test_wrong_arguments_are_refused_with_a_sentence():
             full_capacity(given, cycles=0)
     with pytest.raises(InvalidInputError, match="factors: expected positive numbers, at least one"):
         capacity_by_pace(motion, factors=[1.0, 0.0])
+    for pace in (1e-300, 1e300):
+        for call in (lambda f: capacity_by_pace(motion, factors=[f]), lambda f: capacity_study(motion, speeds=[f])):
+            with pytest.raises(InvalidInputError, match=r"(factors|speeds): expected numbers from 1e-06 to 1e\+06"):
+                call(pace)
     soft = point_to_point(load_robot(ARM))
     for call in (lambda: full_capacity(soft, deviation=1e-3), lambda: tool_deviation(soft)):
         with pytest.raises(

@@ -94,6 +94,21 @@ class PaceCapacity:
         return html.shown("What binds, by the pace", html.sentence(str(self)), table)
 
 
+def check_paces(given: Array, name: str) -> None:
+    """Refuse paces with which the numbers of a motion would leave the range of floats.
+
+    Args:
+        given: speeds or durations over those of a motion, ascending and positive, shape (K,) [1].
+        name: of the argument.
+
+    Raises:
+        InvalidInputError: one that is not from a millionth to a million.
+    """
+    if not (given[0] >= 1e-6 and given[-1] <= 1e6):
+        wrong = given[0] if given[0] < 1e-6 else given[-1]
+        raise InvalidInputError(f"{name}: expected numbers from 1e-06 to 1e+06, got {wrong:g}")
+
+
 def capacity_by_pace(
     motion: Solution | Rollout | WeightedOptimum,
     *,
@@ -121,6 +136,7 @@ def capacity_by_pace(
     sorted_ = np.unique(numbers(factors, name="factors", shape=("paces",)))
     if not len(sorted_) or not (sorted_ > 0.0).all():
         raise InvalidInputError(f"factors: expected positive numbers, at least one, got {list(factors)}")
+    check_paces(sorted_, "factors")
     rollout = sampled_motion(motion, samples)
     most, counted = deviation_of(motion, deviation, counted)
     given: dict[str, Any] = {"deviation": most, "counted": counted, "dwell": checked_dwell(dwell), "cycles": cycles}

@@ -17,6 +17,7 @@ from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.accuracy.found import CAUSES, FullCapacity
 from trajevo.capacity.accuracy.full_capacity import deviation_of, full_capacity
+from trajevo.capacity.accuracy.paces import check_paces
 from trajevo.capacity.dlcc import sampled_motion
 from trajevo.capacity.drives.drive_capacity import DENSE
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -156,6 +157,7 @@ def capacity_study(
             cells, or as for :func:`full_capacity`.
     """
     by_speed = _ascending(speeds, "speeds", "positive numbers", np.inf)
+    check_paces(by_speed, "speeds")
     by_duty = _ascending(duties, "duties", "shares above 0 up to 1", 1.0)
     rollout = sampled_motion(motion, samples)
     most, counted = deviation_of(motion, deviation, counted)
