@@ -10,16 +10,19 @@ FOLDER = Path(__file__).parents[1] / "notebooks"
 SOURCES = sorted(FOLDER.glob("[0-9]*.py"))
 
 
-#: Those that take seconds; the others are executed by ``make test-long``, and all at full size by ``make notebooks``.
-QUICK = ("01",)
+#: One that takes seconds, with the size of its runs, and a smaller one; ``make test-long`` executes all as they stand,
+#: and ``make notebooks`` at full size.
+QUICK, SIZE, LESS = "01_first_front", '{"generations": 25, "population": 40}', '{"generations": 3, "population": 12}'
 
 
-@pytest.mark.parametrize(
-    "source",
-    [pytest.param(file, marks=() if file.stem[:2] in QUICK else pytest.mark.long, id=file.stem) for file in SOURCES],
-)
+@pytest.mark.parametrize("source", [QUICK, *(pytest.param(file, marks=pytest.mark.long, id=file.stem) for file in SOURCES)])
 def test_notebook_runs_from_top_to_bottom_in_an_empty_folder(source, tmp_path, monkeypatch):
     monkeypatch.delenv("TRAJEVO_FULL", raising=False)
+    if source == QUICK:
+        text = (FOLDER / f"{QUICK}.py").read_text(encoding="utf-8")
+        assert SIZE in text
+        source = tmp_path / "in.py"
+        source.write_text(text.replace(SIZE, LESS), encoding="utf-8")
     execute(source, tmp_path / "out.ipynb")
     cells = [cell for cell in nbformat.read(tmp_path / "out.ipynb", 4).cells if cell.cell_type == "code"]
     assert all(cell.execution_count for cell in cells)

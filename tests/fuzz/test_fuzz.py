@@ -10,7 +10,7 @@ from tests.fuzz.run import KINDS, Count, run_chunk
 from tests.helpers import mostly_long
 
 #: Inputs of each kind, and of them those of an ordinary run.
-MORE, FEW = 10, 3
+MORE, SOME, FEW = 10, 3, 1
 
 SCRIPT = """
 import sys
@@ -24,7 +24,7 @@ print(done)
 """
 
 
-@pytest.mark.parametrize("count", mostly_long([FEW, MORE], FEW))
+@pytest.mark.parametrize("count", mostly_long([FEW, SOME, MORE], FEW))
 def test_mutated_files_cost_a_sentence_each(tmp_path, count):
     """All kinds at the places 20 to 29, of which hypothesis draws five, in a process of its own with bounded memory."""
     command = [sys.executable, "-c", SCRIPT.format(few=count), tmp_path, *KINDS]

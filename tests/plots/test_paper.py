@@ -90,9 +90,15 @@ def assert_fit_for_print(figure, width):
             assert all(key.y0 >= panel.get_window_extent().y1 for panel in figure.axes if panel.name != "3d")
 
 
-@pytest.mark.parametrize("width", mostly_long(["column", "page", 120.0], "column"))
-def test_every_picture_of_a_run_is_fit_for_print(drawings, width):
-    for name, (front, analyses, stem) in drawings.items():
+PRINTED = [("column", False), ("column", True), ("page", True), (120.0, True)]
+
+
+@pytest.mark.parametrize(("width", "every"), mostly_long(PRINTED, PRINTED[0], several=True))
+def test_every_picture_of_a_run_is_fit_for_print(drawings, width, every):
+    """Of all runs, or each kind of picture of one of them."""
+    kinds = {stem: name for name, (_, _, stem) in drawings.items()}
+    for name in drawings if every else kinds.values():
+        front, analyses, stem = drawings[name]
         (draw,) = (draw for each, _, draw in _drawings(front, analyses, width) if each == stem)
         try:
             assert_fit_for_print(draw(), plots.WIDTHS.get(width, width))
