@@ -60,7 +60,9 @@ def points():
 def shown(tmp_path_factory):
     """Objects as they stand at the end of a notebook's cells."""
     task = t.load_task("xarm7_obstacle")
-    pointing, puma = (t.optimise(one, **SMALL, polish=False) for one in (PointingMechanism(), PickAndPlace(payload=2.5)))
+    pointing, puma = (
+        t.optimise(one, **SMALL, polish=False) for one in (PointingMechanism(), PickAndPlace(payload=2.5))
+    )
     table = HybridManipulator().rollout(guo.paper_solution())
     effort = t.payload_effort(table)
     study = t.Study("pointing", repeats=2, factors={"interpolant": ["printed", "quintic"]}, **without_progress())

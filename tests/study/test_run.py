@@ -122,9 +122,7 @@ def test_processes_give_the_fronts_of_one_process(tmp_path, expected, start_meth
 
 
 @pytest.mark.parametrize("workers", mostly_long([1, 2], 1))
-def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_this_machine_alone(
-    tmp_path, workers
-):
+def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_this_machine_alone(tmp_path, workers):
     """Listening sockets of this process and of all that it starts, while a study runs."""
     psutil = pytest.importorskip("psutil")  # which distributed needs
     seen = set()
