@@ -93,7 +93,7 @@ def trajevo_process(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
 
 
 def forked(deed) -> int:
-    """Exit code of a copy of this process that does something, less the signal that ended it; it imports nothing anew."""
+    """Exit code of a copy of this process that does something, or minus the signal that ended it."""
     child = multiprocessing.get_context("fork").Process(target=deed)
     child.start()
     child.join(60.0)

@@ -60,9 +60,8 @@ def points():
 def shown(tmp_path_factory):
     """Objects as they stand at the end of a notebook's cells."""
     task = t.load_task("xarm7_obstacle")
-    pointing, puma = (
-        t.optimise(one, **SMALL, polish=False) for one in (PointingMechanism(), PickAndPlace(payload=2.5))
-    )
+    problems = PointingMechanism(), PickAndPlace(payload=2.5)
+    pointing, puma = (t.optimise(one, **SMALL, polish=False) for one in problems)
     table = HybridManipulator().rollout(guo.paper_solution())
     effort = t.payload_effort(table)
     study = t.Study("pointing", repeats=2, factors={"interpolant": ["printed", "quintic"]}, **without_progress())

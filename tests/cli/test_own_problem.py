@@ -49,7 +49,9 @@ def folder(request, tmp_path_factory):
         done = request.param("solve", "my_own_cell:problem", *SMALL, *UNDRAWN, cwd=place)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("Feeding press 3: ")
-    return place
+    yield place
+    for name in ("my_own_cell", "broken_cell", "needs_more"):
+        sys.modules.pop(name, None)
 
 
 @pytest.fixture(autouse=True)
