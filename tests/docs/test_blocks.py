@@ -66,7 +66,7 @@ def test_a_page_runs_as_it_stands_and_prints_what_it_shows(page, tmp_path):
     run_page(page, tmp_path)
 
 
-@pytest.mark.parametrize("page", SHORT)
+@pytest.mark.parametrize("page", mostly_long(SHORT, *SHORT[::2]))
 def test_a_page_runs_with_shorter_searches(page, tmp_path):
     run_page(page, tmp_path, short=True)
 
