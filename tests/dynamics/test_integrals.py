@@ -72,20 +72,20 @@ def dense_values(problem, x):
 
 
 CURVES = ("cubic", "hybrid", "septic_spline", "linear_blends")
-OFTEN = {("ur5", "cubic"), ("z1", "septic_spline")}
+OFTEN = [("ur5", "cubic"), ("z1", "septic_spline")]
 
 
 @pytest.mark.parametrize(
-    ("name", "interpolant"),
+    ("name", "interpolant", "count"),
     [
-        pytest.param(*pair, marks=[] if pair in OFTEN else [pytest.mark.long])
-        for pair in ((name, curve) for name in ROBOTS for curve in CURVES)
+        *((*pair, 1) for pair in OFTEN),
+        *(pytest.param(name, curve, 2, marks=pytest.mark.long) for name in ROBOTS for curve in CURVES),
     ],
 )
-def test_objectives_are_their_dense_sums(name, interpolant):
+def test_objectives_are_their_dense_sums(name, interpolant, count):
     problem = problem_of(name, interpolant)
-    x = motions(problem)
-    x = x if x.shape[1] == 3 else np.random.default_rng(1).uniform(problem.xl, problem.xu, (2, problem.n_var))
+    x = motions(problem, count)
+    x = x if x.shape[1] == 3 else np.random.default_rng(1).uniform(problem.xl, problem.xu, (count, problem.n_var))
     expected, F = dense_values(problem, x), problem.evaluate(x)[0]
     for column, objective in zip(F.T, OBJECTIVES, strict=True):
         np.testing.assert_allclose(column, expected[objective], rtol=APART.get(objective, 1e-4), err_msg=objective)
@@ -146,7 +146,7 @@ def test_derivatives_are_those_of_differences(name):
 
 
 @pytest.mark.parametrize("name", mostly_long(["ur5", "puma560"], "puma560"))
-@pytest.mark.parametrize("count", mostly_long([40, 150], 40))
+@pytest.mark.parametrize("count", mostly_long([15, 40, 150], 15))
 def test_a_motion_has_the_same_values_alone_and_among_others(name, count):
     problem = problem_of(name)
     x = motions(problem, count)
