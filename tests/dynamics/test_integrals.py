@@ -19,6 +19,8 @@ OBJECTIVES = (
 )
 #: Dense instants of every segment, with dry friction, which jumps, and without it; how much sums may differ.
 DENSE, APART = {True: 8_000, False: 4_000}, {"square_effort_rate": 2e-4}
+#: Points of the tool's path on every segment: chords of it are too short by less than 1e-5 of it.
+CHORDS = 1_000
 ROBOTS = {
     "ur5": {"tool": "tool0", "limits": {"acceleration": 10.0, "jerk": 100.0}},
     "puma560": {},
@@ -57,8 +59,8 @@ def dense_values(problem, x):
     step = (rollout.trajectory.segment_durations / count)[..., None, None]
     rate = np.gradient(smooth, axis=2, edge_order=2) / step
     q, v, effort = (values.reshape(shape) for values in (q, v, effort))
-    ends = rollout.trajectory.at_shares(np.linspace(0.0, 1.0, count), 0)
-    tool = robot.tool_poses(ends.reshape(-1, robot.dof))[0].reshape(*q.shape[:3], 3)
+    ends = rollout.trajectory.at_shares(np.linspace(0.0, 1.0, CHORDS), 0)
+    tool = robot.tool_poses(ends.reshape(-1, robot.dof))[0].reshape(*q.shape[:2], CHORDS, 3)
     tool = np.linalg.norm(np.diff(tool, axis=2), axis=-1).sum(axis=(1, 2))
     return {
         "energy": (np.abs(effort * v) * step).sum(axis=(1, 2, 3)),

@@ -24,13 +24,17 @@ from trajevo.solvers.gradient.sqp import with_objectives
 SOLVED = {"seed": 1, "population": 60, "generations": 30, "polish": False, "progress": False}
 
 
-def test_the_least_time_is_that_of_other_starts():
+QUICK = {"members": 4, "rounds": 1}
+
+
+@pytest.mark.parametrize("members", mostly_long([QUICK, {}], QUICK), ids=str)
+def test_the_least_time_is_that_of_other_starts(members):
     made = problem(duration_bounds=(0.02, 3.0))
     front = optimise(made, **SOLVED)
     drawn = np.random.default_rng(0).uniform(0.4, 0.6, (2, made.n_var)) * (made.xu - made.xl) + made.xl
     drawn[:, :4] = [0.1, 0.6, 0.6, 0.1]
     other = minimise_weighted(made, Weights((1.0, 0.0)), seed=1, initial=drawn)
-    assert polish(front).front.F[:, 0].min() <= 1.001 * other.cost
+    assert polish(front, **members).front.F[:, 0].min() <= 1.001 * other.cost
 
 
 def test_a_budget_ends_it_with_the_best_so_far():
@@ -208,11 +212,20 @@ def test_under_proven_limits_it_is_as_near_and_certified(count, objectives, seed
     assert certify(front.pick("0")).proven
 
 
+#: Points, longest time [s], objectives, and the size of a search that finds feasible ones by itself.
+LARGE = {"generations": 30, "population": 40}
+TIGHT = [
+    (3, 1.6, "time", {"generations": 12, "population": 30}),
+    (3, 1.6, "time", LARGE),
+    (5, 1.0, "time energy", LARGE),
+]
+
+
 @pytest.mark.parametrize(
-    ("count", "longest", "objectives"),
-    [(3, 1.6, "time"), pytest.param(5, 1.0, "time energy", marks=pytest.mark.long)],
+    ("count", "longest", "objectives", "whole"),
+    mostly_long(TIGHT, TIGHT[0], several=True),
 )
-def test_gradients_find_what_is_feasible_where_the_evolution_does_not(count, longest, objectives):
+def test_gradients_find_what_is_feasible_where_the_evolution_does_not(count, longest, objectives, whole):
     made = rods(count, duration_bounds=(0.02, longest), objectives=objectives.split())
     settings = {"seed": 3, "generations": 2, "population": 6, "starts": "random", "progress": False}
     plain = optimise(made, polish=False, **settings)
@@ -223,7 +236,7 @@ def test_gradients_find_what_is_feasible_where_the_evolution_does_not(count, lon
     again = optimise(made, **settings)
     assert again.run.settings["restored"]["members"] == len(found) > 0
     assert again.run.evaluations == again.history.evaluations[-1] > found.run.evaluations > plain.run.evaluations
-    full = optimise(made, polish=False, **settings | {"generations": 30, "population": 40, "starts": "spread"})
+    full = optimise(made, polish=False, **settings | whole | {"starts": "spread"})
     assert restored(full) is full  # nothing is sought where something is there
 
 

@@ -10,6 +10,7 @@ from trajevo import TrajectoryProblem, TrajevoError, load_robot, optimise
 from trajevo.errors import GradientWarning
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
 from trajevo.problems import HybridManipulator, PointingMechanism, TimeJerkReparameterisation
+from trajevo.solvers.gradient import normal_constraint
 from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
 from trajevo.solvers.gradient.sqp import WeightedSum, random_starts
 
@@ -164,9 +165,13 @@ def test_sub_problems_that_fail_for_good_are_counted_and_the_others_kept(monkeyp
     assert found.run.settings["failed"] == 1
 
 
-@pytest.fixture(scope="module")
-def empty():
-    return solve_nnc(small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 0.25),)))
+@pytest.fixture(scope="module", params=mostly_long([1, None], 1))
+def empty(request):
+    """The front of a problem without feasible motions; each start that finds none takes its time."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param is not None:
+            patch.setattr(normal_constraint, "_STARTS", request.param)
+        return solve_nnc(small_problem(constraints=(impossible(load_robot("pointing_mechanism"), 0.25),)))
 
 
 def test_nothing_feasible_is_an_empty_front_that_says_why(empty):
