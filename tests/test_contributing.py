@@ -27,7 +27,7 @@ robot = "puma560"
 points = {points}
 duration_bounds = [0.5, 6.0]
 interpolant = "even"
-objectives = ["time", "peak_power"]
+objectives = ["time", "joint_power"]
 
 [constraints]
 limits = ["velocity", "acceleration"]
@@ -79,7 +79,7 @@ def problem(**arguments) -> ViaPointProblem:
 
 
 def with_the_objective():
-    made = problem(objectives=("time", "peak_power"))
+    made = problem(objectives=("time", "joint_power"))
     x = np.full((2, made.n_var), 2.0)
     rollout = made.rollout(x)
     expected = np.abs(rollout.effort * rollout.v).sum(axis=2).max(axis=1)
@@ -89,7 +89,7 @@ def with_the_objective():
 
 
 def with_the_limit():
-    made = problem(objectives=("time", "peak_power"), most_power=200.0)
+    made = problem(objectives=("time", "joint_power"), most_power=200.0)
     x = np.full((2, made.n_var), 2.0)
     F, G = made.evaluate(x)
     assert made.constraint_names[-1] == "power"
@@ -163,9 +163,9 @@ def test_the_examples_are_used_from_a_task(tmp_path):
     made = load_task(task(tmp_path))
     front = made.solve(progress=False, polish=False)
     assert len(front), front.blocking
-    assert front.objective_names == ("time", "peak_power")
+    assert front.objective_names == ("time", "joint_power")
     assert made.problem.constraint_names[-1] == "power"
-    same = problem(objectives=("time", "peak_power"), interpolant="even", most_power=400.0)
+    same = problem(objectives=("time", "joint_power"), interpolant="even", most_power=400.0)
     x = np.linspace(same.xl, same.xu, 3)
     np.testing.assert_array_equal(made.problem.evaluate(x)[0], same.evaluate(x)[0])
     assert (front.F[:, 1] <= 400.0).all()
@@ -201,7 +201,7 @@ def test_the_examples_are_used_from_the_command_line(tmp_path):
     assert done.returncode == 0, done.stderr
     assert Front.load(tmp_path / "set/front.json").record.settings["most_power"] == 1e4
     listed = trajevo("list").stdout
-    for name in ("peak_power", "most_power", "even", "octave", "small-steps", "swing"):
+    for name in ("joint_power", "most_power", "even", "octave", "small-steps", "swing"):
         assert name in listed
 
 

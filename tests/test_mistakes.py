@@ -96,7 +96,7 @@ IN_THE_TASK = [
         "name =",
         "nam =",
         "task.toml: line 1: robot.nam: unknown key; known: allow_massless, base, dh, drives, friction, gravity, "
-        "joints, kind, lock, name, packages, tool, tools, xacro; did you mean 'name'?",
+        "joints, kind, lock, name, packages, supply, tool, tools, xacro; did you mean 'name'?",
     ),
     (
         '"arm.urdf"',
@@ -123,7 +123,8 @@ IN_THE_TASK = [
         '"energy"',
         '"enregy"',
         "task.toml: line 4: objectives: unknown objective 'enregy'; known: acceleration, "
-        "effort_ratio, energy, jerk, joint_travel, peak_acceleration, peak_effort_rate, peak_jerk, "
+        "effort_ratio, electrical_energy, energy, jerk, joint_travel, payload_condition, peak_acceleration, "
+        "peak_effort_rate, peak_jerk, "
         "square_acceleration, square_effort, "
         "square_effort_rate, square_jerk, square_power, time, tool_path, unused_payload; did you "
         "mean 'energy'?",

@@ -25,8 +25,20 @@ from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS, THROUGH_POINTS
 
 REGISTRIES = (NAMED_OBJECTIVES, NAMED_KINDS, NAMED_INTERPOLANTS, NAMED_EXPORTERS, NAMED_ALGORITHMS)
 UR5 = {"name": "ur5", "tool": "tool0", "limits": {"acceleration": 10.0, "jerk": 100.0}}
+#: A drive that tells all from which its limits follow.
+DRIVE = {
+    "peak_torque": 150.0,
+    "continuous_torque": 60.0,
+    "gear_ratio": 101.0,
+    "winding_resistance": 0.5,
+    "torque_constant": 0.13,
+    "thermal_resistance": 1.5,
+    "thermal_time_constant": 900.0,
+    "greatest_rise": 80.0,
+}
+DRIVEN = UR5 | {"drives": {"shoulder_lift_joint": DRIVE}}
 POINTS = [[0.0, -1.5, 1.5, -1.5, -1.5, 0.0], [0.5, -1.0, 1.2, -1.7, -1.2, 0.3], [1.0, -1.4, 1.4, -1.4, -1.5, 0.0]]
-SI = re.compile(r"(?:rad|kg|m|s|N|J|W|1|\{joint\}|\{effort\}|or| )(?:\^\d)?(?:[*/](?:rad|kg|m|s|N|J|W)(?:\^\d)?)*")
+SI = re.compile(r"(?:rad|kg|m|s|N|J|W|K|1|\{joint\}|\{effort\}|or| )(?:\^\d)?(?:[*/](?:rad|kg|m|s|N|J|W|K)(?:\^\d)?)*")
 
 #: A value for every parameter without a default.
 GIVEN = {
@@ -38,12 +50,13 @@ GIVEN = {
     "manipulability": 0.02,
     "least_singular_value": 0.05,
     "longest_time": 9.0,
+    "peak_power": 300.0,
     "scene": {"clearance": 0.01, "obstacles": [{"shape": "sphere", "radius": 0.1, "position": [0.0, 0.0, 1.5]}]},
 }
 
 
 def small(**arguments) -> ViaPointProblem:
-    return ViaPointProblem(**{"robot": UR5, "points": POINTS, "constraints": ()} | arguments)
+    return ViaPointProblem(**{"robot": DRIVEN, "points": POINTS, "constraints": ()} | arguments)
 
 
 def middle(problem) -> np.ndarray:
@@ -78,7 +91,9 @@ def test_every_objective_has_a_unit_and_works(name):
     assert SI.fullmatch(objective.unit), objective.unit
     assert objective.reference
     payload = {"constraints": ("effort",), "payload": 1.0} if "payload variable" in objective.needs else {}
-    problem = small(objectives=(name,), **payload)
+    drive = {"gear_ratio": 100.0, "torque_constant": 0.1, "winding_resistance": 0.5}
+    driven = {"robot": UR5 | {"drives": dict.fromkeys(small().robot.joint_names, drive)}}
+    problem = small(objectives=(name,), **payload, **(driven if "drives" in objective.needs else {}))
     assert problem.objective_names == (name,)
     assert "{" not in problem.objectives[0].unit
     F = problem.evaluate(middle(problem))[0] if payload else problem.evaluate(middle(problem))

@@ -23,6 +23,7 @@ from trajevo.path.boxes import CartesianBox, JointBox
 from trajevo.path.curve import GeometricPath
 from trajevo.problems.hybrid_kinematics import via_positions
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
+from trajevo.robot.loading.supply import Supply
 from trajevo.robot.payload import LOAD_MODELS
 from trajevo.trajectory.interpolants import THROUGH_POINTS
 
@@ -183,6 +184,7 @@ class Draw:
                 "packages": self.choice([None, self.folder, str(self.folder), [self.folder]]),
                 "friction": self.friction("a"),
                 "drives": self.drives("a"),
+                "supply": self.supply(),
             }, 2
         names = list(load_robot("ur5", tool="tool0", limits={"acceleration": 1.0, "jerk": 1.0}).joint_names)
         locked = {names[5]: self.number(-1.0, 1.0)} if self.chance(0.3) else None
@@ -201,6 +203,7 @@ class Draw:
             "packages": self.choice([None, self.folder]),
             "friction": self.friction(names[0]),
             "drives": self.drives(names[0]),
+            "supply": self.supply(),
         }, 6 - len(locked or ())
 
     def base(self):
@@ -235,6 +238,18 @@ class Draw:
                 {joint: {"peak_torque": self.number(50.0, 90.0), "brake": True, "source": "a sheet"}},
                 {joint: {"torque_speed": line, "thermal_time_constant": "600 s"}},
                 {joint: Drive(continuous_torque=self.number(5.0, 9.0), efficiency_driving=0.8, efficiency_driven=0.0)},
+            ]
+        )
+
+    def supply(self):
+        link = {"link_capacitance": "470 uF", "link_voltage": self.number(320.0, 600.0), "chopper_voltage": "720 V"}
+        return self.choice(
+            [
+                None,
+                {},
+                {"standby_power": "90 W", "recuperation": self.choice(["none", "full"]), "source": "a sheet"},
+                link,
+                Supply(standby_power=self.number(0.0, 200.0)),
             ]
         )
 
@@ -341,6 +356,9 @@ class Draw:
             "least_singular_value": lambda: self.number(0.001, 0.01),
             "via_error": lambda: self.number(0.05, 0.5),
             "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
+            "dwell": lambda: 0.0,
+            "cycles": lambda: 0,
+            "peak_power": lambda: self.number(50.0, 900.0),
             "scene": lambda: self.scene(robot),
         }
         known = parameters_of(KINDS)
@@ -429,7 +447,9 @@ def via_points(draw):
     robot, dof = draw.robot()
     points, count = draw.points(robot, dof)
     unused = draw.chance(0.25)
-    objectives = draw.subset(name for name in OBJECTIVES if name != "unused_payload" and name != "effort_ratio")
+    objectives = draw.subset(
+        name for name in OBJECTIVES if name not in ("unused_payload", "effort_ratio", "electrical_energy")
+    )
     objectives = [*objectives, "unused_payload"] if unused else [*objectives, "time"][: max(1, len(objectives))]
     constraints = draw.subset(name for name, kind in KINDS.items() if kind.by_name)
     if unused and "effort" not in constraints:

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from trajevo import plots
     from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
     from trajevo.capacity.drives.drive_capacity import drive_capacity, drive_load
+    from trajevo.capacity.drives.energy import energy_balance
+    from trajevo.capacity.drives.fitting import fit_drives
+    from trajevo.capacity.identification.identify import identify_payload
     from trajevo.capacity.payload_diagram import allowed_centres, allowed_regions, payload_diagram
     from trajevo.capacity.payload_effort import payload_bounds, payload_effort
     from trajevo.capacity.payload_time import capacity_front, largest_payload, max_payload_problem
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
     from trajevo.front.weighing.weights import comparison_weights, entropy_weights, least_information_weights
     from trajevo.page.animation import animate
     from trajevo.page.report import report
+    from trajevo.page.sheet.sheet import payload_sheet
     from trajevo.path.boxes import CartesianBox, JointBox
     from trajevo.path.curve import GeometricPath
     from trajevo.path.inverse_kinematics import Pose
@@ -51,6 +55,7 @@ if TYPE_CHECKING:
     from trajevo.plots.analyses import analyse
     from trajevo.robot.drive import Drive
     from trajevo.robot.joints import JointLimits
+    from trajevo.robot.loading.supply import Supply
     from trajevo.robot.payload import Payload
     from trajevo.robot.robot import Robot, load_robot
     from trajevo.solvers.evolutionary.algorithms import EvolutionaryAlgorithm
@@ -85,6 +90,7 @@ if TYPE_CHECKING:
     )
     from trajevo.trajectory.polynomial import PolynomialBatch
     from trajevo.verification.certify import certify, certify_all
+    from trajevo.verification.twin.simulate import simulate
     from trajevo.verification.verify import verify
 
 __version__ = "0.1.0"
@@ -95,6 +101,7 @@ _NAMES = {
     # What moves
     "robot.robot": ("Robot", "load_robot"),
     "robot.drive": ("Drive",),
+    "robot.loading.supply": ("Supply",),
     "robot.joints": ("JointLimits",),
     "robot.payload": ("Payload",),
     # What must be visited
@@ -150,6 +157,9 @@ _NAMES = {
     # What a motion can carry
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
     "capacity.drives.drive_capacity": ("drive_capacity", "drive_load"),
+    "capacity.drives.energy": ("energy_balance",),
+    "capacity.drives.fitting": ("fit_drives",),
+    "capacity.identification.identify": ("identify_payload",),
     "capacity.payload_effort": ("payload_bounds", "payload_effort"),
     "capacity.payload_diagram": ("allowed_centres", "allowed_regions", "payload_diagram"),
     "capacity.sensitivity": ("sensitivity",),
@@ -160,12 +170,14 @@ _NAMES = {
     "capacity.workspace": ("ToolPlane", "workspace_capacity"),
     # What is proven, and files
     "verification.certify": ("certify", "certify_all"),
+    "verification.twin.simulate": ("simulate",),
     "verification.verify": ("verify",),
     "exporters.exporter": ("Exporter",),
     "exporters.export": ("export",),
     "plots.analyses": ("analyse",),
     "page.report": ("report",),
     "page.animation": ("animate",),
+    "page.sheet.sheet": ("payload_sheet",),
     # Many runs
     "study.definition": ("Study", "load_study"),
     "study.engines": ("InProcess", "Processes"),
@@ -219,6 +231,7 @@ __all__ = [
     "SinglePolynomial",
     "Solution",
     "Study",
+    "Supply",
     "Task",
     "ToolPlane",
     "ToolSegment",
@@ -245,8 +258,11 @@ __all__ = [
     "dlcc_sampled",
     "drive_capacity",
     "drive_load",
+    "energy_balance",
     "entropy_weights",
     "export",
+    "fit_drives",
+    "identify_payload",
     "largest_payload",
     "least_information_weights",
     "load_problem",
@@ -260,6 +276,7 @@ __all__ = [
     "payload_bounds",
     "payload_diagram",
     "payload_effort",
+    "payload_sheet",
     "plots",
     "polish",
     "price_along_path",
@@ -275,6 +292,7 @@ __all__ = [
     "robust_slowdown",
     "run_study",
     "sensitivity",
+    "simulate",
     "slowdown_curve",
     "slowdown_for",
     "solve_nnc",

@@ -24,7 +24,8 @@ def test_display_turns_angles_and_nothing_else():
 
 def test_unknown_names_list_the_known():
     with pytest.raises(
-        TrajevoError, match="unknown unit 'furlong'; known: 1, A, K, K/W, N, N\\*m, N\\*m\\*s/rad, N\\*m/A, N\\*s/m, cm"
+        TrajevoError,
+        match="unknown unit 'furlong'; known: 1, A, F, K, K/W, N, N\\*m, N\\*m\\*s/rad, N\\*m/A, N\\*s/m, V, W, cm",
     ):
         units.to_si("furlong")
     with pytest.raises(TrajevoError, match="unknown angle unit 'gon'; known: deg, rad"):

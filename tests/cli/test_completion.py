@@ -41,7 +41,7 @@ def offered(*words):
 def test_commands_are_offered_without_importing_any(tmp_path, monkeypatch):
     environment = os.environ | asked(["trajevo", "s"])
     done = subprocess.run([sys.executable, "-c", SCRIPT], cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert done.stdout.split() == ["solve", "study", "show", "slowdown"]
+    assert done.stdout.split() == ["solve", "study", "show", "slowdown", "simulate"]
     assert set(done.stderr.split()) & {"numpy", "trajevo.cli.solve", "trajevo.cli.show", "matplotlib"} == set()
     monkeypatch.chdir(tmp_path)
     assert offered("") == list(COMMANDS)

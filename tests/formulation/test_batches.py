@@ -32,7 +32,7 @@ UR5 = {
 EVERYTHING = {
     "objectives": [
         *("time", "acceleration", "jerk", "square_acceleration", "square_jerk", "energy", "square_power"),
-        *("square_effort", "square_effort_rate", "joint_travel", "tool_path"),
+        *("square_effort", "square_effort_rate", "joint_travel", "tool_path", "payload_condition"),
         *("peak_acceleration", "peak_jerk", "peak_effort_rate"),
     ],
     "constraints": ["position", "velocity", "acceleration", "jerk", "effort", "mean_velocity"],

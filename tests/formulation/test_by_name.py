@@ -13,7 +13,8 @@ from trajevo.formulation.objectives import NAMED_OBJECTIVES, OBJECTIVES, Objecti
 from trajevo.problems import ViaPointProblem
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 
-NAMES = [name for name, objective in OBJECTIVES.items() if "payload variable" not in objective.needs]
+#: Of a robot without drives and a payload that is given.
+NAMES = [name for name, objective in OBJECTIVES.items() if not {"payload variable", "drives"} & set(objective.needs)]
 
 
 @pytest.fixture(scope="module")

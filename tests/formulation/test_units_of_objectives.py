@@ -15,6 +15,7 @@ SHOWN = {
     "square_acceleration": ("rad²/s³", "m²/s³", "(rad or m)²/s³"),
     "square_jerk": ("rad²/s⁵", "m²/s⁵", "(rad or m)²/s⁵"),
     "energy": ("J", "J", "J"),
+    "electrical_energy": ("J", "J", "J"),
     "square_power": ("W²·s", "W²·s", "W²·s"),
     "square_effort": ("(N·m)²·s", "N²·s", "(N·m or N)²·s"),
     "square_effort_rate": ("(N·m)²/s", "N²/s", "(N·m or N)²/s"),

@@ -26,6 +26,7 @@ COUNTS = {
     "Figure 10": (0, 0),
     "Figure 11": (2, 2),
     "Figure 12": (0, 0),
+    "Figure 15": (4, 4),
 }
 
 

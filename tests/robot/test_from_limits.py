@@ -293,6 +293,7 @@ def test_what_needs_no_body_is_exported(run, name):
 
 WITH_BODY = {
     "energy",
+    "electrical_energy",
     "square_power",
     "square_effort",
     "square_effort_rate",

@@ -28,6 +28,11 @@ _TO_SI: dict[str, tuple[float, str]] = {
     "kg*cm^2": (1e-4, "kg*m^2"),
     "g*cm^2": (1e-7, "kg*m^2"),
     "A": (1.0, "A"),
+    "V": (1.0, "V"),
+    "W": (1.0, "W"),
+    "kW": (1e3, "W"),
+    "F": (1.0, "F"),
+    "uF": (1e-6, "F"),
     "N*m/A": (1.0, "N*m/A"),
     "ohm": (1.0, "ohm"),
     "K": (1.0, "K"),
@@ -46,7 +51,7 @@ _TO_SI: dict[str, tuple[float, str]] = {
 
 #: Other ways to write units, among them those in which units are printed.
 _WRITTEN = {"°": "deg", "²": "^2", "³": "^3", "·": "*", "**": "^", "degrees": "deg", "degree": "deg", "radians": "rad"}
-_WHOLE = {"Nm": "N*m", "N m": "N*m", "min^-1": "rpm", "rev/min": "rpm"}
+_WHOLE = {"µF": "uF", "Nm": "N*m", "N m": "N*m", "min^-1": "rpm", "rev/min": "rpm"}
 
 ANGLE_UNITS = ("rad", "deg")
 LENGTH_UNITS = ("m", "mm")

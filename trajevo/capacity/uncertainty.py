@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -58,18 +58,24 @@ class UncertaintyPrice:
 
 
 def robust_problem(
-    problem: TrajectoryProblem, *, mass: Sequence[float], com: Sequence[Sequence[float]]
+    problem: TrajectoryProblem,
+    *,
+    mass: Sequence[float],
+    com: Sequence[Sequence[float]],
+    payload: Payload | None = None,
 ) -> TrajectoryProblem:
     """The same problem with effort limits that hold for every payload in given intervals.
 
-    The problem's payload gives the model and the inertia per kilogram, and objectives that depend on a payload use it.
-    The new problem is not a registered one, and its effort limits hold at samples, even if those of the given problem
-    are proven between them.
+    The payload gives the model and the inertia per kilogram, and objectives that depend on a payload use it. Intervals
+    of a payload that was identified come with it: ``robust_problem(problem, **found.intervals())``. The new problem is
+    not a registered one, and its effort limits hold at samples, even if those of the given problem are proven between
+    them.
 
     Args:
         problem: a problem with effort limits among its constraints.
         mass: least and greatest mass, shape (2,) [kg].
         com: least and greatest coordinates of the centre of mass in the tool frame, shape (2, 3) [m].
+        payload: the nominal payload; that of the problem if None.
 
     Raises:
         InvalidInputError: a problem without effort limits, with the payload's mass as a variable or with a payload
@@ -82,13 +88,14 @@ def robust_problem(
         raise InvalidInputError(
             f"problem: expected effort limits among its constraints, got {list(problem.constraint_names)}"
         )
+    dynamics = problem.dynamics if payload is None else replace(problem.dynamics, payload=payload)
     constraints = tuple(
-        constraint if share is None else robust_effort_limits(problem.dynamics, mass=mass, com=com, margin=1.0 - share)
+        constraint if share is None else robust_effort_limits(dynamics, mass=mass, com=com, margin=1.0 - share)
         for share, constraint in zip(shares, problem.constraints, strict=True)
     )
     corner = problem.reference_point
     return TrajectoryProblem(
-        dynamics=problem.dynamics,
+        dynamics=dynamics,
         interpolant=problem.interpolant,
         objectives=problem.objectives,
         constraints=constraints,

@@ -107,6 +107,13 @@ def picture_formats(incomplete: str) -> list[str]:
     return _begun(FORMATS, incomplete)
 
 
+def controllers(incomplete: str) -> list[str]:
+    """Controllers of motions in closed loop."""
+    from trajevo.verification.twin.settings import CONTROLLERS
+
+    return _begun(CONTROLLERS, incomplete)
+
+
 def interpolants(incomplete: str) -> list[str]:
     """Interpolants."""
     from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS

@@ -122,10 +122,20 @@ COMMANDS = {
         "diagram",
         "Show and draw the largest payload of a motion by the offset of its centre of mass from the tool.",
     ),
+    "payload-sheet": _Home(
+        "sheet.command",
+        "payload_sheet_of",
+        "Write the sheet of what a motion carries, to check and sign, and its JSON; exit code 1 unless within limits.",
+    ),
     "payload-time": _Home(
         "payload",
         "payload_time",
         "Optimise the motion again for each payload: show and draw the least times and the largest payload.",
+    ),
+    "simulate": _Home(
+        "twin.simulate",
+        "simulate",
+        "Play a motion, or the front, in closed loop in MuJoCo: errors, efforts, settling, and what stays undominated.",
     ),
     "reproduce": _Home(
         "reproduce",

@@ -52,10 +52,15 @@ VerboseOption = Annotated[bool, typer.Option("--verbose", help="All settings too
 SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE = "slowdown.png", "payload_diagram.png", "payload_time.png"
 EXCHANGE_PICTURE = "exchange_rates.png"
 
+#: The sheet that ``payload-sheet`` writes beside a front, and its JSON.
+SHEET_FILE, SHEET_DATA = "payload_sheet.html", "payload_sheet.json"
+
 
 #: Suffix of the stem of the picture with the price of uncertainty.
 PRICE_SUFFIX = "_uncertainty"
 PICTURES = (SLOWDOWN_PICTURE, DIAGRAM_PICTURE, CURVE_PICTURE, CURVE_PICTURE.replace(".", f"{PRICE_SUFFIX}."))
+#: Pictures of closed loops, of one motion and of a front.
+CLOSED_LOOP_PICTURE, ACHIEVED_PICTURE = "closed_loop.png", "achieved_front.png"
 
 SolutionOption = Annotated[
     str,
@@ -221,9 +226,10 @@ def write_report_of(
 
 
 def clear_stale(folder: Path) -> None:
-    """Remove an earlier run's files beside the new front: report, analyses, pictures, exported solutions; no others."""
+    """Remove an earlier run's files beside the new front: report, analyses, pictures, sheet, exported solutions."""
     pictures = (no_link(folder / PLOTS_FOLDER) / f"{stem}.{ending}" for stem in FIGURES for ending in FORMATS)
-    told = (folder / name for name in PICTURES)
+    drawn = (*PICTURES, CLOSED_LOOP_PICTURE, ACHIEVED_PICTURE)
+    told = (folder / name for name in (*drawn, SHEET_FILE, SHEET_DATA))
     exported = (file for file in folder.glob("*.*") if is_exported(file))
     for file in (folder / REPORT_FILE, analyses_of(folder), *pictures, *told, *exported):
         removed(file)

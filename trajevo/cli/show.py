@@ -205,10 +205,20 @@ def capacity(
         bool, typer.Option("--iterative", help="Use the paper's iteration, not the closed form.")
     ] = False,
     step: Annotated[float, typer.Option(help="Payload added in each iteration [kg].")] = 0.05,
+    dwell: Annotated[float, typer.Option(help="Time at rest after each motion, for drives [s].")] = 0.0,
+    cycles: Annotated[
+        int | None, typer.Option(help="How often the motion is made from cold on, for drives; for ever if not given.")
+    ] = None,
     problem: ProblemOption = None,
 ) -> None:
     """Show the largest payload of a motion, which actuator limits it and when."""
     chosen = front_of(run, problem).pick(solution)
+    robot, by_drives = chosen.rollout.robot, None
+    if robot.drives:
+        by_drives = drive_capacity(chosen, dwell=dwell, cycles=cycles)
+    elif dwell or cycles is not None:
+        option = "--dwell" if dwell else "--cycles"
+        raise InvalidInputError(f"{option}: expected a robot with drives, {robot.name!r} has none")
     found = dlcc_iterative(chosen, step=step) if iterative else dlcc(chosen)
     _out.print(f"{chosen.rule} (row {chosen.index}), time {chosen.F.get('time', float('nan')):.4f} s")
     _out.print(f"capacity: {found}")
@@ -216,8 +226,8 @@ def capacity(
     if schedule is not None:
         _out.print(f"this is the mass of payload {schedule.varied}, where it is carried; carried: {schedule}")
     print_mass_notes(_out, chosen.front.problem.robot)
-    if chosen.rollout.robot.drives:
-        _out.print(f"by its drives: {drive_capacity(chosen)}")
+    if by_drives is not None:
+        _out.print(f"by its drives: {by_drives}")
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")
     table = Listing("joint", "alone it could carry [kg]", "effort limit left [%]")

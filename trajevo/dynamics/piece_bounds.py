@@ -167,6 +167,15 @@ class PieceBounds:
         """Efforts alone, Q = n_joints."""
         return self._joints(pieces, motion_bounds(pieces.states, self.degree), powers=False)
 
+    def smooth_efforts(self, pieces: Pieces, reach: Bounds) -> tuple[Array, Array]:
+        """Efforts without dry friction at the nodes (K, N, n_joints), and bounds on ellipses, (K, ellipses, n_joints).
+
+        Args:
+            pieces: the pieces.
+            reach: bounds of their motions, see :func:`motion_bounds`.
+        """
+        return self._smooth_effort(pieces, *np.split(pieces.states, 3, axis=-1)), self._effort_reach(pieces, reach)
+
     def tool_speed(self, pieces: Pieces) -> Over:
         """The tool's speed alone, Q = 1."""
         return self._tool(pieces, motion_bounds(pieces.states, self.degree))

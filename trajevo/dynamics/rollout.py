@@ -22,9 +22,14 @@ from trajevo.trajectory.batch import TrajectoryBatch
 _LEFT_OUT = 5e-5
 #: Share of a joint's greatest effort that the last terms may be, for peaks of efforts.
 _OF_PEAK = 1e-4
+#: The same for squares over a cycle that repeats, which certificates tell to a millionth.
+_OF_HEAT = 1e-7
 #: Share of an integral of squares, of a segment's or of the average one, that the integral of the squared last terms
 #: may be: what is left out is seldom five times as much.
 _OF_SQUARES = 1e-5
+#: Share of a joint's greatest effort that the last terms may be, for what its drive draws: integrals are then right to
+#: a millionth.
+_OF_DRIVES = 3e-5
 #: Share of the last terms of efforts' polynomials, times the travel, that the polynomials leave out of the work.
 _OF_LAST_TERMS = 0.05
 
@@ -234,6 +239,16 @@ class Rollout:
     def resolved_for_peaks(self) -> tuple[Resolved, ...]:
         """The same at as many nodes as the efforts themselves need, also where a joint hardly moves."""
         return self._resolved_to(_OF_PEAK)
+
+    @cached_property
+    def resolved_for_heat(self) -> tuple[Resolved, ...]:
+        """The same at as many nodes as squares of motors' torques need over a cycle."""
+        return self._resolved_to(_OF_HEAT)
+
+    @cached_property
+    def resolved_for_drives(self) -> tuple[Resolved, ...]:
+        """The same at as many nodes as the power of drives needs."""
+        return self._resolved_to(_OF_DRIVES)
 
     @cached_property
     def resolved_for_square_power(self) -> tuple[Resolved, ...]:

@@ -14,6 +14,9 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.base.plugins import Registry, first_line, plain_name
 from trajevo.base.shown.brief import brief
+from trajevo.dynamics.drives.electrical import check_drives, electrical_energy
+from trajevo.dynamics.drives.heat import Duty
+from trajevo.dynamics.drives.over_cycles import OF_DRIVES, at_duty, check_known
 from trajevo.dynamics.integrals.efforts import (
     greatest_effort_rates,
     greatest_efforts,
@@ -23,13 +26,16 @@ from trajevo.dynamics.integrals.efforts import (
     mechanical_energy,
 )
 from trajevo.dynamics.integrals.travel import joint_travel, tool_path_length
+from trajevo.dynamics.payload_regressor.excitation import payload_condition
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot, position_unit
 
-#: What an objective can need: the place of the tool, the masses of all links, a limit of some joint's effort, the
-#: payload's mass as a decision variable, or accelerations that do not jump.
-Need = Literal["tool", "masses", "effort limits", "payload variable", "continuous accelerations"]
+#: What an objective can need: the place of the tool, the masses of all links, the drives of all joints, a limit of some
+#: joint's effort, the payload's mass as a decision variable, accelerations that do not jump, or what some drives tell.
+Need = Literal[
+    "tool", "masses", "drives", "effort limits", "payload variable", "continuous accelerations", "known drives"
+]
 
 #: Name of the objective that makes the payload's mass a variable.
 UNUSED_PAYLOAD = "unused_payload"
@@ -210,6 +216,14 @@ OBJECTIVES: dict[str, Objective] = {
             help="∫ Σ over joints of |effort x velocity| dt",
         ),
         Objective(
+            "electrical_energy",
+            "J",
+            _BY_NAME,
+            electrical_energy,
+            needs=("masses", "drives"),
+            help="what drives draw from the mains, with losses, recuperation and standby",
+        ),
+        Objective(
             "square_power",
             "W^2*s",
             _BY_NAME,
@@ -264,6 +278,10 @@ OBJECTIVES: dict[str, Objective] = {
             needs=("masses", "continuous accelerations"),
             help="greatest d effort / dt of any joint",
         ),
+        *(
+            Objective(name, unit, _BY_NAME, function, needs=("masses", "known drives"), help=told)
+            for name, unit, function, told in OF_DRIVES
+        ),
         Objective("joint_travel", "{joint}", _BY_NAME, joint_travel, help="Σ over joints of ∫ |velocity| dt"),
         Objective(
             "tool_path",
@@ -272,6 +290,14 @@ OBJECTIVES: dict[str, Objective] = {
             tool_path_length,
             needs=("tool",),
             help="∫ |velocity of the tool's origin| dt",
+        ),
+        Objective(
+            "payload_condition",
+            "1",
+            _BY_NAME,
+            payload_condition,
+            needs=("tool",),
+            help="condition number with which the motion shows a payload's ten parameters",
         ),
         # Minus the mass: a problem replaces it by the objective of its PayloadVariable, which has the greatest mass.
         Objective(
@@ -311,7 +337,12 @@ NAMED_OBJECTIVES: Registry[Objective] = Registry(
 
 
 def objectives_of(
-    names: Sequence[str], robot: Robot, *, reference: str | None = None, payload: Objective | None = None
+    names: Sequence[str],
+    robot: Robot,
+    *,
+    reference: str | None = None,
+    payload: Objective | None = None,
+    duty: Duty | None = None,
 ) -> tuple[Objective, ...]:
     """Objectives by name: those of :data:`OBJECTIVES` and of the entry-point group ``trajevo.objectives``.
 
@@ -320,6 +351,7 @@ def objectives_of(
         robot: the robot, which gives the units.
         reference: reference that replaces those of the objectives; they keep their own if None.
         payload: the objective ``unused_payload`` if the payload's mass is a variable, else None.
+        duty: how often the motion is made, for what drives bear over cycles; for ever without rest if None.
 
     Raises:
         UnknownNameError: no such objective.
@@ -332,6 +364,7 @@ def objectives_of(
         NAMED_OBJECTIVES if payload is None else replace(NAMED_OBJECTIVES, own=OBJECTIVES | {payload.name: payload})
     )
     found = [at_hand.find(name) for name in names]
+    found = [replace(objective, function=at_duty(objective.function, duty)) for objective in found]
     for objective in found:
         _check_needs(objective, robot, with_payload=payload is not None)
     return tuple(
@@ -363,8 +396,12 @@ def _check_needs(objective: Objective, robot: Robot, *, with_payload: bool) -> N
         robot.check_body(objective.name)
     if "masses" in objective.needs:
         robot.check_masses(objective.name)
+    if "drives" in objective.needs:
+        check_drives(robot, f"objectives: {objective.name}")
     if "effort limits" in objective.needs and not robot.limits.sides("effort").limited.any():
         raise InvalidInputError(f"objectives: {objective.name} needs effort limits, robot {robot.name!r} has none")
+    if "known drives" in objective.needs:
+        check_known(robot, objective.name)
     if "payload variable" in objective.needs and not with_payload:
         raise InvalidInputError(f"objectives: {objective.name} needs the payload's mass as a variable")
 

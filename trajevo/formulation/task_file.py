@@ -15,7 +15,7 @@ from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
 from trajevo.robot.loading.dh_keys import DhKeys
-from trajevo.robot.loading.drive_keys import DriveKeys
+from trajevo.robot.loading.drive_keys import DriveKeys, SupplyKeys
 from trajevo.robot.payload import LOAD_MODELS
 
 _Number = Annotated[float, pydantic.Strict()]
@@ -92,6 +92,7 @@ class _Robot(_Strict):
         None, description="Tools that can be mounted, of which `tool` names one."
     )
     drives: dict[str, DriveKeys] | None = pydantic.Field(None, description="Drives of joints, by their names.")
+    supply: SupplyKeys | None = pydantic.Field(None, description="Supply of all drives.")
 
 
 class _Limits(_Strict):

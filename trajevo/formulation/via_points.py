@@ -13,11 +13,13 @@ from trajevo.base.arrays import Array
 from trajevo.base.own.code import known_at, named, naming
 from trajevo.base.plain import plain_data
 from trajevo.base.units import if_degrees
+from trajevo.dynamics.drives.over_cycles import of_duty
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, known_names
 from trajevo.formulation.constraints import kinds
 from trajevo.formulation.constraints.clearance import load_clearances, notes_on_shapes
 from trajevo.formulation.constraints.constraint import Limited, LimitParameter
+from trajevo.formulation.constraints.drives.heat import CYCLES, DWELL, SHARED, duty_of
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
 from trajevo.formulation.moving_points import MovingPoints
 from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of, of_joints_alone
@@ -188,16 +190,18 @@ class ViaPointProblem(TrajectoryProblem):
         besides = next((key for key, value in other.items() if value), "")
         decoder = with_pace(decoder, via, named, pace, besides=besides)
         dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)
-        held = constraints_of(constraints, Limited(named, via, decoder), limits=limits, **parameters)
+        given = {"limits": limits, "shared": SHARED if of_duty(objectives) else (), **parameters}
+        held = constraints_of(constraints, Limited(named, via, decoder), **given)
         check_velocities(asked, named, via, on_limits, held)
         check_seam(cyclic, named, via, held)
         check_jumps(kind, objectives, held)
+        duty = duty_of(parameters.get(DWELL.name), parameters.get(CYCLES.name))
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
         reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,
-            objectives=objectives_of(objectives, named, payload=None if mass is None else mass.objective),
+            objectives=objectives_of(objectives, named, payload=None if mass is None else mass.objective, duty=duty),
             constraints=(
                 *held,
                 *reach,

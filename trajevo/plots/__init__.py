@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from trajevo.plots.along_path import fronts, parameter, path
     from trajevo.plots.chain import stick_figure
+    from trajevo.plots.drives.energy import electrical_power, energy_uses
     from trajevo.plots.effort import (
         capacity_margins,
         desired_path,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from trajevo.plots.pictures import draw_all, save_figure, save_pictures
     from trajevo.plots.rivals import plot_rivals
     from trajevo.plots.tradeoffs import exchange_rates, weight_map
+    from trajevo.plots.twin.closed_loop import achieved_front, closed_loop
 
 #: Modules of the pictures; a module is imported when one of its pictures is used.
 _NAMES = {
@@ -48,6 +50,7 @@ _NAMES = {
         "payload_front",
         "tracking_error",
     ),
+    "drives.energy": ("electrical_power", "energy_uses"),
     "payload": (
         "allowed_region",
         "payload_contours",
@@ -60,18 +63,23 @@ _NAMES = {
     "rivals": ("plot_rivals",),
     "paper": ("WIDTHS", "style"),
     "tradeoffs": ("exchange_rates", "weight_map"),
+    "twin.closed_loop": ("achieved_front", "closed_loop"),
     "pictures": ("draw_all", "save_figure", "save_pictures"),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "WIDTHS",
+    "achieved_front",
     "allowed_region",
     "capacity_margins",
+    "closed_loop",
     "desired_path",
     "dlcc_iteration",
     "draw_all",
     "effort_utilisation",
+    "electrical_power",
+    "energy_uses",
     "exchange_rates",
     "front",
     "front_3d",

@@ -26,6 +26,7 @@ DRIVE_UNITS: Mapping[str, tuple[str, str]] = {
     "rotor_inertia": ("kg*m^2", "kg*m^2"),
     "winding_resistance": ("ohm", "ohm"),
     "torque_constant": ("N*m/A", "N*m/A"),
+    "inverter_drop": ("V", "V"),
     "thermal_resistance": ("K/W", "K/W"),
     "thermal_time_constant": ("s", "s"),
     "greatest_rise": ("K", "K"),
@@ -34,8 +35,11 @@ DRIVE_UNITS: Mapping[str, tuple[str, str]] = {
 #: What the temperature of a winding follows from.
 _HEAT = ("gear_ratio", "winding_resistance", "torque_constant", "thermal_resistance", "thermal_time_constant")
 
+#: What the current of a motor and its loss follow from.
+_CURRENT = ("gear_ratio", "winding_resistance", "torque_constant")
+
 #: What may be 0.
-_FROM_ZERO = ("rotor_inertia", "efficiency_driven")
+_FROM_ZERO = ("rotor_inertia", "efficiency_driven", "inverter_drop")
 
 
 @final
@@ -60,6 +64,8 @@ class Drive:
             it becomes the armature of the joint, which must not be given elsewhere too.
         winding_resistance: resistance of the winding, with which the current of the torque constant heats it [ohm].
         torque_constant: torque of the motor per current [N·m/A].
+        inverter_drop: voltage that the inverter drops, which loses it times the magnitude of the current [V]; none if
+            None.
         thermal_resistance: from the winding to its surroundings [K/W].
         thermal_time_constant: in which the winding warms up [s].
         greatest_rise: greatest temperature of the winding above its surroundings [K].
@@ -79,6 +85,7 @@ class Drive:
     rotor_inertia: float | None = None
     winding_resistance: float | None = None
     torque_constant: float | None = None
+    inverter_drop: float | None = None
     thermal_resistance: float | None = None
     thermal_time_constant: float | None = None
     greatest_rise: float | None = None
@@ -125,6 +132,25 @@ class Drive:
     def lacking_for_heat(self) -> tuple[str, ...]:
         """What is not known, but needed for the temperature of the winding."""
         return tuple(name for name in _HEAT if getattr(self, name) is None)
+
+    @property
+    def lacking_for_current(self) -> tuple[str, ...]:
+        """What is not known, but needed for the current of the motor and the power that it draws."""
+        return tuple(name for name in _CURRENT if getattr(self, name) is None)
+
+    @property
+    def current_losses(self) -> tuple[float, float]:
+        """What the motor loses: per square of its torque times the gear ratio in the winding, [W/(N·m)² or W/N²], and
+        per magnitude of it in the inverter, [W/(N·m) or W/N].
+
+        Raises:
+            InvalidInputError: something of the drive that it needs is not known.
+        """
+        ratio, ohm, constant = (getattr(self, name) for name in _CURRENT)
+        if ratio is None or ohm is None or constant is None:
+            raise InvalidInputError(f"drive: expected {', '.join(self.lacking_for_current)} for a current, got none")
+        per_ampere = ratio * constant
+        return float(ohm / per_ampere**2), float((self.inverter_drop or 0.0) / per_ampere)
 
     @property
     def rise_per_square(self) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -17,6 +17,24 @@ from trajevo.base.arrays import Array, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Transmission
+
+
+class ToolMotion(NamedTuple):
+    """How the tool moves, along its own axes.
+
+    Attributes:
+        rotation: from the tool's frame to the base frame, shape (..., 3, 3).
+        acceleration: of the tool's origin, without gravity, shape (..., 3) [m/s²].
+        angular_velocity: shape (..., 3) [rad/s].
+        angular_acceleration: shape (..., 3) [rad/s²].
+        jacobian: twist of the tool per joint velocity, linear rows first, shape (..., 6, n_joints).
+    """
+
+    rotation: Array
+    acceleration: Array
+    angular_velocity: Array
+    angular_acceleration: Array
+    jacobian: Array
 
 
 @final
@@ -156,6 +174,44 @@ class ToolKinematics:
         position, _, origins, axes = self._walk(positions)
         twist: Array = (self._geometric(position, origins, axes) @ moved[..., None])[..., 0]
         return twist
+
+    def motion(self, q: Array, v: Array, a: Array) -> ToolMotion:
+        """Velocity and acceleration of the tool, and its Jacobian, all along the tool's own axes.
+
+        Args:
+            q: joint positions, shape (..., n_joints) [rad or m]; complex ones stay complex, as do the others.
+            v: joint velocities, the same shape [rad/s or m/s].
+            a: joint accelerations, the same shape [rad/s² or m/s²].
+
+        Raises:
+            InvalidInputError: another number of joints.
+        """
+        states = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
+        kind = np.result_type(*states)
+        q, v, a = (state.astype(kind) for state in states)
+        speed, gain = (moved[..., list(self.chain)] for moved in self.transmission.motion(q, v, a)[1:])
+        place, rotation, origins, axes = self._walk(q)
+        at = turning = rate = acceleration = np.zeros_like(place)
+
+        def reached(there: Array) -> Array:
+            moved: Array = acceleration + crossed(rate, there - at) + crossed(turning, crossed(turning, there - at))
+            return moved
+
+        for k, axis in enumerate(axes):
+            along, more = axis * speed[..., k, None], axis * gain[..., k, None]
+            # A sliding joint's point that lies at the tool now carries on; the way to it is that of the link before.
+            there = origins[k] if self.turns[k] else place
+            acceleration, at = reached(there), there
+            if self.turns[k]:
+                rate, turning = rate + more + crossed(turning, along), turning + along
+            else:
+                acceleration = acceleration + more + 2.0 * crossed(turning, along)
+        acceleration = reached(place)
+        back = np.swapaxes(rotation, -1, -2)
+        own = [(back @ one[..., None])[..., 0] for one in (acceleration, turning, rate)]
+        jacobian = self.pose_and_jacobian(q)[2]
+        halves = back @ jacobian[..., :3, :], back @ jacobian[..., 3:, :]
+        return ToolMotion(rotation, own[0], own[1], own[2], np.concatenate(halves, axis=-2))
 
     def _checked(self, q: Array, name: str) -> Array:
         array = np.asarray(q, dtype=np.complex128 if np.iscomplexobj(q) else np.float64)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, final
 
@@ -142,6 +143,14 @@ def carrying(robot: Robot, payload: Payload) -> Any:
     model = robot.model.copy()
     frame = model.frames[model.getFrameId(robot.tool)]
     model.appendBodyToJoint(frame.parentJoint, _body(payload), frame.placement)
+    return model
+
+
+def with_loads(robot: Robot, loads: Mapping[str, Payload]) -> Any:
+    """A copy of a robot's model with a rigid load on the links that some joints move, placed in the joints' frames."""
+    model = robot.model.copy()
+    for joint, payload in loads.items():
+        model.appendBodyToJoint(model.getJointId(joint), _body(payload), pin.SE3.Identity())
     return model
 
 

@@ -34,6 +34,7 @@ from trajevo.robot.loading.arguments import load_settings, package_folders, plai
 from trajevo.robot.loading.chain import TOOL
 from trajevo.robot.loading.constructors import WithoutUrdf, Written, written_robot_of
 from trajevo.robot.loading.drives import plain_drives, robot_drives, with_rotors
+from trajevo.robot.loading.supply import Supply, plain_supply, supply_of
 from trajevo.robot.masses import massless, moving_bodies, moving_mass, placeholders
 from trajevo.robot.transmission import Direct, Transmission
 from trajevo.robot.urdf.file import read_urdf
@@ -77,6 +78,7 @@ class Robot(WithoutUrdf):
         file_notes: what its file says and efforts leave out, one clause each.
         has_body: whether it is more than joints and limits.
         drives: drives of joints by their names, of those that have one.
+        supply: what feeds them.
     """
 
     name: str
@@ -102,6 +104,7 @@ class Robot(WithoutUrdf):
     file_notes: tuple[str, ...] = ()
     has_body: bool = True
     drives: Mapping[str, Drive] = field(default_factory=dict)
+    supply: Supply = field(default_factory=Supply)
 
     __repr__ = brief
 
@@ -121,12 +124,14 @@ class Robot(WithoutUrdf):
         names = tuple(model.names[1:])
         limits = given_limits(given.limits, names, units, ())
         mass = f", {moving_mass(model):.4g} kg" if given.has_body else ""
+        drives = robot_drives(given.drives, {}, names, units)
+        still = Friction(**{name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")})
         return cls(
             name=given.name,
             model=model,
             transmission=Direct(),
             limits=JointLimits(**limits_or_none(names, units, limits, where)),
-            friction=Friction(**{name: np.zeros(len(names)) for name in ("viscous", "coulomb", "armature")}),
+            friction=with_rotors(still, drives, names),
             joint_names=names,
             joint_units=units,
             tool=TOOL,
@@ -137,6 +142,7 @@ class Robot(WithoutUrdf):
             allow_massless=given.allow_massless,
             written=text,
             has_body=given.has_body,
+            drives=drives,
         )
 
     def __str__(self) -> str:
@@ -287,6 +293,7 @@ def load_robot(
     tools: Sequence[Mapping[str, Any]] | None = None,
     urdf: str | None = None,
     drives: Mapping[str, Any] | None = None,
+    supply: Supply | Mapping[str, Any] | None = None,
 ) -> Robot:
     """Load a robot by name, from a folder, or from a URDF, xacro or MJCF file.
 
@@ -327,6 +334,8 @@ def load_robot(
         urdf: the text of a URDF, in place of a file; ``name`` is then what the robot is called.
         drives: drives that complete or replace those of ``robot.toml``, a mapping from joints to a
             :class:`~trajevo.robot.drive.Drive` or to a mapping from its attributes to numbers [SI] or text with a unit.
+        supply: supply of all drives that completes or replaces that of ``robot.toml``, a mapping as for drives, or a
+            :class:`~trajevo.robot.loading.supply.Supply`.
 
     Returns:
         The robot, with limits in SI. If there is a ``robot.toml``, its limits replace those of the file. Otherwise
@@ -397,6 +406,7 @@ def load_robot(
             base=base,
             tools=tools,
             drives=plain_drives(drives),
+            supply=plain_supply(supply),
         ),
         allow_massless=masses_meant(allow_massless, file, model, found),
         friction_used=rubbing.used,
@@ -405,6 +415,7 @@ def load_robot(
         file_kind=found.kind,
         file_notes=found.notes,
         drives=motors,
+        supply=supply_of(supply, None if file is None else file.supply),
     )
 
 

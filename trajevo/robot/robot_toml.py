@@ -18,7 +18,7 @@ from trajevo.base.units import per_time, si_unit, to_si
 from trajevo.errors import InvalidInputError, TrajevoError, UnknownNameError, known_names
 from trajevo.robot.loading.dh import DhTable
 from trajevo.robot.loading.dh_keys import DhKeys
-from trajevo.robot.loading.drive_keys import SourcedDriveKeys
+from trajevo.robot.loading.drive_keys import SourcedDriveKeys, SourcedSupplyKeys
 from trajevo.robot.loading.drives import drive_values
 from trajevo.robot.transmission import CoupledScrews, Direct, Transmission
 
@@ -194,6 +194,7 @@ class RobotSettings(_Strict):
     )
     joints: dict[str, _Joint] = pydantic.Field(description="Limits and friction of each joint, by its name.")
     drives: dict[str, SourcedDriveKeys] = pydantic.Field({}, description="Drives of joints, by their names.")
+    supply: SourcedSupplyKeys | None = pydantic.Field(None, description="Supply of all drives.")
 
     @pydantic.field_validator("urdf")
     @classmethod
@@ -346,6 +347,11 @@ class RobotFile:
             at = partial(self._at, "drives", name)
             found[name] = drive_values(given.arguments, units[names.index(name)], at)
         return found
+
+    @property
+    def supply(self) -> dict[str, Any] | None:
+        """What is told of the supply of all drives, as written."""
+        return None if self.settings.supply is None else self.settings.supply.arguments
 
     def friction(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Array]:
         """Columns of Friction, SI; NaN where nothing is declared."""

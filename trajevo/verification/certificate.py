@@ -26,7 +26,9 @@ class Proof:
 
     Attributes:
         quantity: ``"position"``, ``"velocity"``, ``"acceleration"``, ``"jerk"``, ``"effort"``, ``"power"``,
-            ``"tool speed"``, ``"via error"``, or the name of a column of a constraint, as ``"clearance to obstacles"``.
+            ``"tool speed"``, ``"via error"``, ``"torque at speed"`` (1 plus what a motor is asked for less what it can
+            give at its speed, over its greatest torque), or the name of a column of a constraint, as ``"clearance to
+            obstacles"``.
         joint: the joint, or None for the tool or the motion as a whole.
         unit: SI unit of the values; ``"1"`` for a share of a limit.
         limit: the limit that is kept [``unit``], inf if there is none; for a position the end of its range that is used
@@ -134,8 +136,8 @@ class Uncovered:
     Attributes:
         name: name of the constraint's column, or of what is not covered.
         reason: why nothing is proven, a clause.
-        share: greatest share of the limit at the samples, 1 if it is reached; NaN if there are none.
-        samples: number of samples, 0 if there are none.
+        share: greatest share of the limit that was found, 1 if it is reached; NaN if none was looked for.
+        samples: number of samples, 0 if it was not found at samples.
     """
 
     name: str
@@ -145,11 +147,17 @@ class Uncovered:
 
     @property
     def violated(self) -> bool:
-        """Whether the samples exceed the limit."""
-        return self.samples > 0 and not self.share <= 1.0 + WITHIN
+        """Whether what was found exceeds the limit."""
+        return self.looked_for and not self.share <= 1.0 + WITHIN
+
+    @property
+    def looked_for(self) -> bool:
+        """Whether a share of the limit was looked for at all."""
+        return self.samples > 0 or not np.isnan(self.share)
 
     def __str__(self) -> str:
-        found = f"; {100.0 * self.share:.3f} % of its limit at {self.samples} samples" if self.samples else ""
+        found = f"; {100.0 * self.share:.3f} % of its limit" if self.looked_for else ""
+        found += f" at {self.samples} samples" if self.samples else ""
         return f"{self.name} ({self.reason}{found})"
 
 
@@ -160,8 +168,8 @@ class Certificate:
 
     Attributes:
         motion: name of the motion.
-        tolerance: gap that was asked for between bounds and exhibited values of effort, power and tool speed, as a
-            share of the limit.
+        tolerance: gap that was asked for between bounds and exhibited values of effort, power, tool speed and torque
+            at speed, as a share of the limit.
         pieces: number of pieces into which the motion was cut.
         rows: a proof for every limited quantity of every joint, and for every constraint of the problem that can be
             proven; effort, power and tool speed even without a limit.
@@ -238,7 +246,7 @@ class Certificate:
             {
                 "name": one.name,
                 "reason": one.reason,
-                "share": one.share if one.samples else None,
+                "share": one.share if one.looked_for else None,
                 "samples": one.samples,
             }
             for one in self.uncovered

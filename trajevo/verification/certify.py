@@ -2,8 +2,8 @@
 
 :func:`certify` makes a :class:`~trajevo.verification.certificate.Certificate` with one row per quantity and joint, and
 one for every other constraint of the problem. Positions, velocities, accelerations and jerks are bounded by the
-trajectory's extremes, effort, power and tool speed by :mod:`trajevo.dynamics.enclosure`, the other constraints in
-:mod:`trajevo.verification.constraint_proofs`.
+trajectory's extremes, effort, power and tool speed by :mod:`trajevo.dynamics.enclosure`, torques of drives in
+:mod:`trajevo.verification.drive_proofs`, the other constraints in :mod:`trajevo.verification.constraint_proofs`.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.front import Front, Solution
 from trajevo.verification.certificate import Certificate, Proof, Uncovered
 from trajevo.verification.constraint_proofs import constraint_proofs
+from trajevo.verification.drive_proofs import drive_proofs
 from trajevo.verification.kinematic_proofs import kinematic_proofs
 
 #: Least and greatest tolerance of a certificate.
@@ -34,13 +35,14 @@ def certify(
     """Prove bounds that a motion does not exceed at any instant, or show where it breaks a limit.
 
     The limits are those that the problem keeps, less its margins, and the robot's own where the problem keeps none.
+    So with drives: their peak torques and torque-speed lines have rows, whether the problem keeps them or not.
     Every constraint of the problem has a row, or is named as not covered. Of a rollout, whose problem is not known,
-    only the limits of the joints are checked.
+    only the limits of the joints and drives are checked.
 
     Args:
         motion: a solution, an optimum, or the rollout of one motion.
         tolerance: share of the limit, or of the greatest value if there is no limit, by which proven bounds of effort,
-            power and tool speed may lie above the exhibited values, 1e-7 to 0.1.
+            power, tool speed and torque at speed may lie above the exhibited values, 1e-7 to 0.1.
         tool_speed: limit of the speed of the tool's origin [m/s]; if None, that of the problem, if it has one.
         power: limit of the mechanical power of every joint [W], one number or one per joint; no limit if None.
 
@@ -97,10 +99,10 @@ def _certified(
 ) -> list[Certificate]:
     count, found = len(rollout.trajectory), []
     enclosure = enclose(_computable(rollout), limits, tolerance=float(tolerance))
-    kinematic = kinematic_proofs(rollout)
+    kinematic, drives = kinematic_proofs(rollout), drive_proofs(rollout, float(tolerance))
     own, uncovered = ([()] * count, [()] * count) if problem is None else constraint_proofs(problem, rollout)
     for k, name in enumerate(names):
-        rows = (*kinematic[k], *_dynamic_proofs(rollout, enclosure, k, limits), *own[k])
+        rows = (*kinematic[k], *_dynamic_proofs(rollout, enclosure, k, limits), *drives[k], *own[k])
         missing = (*_without_effort(rollout), *uncovered[k])
         notes = rollout.robot.mass_notes if rollout.robot.gives_effort else ()
         found.append(Certificate(name, float(tolerance), int(enclosure.pieces[k]), rows, missing, notes))

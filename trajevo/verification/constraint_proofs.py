@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.dynamics.drives.heat import RESOLVED
 from trajevo.dynamics.enclosure import enclose_height
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.clearance import ProvenClearance
 from trajevo.formulation.constraints.clearance_gradients import missing
 from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.drives.heat import OverCycles
 from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.constraints.tool import HEIGHT_SCALE
 from trajevo.formulation.problem import TrajectoryProblem
@@ -26,6 +28,9 @@ _DENSER = 20
 
 #: How far a proven height may lie below the least height found [m].
 _HEIGHT_TOLERANCE = 1e-3
+
+#: Quantities whose rows do not come from the problem's constraints.
+_ELSEWHERE = ("tool speed", "torque at speed")
 
 _Rows = list[list[Proof]]
 
@@ -43,8 +48,8 @@ def constraint_proofs(
         For each motion its proofs, and the constraints about which nothing is proven.
     """
     rows: _Rows = [[] for _ in range(len(rollout.trajectory))]
-    # Limits of joints and of the tool's speed have rows already.
-    left = [c for c in problem.constraints if c.names and not c.of_joints and c.quantity != "tool speed"]
+    # Limits of joints, of the tool's speed and of the torques of drives have rows already.
+    left = [c for c in problem.constraints if c.names and not c.of_joints and c.quantity not in _ELSEWHERE]
     for constraint in left:
         at_samples = constraint.at_samples.function
         if isinstance(constraint.function, ProvenClearance):
@@ -154,11 +159,18 @@ def _uncovered(constraints: Sequence[Constraint], rollout: Rollout) -> list[tupl
     found: list[list[Uncovered]] = [[] for _ in range(len(rollout.trajectory))]
     if not constraints:
         return [() for _ in found]
+    integrals = [c for c in constraints if isinstance(c.function, OverCycles)]
+    for constraint in integrals:
+        shares = (1.0 + np.asarray(constraint.function(rollout))).tolist()
+        reason = f"an integral over cycles, resolved to {RESOLVED:g}, not proven"
+        for each, values in zip(found, shares, strict=True):
+            each += [Uncovered(name, reason, share, 0) for name, share in zip(constraint.names, values, strict=True)]
+    constraints = [c for c in constraints if c not in integrals]
     dense = replace(rollout, dynamics=rollout.dynamics.sampled(rollout.dynamics.samples * _DENSER))
     count = dense.t.shape[1]
     for constraint in constraints:
-        shares: Array = 1.0 + np.asarray(constraint.function(dense))
-        for each, values in zip(found, shares.tolist(), strict=True):
+        at_samples: Array = 1.0 + np.asarray(constraint.function(dense))
+        for each, values in zip(found, at_samples.tolist(), strict=True):
             for name, share in zip(constraint.names, values, strict=True):
                 each.append(Uncovered(name, "checked at samples only", share, count))
     return [tuple(each) for each in found]

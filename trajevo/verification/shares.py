@@ -12,10 +12,15 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.constraints.clearance import ProvenClearance
 from trajevo.formulation.constraints.clearance_gradients import missing
 from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.constraints.drives.torque_at_speed import ProvenTorque
 from trajevo.front.front import Front, Solution
+from trajevo.verification.drive_proofs import torque_enclosed
 
 #: How far a shown share may lie above that of the greatest sample.
 _TOLERANCE = 0.001
+
+#: Functions of constraints that stop as soon as it is known that a limit is kept.
+_PROOFS = (ProvenClearance, ProvenTorque)
 
 
 def shares_used(solution: Solution) -> dict[str, float]:
@@ -50,7 +55,7 @@ def _shares(front: Front, rows: Sequence[int], moved: Callable[[], Rollout]) -> 
 
 def _coarse(constraint: Constraint) -> bool:
     """Whether the values of a constraint may be far above the truth."""
-    known = constraint.quantity in ("effort", "tool speed") or isinstance(constraint.function, ProvenClearance)
+    known = constraint.quantity in ("effort", "tool speed") or isinstance(constraint.function, _PROOFS)
     return known and constraint.proof == "pieces"
 
 
@@ -59,6 +64,8 @@ def _near(constraint: Constraint, rollout: Rollout) -> Array:
     if isinstance(constraint.function, ProvenClearance):
         found = constraint.function.closest(rollout.trajectory)
         return np.stack([missing(np.array(one.wanted), one.proven) for one in found], axis=1)
+    if isinstance(constraint.function, ProvenTorque):
+        return torque_enclosed(rollout, constraint.function.limits, _TOLERANCE)[0] - 1.0
     dof = rollout.robot.dof
     limits = np.full(2 * dof + 1, np.inf)
     if constraint.quantity == "tool speed":

@@ -65,23 +65,24 @@ def masses_at_instants(rollout: Rollout, states: MotorStates, bounds: Bounds) ->
     widest = np.diff(states.times).max()
     width = widest
     for _ in range(_ZOOMS):
-        for instants, greatest in ((time, True), (time_of_least, False)):
-            near = _around(rollout, instants, width)
-            low, high = (x.reshape(len(joints), _PARTS, -1)[joints, :, joints] for x in bounds(near))
-            grid = near.times.reshape(len(joints), _PARTS)
-            chosen = high.argmin(axis=1) if greatest else low.argmax(axis=1)
-            value, when = (high if greatest else low)[joints, chosen], grid[joints, chosen]
-            if greatest:
-                better = value < most
-                most, time = np.where(better, value, most), np.where(better, when, time)
-            else:
-                better = value > least
-                least, time_of_least = np.where(better, value, least), np.where(better, when, time_of_least)
+        near = _around(rollout, np.concatenate([time, time_of_least]), width)
+        # The first half of the instants is around those of the greatest masses, the second around those of the least.
+        low, high = (x.reshape(2, len(joints), _PARTS, -1) for x in bounds(near))
+        grid = near.times.reshape(2, len(joints), _PARTS)
+        upper, lower = high[0, joints, :, joints], low[1, joints, :, joints]
+        chosen = upper.argmin(axis=1)
+        better = upper[joints, chosen] < most
+        most, time = (np.where(better, new[joints, chosen], old) for new, old in ((upper, most), (grid[0], time)))
+        chosen = lower.argmax(axis=1)
+        better = lower[joints, chosen] > least
+        least, time_of_least = (
+            np.where(better, new[joints, chosen], old) for new, old in ((lower, least), (grid[1], time_of_least))
+        )
         width *= 4.0 / _PARTS
     return MassesOfJoints(least, most, np.where(most < np.inf, time, np.nan))
 
 
 def _around(rollout: Rollout, instants: Array, width: float) -> MotorStates:
-    """States at instants around some (n_joints,), n_joints x parts of them [s]."""
+    """States at instants around some (K,), K x parts of them [s]."""
     grid = instants[:, None] + width * np.linspace(-1.0, 1.0, _PARTS)
     return MotorStates.at(rollout, np.clip(grid, 0.0, rollout.trajectory.duration[0]).reshape(-1))

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple, final
 
 import numpy as np
 
-from trajevo.base.arrays import Array
+from trajevo.base import polynomials
+from trajevo.base.arrays import Array, frozen
 from trajevo.base.shown.brief import brief
 from trajevo.dynamics.drives.cycle import LOOKED_AT, NODES, ZOOM, ZOOMS, Cycle, around, legendre
 
@@ -21,13 +23,16 @@ from trajevo.dynamics.drives.cycle import LOOKED_AT, NODES, ZOOM, ZOOMS, Cycle, 
 _SHARES = np.linspace(0.0, 1.0, 65)
 _SEEN = np.polynomial.legendre.legvander(2.0 * _SHARES - 1.0, NODES - 1).T
 
-#: How often pieces are split where the load changes its direction at the mass found, and steps to such an instant.
-_ROUNDS, _STEPS = 6, 6
+#: How often pieces are split where the load changes its direction at the mass found.
+_ROUNDS = 6
+
+#: How far from the mass that was found first it is sought again, as a share of it.
+_WINDOW = 0.02
 
 #: Relative change of the mass that ends the splitting.
 _SETTLED = 1e-12
 
-#: The response to values (K, P, N) and those at rest (K,) at instants, (K, Q).
+#: The response to values (3, K, P, N) and those at rest (3, K) at instants, (3, K, Q).
 _Respond = Callable[[Cycle, Array, Array], Array]
 
 
@@ -73,7 +78,7 @@ class JointCycle:
         """The masses with which the average square stays within a limit [(N·m)² or N²]."""
 
         def average(cycle: Cycle, values: Array, held: Array) -> Array:
-            return cycle.mean(values, held)[:, None]
+            return cycle.mean(values, held)[..., None]
 
         return self._settled(average, most)._replace(time=np.nan)
 
@@ -108,12 +113,11 @@ class JointCycle:
         coefficients = load @ legendre(NODES)[2].T
         seen = coefficients @ _SEEN
         piece, before = np.nonzero(seen[:, :-1] * seen[:, 1:] < 0.0)
-        ends = np.stack([_SHARES[before], _SHARES[before + 1]])
-        shares = _zeros(coefficients[piece], ends, np.stack([seen[piece, before], seen[piece, before + 1]]))
+        shares = _zeros(coefficients[piece], before)
         instants = self.cycle.ends[piece] + shares * self.cycle.durations[piece]
         finer = self.cycle.split(instants)
         owner = np.clip(np.searchsorted(self.cycle.ends, finer.ends[:-1], side="right") - 1, 0, len(self.way) - 1)
-        rotor, load, each = (self.cycle.onto(x, finer) for x in (self.rotor, self.load, self.per_kilogram))
+        rotor, load, each = self.cycle.onto(np.stack([self.rotor, self.load, self.per_kilogram]), finer)
         return JointCycle(finer, rotor, load, each, self.way[owner], self.held, self.efficiencies)
 
     def _settled(self, respond: _Respond, most: float) -> MassesOfJoint:
@@ -124,16 +128,27 @@ class JointCycle:
             fine = self
             for mass in ends:
                 fine = fine.split_at(mass)
-            before, found = found, fine._masses(respond, most)
+            before, found = found, fine._near(respond, most, found)
             if np.allclose(found[:2], before[:2], rtol=_SETTLED, atol=0.0):
                 break
         return found
 
-    def _masses(self, respond: _Respond, most: float) -> MassesOfJoint:
+    def _near(self, respond: _Respond, most: float, found: MassesOfJoint) -> MassesOfJoint:
+        """The masses once more, sought near those that were found first, if only the greatest is a root."""
+        if found.least == 0.0 and 0.0 < found.most < np.inf:
+            window = (1.0 - _WINDOW) * found.most, (1.0 + _WINDOW) * found.most
+            near = self._masses(respond, most, window)
+            if near.least == window[0] and near.most < window[1]:
+                return near._replace(least=0.0)
+        return self._masses(respond, most)
+
+    def _masses(self, respond: _Respond, most: float, window: tuple[float, float] = (0.0, np.inf)) -> MassesOfJoint:
         edges = self._edges()
-        inner = np.append(0.5 * (edges[1:-1] + edges[:-2]), edges[-2] + 1.0)
+        edges = np.concatenate([window[:1], edges[(edges > window[0]) & (edges < window[1])], window[1:]])
+        inner = 0.5 * (edges[1:] + edges[:-1])
+        inner[-1] = inner[-1] if np.isfinite(inner[-1]) else edges[-2] + 1.0
         squares, held = self._squares(self._factors(inner))
-        a, b, c = (respond(self.cycle, one, rest) for one, rest in zip(squares, held, strict=True))
+        a, b, c = respond(self.cycle, squares, held)
         low, high = within_square(a, b, c, most)
         binding = high.argmin(axis=1)
         least = np.maximum(low.max(axis=1), edges[:-1])
@@ -151,17 +166,14 @@ class JointCycle:
     def _hottest(self, found: MassesOfJoint, most: float, time_constant: float) -> MassesOfJoint:
         """The greatest mass once more, at the hottest instant itself instead of the nearest that was looked at."""
         squares, held = self._squares(self._factors(np.array([found.most])))
-        begins = [self.cycle.begins(one, rest, time_constant)[0][0] for one, rest in zip(squares, held, strict=True)]
+        begins = self.cycle.begins(squares, held, time_constant)[0][:, 0]
         mass, time = found.most, found.time
         for piece in self.cycle.pieces_at(time):
             share = (time - self.cycle.ends[piece]) / self.cycle.durations[piece]
             width = 1.0 / (LOOKED_AT - 1)
             for _ in range(ZOOMS):
                 shares = around(share, width)
-                a, b, c = (
-                    self.cycle.inside(piece, one[0, piece], begin[piece], time_constant, shares)
-                    for one, begin in zip(squares, begins, strict=True)
-                )
+                a, b, c = self.cycle.inside(piece, squares[:, 0, piece], begins[:, piece], time_constant, shares)
                 high = within_square(a, b, c, most)[1]
                 share, width = shares[high.argmin()], width / ZOOM
                 if high.min() < mass:
@@ -184,28 +196,36 @@ class JointCycle:
         factors: Array = np.where(way > 0.0, 1.0 / driving, np.where(self.way[:, None] == 0.0, 1.0, driven))
         return factors
 
-    def _squares(self, factors: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-        """Coefficients a, b and c of the square a + 2 b m + c m² at the nodes (K, P, N), and at rest (K,)."""
+    def _squares(self, factors: Array) -> tuple[Array, Array]:
+        """Coefficients a, b and c of the square a + 2 b m + c m² at the nodes (3, K, P, N), and at rest (3, K)."""
         own, each = self.rotor + factors * self.load, factors * self.per_kilogram
         (load, slope), many = self.held, np.ones(len(factors))
-        return (own**2, own * each, each**2), (load**2 * many, load * slope * many, slope**2 * many)
+        at_rest = np.stack([load**2 * many, load * slope * many, slope**2 * many])
+        return np.stack([own**2, own * each, each**2]), at_rest
 
 
-def _zeros(coefficients: Array, ends: Array, values: Array) -> Array:
-    """Shares at which polynomials (R, N) change their sign between ends (2, R), with values (2, R) there; shape (R,).
+def _zeros(coefficients: Array, between: Array) -> Array:
+    """Shares at which polynomials (R, N) change their sign between neighbours of :data:`_SHARES`, shape (R,).
 
-    By false position: over so little of a piece they are all but straight.
+    Over so little of a piece they are all but quintics, whose coefficients one product gives.
+
+    Args:
+        coefficients: Legendre coefficients.
+        between: numbers of the shares before the changes, shape (R,).
     """
-    (left, right), (before, after) = ends, values
-    share: Array = left
-    for _ in range(_STEPS):
-        share = (left * after - right * before) / (after - before)
-        basis = np.polynomial.legendre.legvander(2.0 * share - 1.0, NODES - 1)
-        here = (basis * coefficients).sum(axis=1)
-        same = here * before > 0.0
-        left, before = np.where(same, share, left), np.where(same, here, before)
-        right, after = np.where(same, right, share), np.where(same, after, here)
+    quintics = (_quintics()[between] @ coefficients[..., None])[..., 0].T
+    within = polynomials.crossing(quintics, np.zeros(len(between)), np.ones(len(between)))
+    share: Array = _SHARES[between] + within * (_SHARES[1] - _SHARES[0])
     return share
+
+
+@cache
+def _quintics() -> Array:
+    """Matrices from Legendre coefficients to those of quintics between neighbours of :data:`_SHARES`, (64, 6, N)."""
+    places = 0.5 * (1.0 - np.cos(np.pi * np.arange(6) / 5.0))
+    shares = _SHARES[:-1, None] + places * np.diff(_SHARES)[:, None]
+    powers = np.linalg.inv(places[:, None] ** np.arange(6))
+    return frozen(powers @ np.polynomial.legendre.legvander(2.0 * shares - 1.0, NODES - 1))
 
 
 def within_square(a: Array, b: Array, c: Array, most: float) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ found for u = 1, and for what u is made of; it is exact for polynomials through 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import final
 
 import numpy as np
@@ -46,7 +46,7 @@ class Cycle:
 
     __repr__ = brief
 
-    @property
+    @cached_property
     def durations(self) -> Array:
         """Durations of the pieces, shape (P,) [s]."""
         return frozen(np.diff(self.ends))
@@ -62,11 +62,11 @@ class Cycle:
         nodes: Array = self.ends[:-1, None] + self.durations[:, None] * legendre(NODES)[0]
         return nodes
 
-    @property
+    @cached_property
     def looked_at(self) -> Array:
         """Instants for which :meth:`response` is given, shape (P x M + 1,) [s]; the last is the end of the cycle."""
         within = self.ends[:-1, None] + self.durations[:, None] * _LOOKED_AT
-        return np.append(within.reshape(-1), self.ends[0] + self.total)
+        return frozen(np.append(within.reshape(-1), self.ends[0] + self.total))
 
     def mean(self, values: Array, held: Array) -> Array:
         """Average over a cycle, shape (...)."""
@@ -82,7 +82,7 @@ class Cycle:
         begins, end = self.begins(values, held, time_constant)
         durations, shares = self.durations / time_constant, _LOOKED_AT
         rows = values.reshape(-1, *values.shape[-2:])
-        added = (rows.swapaxes(0, 1) @ _after(durations, shares).swapaxes(1, 2)).swapaxes(0, 1)
+        added = (rows.swapaxes(0, 1) @ response_matrices(durations, shares, NODES).swapaxes(1, 2)).swapaxes(0, 1)
         within = added.reshape(*values.shape[:-1], -1) + begins[..., None] * np.exp(-durations[:, None] * shares)
         return np.concatenate([within.reshape(*within.shape[:-2], -1), end[..., None]], axis=-1)
 
@@ -109,7 +109,7 @@ class Cycle:
         """The response at the begin of every piece (..., P), and at the end of the cycle (...)."""
         shares = self.durations / time_constant
         from_cold = np.zeros((*values.shape[:-2], len(shares) + 1))
-        added = (values * _after(shares, _AT_END)[:, 0]).sum(axis=-1)
+        added = (values * response_matrices(shares, _AT_END, NODES)[:, 0]).sum(axis=-1)
         for k, left in enumerate(np.exp(-shares).tolist()):
             from_cold[..., k + 1] = left * from_cold[..., k] + added[..., k]
         rest = self.dwell / time_constant
@@ -122,7 +122,7 @@ class Cycle:
     def inside(self, piece: int, values: Array, begin: Array, time_constant: float, shares: Array) -> Array:
         """The response at shares (U,) of one piece, from values (..., N) at its nodes and that at its begin (...)."""
         duration = self.durations[piece] / time_constant
-        added = values @ _after(np.array([duration]), shares)[0].T
+        added = values @ response_matrices(np.array([duration]), shares, NODES)[0].T
         response: Array = added + begin[..., None] * np.exp(-duration * shares)
         return response
 
@@ -141,11 +141,16 @@ class Cycle:
         return Cycle(frozen(np.concatenate([ends[:1], ends[1:][~near]])), self.dwell, self.cycles)
 
     def onto(self, values: Array, other: Cycle) -> Array:
-        """Values of shape (P, N) at the nodes of finer pieces, by the polynomials of these pieces."""
+        """Values of shape (..., P, N) at the nodes of finer pieces, by the polynomials of these pieces."""
         owner = np.clip(np.searchsorted(self.ends, other.ends[:-1], side="right") - 1, 0, len(self.ends) - 2)
         shares = (other.nodes - self.ends[owner, None]) / self.durations[owner, None]
-        basis = np.polynomial.legendre.legvander(2.0 * shares - 1.0, NODES - 1) @ legendre(NODES)[2]
-        found: Array = (basis * values[owner][:, None, :]).sum(axis=-1)
+        found = values[..., owner, :]
+        # Most pieces are whole ones of these, whose nodes are the same.
+        cut = np.flatnonzero((self.ends[owner] != other.ends[:-1]) | (self.ends[owner + 1] != other.ends[1:]))
+        if len(cut):
+            terms = np.polynomial.legendre.legvander(2.0 * shares[cut] - 1.0, NODES - 1)
+            coefficients = found[..., cut, :] @ legendre(NODES)[2].T
+            found[..., cut, :] = (terms @ coefficients[..., None])[..., 0]
         return found
 
 
@@ -164,23 +169,24 @@ def legendre(count: int) -> tuple[Array, Array, Array]:
     return frozen(0.5 * (1.0 + places)), frozen(0.5 * weights), frozen(matrix)
 
 
-def _after(durations: Array, shares: Array) -> Array:
+def response_matrices(durations: Array, shares: Array, count: int) -> Array:
     """Matrices (P, U, N) from values at pieces' nodes to the response at shares of them, from 0 at their begins.
 
     Args:
         durations: durations of the pieces over the time constant, shape (P,).
         shares: shares from 0 to 1, shape (U,).
+        count: number of nodes, N.
     """
-    nodes = legendre(NODES)[0]
+    nodes = legendre(count)[0]
     grown = np.exp(durations[:, None, None] * (nodes - shares[:, None]))
-    matrices: Array = durations[:, None, None] * _integrals(tuple(shares.tolist())) * grown
+    matrices: Array = durations[:, None, None] * _integrals(tuple(shares.tolist()), count) * grown
     return matrices
 
 
 @lru_cache(maxsize=64)
-def _integrals(shares: tuple[float, ...]) -> Array:
+def _integrals(shares: tuple[float, ...], count: int) -> Array:
     """Matrix (U, N) from values at a piece's nodes to integrals from its begin to shares of it, over its duration."""
-    polynomials = np.polynomial.legendre.legvander(2.0 * np.array(shares) - 1.0, NODES)
-    between = (polynomials[:, 2:] - polynomials[:, :-2]) / (2.0 * np.arange(1, NODES) + 1.0)
+    polynomials = np.polynomial.legendre.legvander(2.0 * np.array(shares) - 1.0, count)
+    between = (polynomials[:, 2:] - polynomials[:, :-2]) / (2.0 * np.arange(1, count) + 1.0)
     integrals = np.concatenate([2.0 * np.array(shares)[:, None], between], axis=1)
-    return frozen(0.5 * integrals @ legendre(NODES)[2])
+    return frozen(0.5 * integrals @ legendre(count)[2])

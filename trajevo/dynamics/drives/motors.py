@@ -19,8 +19,8 @@ from trajevo.dynamics.payload_masses import NEGLIGIBLE
 from trajevo.dynamics.rollout import Rollout
 from trajevo.robot.drive import Drive
 
-#: Steps by which instants at which joints turn round are halved: a double holds no more.
-_HALVINGS = 60
+#: Steps of false position to instants at which joints turn round, between samples next to them.
+_STEPS = 12
 
 #: A drive of which nothing is known.
 UNKNOWN = Drive()
@@ -133,6 +133,12 @@ class Motors:
         """Peak torques [N·m or N], inf where not known."""
         return np.array([np.inf if drive.peak_torque is None else drive.peak_torque for drive in self.drives])
 
+    @property
+    def copper(self) -> Array:
+        """Heat of windings per square of the motors' torques [W/(N·m)² or W/N²], 0 where not known."""
+        known = [(drive.winding_resistance, drive.gear_ratio, drive.torque_constant) for drive in self.drives]
+        return np.array([r / (n * k) ** 2 if r and n and k else 0.0 for r, n, k in known])
+
     def through(self, load: Array, velocity: Array) -> Array:
         """Factor w from torques of the load to those of the motor, shapes (..., n_joints)."""
         driving = 1.0 / self.driving
@@ -179,10 +185,15 @@ def turning_points(states: MotorStates, rollout: Rollout) -> Array:
     """Instants of the first trajectory at which a joint turns round, between given states, shape (R,) [s]."""
     times, v = states.times, states.velocity
     before, joint = np.nonzero(v[:-1] * v[1:] < 0.0)
-    left, right = times[before].copy(), times[before + 1].copy()
-    sign = np.sign(v[before, joint])
-    for _ in range(_HALVINGS if len(joint) else 0):
-        middle = 0.5 * (left + right)
-        there = rollout.trajectory.evaluate(middle[None], 1)[0, np.arange(len(joint)), joint] * sign > 0.0
-        left, right = np.where(there, middle, left), np.where(there, right, middle)
-    return np.unique(0.5 * (left + right))
+    left, right = times[before], times[before + 1]
+    low, high = v[before, joint], v[before + 1, joint]
+    middle: Array = left
+    for _ in range(_STEPS if len(joint) else 0):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            middle = np.where(high == low, middle, (left * high - right * low) / (high - low))
+        here = rollout.trajectory.evaluate(middle[None], 1)[0, np.arange(len(joint)), joint]
+        same = here * low > 0.0
+        # The end that stays weighs half, so that both ends come near.
+        high, low = np.where(same, 0.5 * high, here), np.where(same, here, 0.5 * low)
+        left, right = np.where(same, middle, left), np.where(same, right, middle)
+    return np.unique(middle)

@@ -251,12 +251,12 @@ def _cells(rollout: Rollout, group: Resolved) -> _Cells:
     rates = np.matmul(group.nodes.slopes, effort)
     return _Cells(
         dry,
-        _changes(group.nodes, v[:, :-1], v[:, 1:], a * group.durations.real[:, None, None], 0.0),
-        _changes(group.nodes, effort[:, :-1] + dry, effort[:, 1:] + dry, rates, _ROUNDING),
+        may_change_sign(group.nodes, v[:, :-1], v[:, 1:], a * group.durations.real[:, None, None], 0.0),
+        may_change_sign(group.nodes, effort[:, :-1] + dry, effort[:, 1:] + dry, rates, _ROUNDING),
     )
 
 
-def _changes(nodes: Nodes, first: Array, last: Array, rates: Array, rounding: float) -> Array:
+def may_change_sign(nodes: Nodes, first: Array, last: Array, rates: Array, rounding: float) -> Array:
     """Whether what has given values at both ends of cells may change its sign there, once or twice.
 
     Args:

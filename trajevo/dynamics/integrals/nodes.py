@@ -58,7 +58,7 @@ class Nodes:
         """Matrix (M, M) from values at the nodes to the polynomial's derivative there [1]."""
         columns = [np.polynomial.Legendre(column).deriv() for column in np.eye(len(self.shares))]
         at_nodes = np.stack([2.0 * column(self._centred) for column in columns], axis=1)
-        return frozen(at_nodes @ self._coefficients)
+        return frozen(at_nodes @ self.coefficients)
 
     @cached_property
     def bends(self) -> Array:
@@ -70,7 +70,7 @@ class Nodes:
         """Matrix (M - 1, M) from values at the nodes to the polynomial's integral over every cell [1]."""
         columns = [np.polynomial.Legendre(column).integ() for column in np.eye(len(self.shares))]
         at_nodes = np.stack([0.5 * column(self._centred) for column in columns], axis=1)
-        return frozen(np.diff(at_nodes, axis=0) @ self._coefficients)
+        return frozen(np.diff(at_nodes, axis=0) @ self.coefficients)
 
     @cached_property
     def last_terms(self) -> Array:
@@ -78,7 +78,7 @@ class Nodes:
 
         What a polynomial of higher degree would add is about as great as these, or less.
         """
-        return frozen(self._coefficients[-2:].copy())
+        return frozen(self.coefficients[-2:].copy())
 
     @cached_property
     def weights(self) -> Array:
@@ -87,17 +87,16 @@ class Nodes:
 
     def onto(self, shares: Array) -> Array:
         """Matrix (U, M) from values at the nodes to the polynomial's values at other shares (U,)."""
-        return frozen(np.polynomial.legendre.legvander(2.0 * shares - 1.0, len(self.shares) - 1) @ self._coefficients)
+        return frozen(np.polynomial.legendre.legvander(2.0 * shares - 1.0, len(self.shares) - 1) @ self.coefficients)
 
     @property
     def _centred(self) -> Array:
         return 2.0 * self.shares - 1.0
 
     @cached_property
-    def _coefficients(self) -> Array:
-        """Matrix (M, M) from values at the nodes to coefficients in Legendre polynomials."""
-        inverse: Array = np.linalg.inv(np.polynomial.legendre.legvander(self._centred, len(self.shares) - 1))
-        return inverse
+    def coefficients(self) -> Array:
+        """Matrix (M, M) from values at the nodes to coefficients in Legendre polynomials [1]."""
+        return frozen(np.linalg.inv(np.polynomial.legendre.legvander(self._centred, len(self.shares) - 1)))
 
 
 @cache

@@ -39,7 +39,7 @@ def held(constraints: Sequence[Constraint], limits: str) -> tuple[Constraint, ..
     """Constraints with effort and tool-speed limits at the samples or proven at every instant.
 
     Args:
-        constraints: any constraints; only effort and tool-speed limits are changed.
+        constraints: any constraints; only limits of efforts, tool speeds and the torques of drives are changed.
         limits: ``"sampled"`` or ``"certified"``.
 
     Raises:
@@ -50,7 +50,7 @@ def held(constraints: Sequence[Constraint], limits: str) -> tuple[Constraint, ..
 
 
 def certified(constraint: Constraint) -> Constraint:
-    """An effort or tool-speed limit that is at most 0 only if the limit is proven; any other constraint unchanged.
+    """An effort or tool-speed limit that is at most 0 only if the limit is proven; those without a proof unchanged.
 
     The names of the columns stay the same. For a motion that breaks the limit at a sample, all columns have their
     values from the samples: the motion is infeasible in any case. For any other motion, a column is the proven upper
@@ -58,7 +58,11 @@ def certified(constraint: Constraint) -> Constraint:
     greatest value found, divided by the limit, minus 1. If neither can be shown, at least one column is above 0. The
     derivative is that of the peaks, which are also the terms for gradient solvers.
     """
-    if constraint.sampled is not None or constraint.quantity not in ("effort", "tool speed") or not constraint.names:
+    if constraint.sampled is not None or not constraint.names:
+        return constraint
+    if constraint.provable is not None:
+        return constraint.provable(constraint)
+    if constraint.quantity not in ("effort", "tool speed"):
         return constraint
     proof = _Proof(constraint)
     return replace(constraint, function=proof, terms=proof.terms, sampled=constraint, proof="pieces")

@@ -50,6 +50,7 @@ class Constraint:
         share: share of the robot's joint limit that the motion may use, 1 for all of it; None if the constraint is not
             a limit of the robot's joints.
         proof: how the limit is known to hold between samples.
+        provable: this constraint -> the same limit, proven at every instant, for kinds that bring their own proof.
     """
 
     names: tuple[str, ...]
@@ -63,6 +64,7 @@ class Constraint:
     share: float | None = None
     proof: Guarantee = "samples"
     terms_of: tuple[int, ...] = ()
+    provable: Callable[[Constraint], Constraint] | None = None
 
     __repr__ = brief
 

@@ -15,6 +15,9 @@ from trajevo.errors import InvalidInputError, checked_name, known_names
 from trajevo.formulation.constraints.certified import held
 from trajevo.formulation.constraints.clearance import CLEARANCE
 from trajevo.formulation.constraints.constraint import Constraint, Limited, LimitKind, LimitParameter
+from trajevo.formulation.constraints.drives.heat import RMS_TORQUE, WINDING_TEMPERATURE
+from trajevo.formulation.constraints.drives.peak_power import PEAK_POWER
+from trajevo.formulation.constraints.drives.torque_at_speed import TORQUE_AT_SPEED
 from trajevo.formulation.constraints.further.dexterity import MANIPULABILITY, SINGULARITY
 from trajevo.formulation.constraints.further.effort_rate import EFFORT_RATE
 from trajevo.formulation.constraints.further.own import own_kind
@@ -41,6 +44,10 @@ KINDS: dict[str, LimitKind] = {
         SINGULARITY,
         LONGEST_TIME,
         CLEARANCE,
+        TORQUE_AT_SPEED,
+        RMS_TORQUE,
+        WINDING_TEMPERATURE,
+        PEAK_POWER,
     )
 }
 
@@ -59,7 +66,7 @@ NAMED_KINDS: Registry[LimitKind] = Registry(
 
 
 def constraints_of(
-    names: Sequence[str], limited: Limited, *, limits: str = "certified", **given: Any
+    names: Sequence[str], limited: Limited, *, limits: str = "certified", shared: Sequence[str] = (), **given: Any
 ) -> tuple[Constraint, ...]:
     """The limits of a problem: those that are named, then those that a parameter switches on.
 
@@ -69,6 +76,7 @@ def constraints_of(
         limited: robot, points and interpolant.
         limits: ``"certified"`` to prove effort and tool speed between the samples, see
             :mod:`trajevo.formulation.constraints.certified`, or ``"sampled"``.
+        shared: parameters that something else takes too, so that no limit must be named for them.
         **given: parameters of limits; None means not given.
 
     Raises:
@@ -82,7 +90,7 @@ def constraints_of(
     for name in names:
         _check_named(name, kinds, by_name)
     for kind in kinds.values():
-        _check_unused(kind, names, given)
+        _check_unused(kind, names, {key: value for key, value in given.items() if key not in shared}, kinds)
     found = [kinds[name].constraint(limited, given) for name in names]
     asked = [kind for kind in kinds.values() if not kind.by_name and kind.asked_for(given)]
     return held([*found, *(kind.constraint(limited, given) for kind in asked)], limits)
@@ -109,15 +117,15 @@ def kinds_for(names: Sequence[str], given: Mapping[str, Any]) -> dict[str, Limit
 
 
 def parameters_of(kinds: Mapping[str, LimitKind]) -> dict[str, LimitParameter]:
-    """The parameters of kinds by name, in the kinds' order.
+    """The parameters of kinds by name, in the kinds' order; kinds may share one.
 
     Raises:
-        InvalidInputError: two kinds have parameters of the same name.
+        InvalidInputError: two kinds have different parameters of the same name.
     """
     found: dict[str, LimitParameter] = {}
     for kind in kinds.values():
         for parameter in kind.parameters:
-            if parameter.name in found:
+            if found.get(parameter.name, parameter) is not parameter:
                 raise InvalidInputError(
                     f"constraint {kind.name!r}: its parameter {parameter.name!r} needs another name, which is taken"
                 )
@@ -158,12 +166,18 @@ def _check_named(name: str, kinds: Mapping[str, LimitKind], by_name: list[str]) 
     checked_name("constraint", name, by_name)
 
 
-def _check_unused(kind: LimitKind, names: Sequence[str], given: Mapping[str, Any]) -> None:
-    """Refuse a parameter of a limit that is not named."""
+def _check_unused(
+    kind: LimitKind, names: Sequence[str], given: Mapping[str, Any], kinds: Mapping[str, LimitKind]
+) -> None:
+    """Refuse a parameter of a limit that is not named, unless a named one shares it."""
     if not kind.by_name or not kind.parameters or kind.name in names:
         return
     for parameter in kind.parameters:
-        if given.get(parameter.name, parameter.default) not in (None, parameter.default):
+        if given.get(parameter.name, parameter.default) in (None, parameter.default):
+            continue
+        sharing = [other.name for other in kinds.values() if parameter in other.parameters]
+        if not any(name in names for name in sharing):
             raise InvalidInputError(
-                f"{parameter.name}: expected {kind.name!r} among the constraints, of which it is a parameter"
+                f"{parameter.name}: expected {' or '.join(map(repr, sharing))} among the constraints, of which it is a "
+                "parameter"
             )

@@ -16,6 +16,7 @@ from trajevo.robot.limit_files import is_pair
 from trajevo.robot.loading.arguments import STANDARD_GRAVITY, checked_gravity, plain_settings
 from trajevo.robot.loading.chain import DhStep, Pose6, Segment, chain_urdf
 from trajevo.robot.loading.dh import KINDS, DhTable, joint_names, planar_rows
+from trajevo.robot.loading.drives import plain_drives
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,7 @@ class Written:
         allow_massless: as for :func:`~trajevo.robot.robot.load_robot`.
         settings: plain data from which it can be made again with its limits.
         base: pose of the base in the cell; None if they are one.
+        drives: drives of joints by their names; None for none.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Written:
     allow_massless: bool
     settings: Mapping[str, Any]
     base: Any = None
+    drives: Any = None
 
     __repr__ = brief
 
@@ -70,6 +73,7 @@ class WithoutUrdf(ABC):
         gravity: Any = STANDARD_GRAVITY,
         allow_massless: bool = False,
         base: Mapping[str, Any] | None = None,
+        drives: Mapping[str, Any] | None = None,
         name: str = "dh_robot",
     ) -> Self:
         """A robot from a Denavit-Hartenberg table.
@@ -92,6 +96,7 @@ class WithoutUrdf(ABC):
             gravity: in the base frame, shape (3,) [m/s²].
             allow_massless: as for :func:`~trajevo.robot.robot.load_robot`.
             base: pose of the base in the cell, as for :func:`~trajevo.robot.robot.load_robot`.
+            drives: drives of joints by their names, as for :func:`~trajevo.robot.robot.load_robot`.
             name: of the robot.
 
         Returns:
@@ -108,7 +113,7 @@ class WithoutUrdf(ABC):
         if not isinstance(allow_massless, bool):
             raise InvalidInputError(f"allow_massless: expected True or False, got {allow_massless!r}")
         down = checked_gravity(gravity)
-        chosen = {"gravity": down, "allow_massless": allow_massless, "base": base}
+        chosen = {"gravity": down, "allow_massless": allow_massless, "base": base, "drives": plain_drives(drives)}
         return cls._written(
             Written(
                 name=name,
@@ -119,6 +124,7 @@ class WithoutUrdf(ABC):
                 has_body=True,
                 allow_massless=allow_massless,
                 base=base,
+                drives=drives,
                 settings={"name": name, "dh": table.settings, **plain_settings(chosen)},
             )
         )
@@ -135,6 +141,7 @@ class WithoutUrdf(ABC):
         limits: Mapping[str, Any] | str | Path | None = None,
         gravity: Any = STANDARD_GRAVITY,
         base: Mapping[str, Any] | None = None,
+        drives: Mapping[str, Any] | None = None,
         name: str = "planar_robot",
     ) -> Self:
         """A chain of links in the x-y plane of the base, all of whose joints turn about z.
@@ -152,6 +159,7 @@ class WithoutUrdf(ABC):
             gravity: in the base frame, shape (3,) [m/s²]: along -z, so that the plane is level; an upright plane has
                 ``(0.0, -9.80665, 0.0)``.
             base: pose of the base in the cell, as for :func:`~trajevo.robot.robot.load_robot`.
+            drives: drives of joints by their names, as for :func:`~trajevo.robot.robot.load_robot`.
             name: of the robot.
 
         Raises:
@@ -169,6 +177,7 @@ class WithoutUrdf(ABC):
             limits=limits,
             gravity=gravity,
             base=base,
+            drives=drives,
             name=name,
         )
 
@@ -251,7 +260,7 @@ def written_robot_of(cls: type[Any], given: Mapping[str, Any]) -> Any:
     Args:
         cls: the class that makes it.
         given: ``name``, and ``dh`` (a mapping with the table's arguments of :meth:`WithoutUrdf.from_dh`), ``limits``,
-            ``gravity`` and ``allow_massless``; or ``joints`` (names), ``kind`` and ``limits``.
+            ``gravity``, ``allow_massless`` and ``drives``; or ``joints`` (names), ``kind`` and ``limits``.
 
     Raises:
         InvalidInputError: another key, or as for the two methods.
@@ -260,7 +269,7 @@ def written_robot_of(cls: type[Any], given: Mapping[str, Any]) -> Any:
     if not by_table and "joints" not in given:
         raise InvalidInputError("robot: kind: expected joints with it, the names of the robot's joints, got none")
     accepted = (
-        ("name", "dh", "limits", "gravity", "allow_massless", "base")
+        ("name", "dh", "limits", "gravity", "allow_massless", "base", "drives")
         if by_table
         else ("name", "joints", "kind", "limits")
     )

@@ -1,8 +1,8 @@
-"""The keys of a joint's drive in ``robot.toml`` and ``task.toml``."""
+"""The keys of a joint's drive, and of the supply of all, in ``robot.toml`` and ``task.toml``."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import pydantic
 
@@ -44,6 +44,9 @@ class DriveKeys(pydantic.BaseModel):
     torque_constant: _Amount | None = pydantic.Field(
         None, description="Torque of the motor per current; a text has its unit [N*m/A]."
     )
+    inverter_drop: _Amount | None = pydantic.Field(
+        None, description="Voltage that the inverter drops, lost times the current; a text has its unit [V]."
+    )
     thermal_resistance: _Amount | None = pydantic.Field(
         None, description="From the winding to its surroundings; a text has its unit [K/W]."
     )
@@ -65,6 +68,42 @@ class DriveKeys(pydantic.BaseModel):
 
 
 class SourcedDriveKeys(DriveKeys):
+    """The same with its source, as a file that others use must have it."""
+
+    source: str = pydantic.Field(description="Where the numbers come from.")
+
+
+class SupplyKeys(pydantic.BaseModel):
+    """The supply of all drives, as :class:`trajevo.robot.loading.supply.Supply` says; SI units, or text with a unit."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+    standby_power: _Amount | None = pydantic.Field(
+        None, description="What the controller draws as long as it is on; a text has its unit [W]."
+    )
+    recuperation: Literal["none", "shared", "full"] | None = pydantic.Field(
+        None,
+        description="Energy that motors give back: burnt at each drive, shared on a DC link whose braking resistor "
+        "burns the rest (if not given), or fed to the mains.",
+    )
+    link_capacitance: _Amount | None = pydantic.Field(
+        None, description="Of the capacitors of the DC link; a text has its unit [F]."
+    )
+    link_voltage: _Amount | None = pydantic.Field(
+        None, description="Of the DC link while the mains feed it; a text has its unit [V]."
+    )
+    chopper_voltage: _Amount | None = pydantic.Field(
+        None, description="At which the braking resistor is switched on; a text has its unit [V]."
+    )
+    source: str | None = pydantic.Field(None, description="Where the numbers come from.")
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What is given, as plain data."""
+        return self.model_dump(exclude_none=True)
+
+
+class SourcedSupplyKeys(SupplyKeys):
     """The same with its source, as a file that others use must have it."""
 
     source: str = pydantic.Field(description="Where the numbers come from.")

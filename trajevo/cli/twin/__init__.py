@@ -1,0 +1,1 @@
+"""Commands that play motions in closed loop."""

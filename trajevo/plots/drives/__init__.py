@@ -1,0 +1,1 @@
+"""Pictures of drives: their power and energy."""
