@@ -147,7 +147,7 @@ FEW = {"population": 24, "generations": 6}
     mostly_long([(200.0, 1.346, FEW), (200.0, 1.346, {}), (2000.0, 1.278, {})], (200.0, 1.346, FEW), several=True),
 )
 def test_the_default_front_ends_before_an_even_b_spline_of_24_points(
-    jerk: float, most: float, search: dict[str, int]
+    jerk: float, most: float, search: dict[str, Any]
 ) -> None:
     front = optimise(problem(robot=six_joints(jerk)), seed=1, progress=False, **search)
     fastest = front.least("time")
