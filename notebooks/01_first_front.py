@@ -59,7 +59,8 @@ page
 page.solution
 
 # %%
-plots.hypervolume(front)
+plots.hypervolume(front);
+
 # %% [markdown]
 # ## Which one?
 # The knee, beside the solution the paper chose (its segment times on the same curve).
@@ -67,10 +68,12 @@ plots.hypervolume(front)
 # %%
 knee = front.knee()
 table_4 = problem.evaluate(pointing_mechanism.paper_solution())[0][0]
-plots.front(front, mark={"knee": knee, "Table 4": table_4})
+plots.front(front, mark={"knee": knee, "Table 4": table_4});
+
 # %%
 plots.front_3d(front, mark={"knee": knee, "Table 4": table_4})
-plots.parallel_coordinates(front, mark={"knee": knee, "Table 4": table_4})
+plots.parallel_coordinates(front, mark={"knee": knee, "Table 4": table_4});
+
 # %% [markdown]
 # ## The motion at the knee
 
@@ -79,16 +82,15 @@ knee
 
 # %%
 plots.profiles(knee)
-plots.tool_path(knee)
+plots.tool_path(knee);
+
 # %% [markdown]
 # ## The paper's Table 4
 # The segment times of Table 4 on four curves. On the printed one joint 1 exceeds its own limit of 10 deg/s, and velocity
 # and jerk jump at the middle point; the smooth form of the same idea has neither fault.
 
 # %%
-print(
-    f"{'curve':14} {'T [s]':>7} {'S2 [deg/s2]':>12} {'S3 [deg/s3]':>12} {'peak v [deg/s]':>15} {'velocity jump':>14} feasible"
-)
+print(f"{'curve':14} {'T [s]':>7} {'S2 [deg/s2]':>12} {'S3 [deg/s3]':>12} {'peak v [deg/s]':>15} {'velocity jump':>14} feasible")
 for name in pointing_mechanism.INTERPOLANTS:
     candidate = PointingMechanism(interpolant=name)
     F, G = candidate.evaluate(pointing_mechanism.paper_solution())
@@ -110,11 +112,6 @@ for name in pointing_mechanism.INTERPOLANTS:
     ax.plot(found.F[:, 0], np.degrees(found.F[:, 2]), ".", markersize=3, label=f"{name}: {found.F[0, 0]:.2f} s")
 for style, profile in (("--", "septic"), (":", "double_s"), ("-.", "trapezoid")):
     baseline = stop_and_go(problem.interpolant.points, problem.robot.limits, profile=profile)
-    ax.axvline(
-        baseline.duration[0],
-        color="grey",
-        linestyle=style,
-        label=f"stop and go, {profile}: {baseline.duration[0]:.2f} s",
-    )
+    ax.axvline(baseline.duration[0], color="grey", linestyle=style, label=f"stop and go, {profile}: {baseline.duration[0]:.2f} s")
 ax.set(xlabel="time [s]", ylabel="jerk [deg/s³]", ylim=(0, 40))
-ax.legend()
+ax.legend();

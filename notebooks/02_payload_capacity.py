@@ -55,10 +55,12 @@ page.solution
 best
 
 # %%
-plots.front(front, mark={"weighted": best, "knee": front.knee()})
+plots.front(front, mark={"weighted": best, "knee": front.knee()});
+
 # %%
 plots.parallel_coordinates(front, mark=best)
-plots.profiles(best)
+plots.profiles(best);
+
 # %% [markdown]
 # ## Table 9, side by side
 # F_c on Table 7's times under the three conventions, the optimum by SLSQP from random starts, the best that NSGA-II alone
@@ -72,9 +74,7 @@ for convention in hybrid_manipulator.CONVENTIONS:
     table_7 = hybrid_manipulator.cost(candidate.evaluate(hybrid_manipulator.paper_solution())[0])[0]
     optimum = minimise_weighted(candidate, candidate.paper_weights, seed=1, starts=STARTS)
     there = int((optimum.costs < optimum.cost + 1e-5).sum())
-    alone = hybrid_manipulator.cost(
-        optimise(candidate, seed=1, starts="random", polish=False, progress=False, **SIZE).F
-    ).min()
+    alone = hybrid_manipulator.cost(optimise(candidate, seed=1, starts="random", polish=False, progress=False, **SIZE).F).min()
     polished = hybrid_manipulator.cost(optimise(candidate, seed=1, progress=False, **SIZE).F).min()
     print(
         f"{convention:12} {table_7:10.6f} {optimum.cost:10.6f} {there:6d} of {STARTS:3d} {alone:10.6f} {polished:10.6f}"
@@ -92,7 +92,8 @@ dlcc(rollout)
 iterated = dlcc_iterative(rollout, step=0.05)
 print("iteration:  ", iterated)
 plots.dlcc_iteration(iterated)
-plots.effort_utilisation(rollout)
+plots.effort_utilisation(rollout);
+
 # %%
 for model in ("rigid", "weight_only", "tool_axis"):
     print(dlcc(HybridManipulator(payload_model=model).rollout(hybrid_manipulator.paper_solution())))
@@ -105,7 +106,8 @@ for model in ("rigid", "weight_only", "tool_axis"):
 curve = capacity_front(HybridManipulator(payload_bounds=(0.0, 13.0)), PAYLOADS, seed=1, starts=2)
 for payload, time in zip(curve.payloads, curve.times, strict=True):
     print(f"{payload:7.3f} kg in {time:.4f} s")
-plots.payload_curve(curve)
+plots.payload_curve(curve);
+
 # %% [markdown]
 # ## How well does the tool follow the saddle?
 
@@ -114,4 +116,4 @@ motion = rollout.trajectory.sample(2000)
 error = hybrid_kinematics.tracking_error(hybrid_kinematics.forward_kinematics(motion.q[0])[0])
 print(f"greatest {1e3 * error.max():.4f} mm, standard deviation {1e3 * error.std():.4f} mm (paper: 0.2933, 0.0840)")
 plots.tracking_error(motion.t[0], error)
-plots.desired_path(hybrid_kinematics.saddle_line(np.linspace(0, 10, 100)), ax=plots.tool_path(rollout))
+plots.desired_path(hybrid_kinematics.saddle_line(np.linspace(0, 10, 100)), ax=plots.tool_path(rollout));

@@ -40,14 +40,12 @@ problem = PickAndPlace(payload=2.5)
 printed = problem.rollout(pick_and_place.paper_solution())
 beyond = overshoot(printed.trajectory, problem.interpolant.points)[0]
 print("overshoot [rad]:", dict(zip(problem.robot.joint_names, beyond.round(5).tolist())))
-print(
-    "tool height at the points [m]:",
-    puma_kinematics.forward_kinematics(problem.interpolant.points.positions)[:, 2, 3].round(4),
-)
+print("tool height at the points [m]:", puma_kinematics.forward_kinematics(problem.interpolant.points.positions)[:, 2, 3].round(4))
 time, jerk, energy = problem.evaluate(pick_and_place.paper_solution())[0][0]
 print(f"{time:.0f} s, Σ RMS jerk {jerk:.4f} rad/s³, {energy:.1f} J")
 plots.profiles(printed, via_times=problem.via_times(pick_and_place.paper_solution())[0])
-plots.stick_figure(printed)
+plots.stick_figure(printed);
+
 # %% [markdown]
 # ## Rivals on equal terms
 # Each interpolant as fast as the limits of velocity, acceleration, jerk and torque allow.
@@ -57,7 +55,8 @@ rivals = rivals_of(problem)
 headers, rows = rivals_table(rivals)
 for row in [headers, *rows]:
     print("".join(f"{cell:>18}" if i == 0 else f"{cell:>12}" for i, cell in enumerate(row)))
-plots.plot_rivals(rivals)
+plots.plot_rivals(rivals);
+
 # %% [markdown]
 # ## The future work: time, jerk and energy
 
@@ -83,14 +82,16 @@ knee
 # %%
 dominating = (front.F <= problem.evaluate(pick_and_place.paper_solution())[0]).all(axis=1).sum()
 print(f"{dominating} points dominate the printed times")
-plots.front(front, mark={"knee": knee, "printed times": problem.evaluate(pick_and_place.paper_solution())[0][0]})
+plots.front(front, mark={"knee": knee, "printed times": problem.evaluate(pick_and_place.paper_solution())[0][0]});
+
 # %% [markdown]
 # ## What can it carry?
 
 # %%
 for label, motion in {"printed": printed, "knee": knee, "fastest": front.least("time")}.items():
     print(f"{label}: {dlcc(motion)}")
-plots.effort_utilisation(front.least("time"))
+plots.effort_utilisation(front.least("time"));
+
 # %% [markdown]
 # ## The arm in real time
 # One HTML file with meshcat's viewer inside, to be opened in any browser without network.

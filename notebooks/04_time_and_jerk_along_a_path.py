@@ -45,7 +45,8 @@ print(f"{len(hull)} points in {hull.run.seconds:.1f} s, from {fastest[0]:.4f} s 
 print(f"best trade-off: {best.F['time']:.5f} s at ω = {omega:.4f} (paper: 4.52 s, 0.52)")
 print(f"time saved against the smoothest {100 * (1 - best.F['time'] / smoothest[0]):.1f} % (paper: 43 %)")
 print(f"jerk saved against the fastest {100 * (1 - best.F['jerk'] / fastest[1]):.1f} % (paper: 81 %)")
-plots.path(best, points=gemini_and_s.gemini_points())
+plots.path(best, points=gemini_and_s.gemini_points());
+
 # %% [markdown]
 # ## Limits that are as tight as they are proven
 # The hull takes the path's worst curvature everywhere. `"tight"` bounds the true velocity, acceleration and jerk of every
@@ -55,7 +56,8 @@ plots.path(best, points=gemini_and_s.gemini_points())
 tight = solve_nnc(TimeJerkReparameterisation(path="gemini"), tolerance=TOLERANCE)
 print(f"least time {fastest[0]:.4f} s with the hull, {tight.F[0, 0]:.4f} s with tight limits")
 plots.profiles(best)
-plots.profiles(tight.least("time"))
+plots.profiles(tight.least("time"));
+
 # %% [markdown]
 # The page of the front: a click on a solution shows its motion inside its limits and the robot along it;
 # `page.solution` is what was clicked, the knee until then.
@@ -98,9 +100,11 @@ fronts = {
     "tight, the same on shapes": evolved["shape"],
     "tight, normal constraints": tight,
 }
-plots.fronts(fronts, mark={"ω* of the hull": best, "ω* of the tight limits": tight.utopia()})
+plots.fronts(fronts, mark={"ω* of the hull": best, "ω* of the tight limits": tight.utopia()});
+
 # %%
-plots.parameter({"fastest": tight.least("time"), "ω*": tight.utopia(), "smoothest": tight.least("jerk")})
+plots.parameter({"fastest": tight.least("time"), "ω*": tight.utopia(), "smoothest": tight.least("jerk")});
+
 # %% [markdown]
 # ## Is the baseline any good on the S-shaped path?
 # The paper says that its method is 3 % faster with 75 % less jerk. It prints no coordinates; on an S of two arcs:
@@ -109,11 +113,10 @@ plots.parameter({"fastest": tight.least("time"), "ω*": tight.utopia(), "smoothe
 s = solve_nnc(TimeJerkReparameterisation(path="s", limits="hull"), tolerance=TOLERANCE)
 straight = optimise(TimeJerkReparameterisation(path="s", interpolant="linear"), seed=1, generations=10, progress=False)
 proposed, baseline = s.utopia().F, straight.utopia().F
-print(
-    f"{100 * (1 - proposed['time'] / baseline['time']):.1f} % faster, {100 * (1 - proposed['jerk'] / baseline['jerk']):.1f} % less jerk"
-)
+print(f"{100 * (1 - proposed['time'] / baseline['time']):.1f} % faster, {100 * (1 - proposed['jerk'] / baseline['jerk']):.1f} % less jerk")
 plots.path(s.utopia())
-plots.fronts({"u = t / T": straight, "hull": s}, mark={"ω*": s.utopia(), "ω* of u = t / T": straight.utopia()})
+plots.fronts({"u = t / T": straight, "hull": s}, mark={"ω*": s.utopia(), "ω* of u = t / T": straight.utopia()});
+
 # %% [markdown]
 # ## Points of your own
 # Any points, any limits; a CSV file such as `x [mm], y [mm]` will do as well, and so will the joints of a robot.

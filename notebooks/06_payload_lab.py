@@ -72,14 +72,16 @@ print("sensitivity:", sensitivity(table_7))
 capacity
 
 # %%
-plots.capacity_margins(capacity)
+plots.capacity_margins(capacity);
+
 # %% [markdown]
 # ## Faster or slower along the same path
 
 # %%
 for payload in (10.0, 12.0):
     print(slowdown_for(table_7, payload))
-plots.slowdown_curve(slowdown_curve(table_7))
+plots.slowdown_curve(slowdown_curve(table_7));
+
 # %% [markdown]
 # ## A UR5 across a table
 #
@@ -106,10 +108,12 @@ page
 page.solution
 
 # %%
-plots.front_capacities(carried, knee=knee.index)
+plots.front_capacities(carried, knee=knee.index);
+
 # %%
 plots.capacity_margins(dlcc(knee))
-plots.slowdown_curve(slowdown_curve(knee))
+plots.slowdown_curve(slowdown_curve(knee));
+
 # %% [markdown]
 # ## The vendor's diagram, for these motions
 #
@@ -119,7 +123,8 @@ plots.slowdown_curve(slowdown_curve(knee))
 xy, z = np.linspace(0.0, 0.3, 61), np.linspace(-0.1, 0.3, 61)
 efforts = {"knee": payload_effort(knee), "least time": payload_effort(fastest)}
 plots.payload_contours({name: payload_diagram(effort, xy, z) for name, effort in efforts.items()})
-plots.payload_contours(payload_diagram(payload_effort(table_7), xy, z))
+plots.payload_contours(payload_diagram(payload_effort(table_7), xy, z));
+
 # %% [markdown]
 # ## Where may the centre of mass of a known payload lie?
 #
@@ -131,7 +136,8 @@ print("allowed 50 mm off the axis with 8 kg:", allowed_centres(known, 8.0).conta
 _, (left, right) = plt.subplots(1, 2, figsize=(12.0, 4.6), layout="constrained")
 plots.allowed_region(allowed_regions(known, [4.0, 8.0, 12.0, 16.0], within=0.3, axis="y"), ax=left)
 regions = allowed_regions(payload_effort(table_7), [4.0, 8.0, 10.0, 11.5], within=0.3, axis="y")
-plots.allowed_region(regions, ax=right)
+plots.allowed_region(regions, ax=right);
+
 # %% [markdown]
 # ## A payload that is known only to intervals
 
@@ -139,7 +145,8 @@ plots.allowed_region(regions, ax=right)
 box = [[-0.02, -0.02, 0.03], [0.02, 0.02, 0.07]]
 print(robust_capacity(efforts["knee"], com=box))
 print(worst_case(efforts["knee"], mass=(2.5, 3.5), com=box))
-plots.robust_mass(robust_curve(efforts["knee"], com=(0.0, 0.0, 0.05), within=0.1))
+plots.robust_mass(robust_curve(efforts["knee"], com=(0.0, 0.0, 0.05), within=0.1));
+
 # %% [markdown]
 # What that costs in time, the motion optimised again for every payload of the intervals, and slowed along its path.
 
@@ -148,7 +155,8 @@ loaded = task.problem.with_payload(Payload(12.0, (0.0, 0.0, 0.05)))
 tolerances = np.linspace(0.0, 0.06, 7 if FULL else 4)
 again = price_of_uncertainty(loaded, tolerances, seed=1, starts=1)
 same_path = price_along_path(loaded.rollout(again.X[:1]), tolerances)
-plots.uncertainty_price({"optimised again": again, "the same path": same_path})
+plots.uncertainty_price({"optimised again": again, "the same path": same_path});
+
 # %% [markdown]
 # ## Payload as an objective
 #
@@ -168,10 +176,12 @@ ax = plots.payload_curve(curve, at_rest=problem.payload_range[1])
 ax.plot(evolved.F[:, 0], evolved.X[:, -1], ".", label="evolved and polished")
 ax.plot(exact.F[:, 0], exact.X[:, -1], "s", mfc="none", label="normal constraints")
 ax.set(xlim=(2.0, 8.0))
-ax.legend()
+ax.legend();
+
 # %%
 with_energy = optimise(max_payload_problem(wide, objectives=["time", "energy"]), seed=1, progress=False, **SIZE)
-plots.payload_front(with_energy)
+plots.payload_front(with_energy);
+
 # %% [markdown]
 # ## Over the workspace
 #
