@@ -114,7 +114,8 @@ ax.legend();
 # %% [markdown]
 # ## Speed, load and duty
 #
-# Every combination is a cell; a Dask cluster computes them, here two processes of this machine.
+# Every combination is a cell; a Dask cluster computes them, here two processes of this machine (`pip install 'trajevo[cluster]'`). In a
+# script, whose processes import it again, leave `engine` out or put all of it under `if __name__ == "__main__":`.
 
 # %%
 loads = {"at the tool": Payload(1.0), "150 mm out": Payload(1.0, com=(0.0, 0.0, 0.15))}
@@ -130,7 +131,7 @@ for load in loads:
 # %%
 best = np.unravel_index(study.per_hour.argmax(), study.shape)
 print(
-    f"most mass in an hour: {study.per_hour[best]:.0f} kg/h, {study.mass[best]:.2f} kg {loads and study.loads[best[1]]} "
+    f"most mass in an hour: {study.per_hour[best]:.0f} kg/h, {study.mass[best]:.2f} kg {study.loads[best[1]]} "
     f"at {study.speeds[best[0]]:.2f} of the speed, moving {100 * study.duties[best[2]]:.0f} % of the time, "
     f"limited by {study.cause[best]}"
 )
