@@ -42,11 +42,9 @@ SHORT = (
 )
 #: Those whose Python `make test` runs as it stands, without their commands.
 PYTHON = (
-    "how_to/accuracy.md",
     "how_to/infeasible.md",
     "how_to/report.md",
     "how_to/sheet.md",
-    "how_to/shift.md",
     "how_to/which_solution.md",
 )
 

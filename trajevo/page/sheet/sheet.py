@@ -67,7 +67,7 @@ class PayloadSheet:
         kept: share of the robot's effort limits that the problem keeps.
         capacity: the largest payload by the efforts, or None where it is not told.
         capacity_note: why it is not told.
-        drive_capacity: the largest payload by the drives over the cycle, or None without drives or where it is not told.
+        drive_capacity: the largest payload by the drives over the cycle, or None where that is not told.
         certificate: what is proven of the motion with these loads.
     """
 
