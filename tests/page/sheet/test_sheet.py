@@ -8,7 +8,19 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from trajevo import Dynamics, Payload, QuinticSpline, Rollout, TrajevoError, ViaPoints, dlcc, load_robot, payload_sheet
+from trajevo import (
+    Dynamics,
+    Payload,
+    QuinticSpline,
+    Rollout,
+    TrajevoError,
+    ViaPointProblem,
+    ViaPoints,
+    dlcc,
+    load_robot,
+    optimise,
+    payload_sheet,
+)
 from trajevo.base.arrays import frozen
 from trajevo.page.sheet.printed import sheet_html
 
@@ -182,3 +194,11 @@ def test_several_motions_and_a_json_file_are_refused(tmp_path):
         payload_sheet(two)
     with pytest.raises(TrajevoError, match=r"sheet\.html"):
         sheet().save(tmp_path / "sheet.json")
+
+
+def test_a_solution_of_a_front_has_its_sheet():
+    problem = ViaPointProblem(robot=robot(), points=POINTS, payload=5.0, objectives=("time", "energy"))
+    knee = optimise(problem, seed=1, generations=2, population=20, polish=False, progress=False).knee()
+    own, made = knee.sheet(dwell=1.0, creator="A. Engineer"), payload_sheet(knee, dwell=1.0, creator="A. Engineer")
+    assert own.certificate_hash == made.certificate_hash
+    assert own.to_json() == made.to_json()

@@ -15,13 +15,14 @@ from trajevo.errors import checked_name
 
 #: What limits a payload, and how a sentence tells of it.
 CAUSES = of_drives.CAUSES | {
+    "peak_power": "power of the supply",
     "deviation": "deviation of the tool",
     "slip": "slip of the payload",
     "tip_over": "tip-over",
 }
 
 #: What comes before the place at which a cause binds.
-_BEFORE_PLACE = {"deviation": ", most of it by ", "slip": " ", "tip_over": " over the edge "}
+_BEFORE_PLACE = {"deviation": ", most of it by ", "slip": " ", "peak_power": " by ", "tip_over": " over the edge "}
 
 
 @final
