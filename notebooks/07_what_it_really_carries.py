@@ -110,7 +110,8 @@ ax.legend()
 # %% [markdown]
 # ## Speed, load and duty
 #
-# Every combination is a cell; a Dask cluster computes them, here two processes of this machine.
+# Every combination is a cell; a Dask cluster computes them, here two processes of this machine (`pip install 'trajevo[cluster]'`). In a
+# script, whose processes import it again, leave `engine` out or put all of it under `if __name__ == "__main__":`.
 
 # %%
 loads = {"at the tool": Payload(1.0), "150 mm out": Payload(1.0, com=(0.0, 0.0, 0.15))}

@@ -127,6 +127,21 @@ def test_drives_are_judged_over_the_cycle():
     assert driven.cycles_per_hour > slow.cycles_per_hour
 
 
+def test_a_load_too_much_for_the_drives_alone_leaves_no_margin_whatever_the_efforts_would_bear():
+    driven = payload_sheet(motion(mass=5.5, drives=True), dwell=1.0)
+    assert driven.verdict == "overloaded"
+    assert driven.capacity.mass > 5.5 > driven.drive_capacity.mass
+    assert driven.drive_capacity.cause == "rms_torque"
+    assert driven.margin == pytest.approx(driven.drive_capacity.mass / 5.5 - 1.0)
+    assert driven.margin < 0.0 < sheet().margin
+    told = json.loads(driven.to_json())["largest_payload_by_drives"]
+    assert told["mass_kg"] == driven.drive_capacity.mass
+    at_limit = payload_sheet(motion(mass=driven.drive_capacity.mass, drives=True), dwell=1.0)
+    assert max(one.binding.share for one in at_limit.duty) == pytest.approx(1.0, abs=1e-5)
+    assert "neither heat nor RMS torque" in str(sheet())
+    assert "neither heat nor RMS torque" not in str(driven)
+
+
 def test_the_files_need_no_network_and_hold_the_same(tmp_path):
     page, data = sheet().save(tmp_path / "sheet.html")
     text = page.read_text()

@@ -22,7 +22,7 @@ CAUSES = of_drives.CAUSES | {
 }
 
 #: What comes before the place at which a cause binds.
-_BEFORE_PLACE = {"deviation": "most of it by", "slip": "", "peak_power": "by", "tip_over": "over the edge"}
+_BEFORE_PLACE = {"deviation": ", most of it by ", "slip": " ", "peak_power": " by ", "tip_over": " over the edge "}
 
 
 @final
@@ -47,8 +47,8 @@ class CauseLimit:
     __repr__ = brief
 
     def __str__(self) -> str:
-        before = _BEFORE_PLACE.get(self.cause, "of")
-        what = " ".join(part for part in (CAUSES[self.cause], before if self.place else "", self.place) if part)
+        before = _BEFORE_PLACE.get(self.cause, " of ")
+        what = CAUSES[self.cause] + (before + self.place if self.place else "")
         return what if np.isnan(self.time) else f"{what} at {self.time:.4f} s"
 
 
