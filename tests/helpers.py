@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import multiprocessing
 import subprocess
 import sys
 import traceback
@@ -89,6 +90,15 @@ def trajevo_process(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
     """Run the command line in a process of its own."""
     command = [sys.executable, "-c", "from trajevo.cli.main import main; main()", *map(str, arguments)]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True)
+
+
+def forked(deed) -> int:
+    """Exit code of a copy of this process that does something, or minus the signal that ended it."""
+    child = multiprocessing.get_context("fork").Process(target=deed)
+    child.start()
+    child.join(60.0)
+    assert child.exitcode is not None, "it does not end"
+    return child.exitcode
 
 
 def mostly_long(values, *often, several=False):

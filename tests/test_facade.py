@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import trajevo
-from tests.helpers import mostly_long
 from trajevo import plots
 
 ROOT = Path(__file__).parents[1]
@@ -44,12 +43,10 @@ def test_the_facade_lists_its_rooms_too():
     assert trajevo.problems.PointingMechanism.registered_name == "pointing"
 
 
-#: Runs each argument in a child of its own, in which everything that trajevo needs is loaded and nothing of trajevo.
+#: Runs each argument in a child of its own, in which all that its names import is loaded and nothing of trajevo.
 CHILDREN = """
-import contextlib, os, sys, traceback
-import matplotlib.pyplot, netCDF4, numpy, pandas, pinocchio, pydantic, pymoo.core.problem, scipy.optimize, xarray
-with contextlib.suppress(ImportError):
-    import numba
+import os, sys, traceback
+import matplotlib.pyplot, numpy, pinocchio, pydantic, pymoo.core.problem
 failed = 0
 for script in sys.argv[1:]:
     child = os.fork()
@@ -98,23 +95,36 @@ BEFORE = {
     "often": [*zip(FACADES, FIRST[:2], strict=False)],
     "each": [(name, first) for name in FACADES for first in FIRST],
 }
-
-
-@pytest.mark.parametrize("pairs", mostly_long(BEFORE, "often"))
-def test_every_name_is_there_whatever_was_imported_before(pairs):
-    run_in_fresh_processes([STAR.format(first=first, name=name) for name, first in BEFORE[pairs]])
-
-
 #: Every module is imported by a process of its own, so that `make test` takes one of so many.
 PARTS = 64
 
 
-@pytest.mark.parametrize("part", mostly_long(range(PARTS), 0))
-def test_every_module_can_be_the_first_that_is_imported(part):
+def stars(which):
+    return [STAR.format(first=first, name=name) for name, first in BEFORE[which]]
+
+
+def modules_alone(part):
     homes = {f"{name}.{module}" for name, facade in FACADES.items() for module in facade._NAMES}
     papers = {f"trajevo.problems.{file.stem}" for file in (ROOT / "problems").glob("[!_]*.py")}
     modules = sorted(homes | papers | {"trajevo.problems"})
-    run_in_fresh_processes([f"import {module}" for module in modules[part::PARTS]])
+    return [f"import {module}" for module in modules[part::PARTS]]
+
+
+def test_names_are_there_and_modules_are_imported_whatever_was_imported_before():
+    """A few of each: what the children find loaded takes seconds to import."""
+    run_in_fresh_processes([*stars("often"), *modules_alone(0)])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("which", BEFORE)
+def test_every_name_is_there_whatever_was_imported_before(which):
+    run_in_fresh_processes(stars(which))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("part", range(PARTS))
+def test_every_module_can_be_the_first_that_is_imported(part):
+    run_in_fresh_processes(modules_alone(part))
 
 
 def imported(code):

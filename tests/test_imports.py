@@ -60,7 +60,7 @@ for module in sys.argv[1:]:
 """
 
 
-@pytest.mark.parametrize("every", mostly_long([1, 2], 2))
+@pytest.mark.parametrize("every", mostly_long([1, 2, 6], 6))
 def test_a_command_imports_what_it_needs(every):
     modules = sorted({f"trajevo.cli.{home.module}" for home in COMMANDS.values()})[::every]
     assert len(modules) > 5 / every

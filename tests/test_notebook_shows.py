@@ -3,12 +3,9 @@
 import inspect
 import warnings
 from dataclasses import replace
-from types import SimpleNamespace
 
-import nbformat
 import numpy as np
 import pytest
-from nbclient import NotebookClient
 
 import trajevo as t
 from tests.base.test_shown import Reader
@@ -65,7 +62,8 @@ def points():
 def shown(tmp_path_factory):
     """Objects as they stand at the end of a notebook's cells."""
     task = t.load_task("xarm7_obstacle")
-    pointing, puma = t.optimise(PointingMechanism(), **SMALL), t.optimise(PickAndPlace(payload=2.5), **SMALL)
+    problems = PointingMechanism(), PickAndPlace(payload=2.5)
+    pointing, puma = (t.optimise(one, **SMALL, polish=False) for one in problems)
     table = HybridManipulator().rollout(guo.paper_solution())
     effort = t.payload_effort(table)
     study = t.Study("pointing", repeats=2, factors={"interpolant": ["printed", "quintic"]}, **without_progress())
@@ -234,35 +232,3 @@ def test_a_solution_without_its_problem_says_so(tmp_path):
         warnings.simplefilter("ignore", UserWarning)
         alone = t.Front.load(tmp_path / "front.json").knee()
     assert any("no motion: " in text and "pass it as problem=" in text for text in texts_of(alone))
-
-
-def test_a_run_in_a_notebook_is_one_bar_that_rewrites_itself():
-    search = "seed=1, generations=30, population=20, polish=False"
-    cells = [
-        f"import trajevo as t\nt.optimise(t.problems.PointingMechanism(), {search})",
-        "import tempfile\nstudy = t.Study('pointing', seed=1, repeats=2, generations=2, population=12)\n"
-        "t.run_study(study, tempfile.mkdtemp())",
-        "front = t.optimise(t.problems.PointingMechanism(), seed=1, generations=3, population=12, polish=True)",
-        "found = t.polish(front, members=2, rounds=1)",
-        "found = t.polish(front, members=2, rounds=1, progress=False)",
-    ]
-    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
-    seen = SimpleNamespace(updates=0)
-
-    class Watched(NotebookClient):
-        def process_message(self, message, cell, cell_index):
-            seen.updates += message["msg_type"] == "update_display_data"
-            return super().process_message(message, cell, cell_index)
-
-    Watched(notebook, timeout=300).execute()
-    run, study, polished, again, silent = (cell.outputs for cell in notebook.cells)
-    for outputs, told in ((run, "30/30 generations"), (study, "2/2 cells")):
-        assert [one.output_type for one in outputs] == ["display_data", "execute_result"]
-        assert outputs[0].data["text/plain"].startswith(told)
-        assert told in "".join(Reader(outputs[0].data["text/html"]).texts)
-    assert "text/html" in run[1].data
-    for outputs, steps in ((polished, "6/6"), (again, "3/3")):
-        assert [one.output_type for one in outputs] == ["display_data"]  # generations and polishing in one bar
-        assert outputs[0].data["text/plain"].startswith(f"{steps} steps of polishing, hypervolume 0.")
-    assert silent == []
-    assert seen.updates >= 3

@@ -50,7 +50,8 @@ def test_no_limit_is_exceeded_between_the_samples(name, every):
         objectives=("time", "energy", "jerk"),
         constraints=("position", "velocity", "acceleration", "jerk", "effort"),
     )
-    front = optimise(problem, seed=1, generations=25, population=60, progress=False, polish=False)
+    sizes = {"generations": 25, "population": 60} if every == 1 else {"generations": 12, "population": 40}
+    front = optimise(problem, seed=1, **sizes, progress=False, polish=False)
     assert len(front) > 20, front.blocking
     some = replace(front, **{values: getattr(front, values)[::every] for values in "XFG"})
     for found in verify_all(some, density=20):

@@ -1,6 +1,7 @@
 """The wheel is a good citizen: one package, found by name from any folder, beside any packages of the user's own."""
 
 import fcntl
+import json
 import os
 import subprocess
 import sys
@@ -18,6 +19,18 @@ from tests.docs.blocks import blocks, compare
 from trajevo.base import jit
 
 ROOT = Path(__file__).parents[1]
+LINE = 20 * "=" + "\n"
+COMMANDS = """
+import json, sys
+from trajevo.cli.main import main
+for arguments in json.loads(sys.argv[1]):
+    sys.argv[1:] = arguments
+    try:
+        main()
+    except SystemExit as ended:
+        assert not ended.code, ended.code
+    print(20 * "=")
+"""
 
 
 @dataclass(frozen=True)
@@ -47,6 +60,10 @@ class Installed:
 
     def trajevo(self, *arguments, cwd):
         return self.run(self.home / "bin" / "trajevo", *arguments, cwd=cwd)
+
+    def commands(self, *commands, cwd):
+        """What several commands print, in one process, which spares their starts."""
+        return self.run("-c", COMMANDS, json.dumps(commands), cwd=cwd).split(LINE)[:-1]
 
     def script(self, text, *, cwd):
         file = cwd / "my_script.py"
@@ -123,11 +140,13 @@ def test_a_source_distribution_gives_the_same_wheel(built, tmp_path):
 
 def test_commands_work_in_an_empty_folder(installed, tmp_path):
     before = {file for file in installed.package.rglob("*") if "__pycache__" not in file.parts}
-    assert installed.trajevo("--version", cwd=tmp_path) == f"trajevo {trajevo.__version__}\n"
-    told = installed.trajevo("list", cwd=tmp_path)
+    version, told, checked = installed.commands(
+        ["--version"], ["list"], ["check-robot", "hybrid_manipulator"], cwd=tmp_path
+    )
+    assert version == f"trajevo {trajevo.__version__}\n"
     assert "pointing" in told
     assert "puma560" in told
-    assert "0 errors" in installed.trajevo("check-robot", "hybrid_manipulator", cwd=tmp_path)
+    assert "0 errors" in checked
     assert not any(tmp_path.iterdir())
     small = ("--generations", 2, "--population", 8, "--no-polish", "--quiet", "--no-pictures")
     installed.trajevo("solve", "pointing", *small, cwd=tmp_path)
@@ -136,10 +155,9 @@ def test_commands_work_in_an_empty_folder(installed, tmp_path):
 
 
 def test_an_example_is_copied_with_what_it_needs_and_solved(installed, tmp_path):
-    names = installed.trajevo("examples", cwd=tmp_path)
+    names, _ = installed.commands(["examples"], ["examples", "hybrid_manipulator", "mine"], cwd=tmp_path)
     for name in ("ur5_pick_and_place", "hybrid_payloads", "05_your_own_robot"):
         assert name in names
-    installed.trajevo("examples", "hybrid_manipulator", "mine", cwd=tmp_path)
     assert {file.name for file in (tmp_path / "mine").iterdir()} == {"hybrid_manipulator.toml", "hybrid_points.csv"}
     code = """
 from trajevo import Study, load_study, load_task

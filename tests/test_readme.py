@@ -11,10 +11,11 @@ README = (ROOT / "README.md").read_text()
 
 
 def shorter(code):
-    """The same lines with few generations, points of a front of normal constraints, and points of a diagram."""
-    code = re.sub(r"generations=\d+", "generations=8, polish=False", code).replace("0.3, 61", "0.3, 11")
-    code = code.replace("optimise(problem, seed=1)", "optimise(problem, seed=1, generations=8, polish=False)")
-    return code.replace("solve_nnc(problem)", "solve_nnc(problem, points=5)")
+    """The same lines with few generations, points of a front along a simpler path, and points of a diagram."""
+    code = re.sub(r"generations=\d+", "generations=4, polish=False", code).replace("0.3, 61", "0.3, 11")
+    code = code.replace("optimise(problem, seed=1)", "optimise(problem, seed=1, generations=4, polish=False)")
+    code = code.replace("within=3.0, seed=1)", "within=3.0, seed=1, starts=1)")
+    return code.replace("solve_nnc(problem)", "solve_nnc(problem, points=4)").replace('path="gemini"', 'path="s"')
 
 
 def run(text, whole):

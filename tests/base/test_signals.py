@@ -13,7 +13,7 @@ from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_tim
 from trajevo.solvers.gradient import normal_constraint as nnc
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 
-SMALL = {"generations": 15, "population": 24, "starts": "random", "progress": False}
+SMALL = {"generations": 7, "population": 12, "starts": "random", "progress": False}
 
 
 def signalling(number, *calls_that_do):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.helpers import mostly_long
 from trajevo import Pose, ViaPoints, load_robot
 from trajevo.capacity.capacity import Capacity
 from trajevo.capacity.dlcc import capacities, dlcc, dlcc_sampled, effort_along
@@ -76,9 +77,10 @@ def test_masses_of_each_limit_are_where_its_effort_reaches_it():
     assert (held & ~some).mean() < 0.02  # intervals narrower than the grid, or beyond it
 
 
-def test_the_capacity_is_that_of_bisection_with_dense_samples():
-    found = feasible(5)
-    assert len(found) == 5
+@pytest.mark.parametrize("count", mostly_long([2, 5], 2))
+def test_the_capacity_is_that_of_bisection_with_dense_samples(count):
+    found = feasible(count)
+    assert len(found) == count
     of_both = [dlcc_sampled(replace(one, dynamics=replace(one.dynamics, robot=PUMA))).mass for one in found]
     assert any(dlcc_sampled(one).mass < 0.9 * mass for one, mass in zip(found, of_both, strict=True))
     for one in found:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.guo2016 import GUO2016, TABLE_7, bisected_capacity
+from tests.helpers import mostly_long
 from trajevo import PolynomialBatch, load_robot, optimise
 from trajevo.capacity.capacity import Capacity
 from trajevo.capacity.dlcc import capacities, dlcc, dlcc_iterative, dlcc_sampled
@@ -115,9 +116,10 @@ def test_history_ends_infeasible():
 
 
 @every_model
-def test_closed_form_equals_bisection(model):
+@pytest.mark.parametrize("count", mostly_long([20, 50], 20))
+def test_closed_form_equals_bisection(model, count):
     outcomes = set()
-    for rollout in random_rollouts(50, model, seed=MODELS.index(model)):
+    for rollout in random_rollouts(count, model, seed=MODELS.index(model)):
         found = dlcc_sampled(rollout, samples=6)
         unloaded, per_kilogram = efforts(rollout, 6)
         assert found.mass == pytest.approx(
@@ -146,7 +148,7 @@ def test_every_joints_capacity_equals_bisection(model):
                 assert per_joint[joint] >= 1e9
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", mostly_long([40, 100, 1000], 40))
 def test_iteration_agrees_within_its_step_on_many_trajectories(count):
     step, positive = 0.1, 0
     for i, rollout in enumerate(random_rollouts(count, "rigid", seed=9)):
@@ -325,8 +327,10 @@ def test_margins_over_time(model):
     assert found.joint_names == ROBOT.joint_names
 
 
-def test_capacities_of_a_front_are_those_of_its_solutions():
-    front = optimise(HybridManipulator(), seed=1, generations=30, population=20, progress=False, polish=False)
+@pytest.mark.parametrize("generations", mostly_long([8, 30], 8))
+def test_capacities_of_a_front_are_those_of_its_solutions(generations):
+    front = optimise(HybridManipulator(), seed=1, generations=generations, population=20, progress=False, polish=False)
+    assert len(front) > 3
     found = capacities(front, samples=6)
     each = [dlcc(front.problem.rollout(x), samples=6) for x in front.X]
     assert found.mass.tolist() == [one.mass for one in each]

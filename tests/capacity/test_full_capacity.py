@@ -264,7 +264,7 @@ def test_all_causes_are_told_and_the_least_binds():
         assert found.by(cause) == drives.by(cause)
     assert found.by("effort") == pytest.approx(dlcc(motion, tolerance=1e-7).mass, rel=2e-7)
     assert found.by("peak_torque") == np.inf
-    assert found.not_covered == ("peak torque",)
+    assert found.not_covered == ("peak torque", "power of the supply")
     assert (found.cause, found.place) == ("rms_torque", "elbow")
     assert "1.796316 kg (rigid payload), limited by RMS torque over the cycle of elbow" in str(found)
     table = found._repr_html_()

@@ -74,13 +74,17 @@ def test_payload_time_curve(model, masses, starts):
 #: Section 5 of the reference, weight only: time [s] -> largest payload [kg]; at 2.5 s with everything at 12 instants.
 KNOWN = {3.0: 12.009, 4.0: 12.331, 6.19: 12.452}
 STATIC_BOUND = 12.510810648896424
+#: The least time [s] of payloads [kg] on the curve.
+TIMES = {10.86: 2.50048, 12.0: 2.98904, 12.32: 3.92144, 12.44: 5.70362}
+SOME = ([3.0], [10.86, 12.0])
 WIDE = {"payload_model": "weight_only", "payload_bounds": (0.0, 13.0), "duration_bounds": (0.002, 3.0)}
 
 
-def test_the_payload_time_curve_of_the_reference():
+@pytest.mark.parametrize(("instants", "payloads"), mostly_long([SOME, (list(KNOWN), list(TIMES))], SOME, several=True))
+def test_the_payload_time_curve_of_the_reference(instants, payloads):
     """At 2.5 s 10.8543 kg, 0.15 % below the 10.870 kg that limits at 12 instants alone allow, see the next test."""
     problem, masses = HybridManipulator(**WIDE), []
-    for time, known in KNOWN.items():
+    for time, known in ((time, KNOWN[time]) for time in instants):
         found = largest_payload(problem, within=time, seed=1, starts=2)
         assert 0.999 * known < found.mass < known * 1.0001
         assert found.time == pytest.approx(time, rel=1e-4)
@@ -89,11 +93,11 @@ def test_the_payload_time_curve_of_the_reference():
         masses.append(found.mass)
     fast = largest_payload(problem, within=2.5, seed=1, starts=2)
     assert fast.mass == pytest.approx(10.85425, abs=2e-5)
-    assert fast.mass < masses[0] < masses[1] < masses[2] < STATIC_BOUND
-    curve = capacity_front(problem, [10.86, 12.0, 12.32, 12.44], seed=1, starts=1)
-    assert_rising(problem, curve, [10.86, 12.0, 12.32, 12.44])
-    assert curve.times == pytest.approx([2.50048, 2.98904, 3.92144, 5.70362], abs=2e-5)
-    assert (curve.times <= [2.5005, 3.0, 4.0, 6.19]).all()
+    assert (np.diff([fast.mass, *masses, STATIC_BOUND]) > 0.0).all()
+    curve = capacity_front(problem, payloads, seed=1, starts=1)
+    assert_rising(problem, curve, payloads)
+    assert curve.times == pytest.approx([TIMES[mass] for mass in payloads], abs=2e-5)
+    assert (curve.times <= [2.5005, *instants]).all()
 
 
 def at_instants(values, limit):
@@ -132,7 +136,9 @@ def test_the_10_86_kg_of_the_reference_at_2_5_s_break_a_velocity_limit_between_i
     assert broken.max() > 5e-4
 
 
-def test_a_problem_without_effort_limits_has_no_largest_payload():
+@pytest.mark.parametrize("samples", mostly_long([2, None], 2))
+def test_a_problem_without_effort_limits_has_no_largest_payload(samples):
+    hybrid = HybridManipulator() if samples is None else HybridManipulator(limits="sampled", samples=samples)
     with pytest.raises(InvalidInputError, match="payload_range: expected .* no effort limit bounds what"):
         largest_payload(PointingMechanism(), seed=1)
     weak = max_payload_problem(HybridManipulator())
@@ -140,9 +146,9 @@ def test_a_problem_without_effort_limits_has_no_largest_payload():
     with pytest.raises(InvalidInputError, match="payload_range: expected .* 'hybrid_manipulator' cannot hold itself"):
         largest_payload(weak, seed=1)
     with pytest.raises(InvalidInputError, match=r"within: expected a positive time \[s\], got 0.0"):
-        largest_payload(HybridManipulator(), within=0.0, seed=1)
+        largest_payload(hybrid, within=0.0, seed=1)
     with pytest.raises(InvalidInputError, match="expected a feasible motion, none found from 1 starts"):
-        largest_payload(HybridManipulator(), within=0.5, seed=1, starts=1)
+        largest_payload(hybrid, within=0.5, seed=1, starts=1)
 
 
 UR5 = {

@@ -1,6 +1,7 @@
 """Capacity over planes of tool positions: cells against Pinocchio's statics, reach, reference value, bad input."""
 
 import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -207,28 +208,40 @@ def test_equal_postures_are_taken_near_the_start():
     np.testing.assert_allclose(again.q[row, column], wound, rtol=0.0, atol=1e-6)
 
 
-def test_centre_of_mass_and_a_heavy_robot():
+@pytest.mark.parametrize("cells", mostly_long([1, 2], 1))
+def test_centre_of_mass_and_a_heavy_robot(cells):
     _, point = found_for("ur5", 2)
     _, far = found_for("ur5", 2, payload=Payload(1.0, (0.0, 0.0, 0.3)))
     known = point.reached
     assert (far.reached == known).all()
     assert (far.postures == point.postures).all()
     assert (far.mass[known] != point.mass[known]).any()
+    plane = point.plane if cells == 2 else reached_cell(point)
     weak = load_robot("ur5", **{**ROBOTS["ur5"], "limits": {**ROBOTS["ur5"]["limits"], "effort": 1e-3}})
-    found = workspace_capacity(weak, point.plane)
+    found = workspace_capacity(weak, plane)
+    assert found.reached.any()
     assert (found.mass[found.reached] == 0.0).all()
     free = load_robot("ur5", **{**ROBOTS["ur5"], "limits": {**ROBOTS["ur5"]["limits"], "effort": np.inf}})
-    unlimited = workspace_capacity(free, point.plane)
+    unlimited = workspace_capacity(free, plane)
     assert np.isinf(unlimited.mass[unlimited.reached]).all()
     assert (unlimited.joint == -1).all()
 
 
-def test_a_margin_is_kept_and_the_full_limits_are_told(tmp_path):
+def reached_cell(found):
+    """The plane of one of the cells that are reached."""
+    row, column = np.argwhere(found.reached)[0]
+    return replace(found.plane, columns=found.plane.columns[[column]], rows=found.plane.rows[[row]])
+
+
+@pytest.mark.parametrize("cells", mostly_long([1, 2], 1))
+def test_a_margin_is_kept_and_the_full_limits_are_told(tmp_path, cells):
     robot, whole = found_for("ur5", 2)
     _, found = found_for("ur5", 2, effort_margin=0.2)
     limits = ROBOTS["ur5"]["limits"] | {"effort": (0.8 * robot.limits.effort).tolist()}
-    weaker = workspace_capacity(load_robot("ur5", **(ROBOTS["ur5"] | {"limits": limits})), found.plane)
-    np.testing.assert_allclose(found.mass, weaker.mass, rtol=1e-9)
+    plane = found.plane if cells == 2 else reached_cell(found)
+    weaker = workspace_capacity(load_robot("ur5", **(ROBOTS["ur5"] | {"limits": limits})), plane)
+    mass = found.mass if cells == 2 else found.mass[found.reached][:1, None]
+    np.testing.assert_allclose(mass, weaker.mass, rtol=1e-9)
     np.testing.assert_array_equal(found.at_full_limits.mass, whole.mass)
     assert (found.mass[found.reached] < whole.mass[found.reached]).all()
     assert whole.at_full_limits is None

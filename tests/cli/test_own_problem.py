@@ -38,16 +38,20 @@ def fails():
 SMALL = ("--generations", "4", "--population", "12", "--no-polish", "--quiet")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+@pytest.fixture(scope="module", params=mostly_long([trajevo, trajevo_process], trajevo), ids=lambda each: each.__name__)
+def folder(request, tmp_path_factory):
     place = tmp_path_factory.mktemp("cell")
     (place / "my_own_cell.py").write_text(CELL)
     (place / "broken_cell.py").write_text("import trajevo\nthis is no Python\n")
     (place / "needs_more.py").write_text("import not_installed_anywhere\n")
-    done = trajevo_process("solve", "my_own_cell:problem", *SMALL, *UNDRAWN, cwd=place)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", list(sys.path))
+        done = request.param("solve", "my_own_cell:problem", *SMALL, *UNDRAWN, cwd=place)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("Feeding press 3: ")
-    return place
+    yield place
+    for name in ("my_own_cell", "broken_cell", "needs_more"):
+        sys.modules.pop(name, None)
 
 
 @pytest.fixture(autouse=True)

@@ -48,18 +48,19 @@ def test_g_code_is_written(run):
     assert (folder / "utopia.gcode").read_text().startswith("; trajevo: Time and jerk along a fixed path")
 
 
-def test_points_limits_and_seeds_are_options(tmp_path):
+@pytest.mark.parametrize("seeds", mostly_long([2, 3], 2))
+def test_points_limits_and_seeds_are_options(tmp_path, seeds):
     file = tmp_path / "points.csv"
     file.write_text("x [mm], y [mm]\n" + "\n".join(f"{1e3 * x}, {1e3 * y}" for x, y in s_points()))
     limits = ["velocity=80 mm/s", 'acceleration=["500 mm/s^2", 0.4]', "jerk=20", "longest_time=6 s"]
     pairs = [word for pair in limits for word in ("--set", pair)]
-    options = ["--path", file, *pairs, "--encoding", "shape", "--sqp-seeds", "3"]
+    options = ["--path", file, *pairs, "--encoding", "shape", "--sqp-seeds", seeds]
     result = trajevo("solve", "reparam", *options, *SMALL, *UNDRAWN, "--out", tmp_path / "run")
     assert result.returncode == 0, result.stderr
     front = Front.load(tmp_path / "run" / "front.json")
     np.testing.assert_allclose(front.record.limits["acceleration"], [0.5, 0.4])
     assert front.record.settings["longest_time"] == 6.0
-    assert front.run.settings["initial"] == 3
+    assert front.run.settings["initial"] == seeds
     assert front.objective_names == ("time", "jerk")
     assert trajevo("show", tmp_path / "run").returncode == 0
 

@@ -120,8 +120,8 @@ def test_a_full_report_computes_once_and_show_and_later_reports_read_it(run, lig
     [
         (["--report", "none"], False, True),
         ([], True, False),
-        (["--pictures"], True, True),
-        (["--report", "none", "--no-pictures"], False, False),
+        pytest.param(["--pictures"], True, True, marks=pytest.mark.long),
+        pytest.param(["--report", "none", "--no-pictures"], False, False, marks=pytest.mark.long),
     ],
 )
 def test_report_and_pictures_can_be_left_out(tmp_path, options, report, drawn):

@@ -3,13 +3,16 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import threading
+import time
 
 import pytest
 
 from tests.fuzz.kinds import PLAIN, URDF
-from tests.helpers import mostly_long, refused, trajevo, trajevo_process
+from tests.helpers import forked, mostly_long, refused, trajevo
 from trajevo import Front, TrajevoError, ViaPointProblem, load_robot, optimise, read_run, resume
 from trajevo.base.files import SCRATCH
 
@@ -184,21 +187,18 @@ def test_no_cell_of_a_table_is_a_formula_and_no_name_a_line_of_a_program(tmp_pat
 
 def test_python_s_folder_cut_short_goes_on_on_the_command_line(made, tmp_path):
     problem = problem_of(made.parent / "two.urdf")
-    script = (
-        "import os, signal, sys, threading, time\n"
-        "from trajevo import ViaPointProblem, load_robot, optimise\n"
-        f"robot = load_robot({str(problem.robot.urdf)!r}, limits={LIMITS!r})\n"
-        f"problem = ViaPointProblem(robot=robot, points={POINTS!r}, duration_bounds=(0.3, 4.0))\n"
-        "def end():\n"
-        "    while not os.path.exists(os.path.join(sys.argv[1], 'checkpoint.npz')):\n"
-        "        time.sleep(0.02)\n"
-        "    time.sleep(0.2)\n"
-        "    os.kill(os.getpid(), signal.SIGKILL)\n"
-        "threading.Thread(target=end).start()\n"
-        "optimise(problem, population=12, generations=100000, seed=1, progress=False, polish=False, out=sys.argv[1])\n"
-    )
-    killed = subprocess.run([sys.executable, "-c", script, tmp_path / "run"], capture_output=True, text=True)
-    assert killed.returncode == -9, killed.stderr
+
+    def end():
+        while not (tmp_path / "run" / "checkpoint.npz").exists():
+            time.sleep(0.02)
+        time.sleep(0.2)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    def cut_short():
+        threading.Thread(target=end).start()
+        optimise(problem, out=tmp_path / "run", **SMALL | {"generations": 100_000})
+
+    assert forked(cut_short) == -signal.SIGKILL
     file = tmp_path / "run" / "manifest.json"
     done = len(read_run(tmp_path / "run").run.cpu_seconds)
     content = json.loads(file.read_text())
@@ -247,6 +247,6 @@ def test_the_package_raises_no_warnings_of_its_own(tmp_path, polished):
 
 
 def test_the_command_s_errors_are_one_line_whatever_they_quote(tmp_path):
-    result = trajevo_process("show", tmp_path / "\x1b[31mred\u202e")
+    result = trajevo("show", tmp_path / "\x1b[31mred\u202e")
     assert result.returncode == 2
     assert not set(result.stderr) & set("\x1b\u202e")

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from tests.helpers import mostly_long
 from trajevo import GeometricPath, TrajevoError, ViaPointProblem, optimise
 from trajevo.exporters.export import export, is_exported
 from trajevo.exporters.gcode import blocks
@@ -13,9 +14,17 @@ from trajevo.problems import TimeJerkReparameterisation
 from trajevo.solvers.gradient.normal_constraint import solve_nnc
 
 
-@pytest.fixture(scope="module")
-def knee():
-    return solve_nnc(TimeJerkReparameterisation(path="s"), points=3).knee()
+def evolved(problem):
+    return optimise(problem, seed=1, population=12, generations=3, polish=False, progress=False)
+
+
+def solved(problem):
+    return solve_nnc(problem, points=3)
+
+
+@pytest.fixture(scope="module", params=mostly_long([evolved, solved], evolved), ids=lambda each: each.__name__)
+def knee(request):
+    return request.param(TimeJerkReparameterisation(path="s")).knee()
 
 
 def read_g_code(text):

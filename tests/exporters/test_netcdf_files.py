@@ -1,5 +1,6 @@
 import os
 import re
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from tests.helpers import UNDRAWN, impossible, refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, forked, impossible, refused, small_problem, trajevo
 from trajevo import Front, load_robot, optimise
 from trajevo.exporters.export import export, extension, is_exported
 from trajevo.exporters.netcdf import MAGIC, dataset
@@ -47,14 +48,13 @@ def test_a_write_that_fails_leaves_the_older_file(pointing, tmp_path):
     file = export(pointing.knee(), tmp_path / "front.nc", format="netcdf")
     before = file.read_bytes()
     pointing.save(tmp_path / "front.json")
-    script = (
-        "import resource, sys; from trajevo import Front; from trajevo.exporters.export import export;"
-        f"front = Front.load({str(tmp_path / 'front.json')!r});"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000));"
-        f"export(front, {str(file)!r}, format='netcdf')"
-    )
-    result = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    assert f"InvalidInputError: {file}: cannot be written: File too large" in result.stderr
+    front = Front.load(tmp_path / "front.json")
+
+    def write():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+        refused(lambda: export(front, file, format="netcdf"), f"^{file}: cannot be written: File too large")
+
+    assert forked(write) == 0
     assert file.read_bytes() == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["front.json", "front.nc"]
 

@@ -80,12 +80,22 @@ def test_gradients_agree_with_differences(shape):
     )
 
 
+FEW = {"generations": 2, "population": 16}
+
+
 @pytest.mark.parametrize(("jerk", "by_b_spline"), [(200.0, 1.346), pytest.param(2000.0, 1.278, marks=pytest.mark.long)])
-@pytest.mark.parametrize("generations", mostly_long([4, 30], 4))
-def test_least_time_is_below_that_of_an_even_b_spline(jerk, by_b_spline, generations):
+@pytest.mark.parametrize(
+    "search",
+    mostly_long(
+        [{"generations": 2, "population": 16}, {"generations": 4}, {"generations": 30}],
+        {"generations": 2, "population": 16},
+    ),
+    ids=str,
+)
+def test_least_time_is_below_that_of_an_even_b_spline(jerk, by_b_spline, search):
     """The B-spline of degree 5 with 24 control points was optimised by another package."""
     limits = ARM["limits"] | {"jerk": jerk}
-    best = optimise(problem(robot=ARM | {"limits": limits}), seed=1, generations=generations, progress=False).pick("0")
+    best = optimise(problem(robot=ARM | {"limits": limits}), seed=1, progress=False, **search).pick("0")
     assert best.F["time"] < by_b_spline
     assert certify(best).proven
     t = np.linspace(0.0, best.F["time"], 5001)

@@ -57,8 +57,9 @@ MISSED = ("tool speed", "payload")
 PROVEN = ("effort", "tool speed")
 
 
-def solved(problem: TrajectoryProblem) -> Front:
-    return optimise(problem, seed=1, generations=20, population=40, progress=False, polish=False)
+def solved(problem: TrajectoryProblem, size: tuple[int, int]) -> Front:
+    generations, population = size
+    return optimise(problem, seed=1, generations=generations, population=population, progress=False, polish=False)
 
 
 @pytest.fixture(scope="module", params=mostly_long(PROBLEMS, "tool speed"))
@@ -66,9 +67,9 @@ def name(request) -> str:
     return request.param
 
 
-@pytest.fixture(scope="module")
-def fronts(name) -> dict[str, Front]:
-    return {limits: solved(PROBLEMS[name](limits)) for limits in ("sampled", "certified")}
+@pytest.fixture(scope="module", params=mostly_long([(10, 16), (20, 40)], (10, 16)), ids=str)
+def fronts(name, request) -> dict[str, Front]:
+    return {limits: solved(PROBLEMS[name](limits), request.param) for limits in ("sampled", "certified")}
 
 
 def random_vectors(problem, count=60) -> np.ndarray:

@@ -7,7 +7,7 @@ import pytest
 
 from tests.formulation.test_broad_phase import Everything, decided
 from tests.formulation.test_clearance import LIMITS
-from tests.helpers import assert_exact_gradients
+from tests.helpers import assert_exact_gradients, mostly_long
 from trajevo import ViaPointProblem, ViaPoints, certify, load_robot, optimise, verify
 from trajevo.base import jit
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -192,8 +192,10 @@ def test_gradients_are_finite_differences(robots):
     assert_exact_gradients(problem, np.random.default_rng(0).uniform(0.4, 3.0, (5, problem.n_var)))
 
 
-def test_a_robot_with_followers_is_solved_and_certified(robots):
-    best = optimise(task(robots[0]), seed=1, population=16, generations=4, progress=False).pick("0")
+@pytest.mark.parametrize(("population", "generations"), mostly_long([(8, 2), (16, 4)], (8, 2), several=True))
+def test_a_robot_with_followers_is_solved_and_certified(robots, population, generations):
+    search = {"population": population, "generations": generations}
+    best = optimise(task(robots[0]), seed=1, progress=False, **search).pick("0")
     rows = {row.quantity: row for row in certify(best).rows if row.quantity.startswith("clearance")}
     assert set(rows) == {"clearance to obstacles", "clearance to itself"}
     assert all(row.proven for row in rows.values())

@@ -236,8 +236,10 @@ QUIET = ("--quiet", *UNDRAWN)
 
 
 def test_the_data_of_a_run_imports_nothing_until_it_is_allowed(folder):
-    done = trajevo_process("solve", "task.toml", *QUIET, cwd=folder)
+    done = trajevo("solve", "task.toml", *QUIET, cwd=folder)
     assert done.returncode == 0, done.stderr
+    sys.modules.pop("own_places_cell")
+    _forget()
     (folder / "imported.txt").unlink()
     for command in (("show",), ("verify",), ("certify",), ("resume", *QUIET), ("export", "--format", "csv")):
         name, *options = command
@@ -325,7 +327,8 @@ def test_studies_run_with_functions_beside_them(folder, workers):
     (folder / "study.toml").write_text(
         'task = "task.toml"\nseed = 1\nrepeats = 1\ngenerations = 2\npopulation = 8\n[factors]\nsamples = [4, 6]\n'
     )
-    done = trajevo_process("study", "run", "study.toml", "--workers", workers, cwd=folder)
+    run = trajevo if workers == "1" else trajevo_process
+    done = run("study", "run", "study.toml", "--workers", workers, cwd=folder)
     assert done.returncode == 0, done.stderr + done.stdout
     fronts = list((folder / "runs" / "study").glob("cells/*/front.json"))
     assert len(fronts) == 2

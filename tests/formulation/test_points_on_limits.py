@@ -170,11 +170,12 @@ def test_settings_make_an_equal_problem(usual, tmp_path):
     assert Front.load(tmp_path / "front.json").problem.notes == front.problem.notes
 
 
-def test_a_point_that_may_move_away_from_the_limit_does_not_rest(lift):
+@pytest.mark.parametrize("generations", mostly_long([6, 20], 6))
+def test_a_point_that_may_move_away_from_the_limit_does_not_rest(lift, generations):
     for box in (JointBox(1, [0.05, 0.0]), CartesianBox(1, [0.0, 0.0, 0.05], keep_orientation=False)):
         problem = lift(moving=[box])
         assert problem.notes == ()
-        front = optimise(problem, seed=1, **SMALL)
+        front = optimise(problem, seed=1, **SMALL | {"generations": generations})
         assert len(front) > 5, front.blocking
         assert certify(front.pick("0")).proven
 

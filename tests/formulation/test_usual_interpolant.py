@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.helpers import mostly_long
 from trajevo import Robot, ViaPointProblem, certify, load_task, optimise
 from trajevo.errors import UnknownNameError
 from trajevo.path.via_points import ViaPoints
@@ -138,9 +139,17 @@ def test_a_problem_made_again_from_its_settings_keeps_its_interpolant() -> None:
 
 
 # A B-spline of degree 5 with 24 even control points, optimised by another package, needs 1.346 and 1.278 s.
-@pytest.mark.parametrize(("jerk", "most"), [(200.0, 1.346), pytest.param(2000.0, 1.278, marks=pytest.mark.long)])
-def test_the_default_front_ends_before_an_even_b_spline_of_24_points(jerk: float, most: float) -> None:
-    front = optimise(problem(robot=six_joints(jerk)), seed=1, progress=False)
+FEW = {"population": 24, "generations": 6}
+
+
+@pytest.mark.parametrize(
+    ("jerk", "most", "search"),
+    mostly_long([(200.0, 1.346, FEW), (200.0, 1.346, {}), (2000.0, 1.278, {})], (200.0, 1.346, FEW), several=True),
+)
+def test_the_default_front_ends_before_an_even_b_spline_of_24_points(
+    jerk: float, most: float, search: dict[str, Any]
+) -> None:
+    front = optimise(problem(robot=six_joints(jerk)), seed=1, progress=False, **search)
     fastest = front.least("time")
     assert fastest.F["time"] <= most
     assert certify(fastest).proven

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from tests.helpers import refused, trajevo
+from tests.helpers import mostly_long, refused, trajevo
 from trajevo import Robot, ViaPointProblem, optimise, plots
 from trajevo.formulation.problem import Weights
 from trajevo.front import selection
@@ -180,13 +180,19 @@ def test_mistakes_are_told():
     refused(lambda: cells(bulging(5, 4)), "F: expected 1 to 3 objectives, got 4")
 
 
+@pytest.fixture(scope="module", params=mostly_long([False, True], False), ids=["evolved", "polished"])
+def polish(request):
+    """Whether fronts are polished, so that they have a thousand rows."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory, polish):
     return tmp_path_factory.mktemp("choices")
 
 
 @pytest.fixture(scope="module")
-def fronts(folder):
+def fronts(folder, polish):
     robot = Robot.from_limits(velocity=[1.6, 1.9], acceleration=[6.0, 7.0], jerk=[60.0, 80.0], names=["a", "b"])
     points = [[0.0, 0.5], [0.8, -0.4], [0.2, 0.9]]
     found = {}
@@ -200,7 +206,8 @@ def fronts(folder):
             robot=robot, points=points, interpolant="cubic", objectives=names, duration_bounds=(0.05, 5.0)
         )
         out = folder / f"run{len(names)}"
-        found[len(names)] = optimise(problem, seed=1, population=20, generations=6, progress=False, out=out)
+        sizes = {"population": 20, "generations": 6, "polish": polish}
+        found[len(names)] = optimise(problem, seed=1, **sizes, progress=False, out=out)
     return found
 
 

@@ -9,25 +9,28 @@ import pytest
 from tests.fuzz.run import KINDS, Count, run_chunk
 from tests.helpers import mostly_long
 
-#: Inputs of each kind, and of them those of an ordinary run.
-MORE, FEW = 10, 3
+#: Inputs of each kind: where they begin, how many hypothesis draws at a time, which takes long, and how many are read.
+#: An ordinary run reads one that it draws, and one that it does not.
+FEW, SOME, MORE = (1, 2, 2), (20, 25, 3), (20, 25, 10)
 
 SCRIPT = """
 import sys
 from pathlib import Path
-from tests.fuzz.worker import work
+from hypothesis import settings
+from tests.fuzz import worker
 found = []
 folder, *names = sys.argv[1:]
-done = work(Path(folder), 20, range(20, 20 + {few}), names, lambda *told: found.append(told))
+worker._DRAWS = settings(worker._DRAWS, max_examples={drawn})
+done = worker.work(Path(folder), 20, range({first}, {first} + {count}), names, lambda *told: found.append(told))
 print(*found, sep="\\n")
 print(done)
 """
 
 
-@pytest.mark.parametrize("count", mostly_long([FEW, MORE], FEW))
-def test_mutated_files_cost_a_sentence_each(tmp_path, count):
-    """All kinds at the places 20 to 29, of which hypothesis draws five, in a process of its own with bounded memory."""
-    command = [sys.executable, "-c", SCRIPT.format(few=count), tmp_path, *KINDS]
+@pytest.mark.parametrize(("first", "drawn", "count"), mostly_long([FEW, SOME, MORE], FEW, several=True))
+def test_mutated_files_cost_a_sentence_each(tmp_path, first, drawn, count):
+    """All kinds, at most at the places 20 to 29, of which hypothesis draws five, in a process with bounded memory."""
+    command = [sys.executable, "-c", SCRIPT.format(first=first, drawn=drawn, count=count), tmp_path, *KINDS]
     result = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
     assert (result.returncode, result.stderr) == (0, "")
     assert result.stdout.strip() == str(count * len(KINDS))

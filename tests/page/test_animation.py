@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from tests.formulation.test_attached import POST, planar
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from tests.page.reading import Page
 from trajevo import ViaPointProblem, animate, load_robot, optimise
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -163,23 +163,25 @@ def test_nothing_is_left_running_and_nothing_is_printed(hybrid, tmp_path, monkey
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_film_has_a_frame_for_every_instant_in_real_time(carrying, tmp_path):
-    file = animate(carrying, tmp_path / "arm.gif", rate=2)
+@pytest.mark.parametrize("rate", mostly_long([1, 2], 1))
+def test_a_film_has_a_frame_for_every_instant_in_real_time(carrying, tmp_path, rate):
+    file = animate(carrying, tmp_path / "arm.gif", rate=rate)
     with Image.open(file) as film:
         frames = [film.seek(k) or film.convert("RGB").copy() for k in range(film.n_frames)]
-        assert film.info["duration"] == 500
-    assert len(frames) == int(np.ceil(2 * float(carrying.trajectory.duration[0]))) + 1
+        assert film.info["duration"] == 1000 // rate
+    assert len(frames) == int(np.ceil(rate * float(carrying.trajectory.duration[0]))) + 1
     different = np.abs(np.asarray(frames[0], dtype=int) - np.asarray(frames[1], dtype=int)) > 40
     assert 100 < different.any(axis=2).sum() < 0.5 * different.shape[0] * different.shape[1]
 
 
 @pytest.mark.skipif(shutil.which("ffprobe") is None, reason="ffmpeg is not installed")
-def test_a_film_as_mp4_lasts_as_long_as_the_motion(carrying, tmp_path):
-    file = animate(carrying, tmp_path / "arm.mp4", rate=2)
+@pytest.mark.parametrize("rate", mostly_long([1, 2], 1))
+def test_a_film_as_mp4_lasts_as_long_as_the_motion(carrying, tmp_path, rate):
+    file = animate(carrying, tmp_path / "arm.mp4", rate=rate)
     told = ["-show_entries", "stream=nb_frames,r_frame_rate,pix_fmt", "-of", "default=noprint_wrappers=1", file]
     found = subprocess.run(["ffprobe", "-v", "error", *told], capture_output=True, text=True, check=True).stdout
-    frames = int(np.ceil(2 * float(carrying.trajectory.duration[0]))) + 1
-    assert set(found.split()) == {f"nb_frames={frames}", "r_frame_rate=2/1", "pix_fmt=yuv420p"}
+    frames = int(np.ceil(rate * float(carrying.trajectory.duration[0]))) + 1
+    assert set(found.split()) == {f"nb_frames={frames}", f"r_frame_rate={rate}/1", "pix_fmt=yuv420p"}
 
 
 def test_a_film_has_obstacles_near_the_motion_whole_in_its_box(carrying):

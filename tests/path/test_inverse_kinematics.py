@@ -55,7 +55,8 @@ def test_neighbouring_poses_have_neighbouring_joints():
     np.testing.assert_allclose(q[0], start, rtol=0.0, atol=1e-6)
 
 
-def test_no_solution_known_is_nearer(robot):
+@pytest.mark.parametrize("count", mostly_long([3, 8], 3))
+def test_no_solution_known_is_nearer(robot, count):
     """Neither what the pose was made from nor what SciPy finds from a few starts."""
     (before, far), _ = poses_of(robot, 2, seed=4)
     generator, limits = np.random.default_rng(6), robot.limits
@@ -63,7 +64,7 @@ def test_no_solution_known_is_nearer(robot):
     ranges = JointRanges.of(robot, ToolKinematics.of(robot))
     for aim in (far, beside):
         pose = Pose(*(values[0] for values in robot.tool_poses(aim[None])))
-        starts = [before, *generator.uniform(limits.lower, limits.upper, (8, robot.dof))]
+        starts = [before, *generator.uniform(limits.lower, limits.upper, (count, robot.dof))]
         tries = [posture_by_scipy(robot, pose.position, pose.rotation, start) for start in starts]
         theirs = ranges.unwound(np.array([aim, *(q for q in tries if q is not None)]), before)
         ours = inverse_kinematics(robot, [pose], start=before)[0]

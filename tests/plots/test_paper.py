@@ -90,9 +90,15 @@ def assert_fit_for_print(figure, width):
             assert all(key.y0 >= panel.get_window_extent().y1 for panel in figure.axes if panel.name != "3d")
 
 
-@pytest.mark.parametrize("width", mostly_long(["column", "page", 120.0], "column"))
-def test_every_picture_of_a_run_is_fit_for_print(drawings, width):
-    for name, (front, analyses, stem) in drawings.items():
+PRINTED = [("column", False), ("column", True), ("page", True), (120.0, True)]
+
+
+@pytest.mark.parametrize(("width", "every"), mostly_long(PRINTED, PRINTED[0], several=True))
+def test_every_picture_of_a_run_is_fit_for_print(drawings, width, every):
+    """Of all runs, or each kind of picture of one of them."""
+    kinds = {stem: name for name, (_, _, stem) in drawings.items()}
+    for name in drawings if every else kinds.values():
+        front, analyses, stem = drawings[name]
         (draw,) = (draw for each, _, draw in _drawings(front, analyses, width) if each == stem)
         try:
             assert_fit_for_print(draw(), plots.WIDTHS.get(width, width))
@@ -206,7 +212,8 @@ def test_vector_files_keep_their_text_and_their_width(fronts, tmp_path, ending):
         assert width == pytest.approx(85.0 * MM * 72.0, abs=0.01)
 
 
-@pytest.mark.parametrize("ending", mostly_long(["pdf", "svg", "png"], "pdf"))
+@pytest.mark.long
+@pytest.mark.parametrize("ending", ["pdf", "svg", "png"])
 def test_files_are_the_same_each_time(fronts, tmp_path, ending):
     front = fronts["reparam"]
     first = {file.name: file.read_bytes() for file in draw_files(front, tmp_path, format=ending)}
@@ -307,13 +314,17 @@ def test_axes_in_space_are_not_taken_for_a_plane(fronts):
     refused(lambda: plots.hypervolume(fronts["pointing"], ax=space), "ax: expected axes in the plane")
 
 
-def test_the_command_writes_a_runs_pictures(fronts, tmp_path):
+def test_the_command_writes_a_runs_pictures_the_same_each_time(fronts, tmp_path):
     front = fronts["pointing"]
     front.save(tmp_path / "front.json")
     done = trajevo("pictures", tmp_path / "front.json", "--width", "column", "--out", tmp_path / "figures")
     assert done.returncode == 0, done.stderr
     files = sorted(file.name for file in (tmp_path / "figures").iterdir())
     assert files == ["front.pdf", "front_3d.pdf", "hypervolume.pdf", "parallel.pdf", "profiles.pdf", "tool_path.pdf"]
+    again = draw_files(front, tmp_path / "again", width="column")
+    assert {file.name: file.read_bytes() for file in again} == {
+        file.name: file.read_bytes() for file in (tmp_path / "figures").iterdir()
+    }
     for arguments, says in ((("--format", "gif"), "unknown format 'gif'"), (("--width", "wide"), "width: expected")):
         told = trajevo("pictures", tmp_path / "front.json", *arguments, "--out", tmp_path / "figures")
         assert told.returncode == 2

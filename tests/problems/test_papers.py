@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from tests.helpers import mostly_long
 from tests.reference import SUN2020, TABLE_4_DURATIONS
 from trajevo import optimise
 from trajevo.problems import HybridManipulator, PointingMechanism
@@ -69,13 +70,20 @@ def test_sun_least_times_are_on_the_limit(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "least_time", "within", "hypervolume"),
-    [("smooth", 13.3103, 0.01, 0.466), pytest.param("quintic", 10.5852, 0.02, 0.576, marks=pytest.mark.long)],
+    ("name", "least_time", "within", "hypervolume", "generations", "population"),
+    mostly_long(
+        [
+            ("smooth", 13.3103, 0.01, 0.466, 100, 100),
+            ("smooth", 13.3103, 0.01, 0.466, 200, 150),
+            ("quintic", 10.5852, 0.02, 0.576, 200, 150),
+        ],
+        ("smooth", 13.3103, 0.01, 0.466, 100, 100),
+        several=True,
+    ),
 )
-def test_sun_front_of_a_full_run(name, least_time, within, hypervolume):
-    front = optimise(
-        PointingMechanism(interpolant=name), seed=1, generations=200, population=150, progress=False, polish=False
-    )
+def test_sun_front_of_a_full_run(name, least_time, within, hypervolume, generations, population):
+    search = {"seed": 1, "generations": generations, "population": population}
+    front = optimise(PointingMechanism(interpolant=name), progress=False, polish=False, **search)
     assert front.F[0, 0] == pytest.approx(least_time, rel=within)
     shown = np.column_stack([front.F[:, 0], np.degrees(front.F[:, 1:])]) / [40.0, 15.0, 40.0]
     assert moocore.hypervolume(shown, ref=[1.0, 1.0, 1.0]) >= hypervolume
@@ -84,18 +92,32 @@ def test_sun_front_of_a_full_run(name, least_time, within, hypervolume):
     assert (front.X <= 10.0).all()
 
 
-def test_sun_alternatives_dominate_the_papers_curve():
-    settings = {"seed": 0, "generations": 60, "population": 80, "progress": False}
-    fronts = {name: optimise(PointingMechanism(interpolant=name), **settings, polish=False).F for name in INTERPOLANTS}
-    for name in ("smooth", "quintic", "septic_spline"):
+#: Curves, generations and population.
+ALTERNATIVES = [(("quintic",), 30, 50), (("smooth", "quintic", "septic_spline"), 60, 80)]
+
+
+@pytest.mark.parametrize(
+    ("names", "generations", "population"),
+    mostly_long(
+        [(("quintic",), 30, 50), (("smooth", "quintic", "septic_spline"), 60, 80)], (("quintic",), 30, 50), several=True
+    ),
+)
+def test_sun_alternatives_dominate_the_papers_curve(names, generations, population):
+    settings = {"seed": 0, "generations": generations, "population": population, "progress": False}
+    fronts = {
+        name: optimise(PointingMechanism(interpolant=name), **settings, polish=False).F for name in ("printed", *names)
+    }
+    for name in names:
         beaten = [(fronts[name] <= row).all(axis=1).any() for row in fronts["printed"]]
         assert np.mean(beaten) > 0.95, name
         assert not any((fronts["printed"] <= row).all(axis=1).any() for row in fronts[name])
 
 
-def test_guo_archive_of_four_objectives_holds_a_low_cost():
-    front = optimise(HybridManipulator(convention="printed"), seed=1, progress=False, polish=False)
-    assert (front.run.settings["population"], front.run.generations) == (100, 200)
+@pytest.mark.parametrize("generations", mostly_long([60, None], 60))
+def test_guo_archive_of_four_objectives_holds_a_low_cost(generations):
+    given = {} if generations is None else {"generations": generations}
+    front = optimise(HybridManipulator(convention="printed"), seed=1, progress=False, polish=False, **given)
+    assert (front.run.settings["population"], front.run.generations) == (100, generations or 200)
     assert front.run.settings["crossover_index"] == 10.0
     assert front.run.settings["mutation_index"] == 100.0
     best = front.weighted(front.problem.paper_weights)
@@ -103,8 +125,10 @@ def test_guo_archive_of_four_objectives_holds_a_low_cost():
     assert cost(front.F).min() <= 2.85
 
 
-def test_guo_nsga2_on_the_cost_alone():
-    front = optimise(HybridManipulator(convention="printed", objectives="cost"), seed=1, progress=False, polish=False)
+@pytest.mark.parametrize("given", mostly_long([{"generations": 130}, {}], {"generations": 130}), ids=str)
+def test_guo_nsga2_on_the_cost_alone(given):
+    problem = HybridManipulator(convention="printed", objectives="cost")
+    front = optimise(problem, seed=1, progress=False, polish=False, **given)
     assert front.F[0, 0] <= 2.5400
     assert front.F[0, 0] >= 2.537712 - 1e-6
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from tests.reference import RAJI2022
 from trajevo import ViaPoints, load_problem, optimise
 from trajevo.capacity.dlcc import dlcc
@@ -75,11 +75,13 @@ def test_energy_and_torque_of_the_printed_motion(printed):
     assert (G <= 0.0).all()  # the ranges are widened just enough
 
 
-def test_the_front_of_time_jerk_and_energy(printed):
+@pytest.mark.parametrize("generations", mostly_long([50, None], 50))
+def test_the_front_of_time_jerk_and_energy(printed, generations):
     """Population 100, 100 generations, seed 0: hypervolume of F / (20, 20, 800) at least 0.4395."""
     problem, _ = printed
-    front = optimise(problem, seed=0, starts="random", progress=False, polish=False)
-    assert front.run.evaluations == 10_000
+    given = {} if generations is None else {"generations": generations}
+    front = optimise(problem, seed=0, starts="random", progress=False, polish=False, **given)
+    assert front.run.evaluations == 100 * (generations or 100)
     assert front.history.reference_point == (20.0, 20.0, 800.0)
     assert front.history.hypervolume[-1] >= 0.4395
     time, _, energy = front.F.T

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from trajevo import Front, GeometricPath, TrajevoError, load_problem, optimise
 from trajevo.capacity.dlcc import dlcc, dlcc_sampled
 from trajevo.problems import HybridManipulator, TimeJerkReparameterisation
@@ -161,15 +161,15 @@ def test_the_shape_encoding_ends_in_a_front_of_time_and_jerk():
     assert all(np.diff(front.history.hypervolume) >= -1e-3)
 
 
-def test_seeds_are_taken_from_fronts_and_arrays():
-    for encoding in ("plain", "shape"):
-        problem = TimeJerkReparameterisation(path="s", limits="hull", encoding=encoding)
-        seeds = solve_nnc(problem, points=3)
-        assert len(seeds) == 3
-        front = optimise(problem, seed=1, generations=1, population=20, initial=seeds, progress=False, polish=False)
-        assert front.run.settings["initial"] == 3
-        assert front.F[:, 0].min() == pytest.approx(seeds.F[0, 0], rel=1e-9)
-        assert front.F[:, 1].min() == pytest.approx(seeds.F[-1, 1], rel=1e-6)
+@pytest.mark.parametrize("encoding", mostly_long(["plain", "shape"], "shape"))
+def test_seeds_are_taken_from_fronts_and_arrays(encoding):
+    problem = TimeJerkReparameterisation(path="s", limits="hull", encoding=encoding)
+    seeds = solve_nnc(problem, points=3)
+    assert len(seeds) == 3
+    front = optimise(problem, seed=1, generations=1, population=20, initial=seeds, progress=False, polish=False)
+    assert front.run.settings["initial"] == 3
+    assert front.F[:, 0].min() == pytest.approx(seeds.F[0, 0], rel=1e-9)
+    assert front.F[:, 1].min() == pytest.approx(seeds.F[-1, 1], rel=1e-6)
 
 
 def test_bad_seeds_are_refused():

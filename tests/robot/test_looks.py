@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.helpers import mostly_long
 from trajevo import load_robot
 from trajevo.robot.robot import robot_of
 from trajevo.robot.shapes.collada import diffuse_colour
@@ -55,11 +56,10 @@ def test_a_robot_from_text_with_a_base_stands_there_with_its_looks():
     np.testing.assert_allclose(base.vertices.mean(axis=0), [1.0, 2.0, 3.0])
 
 
-def test_a_robot_of_a_file_keeps_its_meshes_with_a_base():
-    given = {"tool": "tool0", "limits": FREE}
-    plain, standing = (
-        link_shapes(load_robot("ur5", **given, **more)) for more in ({}, {"base": {"position": [1, 0, 0]}})
-    )
+@pytest.mark.parametrize("name", mostly_long(["ur5", "xarm7"], "xarm7"))
+def test_a_robot_of_a_file_keeps_its_meshes_with_a_base(name):
+    given = {"name": name, "tool": {"ur5": "tool0"}.get(name), "limits": FREE}
+    plain, standing = (link_shapes(load_robot(**given, **more)) for more in ({}, {"base": {"position": [1, 0, 0]}}))
     assert [one.link for one in standing] == [one.link for one in plain]
     np.testing.assert_allclose(standing[0].vertices - plain[0].vertices, [[1.0, 0.0, 0.0]] * len(plain[0].vertices))
     np.testing.assert_array_equal(standing[3].vertices, plain[3].vertices)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.fuzz.kinds import _COLLISION, LIMITS, PLAIN, URDF, _dae, _obj, _stl, _stl_text
-from tests.helpers import refused
+from tests.helpers import mostly_long, refused
 from trajevo import TrajevoError, load_robot
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene, Sphere
@@ -158,7 +158,7 @@ def chain(count, kind="revolute"):
     return f'<robot name="chain">{links}{joints}</robot>'
 
 
-@pytest.mark.parametrize("kind", ["revolute", "fixed"])
+@pytest.mark.parametrize("kind", mostly_long(["revolute", "fixed"], "revolute"))
 def test_checks_of_a_long_chain_take_steps_in_proportion_to_it(kind, tmp_path):
     """Counted, not timed: function calls of a chain twice as long are twice as many."""
     import cProfile

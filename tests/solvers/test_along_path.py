@@ -175,7 +175,11 @@ def test_a_longest_time_that_is_too_short_is_told(puma, path):
 
 
 #: Encodings, numbers of control points, and sizes of a population.
-BEGINNINGS = [("shape", 44, 8), *((kind, *size) for kind in ("plain", "shape") for size in ((44, 15), (60, 30)))]
+BEGINNINGS = [
+    ("shape", 44, 5),
+    ("shape", 44, 8),
+    *((kind, *size) for kind in ("plain", "shape") for size in ((44, 15), (60, 30))),
+]
 
 
 @pytest.mark.parametrize(("encoding", "count", "size"), mostly_long(BEGINNINGS, BEGINNINGS[0], several=True))

@@ -136,9 +136,9 @@ def test_the_same_seed_gives_the_same_front_and_another_is_used():
     assert other.front.F.shape != first.front.F.shape or (other.front.F != first.front.F).any()
 
 
-@pytest.mark.parametrize("members", mostly_long([3, 8], 3))
-def test_polishing_again_loses_nothing(members):
-    once = polish(evolved(HybridManipulator(convention="printed")), members=members)
+@pytest.mark.parametrize(("members", "generations"), mostly_long([(2, 10), (3, 25), (8, 25)], (2, 10), several=True))
+def test_polishing_again_loses_nothing(members, generations):
+    once = polish(evolved(HybridManipulator(convention="printed"), generations), members=members)
     twice = polish(once.front, members=members)
     assert twice.hypervolume_before == pytest.approx(once.hypervolume_after, rel=1e-9)
     assert twice.hypervolume_after >= twice.hypervolume_before
@@ -313,25 +313,29 @@ def test_a_run_ends_when_its_cpu_time_is_used_up(tmp_path):
         refused(lambda wrong=wrong: optimise(problem, seed=1, cpu_time=wrong), "cpu_time: expected a positive time")
 
 
-@pytest.mark.parametrize("make", mostly_long([HybridManipulator, PointingMechanism], PointingMechanism))
-def test_a_run_evaluates_as_many_individuals_as_it_may(make):
+BUDGETS = [(PointingMechanism, 2000), (PointingMechanism, 4000), (HybridManipulator, 4000)]
+
+
+@pytest.mark.parametrize(("make", "most"), mostly_long(BUDGETS, BUDGETS[0], several=True))
+def test_a_run_evaluates_as_many_individuals_as_it_may(make, most):
     settings = {"seed": 1, "generations": 10**6, "population": 40, "starts": "random", "progress": False}
-    plain = optimise(make(), evaluations=4000, polish=False, **settings)
-    assert plain.run.evaluations == 4000
-    polished = optimise(make(), evaluations=4000, **settings)
-    assert polished.run.generations == 50
+    plain = optimise(make(), evaluations=most, polish=False, **settings)
+    assert plain.run.evaluations == most
+    polished = optimise(make(), evaluations=most, **settings)
+    assert polished.run.generations == most // 80
     # The stage at which they are used up is gone through: a filling, or a gradient of every member.
-    assert 2000 < polished.run.evaluations < 6000
+    assert 0.5 * most < polished.run.evaluations < 1.5 * most
     assert polished.history.hypervolume[-1] > plain.history.hypervolume[-1]
-    again = optimise(make(), evaluations=4000, **settings)
+    again = optimise(make(), evaluations=most, **settings)
     np.testing.assert_array_equal(again.F, polished.F)
     for wrong in (0, 1.5, True):
         refused(lambda wrong=wrong: optimise(make(), seed=1, evaluations=wrong), "evaluations: expected a whole number")
 
 
-def test_polishing_ends_in_time_and_when_it_is_told_to(monkeypatch, tmp_path):
-    front = evolved(HybridManipulator())
-    whole, short = polish(front), polish(front, cpu_time=0.02)
+@pytest.mark.parametrize("members", mostly_long([6, None], 6))
+def test_polishing_ends_in_time_and_when_it_is_told_to(members, monkeypatch, tmp_path):
+    front, size = evolved(HybridManipulator()), {} if members is None else {"members": members, "rounds": 1}
+    whole, short = polish(front, **size), polish(front, cpu_time=0.02, **size)
     assert short.seconds < whole.seconds
     assert short.gradients < whole.gradients
     assert short.hypervolume_after >= short.hypervolume_before

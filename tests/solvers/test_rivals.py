@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from tests.helpers import POINTS
+from tests.helpers import POINTS, mostly_long
 from trajevo import TrajevoError, load_robot
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.plots.rivals import plot_rivals
@@ -80,10 +80,11 @@ def test_effort_limits_slow_down_what_carries_too_much(rivals):
     assert slower.time > rivals["quintic_spline"].time * 1.01
 
 
-def test_what_is_measured_is_what_the_motion_does(rivals):
+@pytest.mark.parametrize("count", mostly_long([4_001, 20_001], 4_001))
+def test_what_is_measured_is_what_the_motion_does(rivals, count):
     for rival in rivals.values():
         trajectory = rival.rollout.trajectory
-        motion = trajectory.sample(20_001)
+        motion = trajectory.sample(count)
         points = PickAndPlace().interpolant.points.positions
         beyond = np.maximum(motion.q[0].max(axis=0) - points.max(axis=0), points.min(axis=0) - motion.q[0].min(axis=0))
         assert rival.overshoot == pytest.approx(max(beyond.max(), 0.0), abs=1e-4)

@@ -16,7 +16,7 @@ import xarray as xr
 from scipy.stats import mannwhitneyu
 from typer.testing import CliRunner
 
-from tests.helpers import refused, small_problem, trajevo
+from tests.helpers import mostly_long, refused, small_problem, trajevo
 from trajevo import Front, load_problem, optimise
 from trajevo.cli.init import write_example
 from trajevo.cli.study import app
@@ -215,12 +215,13 @@ def test_unfinished_cells_are_counted_and_none_is_refused(tmp_path, folder):
     refused(lambda: collect(tmp_path / "study"), "holds another run than this cell's: seed 12, not ")
 
 
-def test_polished_runs_are_collected_with_what_polishing_found_and_took(tmp_path):
+@pytest.mark.parametrize("repeats", mostly_long([1, 2], 1))
+def test_polished_runs_are_collected_with_what_polishing_found_and_took(tmp_path, repeats):
     points = [[0.2, 0.1], [0.0, 0.3], [-0.2, 0.0]]
     fixed = {"robot": "pointing_mechanism", "points": points, "duration_bounds": [1.0, 10.0], "starts": "random"}
-    ran(tmp_path / "study", "via-points", fixed=fixed, factors={"polish": [False, True]}, repeats=2)
+    ran(tmp_path / "study", "via-points", fixed=fixed, factors={"polish": [False, True]}, repeats=repeats)
     results = collect(tmp_path / "study")
-    plain, polished = results.cells[:2], results.cells[2:]
+    plain, polished = results.cells[:repeats], results.cells[repeats:]
     for one in plain:
         assert len(one.hypervolume) == one.generations == 6
     for one in polished:

@@ -29,7 +29,7 @@ from trajevo.study.folder import StudyFolder
 from trajevo.study.run import run_study, study_standing
 
 #: Cells that take long enough for a process to be killed in the midst of them.
-LONG = {"generations": 60, "population": 60}
+LONG = {"generations": 60, "population": 24}
 
 
 def small(**changes):
@@ -122,9 +122,7 @@ def test_processes_give_the_fronts_of_one_process(tmp_path, expected, start_meth
 
 
 @pytest.mark.parametrize("workers", mostly_long([1, 2], 1))
-def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_this_machine_alone(
-    tmp_path, expected, workers
-):
+def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_this_machine_alone(tmp_path, workers):
     """Listening sockets of this process and of all that it starts, while a study runs."""
     psutil = pytest.importorskip("psutil")  # which distributed needs
     seen = set()
@@ -141,15 +139,16 @@ def test_a_cluster_of_its_own_gives_the_fronts_of_one_process_and_listens_to_thi
             time.sleep(0.2)
 
     before, done = [c for c in psutil.Process().net_connections("inet") if c.status == "LISTEN"], []
-    # With a time limit each worker needs a process for its evaluations.
-    study = small(fixed={"time_limit": 30.0})
+    # With a time limit each worker needs a process for its evaluations, and each cell one of its own.
+    study = small(fixed={"time_limit": 30.0}, repeats=workers)
     with meanwhile(watch):
         try:
             assert run(study, tmp_path / "study", DaskCluster(workers)).finished
         finally:
             done.append(True)
     assert seen == {"127.0.0.1"}
-    assert hash_of(study, tmp_path / "study") == expected
+    assert run(small(repeats=workers), tmp_path / "expected").finished
+    assert hash_of(study, tmp_path / "study") == hash_of(study, tmp_path / "expected")
 
 
 def test_finished_cells_are_skipped_and_new_ones_are_run(tmp_path):
@@ -424,11 +423,12 @@ def test_algorithms_are_levels(tmp_path):
 
 
 @pytest.mark.skipif(find_spec("numba") is None, reason="only one kind of kernel without numba")
-def test_all_cells_use_one_kind_of_kernel_whatever_gets_ready(tmp_path, monkeypatch):
+@pytest.mark.parametrize("start_method", mostly_long(["fork", "spawn"], "fork"))
+def test_all_cells_use_one_kind_of_kernel_whatever_gets_ready(tmp_path, monkeypatch, start_method):
     monkeypatch.setenv(jit.CHOICE, "numpy")
     study = small(repeats=1)
     run(study, tmp_path)
     monkeypatch.setenv(jit.CHOICE, "compiled")
     longer = small(repeats=2)
-    run(longer, tmp_path, Processes(1))
+    run(longer, tmp_path, Processes(1, start_method=start_method))
     assert [front.run.kernels for front in fronts(longer, tmp_path)] == ["numpy"] * 4

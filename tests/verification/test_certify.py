@@ -398,18 +398,25 @@ def test_the_command_line_prints_the_certificate_and_fails_where_a_limit_is_brok
     assert "error: tolerance: expected a share" in bad.stderr
 
 
-def test_exports_and_reports_carry_the_certificate(front, tmp_path):
+@pytest.fixture(scope="module")
+def knee():
     problem = load_problem("pointing")
-    knee = optimise(problem, seed=1, generations=4, population=20, progress=False, polish=False).knee()
+    return optimise(problem, seed=1, generations=4, population=20, progress=False, polish=False).knee()
+
+
+@pytest.mark.parametrize("format", mostly_long(["csv", "ros2", "mujoco", "moveit"], "csv"))
+def test_exports_carry_the_certificate_above_their_rows(knee, tmp_path, format):
+    text = export(knee, tmp_path / f"k.{format}", format=format).read_text()
+    assert "\n# certificate: {" in text
+    assert json.dumps(str(certify(knee))) in text
+
+
+def test_exports_and_reports_carry_the_certificate(knee, tmp_path):
     sentence = str(certify(knee))
     content = json.loads(export(knee, tmp_path / "k.json", format="json").read_text())
     assert content["certificate"]["verdict"] == sentence
     assert content["certificate"]["proven"] is True
     assert {row["quantity"] for row in content["certificate"]["rows"]} >= {"position", "effort", "tool speed"}
-    for format in ("csv", "ros2", "mujoco", "moveit"):
-        text = export(knee, tmp_path / f"k.{format}", format=format).read_text()
-        assert "\n# certificate: {" in text
-        assert json.dumps(sentence) in text
     import xarray as xr
 
     export(knee.front, tmp_path / "f.nc", format="netcdf")

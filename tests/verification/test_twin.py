@@ -42,7 +42,8 @@ ROBOTS = {
 #: How much of what trajevo computes may differ from MuJoCo: efforts [N·m or N], positions [m] or rotations.
 EFFORT, POSE = 1e-9, 1e-12
 
-EXPORTED, DENSE = 10_000, 100_000
+#: Instants at which motions are looked at; fewer for a first look. A tenth of them is written to files.
+DENSE, FEWER = 100_000, 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,17 +55,18 @@ class Moved:
     solution: Solution
     table: dict
     file: dict
+    count: int
 
     @classmethod
-    def of(cls, name, folder):
+    def of(cls, name, count, folder):
         solution = least_time(name)
         told = json.loads(export(solution, folder / "motion.json", format="json").read_text())
-        return cls(loaded(name), carried(name), solution, replay_of(solution, folder), told)
+        return cls(loaded(name), carried(name), solution, replay_of(solution, folder, count // 10), told, count)
 
     @cached_property
     def states(self):
         """Instants (T,) and positions, velocities, accelerations (T, n_joints) of the polynomials in the file."""
-        return states(self.file["trajectory"], DENSE)
+        return states(self.file["trajectory"], self.count)
 
     @cached_property
     def effort(self):
@@ -145,13 +147,13 @@ def least_time(name):
     return optimise(problem, seed=1, population=20, generations=10, polish=False, progress=False).least("time")
 
 
-def replay_of(solution, folder):
-    """The replay for MuJoCo of ten thousand rows, by name of the column."""
-    step = float(solution.trajectory.duration[0]) / (EXPORTED - 1)
+def replay_of(solution, folder, count):
+    """The replay for MuJoCo of so many rows, by name of the column."""
+    step = float(solution.trajectory.duration[0]) / (count - 1)
     file = export(solution, folder / "motion.csv", format="mujoco", step=step)
     header, *rows = csv.reader(line for line in file.read_text().splitlines() if not line.startswith("#"))
     table = np.array(rows, dtype=float)
-    assert len(table) == EXPORTED
+    assert len(table) == count
     return {kind: table[:, [k for k, key in enumerate(header) if key.endswith(f"_{kind}")]] for kind in KINDS} | {
         "time": table[:, 0]
     }
@@ -160,9 +162,14 @@ def replay_of(solution, folder):
 KINDS = ("qpos", "qvel", "qacc", "force")
 
 
-@pytest.fixture(scope="module", params=mostly_long(ROBOTS, "puma560"))
+@pytest.fixture(
+    scope="module",
+    params=mostly_long([("puma560", FEWER), *((name, DENSE) for name in ROBOTS)], ("puma560", FEWER)),
+    ids=str,
+)
 def moved(request, tmp_path_factory):
-    return Moved.of(request.param, tmp_path_factory.mktemp(request.param))
+    name, count = request.param
+    return Moved.of(name, count, tmp_path_factory.mktemp(name))
 
 
 def rows_of(certificate, quantity):

@@ -154,7 +154,7 @@ def capacity_study(
 
     Raises:
         InvalidInputError: a speed or a duty that is out of its range, no loads, something that is no payload, too many
-            cells, or as for :func:`full_capacity`.
+            cells, no engine, or as for :func:`full_capacity`.
     """
     by_speed = _ascending(speeds, "speeds", "positive numbers", np.inf)
     check_paces(by_speed, "speeds")
@@ -162,6 +162,8 @@ def capacity_study(
     rollout = sampled_motion(motion, samples)
     most, counted = deviation_of(motion, deviation, counted)
     shapes = _shapes(loads, rollout)
+    if engine is not None and not callable(getattr(engine, "map", None)):
+        raise InvalidInputError(f"engine: expected an engine such as Processes(2) or DaskCluster(2), got {engine!r}")
     count = len(by_speed) * len(shapes) * len(by_duty)
     if count > _MOST_CELLS:
         raise InvalidInputError(f"speeds, loads, duties: expected at most {_MOST_CELLS} cells, got {count}")
