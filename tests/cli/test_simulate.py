@@ -6,7 +6,7 @@ from tests.helpers import UNDRAWN, trajevo
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'trajevo[twin]'")
 
-SMALL = ("--generations", "3", "--population", "20", "--no-polish", "--quiet", *UNDRAWN)
+SMALL = ("--generations", "2", "--population", "6", "--no-polish", "--quiet", *UNDRAWN)
 BRIEF = ("--rate", "100", "--settle", "0.1")
 
 
