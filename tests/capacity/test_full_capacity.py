@@ -563,6 +563,18 @@ def test_wrong_arguments_are_refused_with_a_sentence():
             call()
     with pytest.raises(InvalidInputError, match="has no stiffness of any joint"):
         problem(deviation=0.01, robot=ARM)
+    with pytest.raises(InvalidInputError, match=r"^grip\.friction: this key is missing$"):
+        load_robot(ARM, grip={"total_force": 100.0})
+    with pytest.raises(InvalidInputError, match=r"^stand\.com: this key is missing$"):
+        load_robot(ARM, stand={"mass": "90 kg"})
+
+
+def test_the_text_of_a_limit_is_a_sentence():
+    found = full_capacity(point_to_point(load_robot(ARM, drives=STIFF)), deviation=1e-3)
+    assert not found.feasible  # the arm itself gives way by more
+    told = {limit.cause: str(limit) for limit in found.limits}
+    assert told["deviation"].startswith("deviation of the tool, most of it by shoulder at ")
+    assert told["torque_at_speed"].startswith("torque at speed of ")
 
 
 def test_edge_moments_do_not_depend_on_other_states_to_the_bit():

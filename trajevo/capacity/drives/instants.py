@@ -110,7 +110,8 @@ def _searched(most: Array, least: Array, together: Iterable[slice]) -> Array:
     """Which columns are searched finer, shape (columns,): of those together those that bind, or nearly so."""
     searched = np.ones(len(most), dtype=np.bool_)
     for columns in together:
-        nearly = most[columns].min() + _NEARLY * abs(most[columns].min())
+        smallest = most[columns].min()  # -inf where no payload keeps the limit
+        nearly = smallest + _NEARLY * abs(smallest) if np.isfinite(smallest) else smallest
         searched[columns] = (most[columns] <= nearly) | (least[columns] > 0.0)
     return searched
 
