@@ -269,6 +269,20 @@ def test_objectives_are_the_greatest_of_all_joints_with_the_time_at_rest():
         assert found[1:] == pytest.approx([told.rms_share.max(), told.peak_rise.max()], rel=1e-6)
 
 
+def test_a_slope_is_right_where_rounding_turns_a_joint_round_at_its_rest():
+    """Velocities touch 0 at the end; a change of their sign there, of rounding, must not move with the variables."""
+    robot = load_robot("ur5_drives")
+    points = [[0.0, -1.2, 1.4, -1.7, -1.57, 0.0], [1.0, -0.9, 1.2, -1.9, -1.2, 0.8], [2.0, -1.3, 1.6, -1.8, -1.57, 0.0]]
+    of = ViaPointProblem(robot=robot, points=points, objectives=("time",), payload=1.0)
+    random = np.random.default_rng(0)
+    for share in random.random((12, of.n_var)):
+        x, e = of.xl + (0.2 + 0.7 * share) * (of.xu - of.xl), np.eye(of.n_var)[0]
+        steps = x + np.outer([1e-4, -1e-4], e)
+        rough = np.subtract(*rms_torques(of.rollout(steps), Duty(0.5))) / 2e-4
+        slope = rms_torques(of.rollout((x + 1e-20j * e)[None]), Duty(0.5))[0].imag / 1e-20
+        assert slope == pytest.approx(rough, abs=1e-3 * np.abs(rough).max())
+
+
 def test_the_certificate_tells_what_is_proven_and_what_is_an_integral():
     of = problem(objectives=("time", "rms_torque_share"), peak_power=400.0)
     front = optimise(of, generations=4, population=12, seed=0, polish=False, progress=False)

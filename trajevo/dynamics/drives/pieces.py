@@ -24,6 +24,9 @@ from trajevo.trajectory.bernstein import gauss
 PIECE_NODES = 20
 _SHARES = np.linspace(0.0, 1.0, 41)
 
+#: Slope at a change of sign, as a share of the greatest value in the cell, that is rounding.
+_FLAT = 1e-6
+
 #: Steps of false position to where a sign changes.
 _STEPS = 12
 
@@ -176,7 +179,9 @@ def _changes(values: Array) -> tuple[Array, Array]:
     if not np.iscomplexobj(values):
         return cell, share
     slope = _at(_coefficients(values[cell].real, slopes=True), share)
-    shift = np.where(slope == 0.0, 0.0, _at(chosen, share).imag / np.where(slope == 0.0, 1.0, slope))
+    # Where a joint comes to rest its velocity touches 0, and rounding alone makes it pass: such a place does not move.
+    flat = np.abs(slope) <= _FLAT * np.abs(seen[cell]).max(axis=1)
+    shift = np.where(flat, 0.0, _at(chosen, share).imag / np.where(flat, 1.0, slope))
     return cell, share - 1j * shift
 
 
