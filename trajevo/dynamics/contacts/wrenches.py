@@ -112,10 +112,6 @@ class HeldStates(NamedTuple):
     grip_each: Wrench
 
 
-#: Where nothing is held.
-NOTHING = HeldStates(*[Wrench(np.empty((3, 0)), np.empty((3, 0)))] * 3)
-
-
 @final
 @dataclass(frozen=True, eq=False)
 class HoldingWrenches:
