@@ -63,16 +63,22 @@ def causes_of(rollout: Rollout, deviation: float | None, counted: str) -> tuple[
     robot = rollout.robot
     found = []
     if deviation is not None:
-        bending, far = Bending.of(robot), deviation
+        bending, far = bending_of(rollout), deviation
         found.append(Cause({"deviation": ("",)}, lambda states: deviating(bending, states, far, counted)))
     if robot.grip is not None or robot.stand is not None:
         found.append(_held(rollout, robot.grip, robot.stand))
     return tuple(found)
 
 
+def bending_of(rollout: Rollout) -> Bending:
+    """How the joints of a robot give way, made once."""
+    return rollout.dynamics.once("what gives way", lambda: Bending.of(rollout.robot))
+
+
 def _held(rollout: Rollout, grip: Grip | None, stand: Stand | None) -> Cause:
     """What a grip and a stand hold, one of which is there."""
-    wrenches, gravity = HoldingWrenches.of(rollout.dynamics), np.array(rollout.robot.model.gravity.linear)
+    wrenches = rollout.dynamics.once("what holds", lambda: HoldingWrenches.of(rollout.dynamics))
+    gravity = np.array(rollout.robot.model.gravity.linear)
 
     def bounds(states: MotorStates) -> tuple[Array, Array]:
         held = wrenches.at(states.position, states.velocity, states.acceleration, states.segments)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import frozen, numbers, real_number
-from trajevo.capacity.accuracy.causes import Cause, causes_of
+from trajevo.capacity.accuracy.causes import Cause, bending_of, causes_of
 from trajevo.capacity.accuracy.found import CAUSES, CauseLimit, FullCapacity, ToolDeviation
 from trajevo.capacity.dlcc import sampled_motion
 from trajevo.capacity.drives.drive_capacity import DENSE, Cycling, rollout_mass
@@ -116,7 +116,7 @@ def tool_deviation(
     carried = rollout_mass(rollout) if mass is None else float(numbers(mass, name="mass", shape=()))
     if carried < 0.0:
         raise InvalidInputError(f"mass: expected a payload from 0 on [kg], got {carried}")
-    bending, states = Bending.of(rollout.robot), MotorStates.of_samples(rollout)
+    bending, states = bending_of(rollout), MotorStates.of_samples(rollout)
     moved = _moved(bending, states, carried, counted)
     along = np.sqrt((moved.sum(axis=2) ** 2).sum(axis=1))
     place = int(along.argmax())
@@ -204,7 +204,7 @@ def _of_causes(
             limit = _limit(name, MassesOfJoints(*(each[columns] for each in found)), cause.names[name])
             if name == "deviation" and not np.isnan(limit.time):
                 at = MotorStates.at(rollout, np.array([limit.time]))
-                moved = _moved(Bending.of(rollout.robot), at, max(limit.mass, 0.0), counted)[0]
+                moved = _moved(bending_of(rollout), at, max(limit.mass, 0.0), counted)[0]
                 limit = replace(limit, place=rollout.robot.joint_names[int((moved.sum(axis=1) @ moved).argmax())])
             yield limit
 

@@ -41,6 +41,9 @@ _HALVINGS, _RESOLVED = 8, 1e-9
 #: How near to the ends of pieces limits are looked at, as a share of the motion.
 NEAR = 1e-7
 
+#: Masses beyond so many times the least one that a joint allows are not sought where the joint that binds counts alone.
+_BEYOND = 1.1
+
 #: A joint whose drive says nothing of a cause.
 _FREE = MassesOfJoint(0.0, np.inf, np.nan)
 
@@ -213,7 +216,8 @@ class Cycling(NamedTuple):
         masses = dict(zip(sought, found, strict=False))
         free = _columns([_FREE] * len(drives))
         limits = [_limit(cause, masses.get(cause, free), known[cause]) for cause in causes]
-        limits += [self._by_heat(cause, asked, binding) for cause, asked in self._heat_limits().items()]
+        joints = self.joints
+        limits += [_by_heat(cause, joints, asked, binding) for cause, asked in self._heat_limits().items()]
         return CycleLimits(tuple(limits), tuple(found[len(sought) :]))
 
     def _heat_limits(self) -> dict[str, list[HeatLimit | None]]:
@@ -224,17 +228,6 @@ class Cycling(NamedTuple):
             "rms_torque": [None if most is None else HeatLimit(most**2) for most in continuous],
             "temperature": temperatures,
         }
-
-    def _by_heat(self, cause: str, asked: Sequence[HeatLimit | None], binding: bool) -> DriveLimit:
-        """What a limit of every joint over the whole cycle allows."""
-        joints = self.joints
-        rows = [_FREE if limit is None else joint.roughly(limit) for joint, limit in zip(joints, asked, strict=True)]
-        rough = _columns(rows)
-        closely = nearly_binding(rough.most, rough.least) if binding else np.ones(len(rows), dtype=np.bool_)
-        for k in np.flatnonzero(closely).tolist():
-            limit = asked[k]
-            rows[k] = _FREE if limit is None else joints[k].masses(limit, rows[k])
-        return _limit(cause, _columns(rows), np.array([limit is not None for limit in asked]))
 
     def heats(self, mass: float) -> Iterator[tuple[float, float, float, float]]:
         """RMS torque, mean and greatest temperature in the last cycle [K], and the instant of that, of every joint."""
@@ -268,6 +261,27 @@ class Cycling(NamedTuple):
             held = (0.0, 0.0) if drive.brake else (float(self.held.load[0, k]), float(self.held.per_kilogram[0, k]))
             found.append(JointCycle(self.cycle, rotor, load, each, np.sign(middle[:, k]), held, drive.efficiencies))
         return tuple(found)
+
+
+def _by_heat(cause: str, joints: Sequence[JointCycle], asked: Sequence[HeatLimit | None], binding: bool) -> DriveLimit:
+    """What a limit of every joint over the whole cycle allows."""
+    rows, bound = [_FREE] * len(joints), np.inf
+    for k, joint in sorted(enumerate(joints), key=lambda each: _strain(each[1], asked[each[0]]), reverse=True):
+        limit = asked[k]
+        rows[k] = _FREE if limit is None else joint.roughly(limit, bound)
+        if binding and 0.0 < rows[k].most < bound:
+            bound = min(bound, _BEYOND * rows[k].most)
+    rough = _columns(rows)
+    closely = nearly_binding(rough.most, rough.least) if binding else np.ones(len(rows), dtype=np.bool_)
+    for k in np.flatnonzero(closely).tolist():
+        limit = asked[k]
+        rows[k] = _FREE if limit is None else joints[k].masses(limit, rows[k])
+    return _limit(cause, _columns(rows), np.array([limit is not None for limit in asked]))
+
+
+def _strain(joint: JointCycle, limit: HeatLimit | None) -> float:
+    """How much of a limit a kilogram takes, roughly: joints of which it takes most are looked at first."""
+    return 0.0 if limit is None else float((joint.per_kilogram**2).mean()) / limit.most
 
 
 def _greatest_square(drive: Drive) -> HeatLimit | None:

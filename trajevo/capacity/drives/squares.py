@@ -8,7 +8,7 @@ its direction: the closed form holds on each such interval, and pieces of the mo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import NamedTuple, final
 
 import numpy as np
@@ -27,6 +27,9 @@ _ROUNDS = 6
 
 #: How far from the mass that was found first it is sought again, as a share of it.
 _WINDOW = 0.02
+
+#: Share of a limit below which polynomials through nodes cannot be wrong about it.
+_CLEARLY = 0.95
 
 #: Relative change of the mass that ends the splitting.
 _SETTLED = 1e-12
@@ -88,9 +91,17 @@ class JointCycle:
         """Whether the gear has losses."""
         return self.efficiencies != (1.0, 1.0)
 
-    def roughly(self, limit: HeatLimit) -> MassesOfJoint:
-        """The masses that a limit allows, right to a share of :data:`_WINDOW` where a gear has losses."""
-        return self._masses(limit, (0.0, np.inf))
+    def roughly(self, limit: HeatLimit, up_to: float = np.inf) -> MassesOfJoint:
+        """The masses that a limit allows, right to a share of :data:`_WINDOW` where a gear has losses.
+
+        Args:
+            limit: the limit.
+            up_to: a mass beyond which none is of interest [kg]; the greatest that is found is then at most that.
+        """
+        if self.lossy and up_to < np.inf and self._keeps(limit, up_to):
+            return MassesOfJoint(0.0, up_to, np.nan)
+        found = self._masses(limit, (0.0, up_to))
+        return found if found.most >= 0.0 or up_to == np.inf else self._masses(limit, (0.0, np.inf))
 
     def masses(self, limit: HeatLimit, found: MassesOfJoint) -> MassesOfJoint:
         """The masses that a limit allows, given those of :meth:`roughly`."""
@@ -98,6 +109,17 @@ class JointCycle:
         if limit.time_constant is None or not (np.isfinite(found.time) and np.isfinite(found.most)):
             return found
         return self.split_at(found.most)._hottest(found, limit.most, limit.time_constant)
+
+    def _keeps(self, limit: HeatLimit, up_to: float) -> bool:
+        """Whether all masses up to one [kg] clearly keep a limit.
+
+        The torque at an instant rises or falls with the mass throughout, so that its square is greatest at either end.
+        """
+        ends = np.array([0.0, up_to])
+        loads = self.load + ends[:, None, None] * self.per_kilogram
+        squares = (self.rotor + self._factors(ends) * loads) ** 2
+        held = (self.held[0] + ends * self.held[1]) ** 2
+        return bool(limit.response(self.cycle, squares.max(axis=0), held.max()).max() <= _CLEARLY * limit.most)
 
     def at_mass(self, mass: float) -> tuple[Cycle, Array, Array]:
         """The cycle in pieces on which the square is smooth, the square at its nodes (P, N), and at rest ()."""
@@ -144,7 +166,7 @@ class JointCycle:
 
     def _masses(self, limit: HeatLimit, window: tuple[float, float]) -> MassesOfJoint:
         """The masses in a window, as if the load changed its direction at nodes alone."""
-        edges = self._edges()
+        edges = self._edges
         edges = np.concatenate([window[:1], edges[(edges > window[0]) & (edges < window[1])], window[1:]])
         inner = 0.5 * (edges[1:] + edges[:-1])
         inner[-1] = inner[-1] if np.isfinite(inner[-1]) else edges[-2] + 1.0
@@ -182,6 +204,7 @@ class JointCycle:
                     time = float(self.cycle.ends[piece] + share * self.cycle.durations[piece])
         return MassesOfJoint(found.least, mass, time)
 
+    @cached_property
     def _edges(self) -> Array:
         """Masses between which the loads of all nodes keep their directions, from 0 to inf [kg]."""
         if not self.lossy:

@@ -22,6 +22,9 @@ from trajevo.robot.drive import Drive
 #: Steps of false position to instants at which joints turn round, between samples next to them.
 _STEPS = 24
 
+#: Share of its greatest speed below which a joint has been found to turn round.
+_STILL = 1e-13
+
 #: A drive of which nothing is known.
 UNKNOWN = Drive()
 
@@ -198,6 +201,8 @@ def turning_points(states: MotorStates, rollout: Rollout) -> Array:
             middle = np.where(high == low, middle, (left * high - right * low) / (high - low))
         here = rollout.trajectory.evaluate(middle[None], 1)[0, np.arange(len(joint)), joint]
         same = here * low > 0.0
+        if (np.abs(here) <= _STILL * rollout.trajectory.peak(1)[0, joint]).all():
+            break
         # The end that stays weighs half, so that both ends come near.
         high, low = np.where(same, 0.5 * high, here), np.where(same, here, 0.5 * low)
         left, right = np.where(same, middle, left), np.where(same, right, middle)
