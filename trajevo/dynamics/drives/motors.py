@@ -23,7 +23,7 @@ from trajevo.robot.drive import Drive
 _STEPS = 24
 
 #: Share of its greatest speed below which a joint has been found to turn round.
-_STILL = 1e-13
+_STILL = 1e-14
 
 #: A drive of which nothing is known.
 UNKNOWN = Drive()
@@ -196,14 +196,17 @@ def turning_points(states: MotorStates, rollout: Rollout) -> Array:
     left, right = times[before], times[before + 1]
     low, high = v[before, joint], v[before + 1, joint]
     middle: Array = left
+    before_that = np.full(len(joint), -1)
     for _ in range(_STEPS if len(joint) else 0):
         with np.errstate(divide="ignore", invalid="ignore"):
             middle = np.where(high == low, middle, (left * high - right * low) / (high - low))
         here = rollout.trajectory.evaluate(middle[None], 1)[0, np.arange(len(joint)), joint]
-        same = here * low > 0.0
         if (np.abs(here) <= _STILL * rollout.trajectory.peak(1)[0, joint]).all():
             break
-        # The end that stays weighs half, so that both ends come near.
-        high, low = np.where(same, 0.5 * high, here), np.where(same, here, 0.5 * low)
+        same = here * low > 0.0
+        # An end that stays twice weighs half, so that both ends come near.
+        weight = np.where(same == before_that, 0.5, 1.0)
+        high, low = np.where(same, weight * high, here), np.where(same, here, weight * low)
+        before_that = same
         left, right = np.where(same, middle, left), np.where(same, right, middle)
     return np.unique(middle)
