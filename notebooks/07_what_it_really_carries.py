@@ -53,16 +53,14 @@ for name, drive in robot.drives.items():
 # %% [markdown]
 # ## A motion
 #
-# Over a conveyor, to a box and back, as the knee of a front of time and electrical energy.
+# Over a conveyor, to a box: the fastest of a front of time and mechanical energy.
 
 # %%
 points = np.deg2rad([[0, -69, 80, -97, -90, 0], [57, -52, 69, -109, -69, 46], [115, -74, 92, -103, -90, 0]])
 held = ["position", "velocity", "acceleration", "jerk", "effort", "torque_at_speed"]
-problem = ViaPointProblem(
-    robot=robot, points=points, payload=3.0, objectives=("time", "electrical_energy"), constraints=held
-)
+problem = ViaPointProblem(robot=robot, points=points, payload=3.0, objectives=("time", "energy"), constraints=held)
 front = optimise(problem, seed=1, progress=False, **SIZE)
-motion = front.knee()
+motion = front.pick("least_time")
 plots.front(front)
 print(f"{motion.rollout.trajectory.duration[0]:.3f} s, {len(front)} trade-offs")
 
@@ -90,8 +88,7 @@ for limit in everything.limits:
 # %%
 paces = capacity_by_pace(motion, **asked)
 print(paces)
-plots.what_binds(paces, width="page");
-
+plots.what_binds(paces, width="page")
 # %% [markdown]
 # ## A day
 #
@@ -109,12 +106,12 @@ for mass in (0.8 * forever, forever, 1.2 * forever):
     ax.semilogx(cycles * cycle / 3600.0, rises, label=f"{mass:.2f} kg")
 ax.axhline(min(drive.greatest_rise for drive in robot.drives.values()), color="0.5", linestyle=":")
 ax.set(xlabel="time since the cold start [h]", ylabel="greatest rise of a winding [K]")
-ax.legend();
-
+ax.legend()
 # %% [markdown]
 # ## Speed, load and duty
 #
-# Every combination is a cell; a Dask cluster computes them, here two processes of this machine.
+# Every combination is a cell; a Dask cluster computes them, here two processes of this machine (`pip install 'trajevo[cluster]'`). In a
+# script, whose processes import it again, leave `engine` out or put all of it under `if __name__ == "__main__":`.
 
 # %%
 loads = {"at the tool": Payload(1.0), "150 mm out": Payload(1.0, com=(0.0, 0.0, 0.15))}
@@ -130,7 +127,7 @@ for load in loads:
 # %%
 best = np.unravel_index(study.per_hour.argmax(), study.shape)
 print(
-    f"most mass in an hour: {study.per_hour[best]:.0f} kg/h, {study.mass[best]:.2f} kg {loads and study.loads[best[1]]} "
+    f"most mass in an hour: {study.per_hour[best]:.0f} kg/h, {study.mass[best]:.2f} kg {study.loads[best[1]]} "
     f"at {study.speeds[best[0]]:.2f} of the speed, moving {100 * study.duties[best[2]]:.0f} % of the time, "
     f"limited by {study.cause[best]}"
 )
@@ -138,13 +135,13 @@ print(
 # %% [markdown]
 # ## What it draws
 #
-# Mechanical energy falls the slower the motion is. What is drawn from the mains does not: windings are heated while they hold the arm.
+# Mechanical energy falls along the front, the slower the motion is. What is drawn from the mains rises: windings are heated while they hold
+# the arm, and the controller is on.
 
 # %%
-balances = {"knee": energy_balance(motion), "least time": energy_balance(front.pick("least_time"))}
-for name, balance in balances.items():
-    print(f"{name}: {balance}")
-plots.energy_uses(balances);
-
+balances = {rule: energy_balance(front.pick(rule)) for rule in ("least_time", "knee", "least_energy")}
+for rule, balance in balances.items():
+    print(f"{rule}: mechanical {front.pick(rule).F['energy']:.1f} J; {balance}")
+plots.energy_uses(balances)
 # %%
-plots.electrical_power(balances["least time"]);
+plots.electrical_power(balances["least_time"])

@@ -63,6 +63,15 @@ XACRO = URDF.replace(
 )
 XACRO = XACRO.replace('xyz="0.4 0 0"', 'xyz="$(arg far) 0 0"')
 
+#: What the temperature of a winding follows from.
+HEATING = {
+    "gear_ratio": 101.0,
+    "torque_constant": "0.13 N*m/A",
+    "winding_resistance": "0.5 ohm",
+    "thermal_resistance": 1.5,
+    "thermal_time_constant": "600 s",
+}
+
 
 class Draw:
     """Random arguments, in random Python types."""
@@ -254,7 +263,7 @@ class Draw:
                 None,
                 {},
                 {joint: {"peak_torque": self.number(50.0, 90.0), "brake": True, "source": "a sheet"}},
-                {joint: {"torque_speed": line, "thermal_time_constant": "600 s"}},
+                {joint: {"torque_speed": line, "continuous_torque": "40 N*m", "greatest_rise": 80.0} | HEATING},
                 {joint: {"stiffness": self.choice([self.number(1e3, 1e5), "20000 N*m/rad"])}},
                 {joint: Drive(continuous_torque=self.number(5.0, 9.0), efficiency_driving=0.8, efficiency_driven=0.0)},
             ]
@@ -385,8 +394,8 @@ class Draw:
             "least_singular_value": lambda: self.number(0.001, 0.01),
             "via_error": lambda: self.number(0.05, 0.5),
             "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
-            "dwell": lambda: 0.0,
-            "cycles": lambda: 0,
+            "dwell": lambda: self.number(0.0, 3.0) if {"rms_torque", "winding_temperature"} & {*constraints} else 0.0,
+            "cycles": lambda: self.whole(1, 30) if "winding_temperature" in constraints else 0,
             "peak_power": lambda: self.number(50.0, 900.0),
             "deviation": lambda: self.number(0.02, 0.2),
             "deviation_of": lambda: self.choice(["all", "payload"]),
@@ -670,6 +679,21 @@ def test_every_problem_has_a_generator():
 @pytest.mark.parametrize("name", GENERATORS)
 def test_settings_survive_json(name, seed, tmp_path):
     check_round_trip(made(name, seed, tmp_path), tmp_path)
+
+
+def test_settings_of_limits_over_cycles_survive_json(tmp_path):
+    drives = {"elbow_joint": {"continuous_torque": "40 N*m", "greatest_rise": 80.0} | HEATING}
+    problem = load_problem(
+        "via-points",
+        robot=load_robot("ur5", tool="tool0", limits={"acceleration": 9.0, "jerk": 99.0}, drives=drives),
+        points=np.arange(12.0).reshape(2, 6) / 20.0,
+        objectives=("time", "rms_torque_share", "winding_rise", "peak_power"),
+        constraints=("rms_torque", "winding_temperature"),
+        dwell=np.float64(0.7),
+        cycles=np.int64(12),
+    )
+    assert (problem.settings["dwell"], problem.settings["cycles"]) == (0.7, 12)
+    check_round_trip(problem, tmp_path)
 
 
 @pytest.mark.long

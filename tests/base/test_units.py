@@ -87,6 +87,11 @@ def test_quantities_need_a_number_and_a_unit_of_their_kind(text):
         units.quantity(text, "m/s", name="limit")
 
 
+def test_shares_have_no_unit():
+    with pytest.raises(TrajevoError, match=r"^efficiency: expected a number without a unit, got '75 %'$"):
+        units.quantity("75 %", "1", name="efficiency")
+
+
 @pytest.mark.parametrize(
     ("unit", "angle", "length", "shown", "factor"),
     [

@@ -105,6 +105,7 @@ def test_a_picture_has_a_line_for_each_duty_and_a_marker_for_each_cell(study):
 
 
 BAD = {
+    "no engine": ({"engine": "dask"}, "engine: expected an engine such as Processes(2) or DaskCluster(2), got 'dask'"),
     "no speed": ({"speeds": []}, "speeds: expected positive numbers, at least one, got []"),
     "a speed of 0": ({"speeds": [0.0, 1.0]}, "speeds: expected positive numbers"),
     "a duty above 1": ({"duties": [1.2]}, "duties: expected shares above 0 up to 1, at least one, got [1.2]"),

@@ -405,11 +405,18 @@ def test_other_arguments_are_refused_with_a_sentence():
         InvalidInputError, match=r"robot 'rods' has no drives: give them in robot.toml \(\[drives.q1\]\)"
     ):
         drive_capacity(point_to_point(bare))
-    with pytest.raises(InvalidInputError, match="dwell: expected a time from 0 on"):
-        drive_capacity(motion, dwell=-1.0)
+    for dwell in (-1.0, np.nan, "5", True, None, 10**400):
+        with pytest.raises(InvalidInputError, match="dwell: expected a time from 0 on"):
+            drive_capacity(motion, dwell=dwell)
+    with pytest.raises(InvalidInputError, match=r"dwell: expected at most 1e\+09 s, got 1e\+308"):
+        drive_capacity(motion, dwell=1e308)
     for cycles in (0, 1.5, True):
         with pytest.raises(InvalidInputError, match="cycles: expected a whole number from 1 on, or None for ever"):
             drive_capacity(motion, cycles=cycles)
+    with pytest.raises(InvalidInputError, match="cycles: expected at most 1000000000, or None for ever, got 1000"):
+        drive_capacity(motion, cycles=10**400)
+    with pytest.raises(InvalidInputError, match="samples: expected a whole number of at most 1000000, got 1000"):
+        drive_capacity(motion, samples=10**400)
     with pytest.raises(InvalidInputError, match="mass: expected a payload from 0 on"):
         drive_load(motion, mass=-1.0)
     with pytest.raises(InvalidInputError, match="motion: expected a solution"):

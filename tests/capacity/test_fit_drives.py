@@ -215,6 +215,10 @@ def rows(**changed):
         (rows(**{"t [s]": None}), r"log.csv: line 1: expected a column 't \[s\]' too"),
         (rows(**{"elbow [rad]": None, "elbow [A]": np.ones(200)}), r"header with a unit such as 'elbow \[rad\]'"),
         (rows(**{"current_wrist [A]": np.ones(200)}), r"line 1: unknown column 'current_wrist \[A\]'; .*current_elbow"),
+        (
+            rows(**{"t [s]": None, "time [s]": np.arange(200.0)}),
+            r"unknown column 'time \[s\]'; known: current_elbow, current_shoulder, elbow, power, shoulder, t",
+        ),
         (rows(**{"current_elbow [A]": None}), r"expected either columns 'current_shoulder \[A\]' .*, got neither"),
         (rows(**{"power [W]": np.ones(200)}), r"expected either columns .* or one column 'power \[W\]', got both"),
         (rows(**{"t [s]": np.zeros(200)}), "expected times that rise from row to row, got 0 s and then 0 s"),
@@ -228,7 +232,7 @@ def rows(**changed):
             "column 'current_elbow': expected a finite number, got 'nan'",
         ),
     ],
-    ids=["joint", "time", "unit", "unknown", "neither", "both", "still", "short", "one", "nan"],
+    ids=["joint", "time", "unit", "unknown", "named", "neither", "both", "still", "short", "one", "nan"],
 )
 def test_other_logs_are_refused_with_a_sentence(tmp_path, columns, says):
     refused(lambda: fit_drives(write(tmp_path / "log.csv", columns), load_robot(ARM)), says)
@@ -239,7 +243,12 @@ def test_other_arguments_are_refused(tmp_path):
     refused(
         lambda: fit_drives(tmp_path / "lag.csv", load_robot(ARM)), "lag.csv: no such file; did you mean '.*log.csv'"
     )
-    for wrong in (0.0, -1.0):
+    for wrong in (5, None, b"log.csv", {"time": [0.0]}):
+        refused(lambda wrong=wrong: fit_drives(wrong, load_robot(ARM)), "log: expected a file, got ")
+    for wrong in (1.0, "2 kg", [1, 2]):
+        refused(lambda wrong=wrong: fit_drives(log, load_robot(ARM), payload=wrong), "payload: expected a trajevo.Pay")
+    refused(lambda: fit_drives(log, 5), "robot: expected a name or the path of a folder, got 5")
+    for wrong in (0.0, -1.0, np.nan, np.inf, "0.1 s", True):
         refused(
             lambda wrong=wrong: fit_drives(log, load_robot(ARM), smoothing=wrong), r"smoothing: expected a positive"
         )

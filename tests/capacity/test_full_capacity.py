@@ -15,11 +15,14 @@ from trajevo import (
     Stand,
     ViaPointProblem,
     capacity_by_pace,
+    capacity_study,
     dlcc,
     drive_capacity,
+    energy_balance,
     full_capacity,
     load_robot,
     optimise,
+    payload_sheet,
     plots,
     tool_deviation,
 )
@@ -261,7 +264,7 @@ def test_all_causes_are_told_and_the_least_binds():
         assert found.by(cause) == drives.by(cause)
     assert found.by("effort") == pytest.approx(dlcc(motion, tolerance=1e-7).mass, rel=2e-7)
     assert found.by("peak_torque") == np.inf
-    assert found.not_covered == ("peak torque",)
+    assert found.not_covered == ("peak torque", "power of the supply")
     assert (found.cause, found.place) == ("rms_torque", "elbow")
     assert "1.796316 kg (rigid payload), limited by RMS torque over the cycle of elbow" in str(found)
     table = found._repr_html_()
@@ -280,26 +283,48 @@ def test_a_robot_of_which_little_is_known_says_so():
     assert str(tool_deviation(point_to_point(robot))).endswith("not covered: shoulder without stiffness")
 
 
-def test_loads_that_change_on_the_way_count_where_they_are_carried():
-    limits = {"acceleration": 50.0, "jerk": 1e4}
+def changing(loads):
+    """Two links that go up and back, and rest at the top, where loads may change."""
     robot = load_robot(
         ARM,
         drives=STIFF,
-        limits=limits,
+        limits={"acceleration": 50.0, "jerk": 1e4},
         grip=Grip(total_force=100.0, friction=0.5, closing_axis=(0.0, 0.0, 1.0)),
         stand=Stand(mass=60.0, com=(0, 0, 0), footprint=[[x, y, z] for (x, z, y) in SQUARE]),
     )
     points, passing = [[-1.5, 0.0], [0.0, 1.5], [-1.5, 0.0]], [{"point": 1, "dwell": 0.1}]
-    loads = [Load(Payload(1.0, (0.0, 0.0, 0.1)), to_point=1), Load(Payload(2.0), from_point=1)]
     given = {"passing": passing, "payload": loads, "duration_bounds": (0.4, 2.0)}
     problem = ViaPointProblem(robot=robot.settings, points=points, **given)
-    motion = problem.rollout(0.5 * (problem.xl + problem.xu))
-    if motion.dynamics.schedule.varied is None:
-        with pytest.raises(InvalidInputError, match="a capacity"):
-            full_capacity(motion, deviation=0.02)
-        return
-    found = full_capacity(motion, deviation=0.02)
-    assert found.feasible
+    return problem.rollout(0.5 * (problem.xl + problem.xu))
+
+
+def test_loads_that_change_on_the_way_count_where_they_are_carried():
+    alone = changing([Load(Payload(2.0), from_point=1)])
+    found = full_capacity(alone, deviation=0.02)
+    # By hand: 50 N of friction against what a tip of two links of 0.5 m takes on the way back, after the rest.
+    times = np.linspace(alone.trajectory.breaks[0, -2], alone.trajectory.duration[0], 100_001)[None]
+    q, v, a = (alone.trajectory.evaluate(times, order)[0] for order in range(3))
+    taken = np.array([0.0, 9.81])[:, None] * np.ones(times.shape)
+    for k in range(2):
+        angle, rate, change = (x[:, : k + 1].sum(axis=1) for x in (q, v, a))
+        outward = np.array([np.cos(angle), np.sin(angle)])
+        taken = taken + 0.5 * (change * np.array([-outward[1], outward[0]]) - rate**2 * outward)
+    assert found.by("slip") == pytest.approx(50.0 / np.linalg.norm(taken, axis=0).max(), rel=1e-7)
+    assert limit_by(found, "slip").time > times[0, 0]
+    # A kilogram that is carried all the time takes its share of what bends the arm and tips the stand, not of the grip.
+    both = full_capacity(changing([Load(Payload(1.0)), Load(Payload(2.0), from_point=1)]), deviation=0.02)
+    for cause, less in (("deviation", 1.0), ("torque_at_speed", 1.0), ("slip", 0.0)):
+        assert both.by(cause) == pytest.approx(found.by(cause) - less, rel=1e-9)
+
+
+def test_it_is_not_guessed_which_of_several_loads_is_meant():
+    motion = changing([Load(Payload(1.0), to_point=1), Load(Payload(2.0), from_point=1)])
+    for call in (full_capacity, drive_capacity, tool_deviation, capacity_by_pace):
+        with pytest.raises(InvalidInputError, match="payload: a capacity asks about one load, and there are 2"):
+            call(motion)
+    with pytest.raises(InvalidInputError, match="payload: a sheet asks about one load, and there are 2"):
+        payload_sheet(motion)
+    assert "of motion with loads that change" in str(energy_balance(motion))
 
 
 def simulated(robot, payload, trajectory, steps):
@@ -516,8 +541,20 @@ def test_wrong_arguments_are_refused_with_a_sentence():
         full_capacity(motion, counted="some")
     with pytest.raises(InvalidInputError, match="mass: expected a payload from 0 on"):
         tool_deviation(motion, mass=-1.0)
+    without = instant(sliders(grip=Grip(total_force=9.0, friction=0.3)), [0, 0], [0, 0], [0, 0])
+    for given in (motion, without):  # with drives and without any
+        for dwell in (-1.0, "5", None):
+            for call in (full_capacity, capacity_by_pace):
+                with pytest.raises(InvalidInputError, match=r"dwell: expected a time from 0 on \[s\], got"):
+                    call(given, dwell=dwell)
+        with pytest.raises(InvalidInputError, match="cycles: expected a whole number from 1 on, or None for ever"):
+            full_capacity(given, cycles=0)
     with pytest.raises(InvalidInputError, match="factors: expected positive numbers, at least one"):
         capacity_by_pace(motion, factors=[1.0, 0.0])
+    for pace in (1e-300, 1e300):
+        for call in (lambda f: capacity_by_pace(motion, factors=[f]), lambda f: capacity_study(motion, speeds=[f])):
+            with pytest.raises(InvalidInputError, match=r"(factors|speeds): expected numbers from 1e-06 to 1e\+06"):
+                call(pace)
     soft = point_to_point(load_robot(ARM))
     for call in (lambda: full_capacity(soft, deviation=1e-3), lambda: tool_deviation(soft)):
         with pytest.raises(
@@ -526,6 +563,18 @@ def test_wrong_arguments_are_refused_with_a_sentence():
             call()
     with pytest.raises(InvalidInputError, match="has no stiffness of any joint"):
         problem(deviation=0.01, robot=ARM)
+    with pytest.raises(InvalidInputError, match=r"^grip\.friction: this key is missing$"):
+        load_robot(ARM, grip={"total_force": 100.0})
+    with pytest.raises(InvalidInputError, match=r"^stand\.com: this key is missing$"):
+        load_robot(ARM, stand={"mass": "90 kg"})
+
+
+def test_the_text_of_a_limit_is_a_sentence():
+    found = full_capacity(point_to_point(load_robot(ARM, drives=STIFF)), deviation=1e-3)
+    assert not found.feasible  # the arm itself gives way by more
+    told = {limit.cause: str(limit) for limit in found.limits}
+    assert told["deviation"].startswith("deviation of the tool, most of it by shoulder at ")
+    assert told["torque_at_speed"].startswith("torque at speed of ")
 
 
 def test_edge_moments_do_not_depend_on_other_states_to_the_bit():

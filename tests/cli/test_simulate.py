@@ -6,7 +6,7 @@ from tests.helpers import UNDRAWN, trajevo
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'trajevo[twin]'")
 
-SMALL = ("--generations", "3", "--population", "20", "--no-polish", "--quiet", *UNDRAWN)
+SMALL = ("--generations", "2", "--population", "6", "--no-polish", "--quiet", *UNDRAWN)
 BRIEF = ("--rate", "100", "--settle", "0.1")
 
 
@@ -42,6 +42,7 @@ def test_a_front_is_told_and_drawn_and_a_new_run_takes_the_pictures_away(run):
     [
         (("--controller", "pid"), "unknown controller 'pid'; known: computed_torque, pd"),
         (("--rate", "0"), "rate: expected a rate from 1 to 100000 Hz, got 0.0"),
+        (("--all", "--solution", "2"), "--all: expected no --solution with it, got '2'"),
     ],
 )
 def test_wrong_options_are_told_before_a_run_is_read(given, says):

@@ -28,7 +28,9 @@ SHORT = (
     "explanation/reproducibility.md",
     "explanation/starts.md",
     "how_to/changing_load.md",
+    "how_to/drives.md",
     "how_to/goals.md",
+    "how_to/identify.md",
     "how_to/infeasible.md",
     "how_to/interpolant.md",
     "how_to/lines.md",
@@ -39,7 +41,12 @@ SHORT = (
     "how_to/tasks.md",
 )
 #: Those whose Python `make test` runs as it stands, without their commands.
-PYTHON = ("how_to/infeasible.md", "how_to/report.md", "how_to/which_solution.md")
+PYTHON = (
+    "how_to/infeasible.md",
+    "how_to/report.md",
+    "how_to/sheet.md",
+    "how_to/which_solution.md",
+)
 
 #: Why blocks are not run, page by page.
 NOT_RUN = {

@@ -15,7 +15,8 @@ from trajevo import (
     load_robot,
     optimise,
 )
-from trajevo.dynamics.drives.heat import Duty, greatest_rises, rms_torques
+from trajevo.dynamics.drives.duty import Duty
+from trajevo.dynamics.drives.heat import greatest_rises, rms_torques
 from trajevo.dynamics.drives.power import greatest_supply_power
 from trajevo.dynamics.drives.torque_limits import TorqueLimits
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -270,7 +271,7 @@ def test_objectives_are_the_greatest_of_all_joints_with_the_time_at_rest():
 
 def test_the_certificate_tells_what_is_proven_and_what_is_an_integral():
     of = problem(objectives=("time", "rms_torque_share"), peak_power=400.0)
-    front = optimise(of, generations=10, population=16, seed=0)
+    front = optimise(of, generations=4, population=12, seed=0, polish=False, progress=False)
     certificate = certify(front[0])
     assert {row.joint for row in certificate.rows if row.quantity == "torque at speed"} == {"shoulder", "elbow"}
     told = "; ".join(map(str, certificate.uncovered))
@@ -292,6 +293,8 @@ def test_settings_make_an_equal_problem():
     ("arguments", "says"),
     [
         ({"dwell": -1.0}, r"dwell: expected a time from 0 on \[s\], got -1.0"),
+        ({"dwell": "1 s"}, r"dwell: expected a time from 0 on \[s\], got '1 s'"),
+        ({"cycles": 10**10}, "cycles: expected at most 1000000000, or 0 for ever, got 10000000000"),
         ({"cycles": 1.5}, "cycles: expected a whole number from 1 on, or 0 for ever, got 1.5"),
         ({"peak_power": 0.0}, r"peak_power: expected a positive number \[W\], got 0.0"),
         (

@@ -48,6 +48,7 @@ def test_a_joint_moves_its_frame_about_or_along_its_axis(motion):
         "hybrid_manipulator": ["slide", "screw_3"],
         "pointing_mechanism": [],
         "puma560": [],
+        "ur5_drives": [],
     }[robot.name]
     step = np.zeros_like(q)
     step[0, -1] = 1e-6

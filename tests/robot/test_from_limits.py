@@ -294,6 +294,10 @@ def test_what_needs_no_body_is_exported(run, name):
 WITH_BODY = {
     "energy",
     "electrical_energy",
+    "rms_torque_share",
+    "winding_rise",
+    "peak_power",
+    "payload_condition",
     "square_power",
     "square_effort",
     "square_effort_rate",

@@ -101,7 +101,8 @@ def test_masses_that_are_meant_to_be_missing_are_left_out(tmp_path):
 
 @pytest.mark.parametrize("objective", NEED_MASSES)
 def test_objectives_that_need_masses_are_refused_at_once(tmp_path, objective):
-    drive = {"gear_ratio": 100.0, "torque_constant": 0.1, "winding_resistance": 0.5}
+    drive = {"gear_ratio": 100.0, "torque_constant": 0.1, "winding_resistance": 0.5, "continuous_torque": 50.0}
+    drive |= {"thermal_resistance": 1.5, "thermal_time_constant": 900.0, "greatest_rise": 80.0}
     robot = {"name": urdf(tmp_path, l1=HEAVY["l1"]), "limits": LIMITS, "drives": {"a": drive, "b": drive}}
     unused = objective == "unused_payload"
     arguments = {
@@ -119,7 +120,7 @@ def test_objectives_that_need_masses_are_refused_at_once(tmp_path, objective):
 def test_every_objective_of_effort_is_known_to_need_masses():
     assert set(NEED_MASSES) == {
         "energy", "electrical_energy", "square_power", "square_effort", "square_effort_rate", "effort_ratio",
-        "peak_effort_rate", "unused_payload",
+        "peak_effort_rate", "unused_payload", "rms_torque_share", "winding_rise", "peak_power",
     }  # fmt: skip
 
 

@@ -65,12 +65,13 @@ objectives = ["time", "electrical_energy"]
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        (5, "supply: expected a mapping from standby_power, recuperation, .*, got 5"),
+        (5, "supply: expected a mapping from standby_power, peak_power, recuperation, .*, got 5"),
         ({"standby": 5.0}, "unknown key of supply 'standby'; known: .*did you mean 'standby_power'"),
         ({"standby_power": -1.0}, "supply.standby_power: expected a number from 0 on, got -1.0"),
         ({"standby_power": "90 V"}, r"supply.standby_power: expected a number and a unit that converts to W, such as"),
         ({"standby_power": np.nan}, "supply.standby_power: expected a number from 0 on, got nan"),
         ({"standby_power": True}, "supply.standby_power: expected a number from 0 on, got True"),
+        ({"recuperation": np.zeros(2)}, "supply.recuperation: expected 'none', 'shared' or 'full', got array"),
         ({"recuperation": "all"}, "supply.recuperation: expected 'none', 'shared' or 'full', got 'all'"),
         (
             {"link_voltage": 566.0},

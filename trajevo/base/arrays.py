@@ -110,7 +110,10 @@ def numbers(values: Any, *, name: str, shape: tuple[str | int, ...]) -> Array:
         InvalidInputError: not numbers, another shape, or NaN or infinite entries.
     """
     try:
-        array = np.asarray(values, dtype=np.float64)
+        given = np.asarray(values)
+        if given.dtype.kind == "c":
+            raise TypeError
+        array = np.asarray(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInputError(f"{name}: expected numbers of shape ({_listed(shape)}), got {values!r}") from error
     fits = array.ndim == len(shape) and all(

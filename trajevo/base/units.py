@@ -100,6 +100,8 @@ def quantity(text: str, unit: str, *, name: str) -> float:
     """
     match = _QUANTITY.fullmatch(text.strip())
     factor, found = _TO_SI.get(_canonical(match[2]) if match else "", (1.0, ""))
+    if unit == "1" and (not match or found != unit):
+        raise InvalidInputError(f"{name}: expected a number without a unit, got {text!r}")
     if not match or found != unit:
         raise InvalidInputError(
             f"{name}: expected a number and a unit that converts to {unit}, such as "

@@ -33,7 +33,7 @@ from trajevo.cli.results import (
     pictures_shown,
     write_report_of,
 )
-from trajevo.cli.screen.limits import print_full_capacity
+from trajevo.cli.screen.limits import in_metres, print_full_capacity
 from trajevo.cli.screen.printed import known_problem, print_mass_notes, print_rivals, print_run, print_verifications
 from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
@@ -217,6 +217,7 @@ def capacity(
     problem: ProblemOption = None,
 ) -> None:
     """Show the largest payload of a motion, which actuator limits it and when."""
+    most = in_metres(deviation)
     chosen = front_of(run, problem).pick(solution)
     robot, by_drives = chosen.rollout.robot, None
     if robot.drives:
@@ -233,7 +234,6 @@ def capacity(
     print_mass_notes(_out, chosen.front.problem.robot)
     if by_drives is not None:
         _out.print(f"by its drives: {by_drives}")
-    most = None if deviation is None else 1e-3 * deviation
     print_full_capacity(_out, chosen, most, dwell=dwell, cycles=cycles)
     if found.joint and found.feasible:
         _out.print(f"sensitivity: {sensitivity(chosen)}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -29,6 +28,9 @@ _Made = TypeVar("_Made")
 
 #: Greatest number of threads.
 _MOST_THREADS = 1_000
+
+#: Most instants per segment; more take more memory than there is.
+_MOST_SAMPLES = 1_000_000
 
 #: A joint is at rest below this share of its greatest speed plus its greatest position over the duration.
 _ROUNDING = 1e-9
@@ -63,7 +65,7 @@ class Dynamics:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        for name, least, most in (("samples", 2, math.inf), ("threads", 1, _MOST_THREADS)):
+        for name, least, most in (("samples", 2, _MOST_SAMPLES), ("threads", 1, _MOST_THREADS)):
             value = getattr(self, name)
             if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
                 raise InvalidInputError(f"{name}: expected a whole number of at least {least}, got {value!r}")

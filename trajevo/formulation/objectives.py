@@ -14,8 +14,8 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.base.plugins import Registry, first_line, plain_name
 from trajevo.base.shown.brief import brief
+from trajevo.dynamics.drives.duty import Duty
 from trajevo.dynamics.drives.electrical import check_drives, electrical_energy
-from trajevo.dynamics.drives.heat import Duty
 from trajevo.dynamics.drives.over_cycles import OF_DRIVES, at_duty, check_known
 from trajevo.dynamics.integrals.efforts import (
     greatest_effort_rates,

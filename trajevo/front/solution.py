@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import cut
@@ -101,6 +103,20 @@ class Solution:
             InvalidInputError: ``within`` is not a number from 0 to 1.
         """
         return exchange_rates(self.front, [self.index], objective, within=within)[0]
+
+    def sheet(self, *, dwell: float = 0.0, supplementary: Mapping[str, Any] | None = None, creator: str = "") -> Any:
+        """The sheet of what the motion carries, to check, sign and keep; see :func:`trajevo.payload_sheet`.
+
+        Args:
+            dwell: time at rest after the motion, until it begins anew [s].
+            supplementary: loads that are mounted on the arm, joint -> payload, its settings or its mass [kg].
+            creator: who makes the sheet.
+
+        Raises:
+            InvalidInputError: as for :func:`trajevo.payload_sheet`.
+        """
+        made = import_module("trajevo.page.sheet.sheet").payload_sheet
+        return made(self, dwell=dwell, supplementary=supplementary, creator=creator)
 
     def _quantities(self, row: Array) -> Quantities:
         objectives = self.front.record.objectives

@@ -108,7 +108,8 @@ class Proof:
                 f"{self.name} is infinite at {self.at}, where the derivative below it jumps, and its limit is "
                 f"{self.shown(self.limit)}"
             )
-        told = f"{self.name} reaches {self.shown(self.exhibited)}" + (f" at {self.at}" if self.at else "")
+        of = " of its limit" if self.unit == "1" and not self.least and np.isfinite(self.limit) else ""
+        told = f"{self.name} reaches {self.shown(self.exhibited)}{of}" + (f" at {self.at}" if self.at else "")
         if self.least:
             where = f", between {' and '.join(self.between)}" if self.between else ""
             kept = "" if self.violated else f", proven at least {self.shown(self.bound)}"
@@ -117,7 +118,7 @@ class Proof:
             return f"{told}, never exceeds {self.shown(self.bound)}, and has no limit"
         proven = "" if self.violated else f", proven at most {100.0 * self.share:.3f} %"
         if self.unit == "1":
-            return f"{told} of its limit{proven}"
+            return f"{told}{proven}"
         own = (
             f" that the problem keeps, {100.0 * self.exhibited_share * self.limit / self.full_limit:.3f} % of the "
             f"robot's {self.shown(self.full_limit)}"

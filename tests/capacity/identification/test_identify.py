@@ -228,7 +228,7 @@ def test_a_known_mass_and_currents():
         identify_payload(given, ROBOT)
 
 
-@pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), "2 kg"])
+@pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), float("inf"), "2 kg", True])
 def test_a_mass_that_is_none_is_refused(mass):
     with pytest.raises(TrajevoError, match="mass: expected"):
         identify_payload(log(TRUE), ROBOT, mass=mass)
@@ -240,6 +240,11 @@ def test_logs_without_efforts_and_other_confidences_are_refused():
     for confidence in (0.0, 1.0, "0.95", True):
         with pytest.raises(TrajevoError, match="confidence: expected a number above 0 and below 1"):
             found.intervals(confidence)
+    for friction in ("no", 1, None):
+        with pytest.raises(TrajevoError, match="friction: expected True or False, got"):
+            identify_payload(given, ROBOT, friction=friction)
+    with pytest.raises(TrajevoError, match=r"log: position: expected numbers of shape"):
+        identify_payload(given | {"position": 1j * given["position"]}, ROBOT)
     given.pop("effort")
     with pytest.raises(TrajevoError, match="effort or current of at least one joint"):
         identify_payload(given, ROBOT)

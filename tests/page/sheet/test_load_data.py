@@ -55,4 +55,4 @@ def test_a_point_mass_has_no_turned_axes():
     told = {name: text for name, text, _ in load.for_controllers()}
     assert "cog [0, 0, 100] mm; aom [1, 0, 0, 0]" in told["ABB"]
     assert "CoG [0, 0, 0.1] m" in told["Universal Robots"]
-    assert "M 2 kg; X 0, Y 0, Z 100 mm" in told["KUKA"]
+    assert "M 2 kg; X 0, Y 0, Z 100 mm; A 0, B 0, C 0°" in told["KUKA"]

@@ -8,7 +8,19 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from trajevo import Dynamics, Payload, QuinticSpline, Rollout, TrajevoError, ViaPoints, dlcc, load_robot, payload_sheet
+from trajevo import (
+    Dynamics,
+    Payload,
+    QuinticSpline,
+    Rollout,
+    TrajevoError,
+    ViaPointProblem,
+    ViaPoints,
+    dlcc,
+    load_robot,
+    optimise,
+    payload_sheet,
+)
 from trajevo.base.arrays import frozen
 from trajevo.page.sheet.printed import sheet_html
 
@@ -115,6 +127,21 @@ def test_drives_are_judged_over_the_cycle():
     assert driven.cycles_per_hour > slow.cycles_per_hour
 
 
+def test_a_load_too_much_for_the_drives_alone_leaves_no_margin_whatever_the_efforts_would_bear():
+    driven = payload_sheet(motion(mass=5.5, drives=True), dwell=1.0)
+    assert driven.verdict == "overloaded"
+    assert driven.capacity.mass > 5.5 > driven.drive_capacity.mass
+    assert driven.drive_capacity.cause == "rms_torque"
+    assert driven.margin == pytest.approx(driven.drive_capacity.mass / 5.5 - 1.0)
+    assert driven.margin < 0.0 < sheet().margin
+    told = json.loads(driven.to_json())["largest_payload_by_drives"]
+    assert told["mass_kg"] == driven.drive_capacity.mass
+    at_limit = payload_sheet(motion(mass=driven.drive_capacity.mass, drives=True), dwell=1.0)
+    assert max(one.binding.share for one in at_limit.duty) == pytest.approx(1.0, abs=1e-5)
+    assert "neither heat nor RMS torque" in str(sheet())
+    assert "neither heat nor RMS torque" not in str(driven)
+
+
 def test_the_files_need_no_network_and_hold_the_same(tmp_path):
     page, data = sheet().save(tmp_path / "sheet.html")
     text = page.read_text()
@@ -146,11 +173,12 @@ def test_what_is_written_is_escaped(tmp_path):
     ("given", "said"),
     [
         ({"dwell": -1.0}, "dwell: expected a time from 0 on"),
-        ({"dwell": float("nan")}, "dwell: expected finite"),
+        ({"dwell": float("nan")}, "dwell: expected a time from 0 on"),
+        ({"dwell": "1 s"}, "dwell: expected a time from 0 on"),
         ({"creator": 3}, "creator: expected a name"),
         ({"supplementary": [1]}, "supplementary: expected joints with their loads"),
         ({"supplementary": {"elbow_jont": 1.0}}, "elbow_joint"),
-        ({"supplementary": {"elbow_joint": -1.0}}, "payload.mass: expected"),
+        ({"supplementary": {"elbow_joint": -1.0}}, "supplementary: elbow_joint: payload.mass: expected"),
         ({"supplementary": {"elbow_joint": {"mass": 1.0, "model": "weight_only"}}}, "expected a rigid load"),
     ],
 )
@@ -167,3 +195,11 @@ def test_several_motions_and_a_json_file_are_refused(tmp_path):
         payload_sheet(two)
     with pytest.raises(TrajevoError, match=r"sheet\.html"):
         sheet().save(tmp_path / "sheet.json")
+
+
+def test_a_solution_of_a_front_has_its_sheet():
+    problem = ViaPointProblem(robot=robot(), points=POINTS, payload=5.0, objectives=("time", "energy"))
+    knee = optimise(problem, seed=1, generations=2, population=20, polish=False, progress=False).knee()
+    own, made = knee.sheet(dwell=1.0, creator="A. Engineer"), payload_sheet(knee, dwell=1.0, creator="A. Engineer")
+    assert own.certificate_hash == made.certificate_hash
+    assert own.to_json() == made.to_json()

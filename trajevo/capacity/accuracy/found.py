@@ -15,13 +15,14 @@ from trajevo.errors import checked_name
 
 #: What limits a payload, and how a sentence tells of it.
 CAUSES = of_drives.CAUSES | {
+    "peak_power": "power of the supply",
     "deviation": "deviation of the tool",
     "slip": "slip of the payload",
     "tip_over": "tip-over",
 }
 
 #: What comes before the place at which a cause binds.
-_BEFORE_PLACE = {"deviation": "most of it by", "slip": "", "tip_over": "over the edge"}
+_BEFORE_PLACE = {"deviation": ", most of it by ", "slip": " ", "peak_power": " by ", "tip_over": " over the edge "}
 
 
 @final
@@ -46,8 +47,8 @@ class CauseLimit:
     __repr__ = brief
 
     def __str__(self) -> str:
-        before = _BEFORE_PLACE.get(self.cause, "of")
-        what = " ".join(part for part in (CAUSES[self.cause], before if self.place else "", self.place) if part)
+        before = _BEFORE_PLACE.get(self.cause, " of ")
+        what = CAUSES[self.cause] + (before + self.place if self.place else "")
         return what if np.isnan(self.time) else f"{what} at {self.time:.4f} s"
 
 

@@ -18,8 +18,10 @@ from trajevo.capacity.dlcc import sampled_motion
 from trajevo.capacity.drives.drive_capacity import DENSE, Cycling, rollout_mass
 from trajevo.capacity.drives.found import DriveLimit
 from trajevo.capacity.drives.instants import MassesOfJoints, Sought, causes_at_instants, masses_at_instants
+from trajevo.capacity.drives.supply_power import masses_of_supply
 from trajevo.capacity.scaled_constraints import problem_of
 from trajevo.dynamics.contacts.bending import COUNTED, Bending, known_stiffness
+from trajevo.dynamics.drives.duty import checked_cycles, checked_dwell
 from trajevo.dynamics.drives.motors import Motors, MotorStates
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
@@ -75,9 +77,14 @@ def full_capacity(
         not_covered += cycling.not_known
         rest, often, masses = cycling.cycle.dwell, cycling.cycle.cycles, found.further
     else:
-        states, rest, often, not_covered = MotorStates.of_samples(rollout), float(dwell), cycles, ["drives"]
+        rest, often, not_covered = checked_dwell(dwell), checked_cycles(cycles), ["drives"]
         causes = (*_effort(rollout), *causes)
-        masses = tuple(masses_at_instants(rollout, _sought(states, causes)))
+        masses = tuple(masses_at_instants(rollout, _sought(MotorStates.of_samples(rollout), causes)))
+    power = supply_power_of(motion, robot)
+    if power is None:
+        not_covered += [CAUSES["peak_power"]] if robot.drives else []
+    else:
+        limits += [_limit("peak_power", masses_of_supply(rollout, power), ("all motors",))]
     limits += _of_causes(rollout, causes, masses, counted)
     not_covered += _not_known(robot, most)
     return _together(
@@ -166,6 +173,15 @@ def deviation_of(motion: Any, given: Any, counted: str) -> tuple[float | None, s
         if constraint.quantity.startswith("tool deviation") and isinstance(constraint.limit, float):
             return constraint.limit, "payload" if constraint.quantity.endswith("by the payload") else "all"
     return None, counted
+
+
+def supply_power_of(motion: Any, robot: Robot) -> float | None:
+    """The greatest power of all motors together [W] that the motion's problem keeps, or else that the supply gives."""
+    problem = problem_of(motion)
+    for constraint in () if problem is None else problem.constraints:
+        if constraint.quantity == "peak power" and isinstance(constraint.limit, float):
+            return constraint.limit
+    return robot.supply.peak_power
 
 
 def _effort(rollout: Rollout) -> Iterator[Cause]:

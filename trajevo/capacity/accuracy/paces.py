@@ -16,6 +16,7 @@ from trajevo.capacity.accuracy.found import CAUSES, CauseLimit, FullCapacity
 from trajevo.capacity.accuracy.full_capacity import deviation_of, full_capacity
 from trajevo.capacity.dlcc import sampled_motion
 from trajevo.capacity.drives.drive_capacity import DENSE
+from trajevo.dynamics.drives.duty import checked_dwell
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
@@ -93,6 +94,21 @@ class PaceCapacity:
         return html.shown("What binds, by the pace", html.sentence(str(self)), table)
 
 
+def check_paces(given: Array, name: str) -> None:
+    """Refuse paces with which the numbers of a motion would leave the range of floats.
+
+    Args:
+        given: speeds or durations over those of a motion, ascending and positive, shape (K,) [1].
+        name: of the argument.
+
+    Raises:
+        InvalidInputError: one that is not from a millionth to a million.
+    """
+    if not (given[0] >= 1e-6 and given[-1] <= 1e6):
+        wrong = given[0] if given[0] < 1e-6 else given[-1]
+        raise InvalidInputError(f"{name}: expected numbers from 1e-06 to 1e+06, got {wrong:g}")
+
+
 def capacity_by_pace(
     motion: Solution | Rollout | WeightedOptimum,
     *,
@@ -120,15 +136,16 @@ def capacity_by_pace(
     sorted_ = np.unique(numbers(factors, name="factors", shape=("paces",)))
     if not len(sorted_) or not (sorted_ > 0.0).all():
         raise InvalidInputError(f"factors: expected positive numbers, at least one, got {list(factors)}")
+    check_paces(sorted_, "factors")
     rollout = sampled_motion(motion, samples)
     most, counted = deviation_of(motion, deviation, counted)
-    given: dict[str, Any] = {"deviation": most, "counted": counted, "dwell": dwell, "cycles": cycles}
+    given: dict[str, Any] = {"deviation": most, "counted": counted, "dwell": checked_dwell(dwell), "cycles": cycles}
     scaled = [replace(rollout, trajectory=rollout.trajectory.slowed(factor)) for factor in sorted_.tolist()]
     durations = sorted_ * float(rollout.trajectory.duration[0])
     return PaceCapacity(
         factors=frozen(sorted_),
         durations=frozen(durations),
-        cycle_times=frozen(durations + dwell),
+        cycle_times=frozen(durations + given["dwell"]),
         capacities=tuple(full_capacity(each, samples=samples, **given) for each in scaled),
         least_duration=_least_factor(rollout.trajectory, rollout) * float(rollout.trajectory.duration[0]),
     )

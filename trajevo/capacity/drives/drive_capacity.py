@@ -25,6 +25,7 @@ from trajevo.capacity.drives.instants import (
 )
 from trajevo.capacity.drives.squares import HeatLimit, JointCycle, MassesOfJoint
 from trajevo.dynamics.drives.cycle import LONGEST, MOST_PIECES, NODES, Cycle, legendre
+from trajevo.dynamics.drives.duty import checked_cycles, checked_dwell
 from trajevo.dynamics.drives.motors import Motors, MotorStates, turning_points
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
@@ -138,7 +139,10 @@ def drive_load(
 
 
 def rollout_mass(rollout: Rollout) -> float:
-    """The payload that the first trajectory of a rollout carries [kg]."""
+    """The payload that the first trajectory of a rollout carries [kg]; NaN if it is open which of several is meant."""
+    schedule = rollout.dynamics.schedule
+    if schedule is not None and schedule.varied is None:
+        return float("nan")
     return rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
 
 
@@ -180,15 +184,11 @@ class Cycling(NamedTuple):
                 f"robot {robot.name!r} has no drives: give them in robot.toml ([drives.{robot.joint_names[0]}]), in "
                 "the [robot] of a task, or as an argument (load_robot(..., drives={...}))"
             )
-        rest = float(numbers(dwell, name="dwell", shape=()))
-        if rest < 0.0:
-            raise InvalidInputError(f"dwell: expected a time from 0 on [s], got {rest}")
-        if cycles is not None and (not isinstance(cycles, int | np.integer) or isinstance(cycles, bool) or cycles < 1):
-            raise InvalidInputError(f"cycles: expected a whole number from 1 on, or None for ever, got {cycles!r}")
+        rest, often = checked_dwell(dwell), checked_cycles(cycles)
         motors = Motors.of(rollout)
         sampled = MotorStates.of_samples(rollout)
         smooth = _smooth(rollout, motors, sampled)
-        cycle, at_nodes = _resolved(rollout, _pieces(smooth, motors, rest, None if cycles is None else int(cycles)))
+        cycle, at_nodes = _resolved(rollout, _pieces(smooth, motors, rest, often))
         # Where joints turn round torques jump with losses: both sides count.
         near = np.concatenate([cycle.ends[1:-1] + side * NEAR * cycle.ends[-1] for side in (-1.0, 1.0)])
         states = sampled.with_more(at_nodes)

@@ -9,15 +9,15 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base import polynomials
-from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.arrays import Array, frozen
 from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.drives.drive_capacity import rollout_mass
+from trajevo.dynamics.drives.duty import checked_dwell
 from trajevo.dynamics.drives.electrical import Drawn, Motoring, summed
 from trajevo.dynamics.drives.link import Works, link_of, powers_of
 from trajevo.dynamics.drives.smooth_pieces import SHARES
 from trajevo.dynamics.rollout import Rollout, rollout_of
-from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
 from trajevo.robot.loading.supply import Recuperation
 from trajevo.solvers.gradient.weighted_sum import WeightedOptimum
@@ -76,7 +76,7 @@ class EnergyBalance:
         power: what each motor draws then, shape (K, n_joints) [W].
         duration: of the motion [s].
         dwell: time at rest after it [s].
-        mass: of the payload [kg].
+        mass: of the payload [kg]; NaN where several loads change along the motion and none of them is meant.
         recuperation: as :class:`~trajevo.robot.loading.supply.Supply` says.
         joint_names: names of the joints.
         robot: name of the robot.
@@ -128,9 +128,10 @@ class EnergyBalance:
         others = {"standby": self.standby, "burnt in resistors": self.burnt, "fed back": self.fed_back}
         others |= {"left in the link": self.stored}
         more = "".join(f", {clause}" for clause in _told(others, self._rounding))
+        carried = "loads that change" if np.isnan(self.mass) else f"{self.mass:g} kg"
         least = self.least_power if abs(self.least_power) > _ROUNDING * abs(self.peak_power) else 0.0
         return (
-            f"{self.energy:.6g} J from the mains for {self.duration:.4g} s of motion{rest} with {self.mass:g} kg "
+            f"{self.energy:.6g} J from the mains for {self.duration:.4g} s of motion{rest} with {carried} "
             f"({_WAYS[self.recuperation]}): {told}{more}; {self.peak_power:.4g} W at {self.peak_time:.4f} s to "
             f"{least:.4g} W at {self.least_time:.4f} s"
         )
@@ -183,9 +184,7 @@ def energy_balance(motion: Solution | Rollout | WeightedOptimum, *, dwell: float
     given = rollout_of(motion)
     masses = None if given.masses is None else given.masses[:1]
     rollout = Rollout(given.dynamics, given.trajectory[0], masses, given.kept_limits)
-    rest = float(numbers(dwell, name="dwell", shape=()))
-    if rest < 0.0:
-        raise InvalidInputError(f"dwell: expected a time from 0 on [s], got {rest}")
+    rest = checked_dwell(dwell)
     motoring, parts = Motoring.of(rollout), list(Drawn.by_pieces(rollout))
     held = rest * _holding(rollout, motoring)
     duration = float(rollout.trajectory.duration[0])

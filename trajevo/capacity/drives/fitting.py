@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from trajevo.base.arrays import Array, numbers
+from trajevo.base.arrays import Array, real_number
 from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
@@ -23,7 +23,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.path.point_files import joint_columns
 from trajevo.path.tables import Table, read_table
 from trajevo.robot.payload import Payload
-from trajevo.robot.robot import Robot
+from trajevo.robot.robot import Robot, robot_of
 
 #: Degree of the polynomials through neighbouring positions, and the fewest samples that they are fitted to.
 _DEGREE, _FEWEST = 4, 9
@@ -173,9 +173,14 @@ def fit_drives(log: str | Path, robot: Robot, *, payload: Payload | None = None,
         InvalidInputError: a log that cannot be read or has other columns, times that do not rise, too few samples, or
             currents against the torques; the message names the file.
     """
-    span = float(numbers(smoothing, name="smoothing", shape=()))
-    if not span > 0.0:
+    span = real_number(smoothing)
+    if span is None or not 0.0 < span < np.inf:
         raise InvalidInputError(f"smoothing: expected a positive time [s], got {smoothing!r}")
+    if not isinstance(log, str | Path):
+        raise InvalidInputError(f"log: expected a file, got {type(log).__name__}")
+    if payload is not None and not isinstance(payload, Payload):
+        raise InvalidInputError(f"payload: expected a trajevo.Payload, or None for none, got {payload!r}")
+    robot = robot_of(robot)
     recorded = _Log.read(Path(log), robot, span)
     arm = _Moved.of(robot, payload or Payload(0.0), recorded)
     found = list(_of_power(recorded, arm) if recorded.power is not None else _of_currents(recorded, arm))
@@ -206,7 +211,10 @@ class _Log(NamedTuple):
         currents = [name for name in joints if f"current_{name}" in table.names]
         powered = "power" in table.names
         expected = {"t": "s", **joints, **{f"current_{name}": "A" for name in currents}}
-        columns = table.si(expected | ({"power": "W"} if powered else {}))
+        expected |= {"power": "W"} if powered else {}
+        if not set(table.names) <= set(expected):  # all columns that a log may have are told
+            expected |= {f"current_{name}": "A" for name in joints} | {"power": "W"}
+        columns = table.si(expected)
         where = f"{file}: line {table.line}"
         if powered == bool(currents):
             got = "both" if powered else "neither"

@@ -17,6 +17,7 @@ from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.accuracy.found import CAUSES, FullCapacity
 from trajevo.capacity.accuracy.full_capacity import deviation_of, full_capacity
+from trajevo.capacity.accuracy.paces import check_paces
 from trajevo.capacity.dlcc import sampled_motion
 from trajevo.capacity.drives.drive_capacity import DENSE
 from trajevo.dynamics.inverse_dynamics import Dynamics
@@ -153,13 +154,16 @@ def capacity_study(
 
     Raises:
         InvalidInputError: a speed or a duty that is out of its range, no loads, something that is no payload, too many
-            cells, or as for :func:`full_capacity`.
+            cells, no engine, or as for :func:`full_capacity`.
     """
     by_speed = _ascending(speeds, "speeds", "positive numbers", np.inf)
+    check_paces(by_speed, "speeds")
     by_duty = _ascending(duties, "duties", "shares above 0 up to 1", 1.0)
     rollout = sampled_motion(motion, samples)
     most, counted = deviation_of(motion, deviation, counted)
     shapes = _shapes(loads, rollout)
+    if engine is not None and not callable(getattr(engine, "map", None)):
+        raise InvalidInputError(f"engine: expected an engine such as Processes(2) or DaskCluster(2), got {engine!r}")
     count = len(by_speed) * len(shapes) * len(by_duty)
     if count > _MOST_CELLS:
         raise InvalidInputError(f"speeds, loads, duties: expected at most {_MOST_CELLS} cells, got {count}")

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trajevo.base.arrays import Array, frozen, numbers
+from trajevo.base.arrays import Array, frozen, real_number
 from trajevo.capacity.identification.found import IdentifiedPayload
 from trajevo.capacity.identification.least_squares import Fit, fitted
 from trajevo.capacity.identification.measured import measured_efforts
@@ -55,6 +55,8 @@ def identify_payload(
     Raises:
         InvalidInputError: a log that cannot be used, or another motion in ``empty``.
     """
+    if not isinstance(friction, bool):
+        raise InvalidInputError(f"friction: expected True or False, got {friction!r}")
     carrier = robot_of(robot)
     carrier.check_body("a payload")
     loaded = JointLog.of(log, carrier)
@@ -153,9 +155,9 @@ class _Problem(NamedTuple):
 
 
 def _known(mass: Any) -> float:
-    known = float(numbers(mass, name="mass", shape=()))
-    if not known > 0.0:
-        raise InvalidInputError(f"mass: expected a positive mass [kg], or None if it is not known, got {known:g}")
+    known = real_number(mass)
+    if known is None or not 0.0 < known < np.inf:
+        raise InvalidInputError(f"mass: expected a positive mass [kg], or None if it is not known, got {mass!r}")
     return known
 
 

@@ -9,7 +9,19 @@ from trajevo.capacity.accuracy.found import CAUSES
 from trajevo.capacity.accuracy.full_capacity import full_capacity, tool_deviation
 from trajevo.cli.screen.tables import Listing
 from trajevo.dynamics.contacts.bending import known_stiffness
+from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
+
+
+def in_metres(deviation: float | None) -> float | None:
+    """A greatest deviation that was given in millimetres, in metres, checked before anything is computed.
+
+    Raises:
+        InvalidInputError: none above 0, or of more than a metre.
+    """
+    if deviation is not None and not 0.0 < deviation <= 1e3:
+        raise InvalidInputError(f"--deviation: expected a length above 0, up to 1000 mm, got {deviation:g}")
+    return None if deviation is None else 1e-3 * deviation
 
 
 def print_full_capacity(

@@ -14,7 +14,7 @@ from trajevo.cli.console import Terminal
 from trajevo.cli.problem_options import ProblemOption
 from trajevo.cli.results import SHEET_FILE, RunArgument, beside, front_of
 from trajevo.errors import InvalidInputError
-from trajevo.page.sheet.sheet import payload_sheet
+from trajevo.page.sheet.sheet import NO_DRIVES, payload_sheet
 
 _out = Terminal()
 
@@ -58,6 +58,10 @@ def payload_sheet_of(
     for verdict in sheet.duty:
         _out.print(f"{verdict.about}: {verdict}")
     _out.print(f"largest payload: {sheet.capacity or f'not told: {sheet.capacity_note}'}")
+    if sheet.drive_capacity is not None:
+        _out.print(f"largest payload by the drives: {sheet.drive_capacity}")
+    if not sheet.duty:
+        _out.print(NO_DRIVES)
     _out.written(*files, then=f"trajevo certify {run} --solution {member} shows what is proven")
     if sheet.verdict != "within limits":
         raise typer.Exit(_NOT_WITHIN)

@@ -22,6 +22,7 @@ from trajevo.cli.results import (
 )
 from trajevo.cli.screen.tables import Listing
 from trajevo.cli.screen.waiting import Waiting
+from trajevo.errors import InvalidInputError
 from trajevo.plots.pictures import save_figure
 from trajevo.verification.twin.settings import CONTROLLERS, TwinSettings
 from trajevo.verification.twin.simulate import simulate as simulated
@@ -79,6 +80,8 @@ def simulate(
         "settle": settle,
     }
     TwinSettings(**settings)  # which refuses what cannot be used before a run is read
+    if every and solution != "knee":
+        raise InvalidInputError(f"--all: expected no --solution with it, got {solution!r}")
     front = front_of(run, problem)
     motion: Any = front if every else front.pick(solution)
     if every:

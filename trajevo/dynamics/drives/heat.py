@@ -6,16 +6,15 @@ is an integral by quadrature; from piece to piece, and from cycle to cycle, what
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple, final
+from typing import NamedTuple
 
 import numpy as np
 
 from trajevo.base import polynomials
 from trajevo.base.arrays import Array, frozen
-from trajevo.base.shown.brief import brief
 from trajevo.dynamics.drives.cycle import legendre, response_matrices
+from trajevo.dynamics.drives.duty import Duty
 from trajevo.dynamics.drives.motors import Motors
 from trajevo.dynamics.drives.pieces import PIECE_NODES, MotorPieces, pieces_of
 from trajevo.dynamics.rollout import Rollout
@@ -26,26 +25,6 @@ _LOOKED_AT = np.linspace(0.0, 1.0, 33)
 
 #: To what share of themselves mean squares and temperatures are resolved, as tests against fine integrations show.
 RESOLVED = 1e-6
-
-
-@final
-@dataclass(frozen=True)
-class Duty:
-    """How often a motion is made, and the time at rest after it.
-
-    Attributes:
-        dwell: time at rest after each motion, at its end [s].
-        cycles: number of cycles from cold on; None if they go on for ever.
-    """
-
-    dwell: float = 0.0
-    cycles: int | None = None
-
-    __repr__ = brief
-
-    def __str__(self) -> str:
-        made = "made for ever" if self.cycles is None else f"made {self.cycles} times"
-        return f"{made}, {self.dwell:g} s at rest after each" if self.dwell else f"{made} without rest"
 
 
 def rms_torques(rollout: Rollout, duty: Duty) -> Array:

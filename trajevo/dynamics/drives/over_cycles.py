@@ -10,7 +10,8 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
-from trajevo.dynamics.drives.heat import Duty, greatest_rises, rms_torques
+from trajevo.dynamics.drives.duty import Duty
+from trajevo.dynamics.drives.heat import greatest_rises, rms_torques
 from trajevo.dynamics.drives.motors import Motors
 from trajevo.dynamics.drives.power import greatest_supply_power
 from trajevo.dynamics.rollout import Rollout

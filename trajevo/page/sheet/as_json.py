@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from trajevo.capacity.drives.found import DriveCapacity
 from trajevo.page.sheet.load_data import LoadData
 from trajevo.page.sheet.sheet import SCHEMA, PayloadSheet
 from trajevo.page.sheet.verdicts import Axis, Verdict
@@ -45,9 +46,20 @@ def sheet_data(sheet: PayloadSheet) -> dict[str, Any]:
             "text": str(capacity),
         },
         "largest_payload_note": sheet.capacity_note,
+        "largest_payload_by_drives": None if sheet.drive_capacity is None else _by_drives(sheet.drive_capacity),
         "share_of_effort_limits_kept": sheet.kept,
         "certificate": sheet.certified,
         "certificate_sha256": sheet.certificate_hash,
+    }
+
+
+def _by_drives(capacity: DriveCapacity) -> dict[str, Any]:
+    return {
+        "mass_kg": _plain(capacity.mass),
+        "cause": capacity.cause or None,
+        "joint": capacity.joint or None,
+        "instant_s": _plain(capacity.time),
+        "text": str(capacity),
     }
 
 

@@ -63,9 +63,10 @@ class LoadData:
 
     def for_controllers(self) -> Iterator[tuple[str, str, str]]:
         """Controller, fields as it names them, and what to mind."""
-        mass, com, j = f"{self.mass:.4g}", 1e3 * self.com, self.principal
+        # Adding 0 makes 0 of -0, which nobody types into a controller.
+        mass, com, j = f"{self.mass:.4g}", 1e3 * self.com + 0.0, self.principal
         x, y, z = (f"{value:.4g}" for value in com)
-        a, b, c = (f"{value:.4g}" for value in np.degrees(self.angles))
+        a, b, c = (f"{value:.4g}" for value in np.degrees(self.angles) + 0.0)
         moments = [f"{value:.4g}" for value in j]
         yield (
             "KUKA",
@@ -73,7 +74,7 @@ class LoadData:
             f"JX {moments[0]}, JY {moments[1]}, JZ {moments[2]} kg·m²",
             "flange frame; principal axes by Z, Y, X, each about the axis already turned; origin at the centre of mass",
         )
-        turn = ", ".join(f"{value:.5g}" for value in self.quaternion)
+        turn = ", ".join(f"{value:.5g}" for value in self.quaternion + 0.0)
         yield (
             "ABB",
             f"mass {mass} kg; cog [{x}, {y}, {z}] mm; aom [{turn}]; "
@@ -81,8 +82,8 @@ class LoadData:
             "loaddata: tool frame for a payload, wrist frame for the load of a tool; principal axes at the centre",
         )
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = self.inertia.tolist()
-        metres = ", ".join(f"{value:.4g}" for value in self.com)
-        tensor = ", ".join(f"{value:.4g}" for value in (xx, yy, zz, xy, xz, yz))
+        metres = ", ".join(f"{value:.4g}" for value in self.com + 0.0)
+        tensor = ", ".join(f"{value:.4g}" for value in np.array([xx, yy, zz, xy, xz, yz]) + 0.0)
         yield (
             "Universal Robots",
             f"mass {mass} kg; CoG [{metres}] m; inertia [{tensor}] kg·m²",

@@ -99,6 +99,8 @@ def _margins(sheet: PayloadSheet) -> list[tuple[str, str]]:
     told = [
         ("largest payload", str(sheet.capacity) if sheet.capacity is not None else f"not told: {sheet.capacity_note}")
     ]
+    if sheet.drive_capacity is not None:
+        told.append(("by the drives", str(sheet.drive_capacity)))
     if sheet.margin is not None:
         told.append(("margin of the load", f"{100.0 * sheet.margin:+.1f} % of its mass"))
     if sheet.kept < 1.0:

@@ -16,11 +16,12 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.base.arrays import numbers
 from trajevo.base.shown.brief import brief
 from trajevo.capacity.capacity import Capacity
 from trajevo.capacity.dlcc import dlcc
-from trajevo.capacity.drives.drive_capacity import rollout_mass
+from trajevo.capacity.drives.drive_capacity import drive_capacity, rollout_mass
+from trajevo.capacity.drives.found import DriveCapacity
+from trajevo.dynamics.drives.duty import checked_dwell
 from trajevo.dynamics.rollout import Rollout, rollout_of
 from trajevo.errors import InvalidInputError
 from trajevo.front.front import Solution
@@ -36,6 +37,9 @@ from trajevo.verification.certify import certify
 
 #: Version of the JSON of a sheet.
 SCHEMA = 1
+
+#: What a sheet says of a robot without drives.
+NO_DRIVES = "drives not known: neither heat nor RMS torque is judged"
 
 
 @final
@@ -61,8 +65,9 @@ class PayloadSheet:
         duration: of the motion [s].
         dwell: time at rest after it [s].
         kept: share of the robot's effort limits that the problem keeps.
-        capacity: the largest payload, or None where it is not told.
+        capacity: the largest payload by the efforts, or None where it is not told.
         capacity_note: why it is not told.
+        drive_capacity: the largest payload by the drives over the cycle, or None where that is not told.
         certificate: what is proven of the motion with these loads.
     """
 
@@ -85,6 +90,7 @@ class PayloadSheet:
     kept: float
     capacity: Capacity | None
     capacity_note: str
+    drive_capacity: DriveCapacity | None
     certificate: Certificate
 
     __repr__ = brief
@@ -96,10 +102,11 @@ class PayloadSheet:
 
     @property
     def margin(self) -> float | None:
-        """How much heavier the load may be, as a share of its mass; None if that is not told or nothing is carried."""
-        if self.capacity is None or not self.load.mass > 0.0 or not np.isfinite(self.capacity.mass):
+        """How much heavier the load may be by efforts and drives, as a share of its mass; None if that is not told."""
+        masses = [one.mass for one in (self.capacity, self.drive_capacity) if one is not None]
+        if self.capacity is None or not self.load.mass > 0.0 or not np.isfinite(min(masses)):
             return None
-        return self.capacity.mass / self.load.mass - 1.0
+        return min(masses) / self.load.mass - 1.0
 
     @property
     def cycles_per_hour(self) -> float:
@@ -134,6 +141,8 @@ class PayloadSheet:
         Raises:
             InvalidInputError: a file that ends in .json, or one that cannot be written.
         """
+        if not isinstance(file, str | Path):
+            raise InvalidInputError(f"file: expected one for HTML, such as 'payload_sheet.html', got {file!r}")
         page = Path(file)
         if page.suffix == ".json":
             raise InvalidInputError(f"file: expected one for HTML, such as {page.with_suffix('.html')}, got {page}")
@@ -158,7 +167,9 @@ class PayloadSheet:
         parts += [f"static {self.static}", f"dynamic {self.dynamic}", *(f"{one.about} {one}" for one in self.duty)]
         if self.capacity is not None:
             parts.append(f"largest payload {self.capacity}")
-        return "; ".join(parts)
+        if self.drive_capacity is not None:
+            parts.append(f"by the drives {self.drive_capacity}")
+        return "; ".join(parts if self.duty else [*parts, NO_DRIVES])
 
 
 def payload_sheet(
@@ -185,11 +196,11 @@ def payload_sheet(
     given = rollout_of(motion)
     if len(given.trajectory) != 1:
         raise InvalidInputError(f"motion: expected one motion, got {len(given.trajectory)}")
-    rest = float(numbers(dwell, name="dwell", shape=()))
-    if rest < 0.0:
-        raise InvalidInputError(f"dwell: expected a time from 0 on [s], got {rest:g}")
+    rest = checked_dwell(dwell)
     if not isinstance(creator, str):
         raise InvalidInputError(f"creator: expected a name, got {creator!r}")
+    if given.dynamics.schedule is not None:
+        given.dynamics.schedule.check_varied("a sheet")
     given.robot.check_masses("a sheet")
     mounted = loads_on(given.robot, supplementary or {})
     rollout = given
@@ -201,6 +212,7 @@ def payload_sheet(
     certificate = certify(judged)
     capacity, note = _largest(judged)
     mass = rollout_mass(rollout)
+    duty = driven(rollout, rest, mass)
     return PayloadSheet(
         title=motion.front.record.title if isinstance(motion, Solution) else "A motion",
         motion=f"{motion.rule} (row {motion.index})" if isinstance(motion, Solution) else "one motion",
@@ -217,12 +229,13 @@ def payload_sheet(
         supplementary=mounted,
         static=held(rollout),
         dynamic=moving(certificate),
-        duty=driven(rollout, rest, mass),
+        duty=duty,
         duration=float(rollout.trajectory.duration[0]),
         dwell=rest,
         kept=rollout.effort_kept,
         capacity=capacity,
         capacity_note=note,
+        drive_capacity=_largest_of_drives(judged, rest) if duty else None,
         certificate=certificate,
     )
 
@@ -233,6 +246,14 @@ def _largest(motion: Any) -> tuple[Capacity | None, str]:
         return dlcc(motion), ""
     except InvalidInputError as error:
         return None, str(error)
+
+
+def _largest_of_drives(motion: Any, dwell: float) -> DriveCapacity | None:
+    """The largest payload by the drives; None where their verdict says why it cannot be told."""
+    try:
+        return drive_capacity(motion, dwell=dwell)
+    except InvalidInputError:
+        return None
 
 
 def _plain(value: float) -> float | None:

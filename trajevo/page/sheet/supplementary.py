@@ -52,7 +52,10 @@ def loads_on(robot: Robot, given: Any) -> tuple[SupplementaryLoad, ...]:
     for joint, load in given.items():
         if joint not in names:
             raise UnknownNameError("joint with a supplementary load", joint, names)
-        payload = Payload.of(load, model=None)
+        try:
+            payload = Payload.of(load, model=None)
+        except InvalidInputError as error:
+            raise InvalidInputError(f"supplementary: {joint}: {error}") from error
         if payload.model != "rigid":
             raise InvalidInputError(f"supplementary: expected a rigid load on {joint!r}, got {payload.model!r}")
         found.append(SupplementaryLoad(joint, payload))

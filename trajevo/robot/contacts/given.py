@@ -64,7 +64,7 @@ def _made(kind: type[_Record], given: Any, units: Mapping[str, str], at: Callabl
             found[name] = _si(value, units[name], at(name)) if name in units else value
     needed = [name for name in kind.needed() if name not in found]
     if needed:
-        raise InvalidInputError(f"{at(needed[0])}: expected it, got none")
+        raise InvalidInputError(f"{at(needed[0])}: this key is missing")
     try:
         return kind(**found)
     except InvalidInputError as error:

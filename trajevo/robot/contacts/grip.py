@@ -23,6 +23,9 @@ GRIP_UNITS = {
     "torsion": "m",
 }
 
+#: Most fingers of a grip; what is more is a mistake.
+_MOST_FINGERS = 1000
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -69,8 +72,8 @@ class Grip:
         if self.safety < 1.0:
             raise InvalidInputError(f"safety: expected a factor of at least 1, got {self.safety:g}")
         whole = isinstance(self.fingers, int | np.integer) and not isinstance(self.fingers, bool)
-        if not whole or self.fingers < 2:
-            raise InvalidInputError(f"fingers: expected a whole number of at least 2, got {self.fingers!r}")
+        if not whole or not 2 <= self.fingers <= _MOST_FINGERS:
+            raise InvalidInputError(f"fingers: expected a whole number from 2 to {_MOST_FINGERS}, got {self.fingers!r}")
         object.__setattr__(self, "fingers", int(self.fingers))
         for name in ("closing_axis", "point"):
             x, y, z = numbers(getattr(self, name), name=name, shape=(3,)).tolist()

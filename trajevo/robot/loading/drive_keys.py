@@ -85,6 +85,9 @@ class SupplyKeys(pydantic.BaseModel):
     standby_power: _Amount | None = pydantic.Field(
         None, description="What the controller draws as long as it is on; a text has its unit [W]."
     )
+    peak_power: _Amount | None = pydantic.Field(
+        None, description="Greatest power that it gives to all motors together; a text has its unit [W]."
+    )
     recuperation: Literal["none", "shared", "full"] | None = pydantic.Field(
         None,
         description="Energy that motors give back: burnt at each drive, shared on a DC link whose braking resistor "

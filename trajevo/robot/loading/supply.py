@@ -19,6 +19,7 @@ Recuperation = Literal["none", "shared", "full"]
 #: SI units of what is a number.
 SUPPLY_UNITS: Mapping[str, str] = {
     "standby_power": "W",
+    "peak_power": "W",
     "link_capacitance": "F",
     "link_voltage": "V",
     "chopper_voltage": "V",
@@ -35,6 +36,7 @@ class Supply:
 
     Attributes:
         standby_power: what the controller draws as long as it is on, whatever the motors do [W]; none if None.
+        peak_power: greatest power that it gives to all motors together [W]; any if None.
         recuperation: ``"none"`` if no drive can use what another one gives back, ``"shared"`` if all are at one DC
             link, so that what some give back drives the others and a braking resistor burns the rest, ``"full"`` if
             the rest goes back to the mains.
@@ -48,6 +50,7 @@ class Supply:
     """
 
     standby_power: float | None = None
+    peak_power: float | None = None
     recuperation: Recuperation = "shared"
     link_capacitance: float | None = None
     link_voltage: float | None = None
@@ -60,7 +63,7 @@ class Supply:
         for name in SUPPLY_UNITS:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _amount(name, getattr(self, name)))
-        if self.recuperation not in get_args(Recuperation):
+        if not isinstance(self.recuperation, str) or self.recuperation not in get_args(Recuperation):
             raise InvalidInputError(f"recuperation: expected 'none', 'shared' or 'full', got {self.recuperation!r}")
         if not isinstance(self.source, str):
             raise InvalidInputError(f"source: expected text, got {self.source!r}")

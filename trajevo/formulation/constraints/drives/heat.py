@@ -9,7 +9,8 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
-from trajevo.dynamics.drives.heat import Duty, greatest_rises, rms_torques
+from trajevo.dynamics.drives.duty import Duty, checked_cycles, checked_dwell
+from trajevo.dynamics.drives.heat import greatest_rises, rms_torques
 from trajevo.dynamics.drives.motors import UNKNOWN
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
@@ -103,36 +104,21 @@ def _constraint(robot: Robot, function: OverCycles) -> Constraint:
     )
 
 
-def from_zero(name: str, value: Any, unit: str) -> float:
-    """A time from 0 on.
-
-    Raises:
-        InvalidInputError: something else.
-    """
-    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-    if not (number and np.isfinite(value) and value >= 0.0):
-        raise InvalidInputError(f"{name}: expected a time from 0 on [{unit}], got {value!r}")
-    return float(value)
+def _dwell(_name: str, given: Any, _unit: str) -> float:
+    return checked_dwell(given)
 
 
-def count_of_cycles(name: str, value: Any, unit: str) -> int:
-    """A number of cycles, 0 for ever.
-
-    Raises:
-        InvalidInputError: something else.
-    """
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 0:
-        raise InvalidInputError(f"{name}: expected a whole number from 1 on, or 0 for ever, got {value!r}")
-    return int(value)
+def _cycles(_name: str, given: Any, _unit: str) -> int:
+    return checked_cycles(given, forever=0) or 0
 
 
 #: Parameters that both kinds share.
-DWELL = LimitParameter("dwell", "s", "time at rest after each motion, before it begins anew", from_zero, default=0.0)
+DWELL = LimitParameter("dwell", "s", "time at rest after each motion, before it begins anew", _dwell, default=0.0)
 CYCLES = LimitParameter(
     "cycles",
     "1",
     "how often the motion is made from cold windings on; 0 for ever",
-    count_of_cycles,
+    _cycles,
     default=0,
     type=int,
 )

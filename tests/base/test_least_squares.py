@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from trajevo.solvers.gradient.optimality import _non_negative
+from trajevo.base.solving.least_squares import non_negative
 
 
 def problems(seed):
@@ -24,13 +24,13 @@ def problems(seed):
 def test_it_is_that_of_scipy_to_the_bit(seed, most):
     for matrix, wanted in problems(seed):
         expected = lsq_linear(matrix, wanted, (0.0, np.inf), method="bvls", max_iter=most).x
-        np.testing.assert_array_equal(_non_negative(matrix, wanted, most), expected)
+        np.testing.assert_array_equal(non_negative(matrix, wanted, most), expected)
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_no_multiplier_is_negative_and_what_is_left_is_at_right_angles_to_those_that_bear(seed):
     for matrix, wanted in problems(seed):
-        borne = _non_negative(matrix, wanted, 30 * matrix.shape[1])
+        borne = non_negative(matrix, wanted, 30 * matrix.shape[1])
         slope = matrix.T @ (matrix @ borne - wanted)
         assert (borne >= -1e-15).all()
         assert (slope > -1e-5).all()
