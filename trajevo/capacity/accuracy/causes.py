@@ -6,7 +6,7 @@ is linear in m, and the moment about an edge of the footprint affine: closed for
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import final
@@ -15,11 +15,12 @@ import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
-from trajevo.capacity.accuracy.states import MotionStates
+from trajevo.capacity.drives.instants import Bounds
 from trajevo.capacity.drives.squares import within_square
 from trajevo.dynamics.contacts.bending import Bending
 from trajevo.dynamics.contacts.links import dot
-from trajevo.dynamics.contacts.wrenches import NOTHING, HeldStates, HoldingWrenches, Wrench
+from trajevo.dynamics.contacts.wrenches import HeldStates, HoldingWrenches, Wrench
+from trajevo.dynamics.drives.motors import MotorStates
 from trajevo.dynamics.payload_masses import masses_within
 from trajevo.dynamics.rollout import Rollout
 from trajevo.robot.contacts.grip import Grip
@@ -29,37 +30,29 @@ from trajevo.robot.contacts.stand import Stand
 SLIPS = ("across the closing axis", "along the closing axis")
 
 
-#: States at K instants -> least and greatest masses, two arrays (K, C) [kg].
-_Bounds = Callable[[MotionStates, HeldStates], tuple[Array, Array]]
-
-
 @final
-@dataclass(frozen=True, eq=False)
-class Causes:
-    """What limits the payload at single instants, in columns.
+@dataclass(frozen=True)
+class Cause:
+    """What limits the payload at single instants.
 
     Attributes:
-        columns: those of every cause.
-        places: what every column stands for.
-        of_causes: masses by every cause.
-        holding: forces on grip and stand; None if neither is there.
+        names: of one cause, or of those that are found of the same wrenches, with the places that each stands for.
+        bounds: masses at states, two arrays (K, places of all) [kg].
     """
 
-    columns: Mapping[str, slice]
-    places: tuple[str, ...]
-    of_causes: tuple[_Bounds, ...]
-    holding: HoldingWrenches | None
+    names: Mapping[str, tuple[str, ...]]
+    bounds: Bounds
 
     __repr__ = brief
 
-    def bounds(self, states: MotionStates) -> tuple[Array, Array]:
-        """Least and greatest masses at K instants, two arrays (K, columns) [kg]."""
-        held = NOTHING if self.holding is None else self.holding.at(states.q, states.v, states.a, states.segments)
-        least, most = zip(*(bounds(states, held) for bounds in self.of_causes), strict=True)
-        return np.concatenate(least, axis=1), np.concatenate(most, axis=1)
+    @property
+    def columns(self) -> dict[str, slice]:
+        """Columns of every name."""
+        counts = np.cumsum([0, *(len(places) for places in self.names.values())]).tolist()
+        return {name: slice(*ends) for name, ends in zip(self.names, pairwise(counts), strict=True)}
 
 
-def causes_of(rollout: Rollout, deviation: float | None, counted: str) -> Causes:
+def causes_of(rollout: Rollout, deviation: float | None, counted: str) -> tuple[Cause, ...]:
     """What limits the payload of a motion besides drives.
 
     Args:
@@ -68,28 +61,40 @@ def causes_of(rollout: Rollout, deviation: float | None, counted: str) -> Causes
         counted: which torques count for it, one of :data:`~trajevo.dynamics.contacts.bending.COUNTED`.
     """
     robot = rollout.robot
-    grip, stand, gravity = robot.grip, robot.stand, np.array(robot.model.gravity.linear)
-    found: dict[str, tuple[tuple[str, ...], _Bounds]] = {}
+    found = []
     if deviation is not None:
-        bending, far = Bending.of(robot), deviation
-        found["deviation"] = ("",), lambda states, _: deviating(bending, states, far, counted)
-    if grip is not None:
-        found["slip"] = SLIPS, lambda _, held: slipping(grip, held)
-    if stand is not None:
-        found["tip_over"] = stand.edge_names, lambda _, held: tipping(stand, gravity, held)
-    counts = np.cumsum([0, *(len(places) for places, _ in found.values())]).tolist()
-    return Causes(
-        columns={name: slice(*ends) for name, ends in zip(found, pairwise(counts), strict=True)},
-        places=tuple(place for places, _ in found.values() for place in places),
-        of_causes=tuple(bounds for _, bounds in found.values()),
-        holding=None if grip is None and stand is None else HoldingWrenches.of(rollout.dynamics),
-    )
+        bending, far = bending_of(rollout), deviation
+        found.append(Cause({"deviation": ("",)}, lambda states: deviating(bending, states, far, counted)))
+    if robot.grip is not None or robot.stand is not None:
+        found.append(_held(rollout, robot.grip, robot.stand))
+    return tuple(found)
 
 
-def deviating(bending: Bending, states: MotionStates, most: float, counted: str) -> tuple[Array, Array]:
+def bending_of(rollout: Rollout) -> Bending:
+    """How the joints of a robot give way, made once."""
+    return rollout.dynamics.once("what gives way", lambda: Bending.of(rollout.robot))
+
+
+def _held(rollout: Rollout, grip: Grip | None, stand: Stand | None) -> Cause:
+    """What a grip and a stand hold, one of which is there."""
+    wrenches = rollout.dynamics.once("what holds", lambda: HoldingWrenches.of(rollout.dynamics))
+    gravity = np.array(rollout.robot.model.gravity.linear)
+
+    def bounds(states: MotorStates) -> tuple[Array, Array]:
+        held = wrenches.at(states.position, states.velocity, states.acceleration, states.segments)
+        found = [] if grip is None else [slipping(grip, held)]
+        found += [] if stand is None else [tipping(stand, gravity, held)]
+        least, most = zip(*found, strict=True)
+        return np.concatenate(least, axis=1), np.concatenate(most, axis=1)
+
+    names = {} if grip is None else {"slip": SLIPS}
+    return Cause(names | ({} if stand is None else {"tip_over": stand.edge_names}), bounds)
+
+
+def deviating(bending: Bending, states: MotorStates, most: float, counted: str) -> tuple[Array, Array]:
     """Least and greatest masses with which the tool deviates by at most so much [m], two arrays (K, 1) [kg]."""
-    moved = bending.per_load(states.q)
-    each = (moved * states.each[:, None]).sum(axis=-1)
+    moved = bending.per_load(states.position)
+    each = (moved * states.per_kilogram[:, None]).sum(axis=-1)
     own = np.zeros_like(each) if counted == "payload" else (moved * states.load[:, None]).sum(axis=-1)
     a, b, c = ((x * y).sum(axis=-1) for x, y in ((own, own), (own, each), (each, each)))
     low, high = within_square(a, b, c, most**2)

@@ -12,18 +12,17 @@ from typing import Any
 import numpy as np
 
 from trajevo.base.arrays import frozen, numbers, real_number
-from trajevo.capacity.accuracy.causes import Causes, causes_of
+from trajevo.capacity.accuracy.causes import Cause, bending_of, causes_of
 from trajevo.capacity.accuracy.found import CAUSES, CauseLimit, FullCapacity, ToolDeviation
-from trajevo.capacity.accuracy.states import MotionStates
 from trajevo.capacity.dlcc import sampled_motion
-from trajevo.capacity.drives.drive_capacity import DENSE, drive_capacity, rollout_mass
+from trajevo.capacity.drives.drive_capacity import DENSE, Cycling, rollout_mass
 from trajevo.capacity.drives.found import DriveLimit
-from trajevo.capacity.drives.instants import MassesOfJoints, masses_at_instants
+from trajevo.capacity.drives.instants import MassesOfJoints, Sought, causes_at_instants, masses_at_instants
 from trajevo.capacity.drives.supply_power import masses_of_supply
 from trajevo.capacity.scaled_constraints import problem_of
 from trajevo.dynamics.contacts.bending import COUNTED, Bending, known_stiffness
 from trajevo.dynamics.drives.duty import checked_cycles, checked_dwell
-from trajevo.dynamics.payload_masses import mass_bounds
+from trajevo.dynamics.drives.motors import Motors, MotorStates
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front.front import Solution
@@ -66,26 +65,27 @@ def full_capacity(
             :func:`drive_capacity`.
         UnknownNameError: another word for ``counted``.
     """
-    given = sampled_motion(motion, samples)
-    rollout = replace(given, masses=None)
+    rollout = sampled_motion(motion, samples)
     most, counted = deviation_of(motion, deviation, counted)
-    robot, not_covered = rollout.robot, []
-    states = MotionStates.of_samples(rollout)
+    robot, causes = rollout.robot, causes_of(rollout, most, counted)
+    limits: list[CauseLimit] = []
     if robot.drives:
-        found = drive_capacity(motion, dwell=dwell, cycles=cycles, samples=samples)
-        limits = [_by_joints(limit, robot.joint_names) for limit in found.limits if limit.known.any()]
-        not_covered += [CAUSES[limit.cause] for limit in found.limits if not limit.known.any()]
-        not_covered += found.not_known
-        rest, often = found.dwell, found.cycles
+        cycling = Cycling.of(motion, dwell, cycles, samples)
+        found = cycling.limits(binding=True, further=_sought(cycling.sampled, causes))
+        limits += [_by_joints(limit, robot.joint_names) for limit in found.drives if limit.known.any()]
+        not_covered = [CAUSES[limit.cause] for limit in found.drives if not limit.known.any()]
+        not_covered += cycling.not_known
+        rest, often, masses = cycling.cycle.dwell, cycling.cycle.cycles, found.further
     else:
-        limits, rest, often = list(_effort(rollout, states)), checked_dwell(dwell), checked_cycles(cycles)
-        not_covered += ["drives"]
+        rest, often, not_covered = checked_dwell(dwell), checked_cycles(cycles), ["drives"]
+        causes = (*_effort(rollout), *causes)
+        masses = tuple(masses_at_instants(rollout, _sought(MotorStates.of_samples(rollout), causes)))
     power = supply_power_of(motion, robot)
     if power is None:
         not_covered += [CAUSES["peak_power"]] if robot.drives else []
     else:
         limits += [_limit("peak_power", masses_of_supply(rollout, power), ("all motors",))]
-    limits += _further(rollout, states, causes_of(rollout, most, counted), counted)
+    limits += _of_causes(rollout, causes, masses, counted)
     not_covered += _not_known(robot, most)
     return _together(
         limits,
@@ -119,12 +119,11 @@ def tool_deviation(
         UnknownNameError: another word for ``counted``.
     """
     checked_name("counted", counted, COUNTED)
-    given = sampled_motion(motion, samples)
-    carried = rollout_mass(given) if mass is None else float(numbers(mass, name="mass", shape=()))
+    rollout = sampled_motion(motion, samples)
+    carried = rollout_mass(rollout) if mass is None else float(numbers(mass, name="mass", shape=()))
     if carried < 0.0:
         raise InvalidInputError(f"mass: expected a payload from 0 on [kg], got {carried}")
-    rollout = replace(given, masses=None)
-    bending, states = Bending.of(rollout.robot), MotionStates.of_samples(rollout)
+    bending, states = bending_of(rollout), MotorStates.of_samples(rollout)
     moved = _moved(bending, states, carried, counted)
     along = np.sqrt((moved.sum(axis=2) ** 2).sum(axis=1))
     place = int(along.argmax())
@@ -132,7 +131,7 @@ def tool_deviation(
     width = float(np.diff(states.times).max())
     for _ in range(_ZOOMS):
         instants = np.clip(time + width * np.linspace(-1.0, 1.0, _PARTS), 0.0, rollout.trajectory.duration[0])
-        near = _moved(bending, MotionStates.at(rollout, instants), carried, counted)
+        near = _moved(bending, MotorStates.at(rollout, instants), carried, counted)
         far = np.sqrt((near.sum(axis=2) ** 2).sum(axis=1))
         place, width = int(far.argmax()), 4.0 * width / _PARTS
         if far[place] > greatest:
@@ -153,10 +152,10 @@ def tool_deviation(
     )
 
 
-def _moved(bending: Bending, states: MotionStates, mass: float, counted: str) -> Any:
+def _moved(bending: Bending, states: MotorStates, mass: float, counted: str) -> Any:
     """What every joint moves the tool at states with a payload [kg], shape (K, 3, n_joints) [m]."""
     own = 0.0 if counted == "payload" else states.load
-    return bending.by_joint(states.q, own + mass * states.each)
+    return bending.by_joint(states.position, own + mass * states.per_kilogram)
 
 
 def deviation_of(motion: Any, given: Any, counted: str) -> tuple[float | None, str]:
@@ -185,18 +184,17 @@ def supply_power_of(motion: Any, robot: Robot) -> float | None:
     return robot.supply.peak_power
 
 
-def _effort(rollout: Rollout, states: MotionStates) -> Iterator[CauseLimit]:
+def _effort(rollout: Rollout) -> Iterator[Cause]:
     """The effort limits of a robot without drives, if it has any."""
     sides = rollout.limits.sides("effort")
-    if not sides.limited.any():
-        return
-    armature = rollout.robot.friction.armature
+    if sides.limited.any():
+        bounds = causes_at_instants(rollout, Motors.of(rollout))["effort"]
+        yield Cause({"effort": rollout.robot.joint_names}, bounds)
 
-    def bounds(states: MotionStates) -> tuple[Any, Any]:
-        return mass_bounds(states.load + armature * states.a, states.each, sides)
 
-    found = masses_at_instants(rollout, states, bounds, MotionStates.at)
-    yield _limit("effort", found, rollout.robot.joint_names)
+def _sought(states: MotorStates, causes: Sequence[Cause]) -> list[Sought]:
+    """What causes allow at instants; of the places of each the one that binds counts alone."""
+    return [Sought(states, cause.bounds, tuple(cause.columns.values())) for cause in causes]
 
 
 def _by_joints(limit: DriveLimit, names: Sequence[str]) -> CauseLimit:
@@ -213,19 +211,18 @@ def _limit(cause: str, masses: MassesOfJoints, places: Sequence[str]) -> CauseLi
     return CauseLimit(cause, least, -np.inf if impossible.any() else most, places[column] if bound else "", time)
 
 
-def _further(rollout: Rollout, states: MotionStates, causes: Causes, counted: str) -> Iterator[CauseLimit]:
-    """What accuracy, grip and stand allow, and which joint gives way most where the tool deviates."""
-    if not causes.places:
-        return
-    found = masses_at_instants(rollout, states, causes.bounds, MotionStates.at, causes.columns.values())
-    for cause, columns in causes.columns.items():
-        places = causes.places[columns]
-        limit = _limit(cause, MassesOfJoints(*(each[columns] for each in found)), places)
-        if cause == "deviation" and not np.isnan(limit.time):
-            at = MotionStates.at(rollout, np.array([limit.time]))
-            moved = _moved(Bending.of(rollout.robot), at, max(limit.mass, 0.0), counted)[0]
-            limit = replace(limit, place=rollout.robot.joint_names[int((moved.sum(axis=1) @ moved).argmax())])
-        yield limit
+def _of_causes(
+    rollout: Rollout, causes: Sequence[Cause], masses: Sequence[MassesOfJoints], counted: str
+) -> Iterator[CauseLimit]:
+    """What causes allow with the masses that were found, and which joint gives way most where the tool deviates."""
+    for cause, found in zip(causes, masses, strict=True):
+        for name, columns in cause.columns.items():
+            limit = _limit(name, MassesOfJoints(*(each[columns] for each in found)), cause.names[name])
+            if name == "deviation" and not np.isnan(limit.time):
+                at = MotorStates.at(rollout, np.array([limit.time]))
+                moved = _moved(bending_of(rollout), at, max(limit.mass, 0.0), counted)[0]
+                limit = replace(limit, place=rollout.robot.joint_names[int((moved.sum(axis=1) @ moved).argmax())])
+            yield limit
 
 
 def _not_known(robot: Robot, deviation: float | None) -> Iterator[str]:

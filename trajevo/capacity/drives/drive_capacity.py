@@ -8,7 +8,7 @@ nodes; around those that bind the motion is sampled anew, ever finer, so that th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,8 +16,14 @@ import numpy as np
 from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.capacity.dlcc import sampled_motion
 from trajevo.capacity.drives.found import DriveCapacity, DriveLimit, DriveLoad
-from trajevo.capacity.drives.instants import MassesOfJoints, causes_at_instants, masses_at_instants
-from trajevo.capacity.drives.squares import JointCycle, MassesOfJoint
+from trajevo.capacity.drives.instants import (
+    MassesOfJoints,
+    Sought,
+    causes_at_instants,
+    masses_at_instants,
+    nearly_binding,
+)
+from trajevo.capacity.drives.squares import HeatLimit, JointCycle, MassesOfJoint
 from trajevo.dynamics.drives.cycle import LONGEST, MOST_PIECES, NODES, Cycle, legendre
 from trajevo.dynamics.drives.duty import checked_cycles, checked_dwell
 from trajevo.dynamics.drives.motors import Motors, MotorStates, turning_points
@@ -35,6 +41,9 @@ _HALVINGS, _RESOLVED = 8, 1e-9
 
 #: How near to the ends of pieces limits are looked at, as a share of the motion.
 NEAR = 1e-7
+
+#: Masses beyond so many times the least one that a joint allows are not sought where the joint that binds counts alone.
+_BEYOND = 1.1
 
 #: A joint whose drive says nothing of a cause.
 _FREE = MassesOfJoint(0.0, np.inf, np.nan)
@@ -62,17 +71,16 @@ def drive_capacity(
         InvalidInputError: a robot without drives, a dwell below 0, no whole number of cycles from 1 on, or a time
             constant that is too short for the motion.
     """
-    cycling = _Cycling.of(motion, dwell, cycles, samples)
-    causes = [*cycling.limits_at_instants(), cycling.rms_torque(), cycling.temperature()]
+    cycling = Cycling.of(motion, dwell, cycles, samples)
     return DriveCapacity.of(
-        tuple(causes),
+        cycling.limits().drives,
         joint_names=cycling.rollout.robot.joint_names,
         robot=cycling.rollout.robot.name,
         payload_model=cycling.rollout.dynamics.payload.model,
         dwell=cycling.cycle.dwell,
         cycles=cycling.cycle.cycles,
         samples=samples,
-        not_known=tuple(_not_known(cycling.rollout.robot.drives)),
+        not_known=cycling.not_known,
     )
 
 
@@ -96,7 +104,7 @@ def drive_load(
     Raises:
         InvalidInputError: a mass below 0, or as for :func:`drive_capacity`.
     """
-    cycling = _Cycling.of(motion, dwell, cycles, samples)
+    cycling = Cycling.of(motion, dwell, cycles, samples)
     rollout = cycling.rollout
     given = rollout_mass(rollout) if mass is None else float(numbers(mass, name="mass", shape=()))
     if given < 0.0:
@@ -138,21 +146,38 @@ def rollout_mass(rollout: Rollout) -> float:
     return rollout.dynamics.payload.mass if rollout.masses is None else float(rollout.masses[0])
 
 
-class _Cycling(NamedTuple):
-    """A motion that repeats: the robot on it, its motors, states at instants, and smooth pieces with their states."""
+class CycleLimits(NamedTuple):
+    """What drives allow on a motion that repeats, and masses of further causes that were sought."""
+
+    drives: tuple[DriveLimit, ...]
+    further: tuple[MassesOfJoints, ...]
+
+
+class Cycling(NamedTuple):
+    """A motion that repeats: the robot on it, its motors, states at instants, and smooth pieces with their states.
+
+    Attributes:
+        rollout: the motion.
+        motors: of the robot.
+        sampled: states at evenly spaced instants.
+        states: the same and further ones, at which limits are looked at.
+        cycle: smooth pieces and the time at rest.
+        at_nodes: states at their nodes.
+        held: the state at rest.
+    """
 
     rollout: Rollout
     motors: Motors
+    sampled: MotorStates
     states: MotorStates
     cycle: Cycle
     at_nodes: MotorStates
     held: MotorStates
 
     @classmethod
-    def of(cls, motion: Any, dwell: Any, cycles: Any, samples: int) -> _Cycling:
+    def of(cls, motion: Any, dwell: Any, cycles: Any, samples: int) -> Cycling:
         """A motion with its time at rest, checked."""
-        given = sampled_motion(motion, samples)
-        rollout = given if given.masses is None else Rollout(given.dynamics, given.trajectory)
+        rollout = sampled_motion(motion, samples)
         robot = rollout.robot
         if not robot.drives:
             raise InvalidInputError(
@@ -168,46 +193,45 @@ class _Cycling(NamedTuple):
         near = np.concatenate([cycle.ends[1:-1] + side * NEAR * cycle.ends[-1] for side in (-1.0, 1.0)])
         states = sampled.with_more(at_nodes)
         states = states.with_more(MotorStates.at(rollout, near)) if len(near) else states
-        return cls(rollout, motors, states, cycle, at_nodes, MotorStates.held(rollout))
+        return cls(rollout, motors, sampled, states, cycle, at_nodes, MotorStates.held(rollout))
 
-    def limits_at_instants(self) -> Iterator[DriveLimit]:
-        """Effort limits, peak torques, and torques at speed."""
-        drives = self.motors.drives
+    def limits(self, *, binding: bool = False, further: Sequence[Sought] = ()) -> CycleLimits:
+        """What drives allow, and masses of further causes that are sought in the same states.
+
+        Args:
+            binding: whether the joint that binds counts alone, so that others are not searched finer.
+            further: what else is sought.
+        """
+        drives, causes = self.motors.drives, causes_at_instants(self.rollout, self.motors)
         known = {
             "effort": self.rollout.limits.sides("effort").limited,
             "peak_torque": np.array([drive.peak_torque is not None for drive in drives]),
             "torque_at_speed": np.array([drive.torque_speed is not None for drive in drives]),
         }
-        for cause, bounds in causes_at_instants(self.rollout, self.motors).items():
-            if known[cause].any():
-                yield _limit(cause, masses_at_instants(self.rollout, self.states, bounds, MotorStates.at), known[cause])
-            else:
-                yield _limit(cause, _columns([_FREE] * len(drives)), known[cause])
+        together = (slice(None),) if binding else ()
+        sought = {
+            cause: Sought(self.states, bounds, together) for cause, bounds in causes.items() if known[cause].any()
+        }
+        found = masses_at_instants(self.rollout, [*sought.values(), *further])
+        masses = dict(zip(sought, found, strict=False))
+        free = _columns([_FREE] * len(drives))
+        limits = [_limit(cause, masses.get(cause, free), known[cause]) for cause in causes]
+        joints = self.joints
+        limits += [_by_heat(cause, joints, asked, binding) for cause, asked in self._heat_limits().items()]
+        return CycleLimits(tuple(limits), tuple(found[len(sought) :]))
 
-    def rms_torque(self) -> DriveLimit:
-        """Root of the mean square of the motors' torques over a cycle."""
-        limits = [drive.continuous_torque for drive in self.motors.drives]
-        rows = [
-            _FREE if most is None else joint.masses_of_mean(most**2)
-            for joint, most in zip(self._joints(), limits, strict=True)
-        ]
-        return _limit("rms_torque", _columns(rows), np.array([most is not None for most in limits]))
-
-    def temperature(self) -> DriveLimit:
-        """Temperatures of windings in the last cycle."""
-        rows, known = [], []
-        for joint, drive in zip(self._joints(), self.motors.drives, strict=True):
-            known.append(drive.greatest_rise is not None and not drive.lacking_for_heat)
-            if drive.greatest_rise is None or drive.thermal_time_constant is None or not known[-1]:
-                rows.append(_FREE)
-                continue
-            most = drive.greatest_rise / drive.rise_per_square
-            rows.append(joint.masses_of_peak(most, drive.thermal_time_constant))
-        return _limit("temperature", _columns(rows), np.array(known))
+    def _heat_limits(self) -> dict[str, list[HeatLimit | None]]:
+        """What the mean squares of the motors' torques over a cycle must not exceed, and the temperatures."""
+        temperatures = [_greatest_square(drive) for drive in self.motors.drives]
+        continuous = [drive.continuous_torque for drive in self.motors.drives]
+        return {
+            "rms_torque": [None if most is None else HeatLimit(most**2) for most in continuous],
+            "temperature": temperatures,
+        }
 
     def heats(self, mass: float) -> Iterator[tuple[float, float, float, float]]:
         """RMS torque, mean and greatest temperature in the last cycle [K], and the instant of that, of every joint."""
-        for joint, drive in zip(self._joints(), self.motors.drives, strict=True):
+        for joint, drive in zip(self.joints, self.motors.drives, strict=True):
             cycle, square, held = joint.at_mass(mass)
             mean = float(cycle.mean(square, held))
             if drive.lacking_for_heat or drive.thermal_time_constant is None:
@@ -217,15 +241,54 @@ class _Cycling(NamedTuple):
             scale = drive.rise_per_square
             yield mean**0.5, scale * mean if cycle.cycles is None else np.nan, scale * hottest, time
 
-    def _joints(self) -> Iterator[JointCycle]:
+    @property
+    def not_known(self) -> tuple[str, ...]:
+        """What limits nothing although a drive tells of it, because something else of it is not known."""
+        drives = self.rollout.robot.drives.items()
+        lacking = {name: drive.lacking_for_heat for name, drive in drives if drive.greatest_rise is not None}
+        return tuple(f"temperature of {name}, for want of {', '.join(few)}" for name, few in lacking.items() if few)
+
+    @property
+    def joints(self) -> tuple[JointCycle, ...]:
+        """What the motor of every joint bears."""
         shape = (len(self.cycle.ends) - 1, NODES)
         middle = self.at_nodes.velocity.reshape(*shape, -1)[:, NODES // 2]
+        found = []
         for k, drive in enumerate(self.motors.drives):
             rotor, load, each = (
                 getattr(self.at_nodes, name)[:, k].reshape(shape) for name in ("rotor", "load", "per_kilogram")
             )
             held = (0.0, 0.0) if drive.brake else (float(self.held.load[0, k]), float(self.held.per_kilogram[0, k]))
-            yield JointCycle(self.cycle, rotor, load, each, np.sign(middle[:, k]), held, drive.efficiencies)
+            found.append(JointCycle(self.cycle, rotor, load, each, np.sign(middle[:, k]), held, drive.efficiencies))
+        return tuple(found)
+
+
+def _by_heat(cause: str, joints: Sequence[JointCycle], asked: Sequence[HeatLimit | None], binding: bool) -> DriveLimit:
+    """What a limit of every joint over the whole cycle allows."""
+    rows, bound = [_FREE] * len(joints), np.inf
+    for k, joint in sorted(enumerate(joints), key=lambda each: _strain(each[1], asked[each[0]]), reverse=True):
+        limit = asked[k]
+        rows[k] = _FREE if limit is None else joint.roughly(limit, bound)
+        if binding and 0.0 < rows[k].most < bound:
+            bound = min(bound, _BEYOND * rows[k].most)
+    rough = _columns(rows)
+    closely = nearly_binding(rough.most, rough.least) if binding else np.ones(len(rows), dtype=np.bool_)
+    for k in np.flatnonzero(closely).tolist():
+        limit = asked[k]
+        rows[k] = _FREE if limit is None else joints[k].masses(limit, rows[k])
+    return _limit(cause, _columns(rows), np.array([limit is not None for limit in asked]))
+
+
+def _strain(joint: JointCycle, limit: HeatLimit | None) -> float:
+    """How much of a limit a kilogram takes, roughly: joints of which it takes most are looked at first."""
+    return 0.0 if limit is None else float((joint.per_kilogram**2).mean()) / limit.most
+
+
+def _greatest_square(drive: Drive) -> HeatLimit | None:
+    """What a winding bears of the square of its motor's torque, if that is known."""
+    if drive.greatest_rise is None or drive.thermal_time_constant is None or drive.lacking_for_heat:
+        return None
+    return HeatLimit(drive.greatest_rise / drive.rise_per_square, drive.thermal_time_constant)
 
 
 def _smooth(rollout: Rollout, motors: Motors, sampled: MotorStates) -> Array:
@@ -255,8 +318,8 @@ def _pieces(ends: Array, motors: Motors, dwell: float, cycles: int | None) -> Cy
 
 def _resolved(rollout: Rollout, cycle: Cycle) -> tuple[Cycle, MotorStates]:
     """Pieces that are halved until polynomials through the nodes tell squares of torques, and states at the nodes."""
+    states = MotorStates.at(rollout, cycle.nodes.reshape(-1))
     for _ in range(_HALVINGS):
-        states = MotorStates.at(rollout, cycle.nodes.reshape(-1))
         shape = (len(cycle.ends) - 1, NODES, -1)
         torques = (states.rotor, states.load, states.per_kilogram, states.rotor + states.load)
         squares = np.stack([torque.reshape(shape) ** 2 for torque in torques])
@@ -265,7 +328,8 @@ def _resolved(rollout: Rollout, cycle: Cycle) -> tuple[Cycle, MotorStates]:
         if not rough.any() or len(cycle.ends) > MOST_PIECES:
             break
         cycle = cycle.split((0.5 * (cycle.ends[1:] + cycle.ends[:-1]))[rough])
-    return cycle, MotorStates.at(rollout, cycle.nodes.reshape(-1))
+        states = MotorStates.at(rollout, cycle.nodes.reshape(-1))
+    return cycle, states
 
 
 def _share(torque: Array, limit: Array) -> Array:
@@ -288,10 +352,3 @@ def _limit(cause: str, masses: MassesOfJoints, known: Array) -> DriveLimit:
         time=frozen(np.where(known, time, np.nan)),
         known=frozen(known),
     )
-
-
-def _not_known(drives: Any) -> Iterator[str]:
-    """What limits nothing although the drive tells of it, because something else of it is not known."""
-    for joint, drive in drives.items():
-        if isinstance(drive, Drive) and drive.greatest_rise is not None and drive.lacking_for_heat:
-            yield f"temperature of {joint}, for want of {', '.join(drive.lacking_for_heat)}"

@@ -7,9 +7,8 @@ its direction: the closed form holds on each such interval, and pieces of the mo
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import NamedTuple, final
 
 import numpy as np
@@ -29,11 +28,29 @@ _ROUNDS = 6
 #: How far from the mass that was found first it is sought again, as a share of it.
 _WINDOW = 0.02
 
+#: Share of a limit below which polynomials through nodes cannot be wrong about it.
+_CLEARLY = 0.95
+
 #: Relative change of the mass that ends the splitting.
 _SETTLED = 1e-12
 
-#: The response to values (3, K, P, N) and those at rest (3, K) at instants, (3, K, Q).
-_Respond = Callable[[Cycle, Array, Array], Array]
+
+class HeatLimit(NamedTuple):
+    """What the square of a motor's torque must not exceed [(N·m)² or N²].
+
+    Attributes:
+        most: the limit.
+        time_constant: of what follows the square, at every instant [s]; None for the average over a cycle.
+    """
+
+    most: float
+    time_constant: float | None = None
+
+    def response(self, cycle: Cycle, values: Array, held: Array) -> Array:
+        """What the limit looks at, of values (3, K, P, N) and those at rest (3, K), at instants, (3, K, Q)."""
+        if self.time_constant is None:
+            return cycle.mean(values, held)[..., None]
+        return cycle.response(values, held, self.time_constant)
 
 
 class MassesOfJoint(NamedTuple):
@@ -74,29 +91,35 @@ class JointCycle:
         """Whether the gear has losses."""
         return self.efficiencies != (1.0, 1.0)
 
-    def masses_of_mean(self, most: float) -> MassesOfJoint:
-        """The masses with which the average square stays within a limit [(N·m)² or N²]."""
-
-        def average(cycle: Cycle, values: Array, held: Array) -> Array:
-            return cycle.mean(values, held)[..., None]
-
-        return self._settled(average, most)._replace(time=np.nan)
-
-    def masses_of_peak(self, most: float, time_constant: float) -> MassesOfJoint:
-        """The masses with which what follows the square with a time constant [s] stays within a limit at every instant.
+    def roughly(self, limit: HeatLimit, up_to: float = np.inf) -> MassesOfJoint:
+        """The masses that a limit allows, right to a share of :data:`_WINDOW` where a gear has losses.
 
         Args:
-            most: the limit [(N·m)² or N²].
-            time_constant: that of the winding [s].
+            limit: the limit.
+            up_to: a mass beyond which none is of interest [kg]; the greatest that is found is then at most that.
         """
+        if self.lossy and up_to < np.inf and self._keeps(limit, up_to):
+            return MassesOfJoint(0.0, up_to, np.nan)
+        found = self._masses(limit, (0.0, up_to))
+        return found if found.most >= 0.0 or up_to == np.inf else self._masses(limit, (0.0, np.inf))
 
-        def response(cycle: Cycle, values: Array, held: Array) -> Array:
-            return cycle.response(values, held, time_constant)
-
-        found = self._settled(response, most)
-        if not (np.isfinite(found.time) and np.isfinite(found.most)):
+    def masses(self, limit: HeatLimit, found: MassesOfJoint) -> MassesOfJoint:
+        """The masses that a limit allows, given those of :meth:`roughly`."""
+        found = self._settled(limit, found)
+        if limit.time_constant is None or not (np.isfinite(found.time) and np.isfinite(found.most)):
             return found
-        return self.split_at(found.most)._hottest(found, most, time_constant)
+        return self.split_at(found.most)._hottest(found, limit.most, limit.time_constant)
+
+    def _keeps(self, limit: HeatLimit, up_to: float) -> bool:
+        """Whether all masses up to one [kg] clearly keep a limit.
+
+        The torque at an instant rises or falls with the mass throughout, so that its square is greatest at either end.
+        """
+        ends = np.array([0.0, up_to])
+        loads = self.load + ends[:, None, None] * self.per_kilogram
+        squares = (self.rotor + self._factors(ends) * loads) ** 2
+        held = (self.held[0] + ends * self.held[1]) ** 2
+        return bool(limit.response(self.cycle, squares.max(axis=0), held.max()).max() <= _CLEARLY * limit.most)
 
     def at_mass(self, mass: float) -> tuple[Cycle, Array, Array]:
         """The cycle in pieces on which the square is smooth, the square at its nodes (P, N), and at rest ()."""
@@ -120,36 +143,36 @@ class JointCycle:
         rotor, load, each = self.cycle.onto(np.stack([self.rotor, self.load, self.per_kilogram]), finer)
         return JointCycle(finer, rotor, load, each, self.way[owner], self.held, self.efficiencies)
 
-    def _settled(self, respond: _Respond, most: float) -> MassesOfJoint:
+    def _settled(self, limit: HeatLimit, found: MassesOfJoint) -> MassesOfJoint:
         """The masses, with pieces split where the load changes its direction at the greatest and the least of them."""
-        found = self._masses(respond, most)
         for _ in range(_ROUNDS if self.lossy else 0):
-            ends = [mass for mass in (found.least, found.most) if np.isfinite(mass) and mass > 0.0]
             fine = self
-            for mass in ends:
-                fine = fine.split_at(mass)
-            before, found = found, fine._near(respond, most, found)
+            for mass in (found.least, found.most):
+                if np.isfinite(mass) and mass > 0.0:
+                    fine = fine.split_at(mass)
+            before, found = found, fine._near(limit, found)
             if np.allclose(found[:2], before[:2], rtol=_SETTLED, atol=0.0):
                 break
         return found
 
-    def _near(self, respond: _Respond, most: float, found: MassesOfJoint) -> MassesOfJoint:
+    def _near(self, limit: HeatLimit, found: MassesOfJoint) -> MassesOfJoint:
         """The masses once more, sought near those that were found first, if only the greatest is a root."""
         if found.least == 0.0 and 0.0 < found.most < np.inf:
             window = (1.0 - _WINDOW) * found.most, (1.0 + _WINDOW) * found.most
-            near = self._masses(respond, most, window)
+            near = self._masses(limit, window)
             if near.least == window[0] and near.most < window[1]:
                 return near._replace(least=0.0)
-        return self._masses(respond, most)
+        return self.roughly(limit)
 
-    def _masses(self, respond: _Respond, most: float, window: tuple[float, float] = (0.0, np.inf)) -> MassesOfJoint:
-        edges = self._edges()
+    def _masses(self, limit: HeatLimit, window: tuple[float, float]) -> MassesOfJoint:
+        """The masses in a window, as if the load changed its direction at nodes alone."""
+        edges = self._edges
         edges = np.concatenate([window[:1], edges[(edges > window[0]) & (edges < window[1])], window[1:]])
         inner = 0.5 * (edges[1:] + edges[:-1])
         inner[-1] = inner[-1] if np.isfinite(inner[-1]) else edges[-2] + 1.0
         squares, held = self._squares(self._factors(inner))
-        a, b, c = respond(self.cycle, squares, held)
-        low, high = within_square(a, b, c, most)
+        a, b, c = limit.response(self.cycle, squares, held)
+        low, high = within_square(a, b, c, limit.most)
         binding = high.argmin(axis=1)
         least = np.maximum(low.max(axis=1), edges[:-1])
         greatest = np.minimum(high.min(axis=1), edges[1:])
@@ -181,6 +204,7 @@ class JointCycle:
                     time = float(self.cycle.ends[piece] + share * self.cycle.durations[piece])
         return MassesOfJoint(found.least, mass, time)
 
+    @cached_property
     def _edges(self) -> Array:
         """Masses between which the loads of all nodes keep their directions, from 0 to inf [kg]."""
         if not self.lossy:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.capacity.drives.instants import MassesOfJoints, masses_at_instants
+from trajevo.capacity.drives.instants import MassesOfJoints, Sought, masses_at_instants
 from trajevo.dynamics.drives.motors import Motors, MotorStates
 from trajevo.dynamics.drives.power import supply_power
 from trajevo.dynamics.rollout import Rollout
@@ -39,7 +39,7 @@ def masses_of_supply(rollout: Rollout, most: float) -> MassesOfJoints:
 
         return _between(power, len(states.times), most)
 
-    return masses_at_instants(rollout, MotorStates.of_samples(rollout), bounds, MotorStates.at)
+    return masses_at_instants(rollout, [Sought(MotorStates.of_samples(rollout), bounds)])[0]
 
 
 def _between(power: Callable[[Array], Array], count: int, most: float) -> tuple[Array, Array]:

@@ -84,19 +84,22 @@ def tool_motion(robot: Robot, links: list[LinkMotion]) -> LinkMotion:
 
 def _carried(parent: LinkMotion, joint: Joint, position: Array, velocity: Array, acceleration: Array) -> LinkMotion:
     """The frame of a joint, from that of the joint before it and its own state, each of shape (...)."""
-    there = parent.moved(joint.origin, np.reshape(joint.rotation, (3, 3)))
-    axis = turned(there.rotation, np.array(joint.axis))
+    still = np.reshape(joint.rotation, (3, 3))
     if joint.slides:
+        there = parent.moved(joint.origin, still)
+        axis = turned(there.rotation, np.array(joint.axis))
         slid = there.moved(np.multiply.outer(np.array(joint.axis), position))
         along = axis * acceleration + 2.0 * cross(parent.spin, axis) * velocity
         return slid._replace(felt=slid.felt + along)
     x, y, z = joint.axis
     about = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     outer = np.multiply.outer
-    turn = outer(np.eye(3), np.ones(position.shape)) + outer(about, np.sin(position))
-    turn = turn + outer(about @ about, 1.0 - np.cos(position))
+    turn = outer(still @ about, np.sin(position)) + outer(still @ about @ about, 1.0 - np.cos(position))
+    turn += still.reshape(3, 3, *[1] * position.ndim)
+    there = parent.moved(joint.origin)
+    axis = turned(parent.rotation, still @ np.array(joint.axis))
     return there._replace(
-        rotation=product(there.rotation, turn),
+        rotation=product(parent.rotation, turn),
         spin=parent.spin + axis * velocity,
         spin_rate=parent.spin_rate + axis * acceleration + cross(parent.spin, axis) * velocity,
     )

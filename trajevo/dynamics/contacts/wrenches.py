@@ -88,14 +88,16 @@ class CarriedBodies:
         Args:
             links: the base, and the frames of all joints.
         """
-        force = moment = np.zeros_like(links[0].felt)
-        for link, mass, about, tensor in zip(links[1:], self.masses, self.moments, self.tensors, strict=True):
-            felt, spin, rate = (turned_back(link.rotation, each) for each in (link.felt, link.spin, link.spin_rate))
-            pushed = mass * felt + cross(rate, about) + cross(spin, cross(spin, about))
-            own = turned(link.rotation, _spun(tensor, spin, rate) - cross(felt, about))
-            pushed = turned(link.rotation, pushed)
-            force, moment = force + pushed, moment + own + cross(link.origin, pushed)
-        return Wrench(force, moment)
+        # One array of all links, (3, links, ...), as numpy is slow at many short ones.
+        every = LinkMotion(*(np.stack(parts, axis=-links[0].felt.ndim) for parts in zip(*links[1:], strict=True)))
+        ones = [1] * (links[0].felt.ndim - 1)
+        about, mass = self.moments.T.reshape(3, -1, *ones), np.reshape(self.masses, (-1, *ones))
+        tensors = self.tensors.transpose(1, 2, 0).reshape(3, 3, -1, *ones)
+        felt, spin, rate = (turned_back(every.rotation, each) for each in (every.felt, every.spin, every.spin_rate))
+        pushed = mass * felt + cross(rate, about) + cross(spin, cross(spin, about))
+        own = turned(every.rotation, _spun(tensors, spin, rate) - cross(felt, about))
+        pushed = turned(every.rotation, pushed)
+        return Wrench(pushed.sum(axis=1), (own + cross(every.origin, pushed)).sum(axis=1))
 
 
 class HeldStates(NamedTuple):
@@ -110,10 +112,6 @@ class HeldStates(NamedTuple):
     base: Wrench
     base_each: Wrench
     grip_each: Wrench
-
-
-#: Where nothing is held.
-NOTHING = HeldStates(*[Wrench(np.empty((3, 0)), np.empty((3, 0)))] * 3)
 
 
 @final

@@ -22,6 +22,9 @@ from trajevo.robot.drive import Drive
 #: Steps of false position to instants at which joints turn round, between samples next to them.
 _STEPS = 24
 
+#: Share of its greatest speed below which a joint has been found to turn round.
+_STILL = 1e-14
+
 #: A drive of which nothing is known.
 UNKNOWN = Drive()
 
@@ -29,18 +32,24 @@ UNKNOWN = Drive()
 @final
 @dataclass(frozen=True, eq=False)
 class MotorStates:
-    """States of joints and their motors at K instants of one motion, each array of shape (K, n_joints) but the first.
+    """States of joints and their motors at K instants of one motion, each array of shape (K, n_joints) but two.
 
     Attributes:
         times: instants, shape (K,) [s].
+        segments: segments in which they lie, shape (K,).
+        position: positions of the joints [rad or m].
         velocity: velocities of the joints, mere rounding set to 0 [rad/s or m/s].
+        acceleration: accelerations of the joints [rad/s² or m/s²].
         rotor: torque of the rotor times the gear ratio [N·m or N].
         load: torque of the load on the joint without payload, friction included [N·m or N].
         per_kilogram: what a kilogram of payload adds to it, mere rounding set to 0 [N·m/kg or N/kg].
     """
 
     times: Array
+    segments: Array
+    position: Array
     velocity: Array
+    acceleration: Array
     rotor: Array
     load: Array
     per_kilogram: Array
@@ -51,39 +60,38 @@ class MotorStates:
     def at(cls, rollout: Rollout, times: Array) -> MotorStates:
         """At instants (K,) of the first trajectory [s]; at a break those of the segment that begins there."""
         q, v, a = (rollout.trajectory.evaluate(times[None], order) for order in range(3))
-        v, segments = rollout.without_rounding(v), rollout.segments_at(times)[0]
-        unloaded = rollout.dynamics.unloaded_effort(q, v, a, segments, axis=1)[0]
-        each = rollout.dynamics.effort_per_kilogram(q, v, a, segments, axis=1)[0]
-        return cls._of(rollout, (times, v[0], a[0], unloaded, each))
+        return cls._of(rollout, times, rollout.segments_at(times)[0], (q, v, a))
 
     @classmethod
     def of_samples(cls, rollout: Rollout) -> MotorStates:
         """At evenly spaced instants of every segment of the first trajectory, twice where two segments meet."""
         shares, count = np.linspace(0.0, 1.0, rollout.dynamics.samples), len(rollout.trajectory.breaks[0]) - 1
         q, v, a = (rollout.trajectory.at_shares(shares, order) for order in range(3))
-        v, segments = rollout.without_rounding(v), np.arange(count).repeat(len(shares))
-        unloaded = rollout.dynamics.unloaded_effort(q, v, a, segments, axis=1)[0]
-        each = rollout.dynamics.effort_per_kilogram(q, v, a, segments, axis=1)[0]
         begins, durations = rollout.trajectory.breaks[0, :-1, None], rollout.trajectory.segment_durations[0][:, None]
-        return cls._of(rollout, ((begins + durations * shares).reshape(-1), v[0], a[0], unloaded, each))
+        times = (begins + durations * shares).reshape(-1)
+        return cls._of(rollout, times, np.arange(count).repeat(len(shares)), (q, v, a))
 
     @classmethod
     def held(cls, rollout: Rollout) -> MotorStates:
         """At rest where the motion ends."""
         end = rollout.trajectory.duration[:1]
         q = rollout.trajectory.evaluate(end[None])
-        still, last = np.zeros_like(q), rollout.segments_at(end)[0]
-        unloaded = rollout.dynamics.unloaded_effort(q, still, still, last, axis=1)[0]
-        each = rollout.dynamics.effort_per_kilogram(q, still, still, last, axis=1)[0]
-        return cls._of(rollout, (end, still[0], still[0], unloaded, each))
+        still = np.zeros_like(q)
+        return cls._of(rollout, end, rollout.segments_at(end)[0], (q, still, still))
 
     @classmethod
-    def _of(cls, rollout: Rollout, given: tuple[Array, Array, Array, Array, Array]) -> MotorStates:
-        times, velocity, acceleration, unloaded, each = given
-        rotor = rollout.robot.friction.armature * acceleration
+    def _of(cls, rollout: Rollout, times: Array, segments: Array, moving: tuple[Array, Array, Array]) -> MotorStates:
+        q, v, a = moving[0], rollout.without_rounding(moving[1]), moving[2]
+        unloaded = rollout.dynamics.unloaded_effort(q, v, a, segments, axis=1)[0]
+        each = rollout.dynamics.effort_per_kilogram(q, v, a, segments, axis=1)[0]
+        rotor = rollout.robot.friction.armature * a[0]
         felt = np.abs(each)
-        felt_at_all = felt > NEGLIGIBLE * felt.max(initial=0.0)
-        return cls(*map(frozen, (times, velocity, rotor, unloaded - rotor, np.where(felt_at_all, each, 0.0))))
+        each = np.where(felt > NEGLIGIBLE * felt.max(initial=0.0), each, 0.0)
+        return cls(*map(frozen, (times, segments, q[0], v[0], a[0], rotor, unloaded - rotor, each)))
+
+    def __getitem__(self, places: slice) -> MotorStates:
+        """Those of some instants."""
+        return MotorStates(*(frozen(getattr(self, field.name)[places]) for field in fields(MotorStates)))
 
     def with_more(self, more: MotorStates) -> MotorStates:
         """These states and others, in the order of time."""
@@ -188,12 +196,17 @@ def turning_points(states: MotorStates, rollout: Rollout) -> Array:
     left, right = times[before], times[before + 1]
     low, high = v[before, joint], v[before + 1, joint]
     middle: Array = left
+    before_that = np.full(len(joint), -1)
     for _ in range(_STEPS if len(joint) else 0):
         with np.errstate(divide="ignore", invalid="ignore"):
             middle = np.where(high == low, middle, (left * high - right * low) / (high - low))
         here = rollout.trajectory.evaluate(middle[None], 1)[0, np.arange(len(joint)), joint]
+        if (np.abs(here) <= _STILL * rollout.trajectory.peak(1)[0, joint]).all():
+            break
         same = here * low > 0.0
-        # The end that stays weighs half, so that both ends come near.
-        high, low = np.where(same, 0.5 * high, here), np.where(same, here, 0.5 * low)
+        # An end that stays twice weighs half, so that both ends come near.
+        weight = np.where(same == before_that, 0.5, 1.0)
+        high, low = np.where(same, weight * high, here), np.where(same, here, weight * low)
+        before_that = same
         left, right = np.where(same, middle, left), np.where(same, right, middle)
     return np.unique(middle)
