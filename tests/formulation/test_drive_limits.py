@@ -273,10 +273,10 @@ def test_a_slope_is_right_where_rounding_turns_a_joint_round_at_its_rest():
     """Velocities touch 0 at the end; a change of their sign there, of rounding, must not move with the variables."""
     robot = load_robot("ur5_drives")
     points = [[0.0, -1.2, 1.4, -1.7, -1.57, 0.0], [1.0, -0.9, 1.2, -1.9, -1.2, 0.8], [2.0, -1.3, 1.6, -1.8, -1.57, 0.0]]
-    of = ViaPointProblem(robot=robot, points=points, objectives=("time",), payload=1.0)
-    random = np.random.default_rng(0)
-    for share in random.random((12, of.n_var)):
-        x, e = of.xl + (0.2 + 0.7 * share) * (of.xu - of.xl), np.eye(of.n_var)[0]
+    given = {"objectives": ("time",), "interpolant": "quintic_spline", "payload": 1.0}
+    of = ViaPointProblem(robot=robot, points=points, **given)
+    for share in np.random.default_rng(0).random((24, of.n_var)):
+        x, e = of.xl + (0.7 + 0.01 * share) * (of.xu - of.xl), np.eye(of.n_var)[0]
         steps = x + np.outer([1e-4, -1e-4], e)
         rough = np.subtract(*rms_torques(of.rollout(steps), Duty(0.5))) / 2e-4
         slope = rms_torques(of.rollout((x + 1e-20j * e)[None]), Duty(0.5))[0].imag / 1e-20
