@@ -128,9 +128,12 @@ def test_sizes_that_no_machine_holds_are_refused(setting, says, tmp_path):
 
 
 def test_samples_and_repeats_are_bounded(tmp_path):
+    result = trajevo("solve", "pick-place", "--set", "samples=1000000", "--out", tmp_path / "run")
+    assert result.returncode == 2
+    assert "samples: expected at most 10000 per segment, got 1000000" in result.stderr
     result = trajevo("solve", "pick-place", "--set", "samples=1000000000", "--out", tmp_path / "run")
     assert result.returncode == 2
-    assert "samples: expected at most 10000 per segment, got 1000000000" in result.stderr
+    assert "samples: expected a whole number of at most 1000000, got 1000000000" in result.stderr
     (tmp_path / "study.toml").write_text('problem = "pointing"\nseed = 1\nrepeats = 9223372036854775807\n')
     result = trajevo("study", "run", tmp_path / "study.toml")
     assert result.returncode == 2

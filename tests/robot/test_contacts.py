@@ -31,7 +31,7 @@ def test_records_and_mappings_with_units_are_the_same():
     [
         (5, "grip: expected a mapping from force_per_finger, total_force, friction, .*, got 5"),
         ({**GRIP, "frictoin": 0.3}, "unknown key of grip 'frictoin'; known: .*did you mean 'friction'"),
-        ({"total_force": 100.0}, "grip.friction: expected it, got none"),
+        ({"total_force": 100.0}, "grip.friction: this key is missing"),
         ({"friction": 0.3}, r"grip.force_per_finger: expected either it or total_force \[N\], got neither"),
         (
             {**GRIP, "force_per_finger": 9.0},
@@ -67,7 +67,7 @@ def corners(*places):
     [
         ("table", "stand: expected a mapping from mass, com, footprint, source, got 'table'"),
         ({**STAND, "masss": 3.0}, "unknown key of stand 'masss'; known: .*did you mean 'mass'"),
-        ({"mass": 3.0, "com": [0, 0, 0]}, "stand.footprint: expected it, got none"),
+        ({"mass": 3.0, "com": [0, 0, 0]}, "stand.footprint: this key is missing"),
         ({**STAND, "mass": -1.0}, r"stand.mass: expected a number from 0 on \[kg\], got -1.0"),
         ({**STAND, "mass": "10 N"}, "stand.mass: expected a number and a unit that converts to kg, such as"),
         ({**STAND, "com": [0, 0]}, r"stand.com: expected shape \(3\), got \(2,\)"),
