@@ -262,10 +262,14 @@ class Draw:
             [
                 None,
                 {},
-                {joint: {"peak_torque": self.number(50.0, 90.0), "brake": True, "source": "a sheet"}},
+                {joint: {"peak_torque": self.number(500.0, 900.0), "brake": True, "source": "a sheet"}},
                 {joint: {"torque_speed": line, "continuous_torque": "40 N*m", "greatest_rise": 80.0} | HEATING},
                 {joint: {"stiffness": self.choice([self.number(1e3, 1e5), "20000 N*m/rad"])}},
-                {joint: Drive(continuous_torque=self.number(5.0, 9.0), efficiency_driving=0.8, efficiency_driven=0.0)},
+                {
+                    joint: Drive(
+                        continuous_torque=self.number(50.0, 90.0), efficiency_driving=0.8, efficiency_driven=0.0
+                    )
+                },
             ]
         )
 
@@ -396,7 +400,7 @@ class Draw:
             "longest_time": lambda: self.choice([self.number(5.0, 20.0), self.whole(5, 20)]),
             "dwell": lambda: self.number(0.0, 3.0) if {"rms_torque", "winding_temperature"} & {*constraints} else 0.0,
             "cycles": lambda: self.whole(1, 30) if "winding_temperature" in constraints else 0,
-            "peak_power": lambda: self.number(50.0, 900.0),
+            "peak_power": lambda: self.number(500.0, 9000.0),
             "deviation": lambda: self.number(0.02, 0.2),
             "deviation_of": lambda: self.choice(["all", "payload"]),
             "scene": lambda: self.scene(robot),
@@ -575,7 +579,7 @@ def pick_place(draw):
         "points": draw.choice([None, draw.listed(moved)]),
         "duration_bounds": draw.listed([draw.random.uniform(0.3, 0.6), 6.0]),
         "position_limits": draw.choice([True, np.False_]),
-        "overshoot": draw.choice([None, draw.number(0.1, 0.5)]),
+        "overshoot": draw.choice([None, draw.number(1.0, 9.0)]),
         "limits": draw.choice(["sampled", "certified"]),
         "samples": draw.whole(6, 12),
         "threads": draw.whole(1, 2),

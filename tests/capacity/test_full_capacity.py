@@ -404,7 +404,7 @@ def bisected_case(seed):
     rng, text, gravity, bare, payload = random_arm(seed)
     breaks = np.array([[0.0, rng.uniform(0.4, 1.5)]])
     trajectory = PolynomialBatch(breaks, rng.normal(scale=0.5, size=(1, 1, bare.dof, 5)))
-    stiffness = {name: {"stiffness": float(rng.uniform(4e4, 4e5))} for name in bare.joint_names}
+    stiffness = {name: {"stiffness": float(rng.uniform(2e5, 2e6))} for name in bare.joint_names}
     angles = np.sort(rng.uniform(0.0, 2.0 * np.pi, 3)) + np.array([0.0, 0.1, 0.2])
     corners = [[2.0 * np.cos(x), 2.0 * np.sin(x), -0.4] for x in np.arange(5) * 2.0 * np.pi / 5.0 + angles[0]]
     robot = load_robot(
