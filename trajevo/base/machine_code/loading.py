@@ -85,8 +85,11 @@ def call(names: Sequence[str], signatures: Sequence[str]) -> Call:
             for x, is_array in zip(given, are_arrays, strict=True)
         ]
         try:
-            return any(entry(*places) == 0 for entry in entries)
+            for entry in entries:
+                if entry(*places) == 0:
+                    return True
         except ctypes.ArgumentError:
             return False
+        return False
 
     return called
