@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -41,7 +43,7 @@ def identified_payload(
         labels[k] = f"{name} / {scale:.3g} {unit}"
     with panel(ax, width=width, height=62.0) as ax:
         ax.axvline(0.0, color=LIMIT, linewidth=0.5)
-        looks = {"fmt": "o", "markersize": 3.5, "capsize": 2.5, "linestyle": "none", "color": colour(1)}
+        looks: dict[str, Any] = {"fmt": "o", "markersize": 3.5, "capsize": 2.5, "linestyle": "none", "color": colour(1)}
         ax.errorbar(found.parameters / scales, places, xerr=found.doubt / scales, label="found, 95 %", **looks)
         if true is not None:
             ax.plot(_parameters(true) / scales, places, "x", color="black", zorder=3, label="true")
