@@ -33,6 +33,14 @@ def pytest_collection_finish():
     gc.enable()
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems():
+    """Hypothesis would read 400 modules for the numbers in them: what it draws is the same whatever stands in them."""
+    providers = sys.modules.get("hypothesis.internal.conjecture.providers")
+    if hasattr(providers, "_local_constants"):
+        providers._get_local_constants = lambda: providers._local_constants
+
+
 @pytest.fixture
 def stopped_after(monkeypatch):
     """Make runs stop by SIGINT after a generation."""
