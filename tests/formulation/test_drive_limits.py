@@ -174,7 +174,9 @@ def test_terms_have_the_slopes_of_finite_differences():
 DUTIES = [(losses, *duty) for duty in ((0.0, None), (0.7, None), (0.3, 5)) for losses in ({}, LOSSY)]
 
 
-@pytest.mark.parametrize(("losses", "dwell", "cycles"), mostly_long(DUTIES, DUTIES[1], DUTIES[2], DUTIES[5], several=True))
+@pytest.mark.parametrize(
+    ("losses", "dwell", "cycles"), mostly_long(DUTIES, DUTIES[1], DUTIES[2], DUTIES[5], several=True)
+)
 def test_cycles_against_a_fine_integration(losses, dwell, cycles):
     """Steps of a 200,000th of the motion; the motion has joints that turn round and loads that change direction."""
     robot, duty = arm(**losses, thermal_time_constant=8.0), Duty(dwell, cycles)

@@ -159,6 +159,7 @@ def test_verified_and_carried_and_slowed(front):
     assert 0.0 < scaled.factor < np.inf
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("format", ["csv", "json", "netcdf", "ros2", "mujoco", "moveit"])
 def test_exported(front, format, tmp_path):
     written = export(front.knee(), tmp_path / "motion", format=format)
