@@ -11,7 +11,7 @@ import warnings
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, refused, small_problem, trajevo, without_files
 from tests.killed import begin
 from trajevo import Front, optimise
 from trajevo.base import jit
@@ -117,10 +117,11 @@ def test_only_the_first_failures_are_listed_all_are_counted():
     assert len(front.run.failed) == MOST_LISTED
 
 
-def test_failures_are_in_the_report(tmp_path):
+def test_failures_are_in_the_report(tmp_path, monkeypatch):
+    without_files(monkeypatch)
     front = optimise(when_slow(complain), seed=1, **SMALL, polish=False)
     front.save(tmp_path / "front.json")
-    text = report(front, tmp_path / "report.html").read_text()
+    text = report(front, tmp_path / "report.html", pictures=()).read_text()
     x = front.run.failed[0].x
     assert "LookupError: no such torque" in text
     assert ", ".join(f"{value:.6g}" for value in x) in text

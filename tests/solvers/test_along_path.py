@@ -176,7 +176,7 @@ def test_a_longest_time_that_is_too_short_is_told(puma, path):
 
 #: Encodings, numbers of control points, and sizes of a population.
 BEGINNINGS = [
-    ("shape", 44, 3),
+    ("shape", 44, 4),
     ("shape", 44, 5),
     ("shape", 44, 8),
     *((kind, *size) for kind in ("plain", "shape") for size in ((44, 15), (60, 30))),

@@ -131,7 +131,7 @@ def front(request, tmp_path_factory):
             objectives=("time", "energy"),
             constraints=("position", "velocity", "acceleration", "jerk", "effort"),
         )
-        yield optimise(problem, seed=1, population=12, generations=5, progress=False)
+        yield optimise(problem, seed=1, population=12, generations=5, progress=False, polish=False)
 
 
 @pytest.mark.parametrize("every", mostly_long([1, 10], 10))
