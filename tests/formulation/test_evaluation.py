@@ -151,19 +151,22 @@ def test_a_worker_that_may_not_start_processes_says_what_to_change():
     worker.join()
 
 
-def test_a_process_whose_run_was_killed_while_it_hangs_ends_by_itself(monkeypatch):
-    monkeypatch.setenv(jit.CHOICE, "numpy")  # which spares the import of numba
-    script = (
-        "import os, time\n"
-        "from tests.formulation.test_evaluation import when_slow\n"
-        "from trajevo import optimise\n"
-        "def hang():\n"
-        "    print(os.getpid(), flush=True); time.sleep(60.0)\n"
-        "optimise(when_slow(hang), seed=1, generations=2, population=8, time_limit=0.5, progress=False)\n"
-    )
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as running:
-        hanging = int(running.stdout.readline())
-        running.kill()
+def test_a_process_whose_run_was_killed_while_it_hangs_ends_by_itself():
+    context = multiprocessing.get_context("fork")
+    ours, theirs = context.Pipe(duplex=False)
+
+    def hangs():
+        theirs.send(os.getpid())
+        hang()
+
+    def run():
+        optimise(when_slow(hangs), seed=1, generations=2, population=8, time_limit=0.5, progress=False)
+
+    running = context.Process(target=run)
+    running.start()
+    hanging = ours.recv()
+    running.kill()
+    running.join()
     deadline = time.perf_counter() + 10.0
     while time.perf_counter() < deadline:
         try:

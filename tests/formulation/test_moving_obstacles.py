@@ -203,6 +203,7 @@ def test_slopes_of_distances_follow_joints_and_time(xarm, ball):
 # --- proofs
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_distances_within_an_interval_are_not_below_its_bound(xarm, seed):
     collision = Collision(xarm, scene())

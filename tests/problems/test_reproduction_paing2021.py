@@ -31,7 +31,7 @@ COUNTS = {
 
 
 #: Items of which the tests of curves ask, made with short searches; all are made at full size.
-SOME = ("3", "4", "5", "6", "7", "8")
+SOME = ("3", "4", "5", "6", "7")
 
 
 @pytest.fixture(scope="module")

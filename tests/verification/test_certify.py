@@ -156,6 +156,7 @@ def recheck(rollout):
     return proven
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("name", ["ur5", "panda", "hybrid_manipulator"])
 def test_certified_efforts_hold_at_50_times_the_density(robots, name):
     proven = [

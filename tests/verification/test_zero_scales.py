@@ -134,6 +134,7 @@ def front(request, tmp_path_factory):
         yield optimise(problem, seed=1, population=12, generations=5, progress=False, polish=False)
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("every", mostly_long([1, 10], 10))
 def test_motions_are_certified_and_the_gaps_are_numbers(front, every):
     some = replace(front, **{name: getattr(front, name)[::every] for name in "XFG"})
