@@ -114,8 +114,7 @@ def grown(size, seed):
     return model
 
 
-@pytest.mark.thinned(2)
-@pytest.mark.parametrize("size", [2, 3, 5, 12, 24, 64])
+@pytest.mark.parametrize("size", mostly_long([2, 3, 5, 12, 24, 64], 2, 12, 64))
 def test_any_tree_is_pinocchio_s(size):
     for seed in range(3):
         model = grown(size, seed)
