@@ -10,7 +10,6 @@ from nbclient import NotebookClient
 
 from tests.base.test_shown import Reader
 from tests.execute_notebooks import execute
-from trajevo.base import jit
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 SOURCES = sorted(FOLDER.glob("[0-9]*.py"))
@@ -59,7 +58,6 @@ def executed(tmp_path_factory):
     place = {"metadata": {"path": str(tmp_path_factory.mktemp("notebook"))}}
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("TRAJEVO_FULL", raising=False)
-        patch.setenv(jit.CHOICE, "numpy")  # which spares the import of numba
         Watched(notebook, timeout=300, resources=place).execute()
     return Executed(notebook.cells[:whole], notebook.cells[whole:], len(updates))
 

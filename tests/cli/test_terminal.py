@@ -13,7 +13,6 @@ import pytest
 
 from tests.helpers import mostly_long, small_problem, trajevo
 from trajevo import Front, optimise
-from trajevo.base import jit
 from trajevo.cli.screen.printed import _alike, _closest
 from trajevo.cli.screen.waiting import Waiting
 from trajevo.front.quantities import Quantities
@@ -171,7 +170,7 @@ def on_a_terminal(*commands, cwd, columns=80):
     fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "NO_COLOR")}
     command = [sys.executable, "-c", COMMANDS, json.dumps([list(map(str, one)) for one in commands])]
-    environment |= {"TERM": "xterm", jit.CHOICE: "numpy"}  # which spares the import of numba
+    environment |= {"TERM": "xterm"}
     process = subprocess.Popen(command, cwd=cwd, stdin=its, stdout=its, stderr=its, env=environment, close_fds=True)
     os.close(its)
     shown = b""

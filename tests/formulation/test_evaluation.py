@@ -14,7 +14,6 @@ import pytest
 from tests.helpers import UNDRAWN, refused, small_problem, trajevo, without_files
 from tests.killed import begin
 from trajevo import Front, optimise
-from trajevo.base import jit
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.objectives import Objective, summed_rms_jerk, total_time
 from trajevo.front.archive import MOST_LISTED
@@ -179,7 +178,6 @@ def test_a_process_whose_run_was_killed_while_it_hangs_ends_by_itself():
 
 def test_a_full_disk_is_told_while_the_run_goes_on_and_its_front_is_kept_elsewhere(tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
-    monkeypatch.setenv(jit.CHOICE, "numpy")  # which spares the import of numba
     script = (
         "import resource, tempfile\n"
         "from trajevo.problems import PointingMechanism\n"

@@ -8,7 +8,6 @@ import pytest
 
 from tests.fuzz.run import KINDS, Count, run_chunk
 from tests.helpers import mostly_long
-from trajevo.base import jit
 
 #: Inputs of each kind: where they begin, how many hypothesis draws at a time, which takes long, and how many are read.
 #: An ordinary run reads one that it draws, and one that it does not.
@@ -29,9 +28,8 @@ print(done)
 
 
 @pytest.mark.parametrize(("first", "drawn", "count"), mostly_long([FEW, SOME, MORE], FEW, several=True))
-def test_mutated_files_cost_a_sentence_each(tmp_path, monkeypatch, first, drawn, count):
+def test_mutated_files_cost_a_sentence_each(tmp_path, first, drawn, count):
     """All kinds, at most at the places 20 to 29, of which hypothesis draws five, in a process with bounded memory."""
-    monkeypatch.setenv(jit.CHOICE, "numpy")  # which spares the import of numba
     command = [sys.executable, "-c", SCRIPT.format(first=first, drawn=drawn, count=count), tmp_path, *KINDS]
     result = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
     assert (result.returncode, result.stderr) == (0, "")
