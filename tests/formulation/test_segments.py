@@ -542,7 +542,6 @@ def test_a_line_that_no_posture_joins_names_segment_and_place(robot, points):
     )
 
 
-@pytest.mark.long
 def test_a_line_that_leaves_the_range_of_a_joint_names_joint_and_place(robot, points):
     ends = points[[1, 4]]
     wide = between(robot, *ends)

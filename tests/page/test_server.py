@@ -92,7 +92,6 @@ def test_more_generations_land_in_the_run_and_the_page_says_so(served, run):
     assert told["generations"] == 55
 
 
-@pytest.mark.long
 def test_weights_land_as_a_member_that_minimises_their_sum(served, run):
     front = read_run(run)
     weights = [0.2, 0.5, 0.3]

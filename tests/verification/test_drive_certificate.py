@@ -36,7 +36,7 @@ def moved(line, seed):
 
 @pytest.mark.thinned(2)
 @pytest.mark.parametrize("line", LINES)
-@pytest.mark.parametrize("seed", mostly_long(range(8), 0))
+@pytest.mark.parametrize("seed", mostly_long(range(8), 7))  # whose greatest torque of one joint is that of holding
 def test_no_instant_asks_more_than_is_proven(line, seed):
     robot, payload, rollout = moved(line, seed)
     rows = [row for row in certify(rollout, tolerance=1e-3).rows if row.quantity == "torque at speed"]
@@ -47,9 +47,9 @@ def test_no_instant_asks_more_than_is_proven(line, seed):
     for k, row in enumerate(rows):
         drive, speed = robot.drives[row.joint], v[:, k]
         driving, driven = drive.efficiencies
-        moving = np.abs(speed) > 1e-9  # at rest the gear may bear what it loses
-        torque = np.where(effort[:, k] * speed > 0.0, effort[:, k] / driving, driven * effort[:, k])[moving]
-        speed = speed[moving]
+        load = effort[:, k]
+        lost = np.where(load * speed > 0.0, load / driving, driven * load)
+        torque = np.where(np.abs(speed) > 1e-9, lost, load)  # at rest the motor holds the load
         points = np.array(drive.torque_speed or [(0.0, drive.peak_torque), (1e9, drive.peak_torque)])
         slope = (points[-1, 1] - points[-2, 1]) / (points[-1, 0] - points[-2, 0])
         line_at = np.interp(np.abs(speed), *points.T) + slope * np.maximum(np.abs(speed) - points[-1, 0], 0.0)

@@ -148,16 +148,16 @@ class TorqueLimits:
         rotor = self.armature * a[..., self.joints]
         parts = (rotor, smooth[..., self.joints] - rotor, v[..., self.joints])
         curves = _Curves.of(parts, error)
-        stands = (greatest <= standing[:, self.joints]) & (least >= -standing[:, self.joints])
-        ahead = self._greatest(curves, 1.0, highest, (least, greatest), stands)
-        behind = self._greatest(curves, -1.0, -lowest, (-greatest, -least), stands)
+        rest = standing[:, self.joints]
+        ahead = self._greatest(curves, 1.0, highest, (least, greatest), rest)
+        behind = self._greatest(curves, -1.0, -lowest, (-greatest, -least), rest)
         above = np.maximum(ahead, behind) / self.greatest
         above = np.maximum(above, np.maximum(greatest, -least) / self.fastest - 1.0)
         moving = np.where(np.abs(v) <= standing[:, None], 0.0, v)
         found = self.excess(self.asked(smooth + bounds.friction.dry(moving), moving, a)).max(axis=0)
         return Over(1.0 + above, slack / (self.driving * self.greatest), 1.0 + found)
 
-    def _greatest(self, curves: _Curves, sign: float, dry: Array, speeds: tuple[Array, Array], stands: Array) -> Array:
+    def _greatest(self, curves: _Curves, sign: float, dry: Array, speeds: tuple[Array, Array], rest: Array) -> Array:
         """Upper bounds of what is asked less what can be given in one direction, shape (K, m) [N·m or N].
 
         Args:
@@ -165,22 +165,28 @@ class TorqueLimits:
             sign: the direction.
             dry: greatest dry friction in it (K, m).
             speeds: least and greatest speeds in it (K, m).
-            stands: whether joints stand all the time (K, m).
+            rest: greatest speeds at which joints count as at rest (K, m).
         """
         sections = [(speed[..., None] > self.begins[:, 1:]).sum(axis=-1) for speed in speeds]
         least_given = self.given(speeds[1])
         several = (sections[0] < sections[1]) & ~self.bends_down
+        one = np.ones(len(self.joints))
         found = []
-        for factor in (1.0 / self.driving, self.driven) if self.lossy else (np.ones(len(self.joints)),):
-            factors = np.where(stands, 1.0, factor)
-            torque, more = curves.torque(sign, factors, dry)
+        for factor in (1.0 / self.driving, self.driven, one) if self.lossy else (one,):
+            torque, more = curves.torque(sign, factor, dry)
             best = np.where(several, torque.max(axis=-1) + more - least_given, -np.inf)
             for k in range(self.offsets.shape[1]):
                 seen = (sections[0] <= k) & (sections[1] >= k) & ~several
                 lines = self.offsets[:, k], sign * self.slopes[:, k]
                 best = np.where(seen, np.maximum(best, curves.above(torque, *lines) + more), best)
             found.append(best)
-        bound: Array = np.where(speeds[1] < 0.0, np.minimum(found[0], found[-1]), np.maximum(found[0], found[-1]))
+        at_rest: Array = found[-1]
+        if not self.lossy:
+            return at_rest
+        against, along = np.minimum(found[0], found[1]), np.maximum(found[0], found[1])
+        # A motor that is driven bears less than one that holds, so that rest counts wherever a joint comes to it.
+        stopping: Array = np.where(speeds[0] >= -rest, at_rest, np.maximum(against, at_rest))
+        bound: Array = np.where(speeds[1] < -rest, against, np.where(speeds[1] > rest, along, stopping))
         return bound
 
 
