@@ -1,0 +1,90 @@
+"""The commands ``trajevo bench``: run, compare, table."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajevo.cli.console import Terminal
+from trajevo.cli.screen.tables import Listing
+from trajevo.errors import InvalidInputError, checked_name
+from trajevo.study.bench.record import BenchResults
+from trajevo.study.bench.run import SIZES, BenchOutcome, BenchStanding, run_benchmark
+from trajevo.study.bench.table import HEADERS, cells_of, heading, rows_of, write_table
+from trajevo.study.engines import InProcess, Processes
+
+app = typer.Typer(
+    help="Rivals on published problems, on equal terms: times to what is best known.", no_args_is_help=True
+)
+_out = Terminal()
+
+_Results = Annotated[Path, typer.Argument(help="File results.json, or the folder of a benchmark.")]
+
+
+@app.command()
+def run(
+    problem: Annotated[
+        list[str] | None, typer.Option("--problem", help="Name of a problem; repeatable; all if not given.")
+    ] = None,
+    rival: Annotated[
+        list[str] | None,
+        typer.Option("--rival", help="Name of a rival, or MODULE:CLASS of your own; repeatable; all if not given."),
+    ] = None,
+    size: Annotated[str, typer.Option(help=f"How much is run: {', '.join(SIZES)}.")] = "small",
+    seeds: Annotated[int | None, typer.Option(help="Runs of a rival on a problem; the size's if not given.")] = None,
+    budget: Annotated[float | None, typer.Option(help="CPU time of a run [s]; the size's if not given.")] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Runs at a time, each in a process.")] = 1,
+    out: Annotated[Path, typer.Option(help="Folder of the benchmark.")] = Path("runs/bench"),
+    quiet: Annotated[bool, typer.Option("--quiet", help="No line for each run.")] = False,
+) -> None:
+    """Run rivals on problems; what a former call has finished in the folder is kept."""
+    own = SIZES[checked_name("size", size, SIZES)]
+    stands = run_benchmark(
+        out,
+        problems=problem,
+        rivals=rival,
+        seeds=own.seeds if seeds is None else seeds,
+        budget=own.budget if budget is None else budget,
+        engine=InProcess() if workers == 1 else Processes(workers),
+        tell=(lambda outcome: None) if quiet else _tell,
+    )
+    _end(stands, out)
+
+
+@app.command()
+def table(
+    results: _Results,
+    out: Annotated[Path | None, typer.Option(help="Folder for the table and the pictures.")] = None,
+) -> None:
+    """Show the table of a benchmark, and write it as CSV and Markdown with pictures where a folder is given."""
+    found = BenchResults.load(results)
+    _show(found)
+    if out is not None:
+        _out.written(*write_table(found, out), then=f"trajevo bench compare OTHER {results}")
+
+
+def _tell(outcome: BenchOutcome) -> None:
+    Terminal(stderr=True).print(f"{outcome.name}: {outcome.said}")
+
+
+def _show(results: BenchResults) -> None:
+    if not results.runs:
+        raise InvalidInputError("results: there is no run among them; make some: trajevo bench run")
+    listing = Listing(*HEADERS, title=heading(results))
+    for row in rows_of(results):
+        listing.add(*cells_of(row))
+    _out.print(listing)
+
+
+def _end(stands: BenchStanding, out: Path) -> None:
+    """Show the table, where it is, and how to go on."""
+    if stands.results.runs:
+        _show(stands.results)
+    if stands.stopped_by:
+        _out.print(f"stopped by {stands.stopped_by}: {stands.made} runs were made and are kept, {stands.left} are left")
+        _out.print("next: the same command makes what is left")
+        raise typer.Exit(128 + signal.Signals[stands.stopped_by])
+    _out.written(stands.file, then=f"trajevo bench table {out} --out {out} writes the table and pictures")
