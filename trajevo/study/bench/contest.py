@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, NamedTuple, final
 
 import moocore
 import numpy as np
@@ -48,6 +48,20 @@ class Tried:
     __repr__ = brief
 
 
+class Moved(NamedTuple):
+    """A motion that no decision vector stands for, such as one along a path by another parameterisation.
+
+    Attributes:
+        cpu: CPU time of the rival so far [s].
+        value: value of the first objective [SI].
+        violation: greatest excess over a limit, as a share of it, at as many instants as others are looked at.
+    """
+
+    cpu: float
+    value: float
+    violation: float
+
+
 @final
 class Contest:
     """A run of a rival: the problem in two forms, the seed, and the CPU time that is left.
@@ -70,6 +84,7 @@ class Contest:
         upper: greatest decision variables, shape (variables,).
         n_obj: number of objectives.
         tried: what was tried, in the order of time.
+        motions: motions that were found without decision vectors, in the order of time.
     """
 
     def __init__(self, benchmark: BenchmarkProblem, *, seed: int, budget: float) -> None:
@@ -79,6 +94,7 @@ class Contest:
         self.lower, self.upper = frozen(np.array(self.problem.xl)), frozen(np.array(self.problem.xu))
         self.n_obj = int(self.problem.n_obj)
         self.tried: list[Tried] = []
+        self.motions: list[Moved] = []
         self.evaluations = 0
         self._evaluate = self.problem.evaluate
         self._ended: float | None
@@ -153,11 +169,31 @@ class Contest:
         self._paused += time.process_time() - before
         self._note(X[kept])
 
+    def found(self, value: float, violation: Callable[[], float]) -> None:
+        """Note a motion that no decision vector stands for.
+
+        Args:
+            value: value of the first objective [SI].
+            violation: computes its greatest excess over a limit, as a share of it, while the clock stands.
+
+        Raises:
+            OutOfTimeError: the time is used up.
+        """
+        cpu = self.spent
+        if cpu <= self.budget:
+            self.motions.append(Moved(cpu, float(value), float(violation())))
+        self.evaluations += 1
+        self._paused += self.spent - cpu
+        self._in_time(cpu)
+
     def _note(self, X: Array) -> None:
         cpu = self.spent
         if len(X):
             self.tried.append(Tried(cpu, self.evaluations, np.array(X)))
         self._paused += self.spent - cpu
+        self._in_time(cpu)
+
+    def _in_time(self, cpu: float) -> None:
         if cpu > self.budget:
             raise OutOfTimeError(f"{self.budget:g} s of CPU time are used up")
 

@@ -88,7 +88,7 @@ class BenchRun(Record):
         history: what it had reached at times that grow evenly in their logarithm.
         share: share of the best known at the end: of the hypervolume, or the best known least value over its own.
         times: share of the best known, as text -> CPU time until it was reached [s], None if it never was.
-        X: decision vectors of at most 100 members at the end.
+        X: decision vectors of at most 100 members at the end; none of motions that no decision vector stands for.
         F: their objective values [SI].
         violation: greatest excess over a limit, as a share of it, at ``instants`` instants of the motions of
             ``checked`` of them; None without members.
@@ -119,7 +119,7 @@ class BenchRun(Record):
 
     @pydantic.model_validator(mode="after")
     def _rectangular(self) -> BenchRun:
-        if len(self.X) != len(self.F) or any(len(row) != len(self.objectives) for row in self.F):
+        if len(self.X) not in (0, len(self.F)) or any(len(row) != len(self.objectives) for row in self.F):
             raise ValueError(f"expected {len(self.X)} rows of {len(self.objectives)} numbers in F")
         return self
 

@@ -188,7 +188,7 @@ def run_rival(problem: str, rival: str, *, seed: int, budget: float) -> BenchRun
     if refused:
         return BenchRun(**about, versions=versions, end="not stated", said=refused)
     failure = _solved(own, contest)
-    end: End = "failed" if failure and not contest.tried else "scored"
+    end: End = "failed" if failure and not (contest.tried or contest.motions) else "scored"
     said = one_line(failure) or own.says
     return BenchRun(**about, versions=versions, end=end, said=said, **_scores(contest))
 
@@ -214,6 +214,8 @@ def _solved(own: Adapter, contest: Contest) -> str:
 def _scores(contest: Contest) -> dict[str, Any]:
     """What a run has reached, as fields of its record."""
     named = contest.benchmark
+    if contest.motions:
+        return _scores_of_motions(contest)
     cpu, evaluations, X, F = judged(contest.problem, contest.tried, contest.budget)
     story = Story(Measure(named.reference), cpu, evaluations, F, budget=contest.budget)
     rows = story.rows[kept_rows(F[story.rows], MOST_KEPT)]
@@ -230,6 +232,28 @@ def _scores(contest: Contest) -> dict[str, Any]:
         "F": tuple(map(tuple, F[rows].tolist())),
         "violation": violation,
         "checked": checked,
+        "instants": INSTANTS,
+    }
+
+
+def _scores_of_motions(contest: Contest) -> dict[str, Any]:
+    """The same of motions that no decision vectors stand for, of which the least counts."""
+    objective = contest.problem.objectives[0]
+    cpu, values, excesses = np.array(contest.motions).T
+    numbers = np.arange(1, len(cpu) + 1)
+    story = Story(Measure(contest.benchmark.reference), cpu, numbers, values[:, None], budget=contest.budget)
+    best = int(values.argmin())
+    return {
+        "objectives": (objective.name,),
+        "units": (objective.unit,),
+        "cpu": contest.spent,
+        "evaluations": contest.evaluations,
+        "history": tuple(Entry(**asdict(one)) for one in story.history()),
+        "share": story.share,
+        "times": {f"{share:g}": story.time_to(share) for share in SHARES},
+        "F": ((float(values[best]),),),
+        "violation": float(excesses[best]),
+        "checked": 1,
         "instants": INSTANTS,
     }
 
