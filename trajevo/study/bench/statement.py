@@ -1,13 +1,55 @@
-"""A problem as anyone would write it: one decision vector at a time, without trajevo's maths."""
+"""A problem as anyone would write it: one decision vector at a time, without trajevo's maths.
+
+Motions come from SciPy, efforts and the tool from Pinocchio, distances from coal; of the problem only its data are
+used: points, limits, the robot's model. So it is a second opinion on the problem, and what another tool is set on.
+
+Velocities, accelerations and jerks are limited at their exact extremes. What is sampled by the problem is sampled at
+the same instants here. What the problem proves at every instant is checked at 25 instants of every piece.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import final
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, NamedTuple, final
 
-from trajevo.base.arrays import Array
+import numpy as np
+from scipy.interpolate import PPoly
+
+from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.shown.brief import brief
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.robot.robot import Robot
+from trajevo.study.bench.statement_arm import Arm
+from trajevo.study.bench.statement_curves import (
+    Timed,
+    curve_of,
+    extremes,
+    lobatto_shares,
+    square_integral,
+    states,
+)
+
+#: Instants in every piece at which is checked what the problem proves.
+DENSE = 25
+
+#: Gauss-Legendre nodes of a panel, and panels of a piece, for integrals of efforts: absolute values have kinks.
+_NODES, _PANELS = 8, 6
+
+#: Parts of a problem that no plain statement has, by their settings.
+_UNSTATED = ("passing", "segments", "cyclic", "extra_points", "pace", "payload_range")
+
+_DERIVATIVES = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
+
+
+class Motion(NamedTuple):
+    """A motion, and how far the tool misses points that were moved [m or rad]."""
+
+    curve: PPoly
+    missed: Array
 
 
 @final
@@ -19,7 +61,7 @@ class Statement:
         lower: least decision variables, shape (n_var,) [SI].
         upper: greatest decision variables, shape (n_var,) [SI].
         objectives: names of the objectives.
-        units: their units.
+        units: their SI units.
         constraints: names of the constraints, which must not exceed 0.
     """
 
@@ -28,14 +70,195 @@ class Statement:
     objectives: tuple[str, ...]
     units: tuple[str, ...]
     constraints: tuple[str, ...]
+    _motion: Callable[[Array], Motion] = field(repr=False)
+    _values: tuple[Callable[[Motion], float], ...] = field(repr=False)
+    _excesses: tuple[Callable[[Motion], Array], ...] = field(repr=False)
 
     __repr__ = brief
 
     @classmethod
     def of(cls, problem: TrajectoryProblem) -> Statement:
-        """The plain statement of a problem."""
-        raise NotImplementedError(problem.title)
+        """The plain statement of a problem.
 
-    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        Raises:
+            InvalidInputError: something in the problem has no plain statement.
+        """
+        for key in _UNSTATED:
+            if problem.settings.get(key):
+                raise InvalidInputError(f"{key}: no plain statement of it")
+        if problem.dynamics.schedule is not None:
+            raise InvalidInputError("payload: no plain statement of loads that are picked up")
+        arm = Arm.of(problem.robot, problem.dynamics.payload)
+        return cls(
+            lower=frozen(np.array(problem.xl)),
+            upper=frozen(np.array(problem.xu)),
+            objectives=problem.objective_names,
+            units=tuple(objective.unit for objective in problem.objectives),
+            constraints=problem.constraint_names,
+            _motion=_motion_of(problem, arm),
+            _values=tuple(_objective(name, arm) for name in problem.objective_names),
+            _excesses=tuple(_excess(limit, problem, arm) for limit in problem.constraints),
+        )
+
+    def motion(self, x: Any) -> PPoly:
+        """The motion of one decision vector, as SciPy's piecewise polynomials of all joints [rad or m, s]."""
+        return self._motion(numbers(x, name="x", shape=(len(self.lower),))).curve
+
+    def evaluate(self, x: Any) -> tuple[Array, Array]:
         """Objectives (n_obj,) and constraints (n_constr,) of one decision vector, shape (n_var,) [SI]."""
-        raise NotImplementedError
+        motion = self._motion(numbers(x, name="x", shape=(len(self.lower),)))
+        F = np.array([value(motion) for value in self._values])
+        G = np.concatenate([np.empty(0), *(excess(motion) for excess in self._excesses)])
+        return F, G
+
+
+def _motion_of(problem: TrajectoryProblem, arm: Arm) -> Callable[[Array], Motion]:
+    """Decision vector -> motion, points moved."""
+    settings, points = problem.settings, np.array(problem.interpolant.points.positions)  # type: ignore[attr-defined]
+    names = problem.robot.joint_names
+    controlled = [
+        k for k, name in enumerate(names) if any(v.name == f"{name} of control point_1" for v in problem.variables)
+    ]
+    timed = curve_of(settings["interpolant"], len(points), settings, controlled)
+    return partial(_moved, timed=timed, points=points, boxes=settings.get("moving", ()), arm=arm)
+
+
+def _moved(x: Array, *, timed: Timed, points: Array, boxes: Any, arm: Arm) -> Motion:
+    q, missed, first = points.copy(), [], timed.variables
+    for box in boxes:
+        widths = np.array(box.get("joints", box.get("tool")))
+        free = np.flatnonzero(widths)
+        offset = np.zeros(len(widths))
+        offset[free] = x[first : first + len(free)]
+        first += len(free)
+        if "joints" in box:
+            q[box["point"]] += offset
+        else:
+            q[box["point"]], error = arm.moved(points[box["point"]], offset)
+            missed.append(error)
+    return Motion(timed.curve(x[: timed.variables], q), np.array(missed))
+
+
+def _objective(name: str, arm: Arm) -> Callable[[Motion], float]:
+    """An objective by its name.
+
+    Raises:
+        InvalidInputError: it has no plain statement.
+    """
+    known: dict[str, Callable[[Motion], float]] = {
+        "time": lambda motion: float(motion.curve.x[-1]),
+        "acceleration": lambda motion: _summed_rms(motion, 2),
+        "jerk": lambda motion: _summed_rms(motion, 3),
+        "square_acceleration": lambda motion: float(square_integral(motion.curve, 2).sum()),
+        "square_jerk": lambda motion: float(square_integral(motion.curve, 3).sum()),
+        "peak_acceleration": lambda motion: float(np.abs(extremes(motion.curve, 2)).max()),
+        "peak_jerk": lambda motion: float(np.abs(extremes(motion.curve, 3)).max()),
+        "energy": lambda motion: _integral(motion, arm, lambda tau, v: np.abs(tau * v)),
+        "square_power": lambda motion: _integral(motion, arm, lambda tau, v: np.square(tau * v)),
+        "square_effort": lambda motion: _integral(motion, arm, lambda tau, v: np.square(tau)),
+    }
+    if name not in known:
+        raise InvalidInputError(f"objectives: no plain statement of {name!r}")
+    return known[name]
+
+
+def _summed_rms(motion: Motion, order: int) -> float:
+    return float(np.sqrt(square_integral(motion.curve, order) / motion.curve.x[-1]).sum())
+
+
+def _integral(motion: Motion, arm: Arm, of: Callable[[Array, Array], Array]) -> float:
+    """∫ Σ over joints of a function of effort and velocity dt, by Gauss-Legendre quadrature [SI]."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    shares = ((np.arange(_PANELS)[:, None] + 0.5 * (1.0 + nodes)) / _PANELS).reshape(-1)
+    q, v, a = states(motion.curve, shares)
+    values = of(arm.efforts(q, v, a), v).sum(axis=1).reshape(-1, len(shares))
+    return float((values @ np.tile(0.5 * weights / _PANELS, _PANELS) * np.diff(motion.curve.x)).sum())
+
+
+def _excess(limit: Constraint, problem: TrajectoryProblem, arm: Arm) -> Callable[[Motion], Array]:
+    """A constraint by its quantity.
+
+    Raises:
+        InvalidInputError: it has no plain statement.
+    """
+    robot, quantity = problem.robot, limit.quantity
+    # What is proven is no longer sampled, so that the problem's few samples would not do.
+    shares = lobatto_shares(problem.dynamics.samples if limit.proof == "samples" else DENSE)
+    if quantity == "position":
+        return partial(_position_excess, robot=robot)
+    if quantity in _DERIVATIVES:
+        return partial(_peak_excess, most=_most(robot, quantity), order=_DERIVATIVES[quantity])
+    if quantity == "effort":
+        return partial(_effort_excess, arm=arm, most=_most(robot, quantity) * (limit.share or 1.0), shares=shares)
+    if quantity == "mean velocity":
+        return partial(_mean_velocity_excess, most=_most(robot, "velocity"))
+    if quantity == "duration":
+        return lambda motion: np.array([motion.curve.x[-1] / limit.limit - 1.0])
+    if quantity == "reach":
+        return lambda motion: np.maximum(motion.missed - 1e-9, 0.0) / 1e-6 - 1.0
+    if quantity == "tool speed":
+        return lambda motion: _tool_speed(motion, arm, shares) / limit.limit - 1.0
+    if quantity == "tool height":
+        return lambda motion: (limit.limit - _tool_height(motion, arm, shares)) / 0.1
+    if quantity == "clearance":
+        return partial(_clearance_excess, collision=limit.function.collision, shares=shares)  # type: ignore[attr-defined]
+    raise InvalidInputError(f"constraints: no plain statement of {quantity!r}")
+
+
+def _most(robot: Robot, quantity: str) -> Array:
+    """Greatest magnitudes of a quantity of every joint, shape (n_joints,) [SI]."""
+    sides = robot.limits.sides(quantity)
+    if not sides.agree:
+        raise InvalidInputError(f"limits: no plain statement of {quantity} that differs by direction")
+    most: Array = np.array(sides.forward)
+    return most
+
+
+def _position_excess(motion: Motion, *, robot: Robot) -> Array:
+    least, greatest = extremes(motion.curve, 0)
+    lower, upper = robot.limits.lower, robot.limits.upper
+    found = []
+    for low, high, down, up in zip(lower, upper, least, greatest, strict=True):
+        if np.isfinite(low) or np.isfinite(high):
+            one = abs(low if np.isfinite(low) else high) or 1.0
+            scale = 0.5 * (high - low) if np.isfinite(low) and np.isfinite(high) else one
+            found.append(max(low - down, up - high) / scale)
+    return np.array(found)
+
+
+def _peak_excess(motion: Motion, *, most: Array, order: int) -> Array:
+    peaks = np.abs(extremes(motion.curve, order)).max(axis=0)
+    kept = np.isfinite(most)
+    found: Array = peaks[kept] / most[kept] - 1.0
+    return found
+
+
+def _effort_excess(motion: Motion, *, arm: Arm, most: Array, shares: Array) -> Array:
+    kept = np.isfinite(most)
+    efforts = np.abs(arm.efforts(*states(motion.curve, shares))).max(axis=0)
+    found: Array = efforts[kept] / most[kept] - 1.0
+    return found
+
+
+def _mean_velocity_excess(motion: Motion, *, most: Array) -> Array:
+    mean = np.diff(motion.curve(motion.curve.x), axis=0) / np.diff(motion.curve.x)[:, None]
+    return np.array([np.abs(mean / most).max() - 1.0])
+
+
+def _tool_speed(motion: Motion, arm: Arm, shares: Array) -> Array:
+    q, v, _ = states(motion.curve, shares)
+    return np.array([arm.speeds(q, v).max()])
+
+
+def _tool_height(motion: Motion, arm: Arm, shares: Array) -> Array:
+    return np.array([arm.heights(states(motion.curve, shares)[0]).min()])
+
+
+def _clearance_excess(motion: Motion, *, collision: Any, shares: Array) -> Array:
+    distances = collision.distances(states(motion.curve, shares)[0])
+    found = []
+    for itself, wanted in enumerate((collision.scene.clearance, collision.scene.self_clearance or 0.0)):
+        pairs = [k for k, pair in enumerate(collision.pairs) if int(pair.itself) == itself]
+        if pairs:
+            found.append((wanted - distances[:, pairs].min()) / max(wanted, 0.01))
+    return np.array(found)
