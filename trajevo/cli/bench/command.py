@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -11,9 +12,10 @@ import typer
 from trajevo.cli.console import Terminal
 from trajevo.cli.screen.tables import Listing
 from trajevo.errors import InvalidInputError, checked_name
+from trajevo.study.bench.compare import compared, unlike
 from trajevo.study.bench.record import BenchResults
 from trajevo.study.bench.run import SIZES, BenchOutcome, BenchStanding, run_benchmark
-from trajevo.study.bench.table import HEADERS, cells_of, heading, rows_of, write_table
+from trajevo.study.bench.table import HEADERS, cells_of, heading, left_out, rows_of, write_table
 from trajevo.study.engines import InProcess, Processes
 
 app = typer.Typer(
@@ -37,6 +39,9 @@ def run(
     seeds: Annotated[int | None, typer.Option(help="Runs of a rival on a problem; the size's if not given.")] = None,
     budget: Annotated[float | None, typer.Option(help="CPU time of a run [s]; the size's if not given.")] = None,
     workers: Annotated[int, typer.Option(min=1, help="Runs at a time, each in a process.")] = 1,
+    suite: Annotated[
+        Path | None, typer.Option(help="Folder with problems of your own; those of trajevo if not given.")
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the benchmark.")] = Path("runs/bench"),
     quiet: Annotated[bool, typer.Option("--quiet", help="No line for each run.")] = False,
 ) -> None:
@@ -48,6 +53,7 @@ def run(
         rivals=rival,
         seeds=own.seeds if seeds is None else seeds,
         budget=own.budget if budget is None else budget,
+        suite=suite,
         engine=InProcess() if workers == 1 else Processes(workers),
         tell=(lambda outcome: None) if quiet else _tell,
     )
@@ -66,6 +72,25 @@ def table(
         _out.written(*write_table(found, out), then=f"trajevo bench compare OTHER {results}")
 
 
+@app.command()
+def compare(
+    before: Annotated[Path, typer.Argument(help="Results of another version or machine: a file, or a folder.")],
+    after: Annotated[Path, typer.Argument(help="Results to compare with them: a file, or a folder.")],
+) -> None:
+    """Show medians and quartiles of two results side by side, and which differ by more than their runs do."""
+    old, new = BenchResults.load(before), BenchResults.load(after)
+    changes = compared(old, new)
+    listing = Listing("problem", "rival", "measure", "before", "after", "ratio", "verdict")
+    for one in changes:
+        ratio = "" if one.ratio is None else f"{one.ratio:.3g}"
+        listing.add(one.problem, one.rival, one.measure, one.before.told(), one.after.told(), ratio, one.verdict)
+    _out.print(listing)
+    counts = Counter(one.verdict for one in changes)
+    _out.print(f"{len(changes)} measures: {', '.join(f'{count} {verdict}' for verdict, count in counts.items())}")
+    for told in unlike(old, new):
+        _out.print(told)
+
+
 def _tell(outcome: BenchOutcome) -> None:
     Terminal(stderr=True).print(f"{outcome.name}: {outcome.said}")
 
@@ -75,8 +100,11 @@ def _show(results: BenchResults) -> None:
         raise InvalidInputError("results: there is no run among them; make some: trajevo bench run")
     listing = Listing(*HEADERS, title=heading(results))
     for row in rows_of(results):
-        listing.add(*cells_of(row))
+        if row.stated:
+            listing.add(*cells_of(row))
     _out.print(listing)
+    for line in left_out(results):
+        _out.print(line)
 
 
 def _end(stands: BenchStanding, out: Path) -> None:

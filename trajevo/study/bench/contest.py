@@ -12,7 +12,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.base.shown.brief import brief
-from trajevo.errors import TrajevoError
+from trajevo.errors import InvalidInputError, TrajevoError
 
 if TYPE_CHECKING:
     from trajevo.study.bench.suite import BenchmarkProblem
@@ -77,12 +77,14 @@ class Contest:
     Attributes:
         benchmark: the problem.
         problem: trajevo's batched form, a pymoo problem.
-        statement: the plain form, one row at a time.
+        statement: the plain form, one row at a time; None if there is none.
+        unstated: why there is none.
         seed: seed of all randomness.
         budget: CPU time that the rival may spend [s].
         lower: least decision variables, shape (variables,).
         upper: greatest decision variables, shape (variables,).
         n_obj: number of objectives.
+        n_constr: number of constraints of the plain form.
         tried: what was tried, in the order of time.
         motions: motions that were found without decision vectors, in the order of time.
     """
@@ -90,7 +92,7 @@ class Contest:
     def __init__(self, benchmark: BenchmarkProblem, *, seed: int, budget: float) -> None:
         self.benchmark, self.seed, self.budget = benchmark, seed, budget
         self.problem: Any = benchmark.problem()
-        self.statement: Any = benchmark.statement()
+        self.statement, self.unstated = _statement_of(benchmark)
         self.lower, self.upper = frozen(np.array(self.problem.xl)), frozen(np.array(self.problem.xu))
         self.n_obj = int(self.problem.n_obj)
         self.tried: list[Tried] = []
@@ -101,7 +103,7 @@ class Contest:
         middle = 0.5 * (self.lower + self.upper)
         # Whatever is compiled or loaded by a first evaluation is nobody's time.
         self._evaluate(np.stack([middle, self.upper]), return_values_of=["F", "G"])
-        self.n_constr = len(self.statement.evaluate(middle)[1])
+        self.n_constr = 0 if self.statement is None else len(self.statement.evaluate(middle)[1])
         self.start()
 
     def start(self) -> None:
@@ -123,6 +125,10 @@ class Contest:
     def left(self) -> float:
         """CPU time that is left [s], at least 0."""
         return max(self.budget - self.spent, 0.0)
+
+    def in_time(self) -> bool:
+        """Whether there is time for another evaluation."""
+        return self.left > 0.0
 
     def random(self) -> np.random.Generator:
         """A generator of random numbers from the seed."""
@@ -196,6 +202,14 @@ class Contest:
     def _in_time(self, cpu: float) -> None:
         if cpu > self.budget:
             raise OutOfTimeError(f"{self.budget:g} s of CPU time are used up")
+
+
+def _statement_of(benchmark: BenchmarkProblem) -> tuple[Any, str]:
+    """The plain form of a problem, or why there is none."""
+    try:
+        return benchmark.statement(), ""
+    except InvalidInputError as error:
+        return None, str(error)
 
 
 def judged(problem: Any, tried: Iterable[Tried], until: float) -> tuple[Array, Array, Array, Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -55,13 +55,14 @@ SIZES = {"small": Size(3, 4.0), "full": Size(10, 60.0)}
 
 @dataclass(frozen=True)
 class BenchCell:
-    """A run to be made: problem, rival, seed, CPU time [s], and the folder of the benchmark."""
+    """A run to be made: problem, rival, seed, CPU time [s], the folders of the benchmark and of its problems."""
 
     problem: str
     rival: str
     seed: int
     budget: float
     folder: str
+    suite: str | None = None
 
     __repr__ = brief
 
@@ -116,6 +117,7 @@ def run_benchmark(
     rivals: Sequence[str] | None = None,
     seeds: int = SIZES["small"].seeds,
     budget: float = SIZES["small"].budget,
+    suite: str | Path | None = None,
     engine: Engine | None = None,
     tell: Callable[[BenchOutcome], None] = lambda outcome: None,
 ) -> BenchStanding:
@@ -127,6 +129,7 @@ def run_benchmark(
         rivals: names of rivals, or places of the user's own in Python; all of ours if None.
         seeds: number of runs of each rival on each problem, with seeds from 1.
         budget: CPU time of each run [s].
+        suite: folder with problems of the user's own, each in a folder; that of trajevo if None.
         engine: runs them; one after the other in this process if None.
         tell: called with the outcome of each run.
 
@@ -135,7 +138,11 @@ def run_benchmark(
         InvalidInputError: a number that cannot be used, or a folder that cannot be written or holds a damaged run.
     """
     place = Path(folder).absolute()
-    cells = _cells(place, problems, rivals, _checked_seeds(seeds), _checked_budget(budget))
+    own = None if suite is None else Path(suite).absolute()
+    asked = BenchCell(
+        "", "", _checked_seeds(seeds), _checked_budget(budget), str(place), None if own is None else str(own)
+    )
+    cells = _cells(asked, _named(problems, own), rivals)
     known = {file.stem: run for file, run in read_runs(place).items()}
     waiting = [cell for cell in cells if not _made(known.get(cell.name), cell)]
     made = 0
@@ -157,13 +164,13 @@ def run_cell_of_bench(cell: BenchCell) -> BenchOutcome:
         InvalidInputError: it cannot be written.
     """
     with one_blas_thread():
-        run = run_rival(cell.problem, cell.rival, seed=cell.seed, budget=cell.budget)
+        run = run_rival(cell.problem, cell.rival, seed=cell.seed, budget=cell.budget, suite=cell.suite)
     write_run(Path(cell.folder), run)
     score = f"{100.0 * run.share:.2f} % of the best known after {run.cpu:.1f} s"
     return BenchOutcome(cell.name, run.end, score if run.end == "scored" else run.said)
 
 
-def run_rival(problem: str, rival: str, *, seed: int, budget: float) -> BenchRun:
+def run_rival(problem: str, rival: str, *, seed: int, budget: float, suite: str | None = None) -> BenchRun:
     """Run a rival on a problem and score what it has tried; a rival that fails is a run too.
 
     Args:
@@ -171,8 +178,9 @@ def run_rival(problem: str, rival: str, *, seed: int, budget: float) -> BenchRun
         rival: name of the rival, or its place in Python.
         seed: seed of all randomness.
         budget: CPU time [s].
+        suite: folder of the problem's folder; that of trajevo if None.
     """
-    named, own = benchmark(problem), adapter(rival)
+    named, own = benchmark(problem, None if suite is None else Path(suite)), adapter(rival)
     versions = installed_versions() | {own.distribution: own.version or "none", "python": platform.python_version()}
     about: dict[str, Any] = {
         "problem": problem,
@@ -258,19 +266,30 @@ def _scores_of_motions(contest: Contest) -> dict[str, Any]:
     }
 
 
-def _cells(
-    place: Path, problems: Sequence[str] | None, rivals: Sequence[str] | None, seeds: int, budget: float
-) -> list[BenchCell]:
+def _named(problems: Sequence[str] | None, suite: Path | None) -> list[str]:
+    """The problems that are asked for.
+
+    Raises:
+        InvalidInputError: a folder without problems, or a problem whose files cannot be used.
+    """
+    known = benchmarks(suite)
+    if suite is not None and not known:
+        raise InvalidInputError(
+            f"suite: {suite}: expected a folder with problems, each in a folder with reference.json"
+        )
+    return [benchmark(name, suite).name for name in dict.fromkeys(problems or known)]
+
+
+def _cells(asked: BenchCell, problems: Sequence[str], rivals: Sequence[str] | None) -> list[BenchCell]:
     """All runs that are asked for: first seeds first, so that what stands early compares all rivals."""
-    names = [benchmark(name).name for name in problems or benchmarks()]
     for rival in rivals or ():
         adapter(rival)
-    known = list(rivals or adapters())
+    names = list(dict.fromkeys(rivals or adapters()))
     return [
-        BenchCell(name, rival, seed, budget, str(place))
-        for seed in range(1, seeds + 1)
-        for name in names
-        for rival in known
+        replace(asked, problem=problem, rival=rival, seed=seed)
+        for seed in range(1, asked.seed + 1)
+        for problem in problems
+        for rival in names
     ]
 
 

@@ -165,7 +165,7 @@ def violation_of(statement: Any, X: Array, F: Array, *, instants: int = INSTANTS
     """The greatest excess over a limit of a few members at many instants, as the plain statement computes it.
 
     Args:
-        statement: the plain form of the problem.
+        statement: the plain form of the problem; None if there is none.
         X: decision vectors of the members, shape (N, variables).
         F: their objectives, shape (N, objectives).
         instants: number of instants of a motion.
@@ -174,6 +174,8 @@ def violation_of(statement: Any, X: Array, F: Array, *, instants: int = INSTANTS
         The greatest excess as a share of the limit, at most 0 if all are kept, None without members; and how many
         members were looked at.
     """
+    if statement is None:
+        return None, 0
     rows = kept_rows(F, MOST_CHECKED)
     found = [float(statement.violation(x, instants)) for x in X[rows]]
     return (max(found), len(rows)) if found else (None, 0)

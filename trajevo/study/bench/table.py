@@ -64,6 +64,7 @@ class BenchRow:
         violation: greatest excess over a limit of any member that was looked at, as a share of it; None if none was.
         over: median time over that of trajevo to the same share, the greatest that both reach; None if there is none.
         said: how trajevo stands, or why a rival has no score.
+        stated: whether the rival can be set on the problem.
     """
 
     problem: str
@@ -74,13 +75,19 @@ class BenchRow:
     violation: float | None
     over: float | None = None
     said: str = ""
+    stated: bool = True
 
     __repr__ = brief
 
     @property
     def sound(self) -> bool:
-        """Whether it has found anything, and its motions keep the limits between samples."""
-        return self.runs > 0 and self.violation is not None and self.violation <= BROKEN
+        """Whether it has found anything, and no motion that was looked at breaks a limit between samples."""
+        return self.found and (self.violation is None or self.violation <= BROKEN)
+
+    @property
+    def found(self) -> bool:
+        """Whether it has found anything."""
+        return self.runs > 0 and self.share.high > 0.0
 
     @property
     def rank(self) -> tuple[float, ...]:
@@ -114,7 +121,9 @@ def cells_of(row: BenchRow) -> tuple[str, ...]:
     if not row.runs:
         return (row.problem, row.rival, "0", *("" for _ in SHARES), "", "", "", row.said)
     over = "" if row.over is None else f"{row.over:.3g}"
-    violation = "" if row.violation is None else f"{100.0 * row.violation:.2g}" if row.violation > 0.0 else "none"
+    violation = (
+        "not looked at" if row.violation is None else f"{100.0 * row.violation:.2g}" if row.violation > 0.0 else "none"
+    )
     times = (one.told() for one in row.times)
     return (row.problem, row.rival, str(row.runs), *times, row.share.told(100.0, 4), violation, over, row.said)
 
@@ -122,7 +131,17 @@ def cells_of(row: BenchRow) -> tuple[str, ...]:
 def markdown(results: BenchResults) -> str:
     """The table as Markdown, with what has to be known to read it above."""
     lines = [f"{heading(results)}\n", _line(HEADERS), _line(["---"] * len(HEADERS))]
-    return "\n".join([*lines, *(_line(cells_of(row)) for row in rows_of(results))]) + "\n"
+    rows = [_line(cells_of(row)) for row in rows_of(results) if row.stated]
+    return "\n".join([*lines, *rows, *(f"\n{told}" for told in left_out(results))]) + "\n"
+
+
+def left_out(results: BenchResults) -> tuple[str, ...]:
+    """Which rivals cannot be set on which problems, and why; one line for each reason."""
+    problems: dict[tuple[str, str], list[str]] = {}
+    for row in rows_of(results):
+        if not row.stated:
+            problems.setdefault((row.rival, row.said), []).append(row.problem)
+    return tuple(f"{rival}: no row for {', '.join(named)}: {why}" for (rival, why), named in problems.items())
 
 
 def heading(results: BenchResults) -> str:
@@ -144,7 +163,7 @@ def comma_separated(results: BenchResults) -> str:
         share = (100.0 * value for value in row.share)
         values = [value for one in row.times for value in one] + list(share)
         numbers = [repr(value) if row.runs and np.isfinite(value) else "" for value in values]
-        violation = "" if row.violation is None else repr(100.0 * row.violation)
+        violation = "not looked at" if row.violation is None else repr(100.0 * row.violation)
         over = "" if row.over is None else repr(row.over)
         writer.writerow([cell(row.problem), cell(row.rival), row.runs, *numbers, violation, over, cell(row.said)])
     return stream.getvalue()
@@ -179,6 +198,7 @@ def _row(runs: Sequence[BenchRun]) -> BenchRow:
         share=Quartiles.of(run.share for run in scored),
         violation=max((run.violation for run in scored if run.violation is not None), default=None),
         said=said,
+        stated=any(run.end != "not stated" for run in runs),
     )
 
 
@@ -192,7 +212,7 @@ def _compared(row: BenchRow, ours: BenchRow | None, rows: Sequence[BenchRow]) ->
     said = row.said
     if row is ours:
         said = "; ".join(filter(None, (_stands(row, rows), said)))
-    elif row.runs and row.violation is None:
+    elif row.runs and not row.found:
         said = said or "found nothing that keeps the limits"
     elif row.runs and not row.sound:
         said = "; ".join(filter(None, ("breaks limits between its samples", said)))

@@ -26,12 +26,14 @@ class Adapter(ABC):
         says: how it is set on a problem, and what has to be known to read its numbers; one sentence.
         module: module that must be installed; none if empty.
         distribution: name of its package, whose version is recorded.
+        plain: whether it needs the plain statement, which not every problem has.
     """
 
     name: ClassVar[str]
     says: ClassVar[str]
     module: ClassVar[str] = ""
     distribution: ClassVar[str] = "trajevo"
+    plain: ClassVar[bool] = False
 
     @property
     def installed(self) -> bool:
@@ -48,7 +50,7 @@ class Adapter(ABC):
 
     def refuses(self, contest: Contest) -> str:
         """Why it cannot be set on a problem, one clause; empty if it can."""
-        return ""
+        return contest.unstated if self.plain else ""
 
     def prepare(self) -> None:
         """Import what it needs, before the clock starts."""

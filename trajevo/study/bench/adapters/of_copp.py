@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any, final
 
 import numpy as np
@@ -36,46 +37,39 @@ class Copp(Adapter):
 
 def second_order(robot: Robot, path: GeometricPath) -> PathProfile:
     """The least time by reachability analysis, jerk free."""
-    import copp_py as copp
-
+    copp: Any = import_module("copp_py")
     stations = np.linspace(0.0, 1.0, STATIONS)
-    squared = _reachable(copp, _limited(copp, robot, path, stations, jerk=False), STATIONS)
+    squared = _limited(copp, robot, path, stations, jerk=False)[1]
     duration, _ = copp.interpolation.s_to_t_topp2(stations, squared, 0.0)
     return PathProfile.linear_square(duration, stations, squared)
 
 
 def third_order(
-    robot: Robot, path: GeometricPath, *, kind: str = "socp", count: int = STATIONS, again: int = 1
+    robot: Robot, path: GeometricPath, *, again: int, kind: str = "socp", count: int = STATIONS
 ) -> PathProfile:
     """The least time by programs of third order, ``"lp"`` or ``"socp"``, linearised again so many times."""
-    import copp_py as copp
-
+    copp: Any = import_module("copp_py")
     stations = np.linspace(0.0, 1.0, count)
-    limited = _limited(copp, robot, path, stations, jerk=True)
-    squared, bends, profile = _reachable(copp, limited, count), None, None
+    limited, squared = _limited(copp, robot, path, stations, jerk=True)
+    bends: Any = None
     solver = getattr(copp.solver, f"topp3_{kind}")
     for _ in range(1 + again):
         given = {"idx_s_start": 0, "num_stationary_max": 1, "b_linearization": bends}
         profile = solver.solve(solver.Problem(limited.constraints, squared, **given))
         squared, bends = np.array(profile.a), np.array(profile.b)
-    duration, _ = copp.interpolation.s_to_t_topp3(stations, profile, 0.0)
+        duration = copp.interpolation.s_to_t_topp3(stations, profile, 0.0)[0]
     return PathProfile.linear_bend(duration, stations, squared, bends)
 
 
-def _limited(copp: Any, robot: Robot, path: GeometricPath, stations: Array, *, jerk: bool) -> Any:
-    """COPP's robot with the path and the limits at its stations."""
+def _limited(copp: Any, robot: Robot, path: GeometricPath, stations: Array, *, jerk: bool) -> tuple[Any, Array]:
+    """COPP's robot with the path and the limits at its stations, and its squared speeds there with jerk free."""
     made = copp.Robot(path.n_axes, capacity=len(stations))
     made.append_s(stations)
     q = [np.ascontiguousarray(path(stations, order)) for order in range(4)]
     made.set_q(q[0], q[1], q[2], 0, dddq=q[3])
-    names = ("velocity", "acceleration", "jerk")[: 3 if jerk else 2]
+    names = ("velocity", "acceleration", "jerk") if jerk else ("velocity", "acceleration")
     for name, limit in zip(names, limits_of(robot), strict=False):
         getattr(made, f"add_{name}_limits")(limit, -limit, start_idx_s=0, length=len(stations))
-    return made
-
-
-def _reachable(copp: Any, limited: Any, count: int) -> Array:
-    """COPP's squared speeds at the stations, jerk free."""
     ra = copp.solver.topp2_ra
-    asked = ra.Problem(limited.constraints, idx_s_interval=(0, count - 1), a_boundary=(0.0, 0.0))
-    return np.array(ra.solve(asked, ra.Options()))
+    asked = ra.Problem(made.constraints, idx_s_interval=(0, len(stations) - 1), a_boundary=(0.0, 0.0))
+    return made, np.array(ra.solve(asked, ra.Options()))

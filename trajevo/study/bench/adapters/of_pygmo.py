@@ -28,6 +28,7 @@ class Pygmo(Adapter):
     name = "pygmo"
     says = "NSGA-II, or sade for a least value, on the plain statement; it refuses constraints, so limits are penalties"
     module, distribution = "pygmo", "pygmo"
+    plain = True
 
     def solve(self, contest: Contest) -> None:
         """See :meth:`Adapter.solve`."""

@@ -17,6 +17,7 @@ class PymooElementwise(Adapter):
     name = "pymoo-elementwise"
     says = "NSGA-II of 100 individuals on the plain statement, one candidate at a time"
     module, distribution = "pymoo", "pymoo"
+    plain = True
 
     def solve(self, contest: Contest) -> None:
         """See :meth:`Adapter.solve`."""

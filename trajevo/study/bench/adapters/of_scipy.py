@@ -43,6 +43,7 @@ class ScipySlsqp(Adapter):
     name = "scipy-slsqp"
     says = "SLSQP from random starts on the plain statement, finite differences; fronts by random weighted sums"
     module, distribution = "scipy", "scipy"
+    plain = True
 
     def solve(self, contest: Contest) -> None:
         """See :meth:`Adapter.solve`."""
