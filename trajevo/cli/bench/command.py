@@ -69,23 +69,32 @@ def table(
     found = BenchResults.load(results)
     _show(found)
     if out is not None:
-        _out.written(*write_table(found, out), then=f"trajevo bench compare OTHER {results}")
+        # Imported where pictures are drawn, since that takes long.
+        from trajevo.study.bench.pictures import write_pictures
+
+        files = write_table(found, out)
+        pictures, notes = write_pictures(found, out / "pictures")
+        for note in notes:
+            _out.print(note)
+        _out.written(*files, *pictures, then=f"trajevo bench compare OTHER {results}")
 
 
 @app.command()
 def compare(
     before: Annotated[Path, typer.Argument(help="Results of another version or machine: a file, or a folder.")],
     after: Annotated[Path, typer.Argument(help="Results to compare with them: a file, or a folder.")],
+    every: Annotated[bool, typer.Option("--all", help="Show what is within the quartiles too.")] = False,
 ) -> None:
     """Show medians and quartiles of two results side by side, and which differ by more than their runs do."""
     old, new = BenchResults.load(before), BenchResults.load(after)
     changes = compared(old, new)
     listing = Listing("problem", "rival", "measure", "before", "after", "ratio", "verdict")
-    for one in changes:
+    for one in [one for one in changes if every or one.verdict != "within the quartiles"]:
         ratio = "" if one.ratio is None else f"{one.ratio:.3g}"
         listing.add(one.problem, one.rival, one.measure, one.before.told(), one.after.told(), ratio, one.verdict)
-    _out.print(listing)
     counts = Counter(one.verdict for one in changes)
+    if every or counts["within the quartiles"] < len(changes):
+        _out.print(listing)
     _out.print(f"{len(changes)} measures: {', '.join(f'{count} {verdict}' for verdict, count in counts.items())}")
     for told in unlike(old, new):
         _out.print(told)

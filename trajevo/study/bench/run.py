@@ -189,12 +189,12 @@ def run_rival(problem: str, rival: str, *, seed: int, budget: float, suite: str 
         "budget": budget,
         "machine": Machine.here(),
     }
-    if not own.installed:
-        return BenchRun(**about, versions=versions, end="not installed", said=f"not installed: {EXTRA}")
     contest = Contest(named, seed=seed, budget=budget)
     refused = own.refuses(contest)
     if refused:
         return BenchRun(**about, versions=versions, end="not stated", said=refused)
+    if not own.installed:
+        return BenchRun(**about, versions=versions, end="not installed", said=f"not installed: {EXTRA}")
     failure = _solved(own, contest)
     end: End = "failed" if failure and not (contest.tried or contest.motions) else "scored"
     said = one_line(failure) or own.says

@@ -163,7 +163,7 @@ def comma_separated(results: BenchResults) -> str:
         share = (100.0 * value for value in row.share)
         values = [value for one in row.times for value in one] + list(share)
         numbers = [repr(value) if row.runs and np.isfinite(value) else "" for value in values]
-        violation = "not looked at" if row.violation is None else repr(100.0 * row.violation)
+        violation = "" if not row.found else "not looked at" if row.violation is None else repr(100.0 * row.violation)
         over = "" if row.over is None else repr(row.over)
         writer.writerow([cell(row.problem), cell(row.rival), row.runs, *numbers, violation, over, cell(row.said)])
     return stream.getvalue()
