@@ -8,7 +8,6 @@ every limit kept. Limits that the problem proves at every instant are thereby pr
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, final
@@ -23,13 +22,15 @@ from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.archive import Archive
+from trajevo.front.hypervolume import hypervolume
 from trajevo.front.thinning import thinned
 
 #: Share by which values found again may differ from those in the file: machines round differently.
 SAME = 1e-9
 
-#: Greatest number of members of a best known front.
-MOST_MEMBERS = 200
+#: Greatest number of members of a best known front, by the number of objectives; many objectives need more.
+MOST_MEMBERS = {2: 200, 3: 300}
+_MOST_OF_MANY = 500
 
 #: Share by which a least value must be less than the best known one to be kept: less is rounding.
 _BETTER = 1e-12
@@ -197,7 +198,8 @@ class Reference:
     def improved(self, X: Any, *, found_by: str = "") -> Reference:
         """The best of this set and other decision vectors, which are checked in the same way.
 
-        A front is that of both, of at most 200 members spread over it; a least value is replaced by a lesser one.
+        A front is that of both, or 200 to 500 members spread over it if they have more hypervolume than this set; a
+        least value is replaced by a lesser one.
 
         Args:
             X: decision vectors, shape (B, n_var).
@@ -213,11 +215,17 @@ class Reference:
         values = _checked(self._problem, new, "X")
         merged, F = np.concatenate([self.variables, new]), np.concatenate([self.values, values])
         rows = self._least(F) if self.kind == "least" else self._front(F)
-        if len(rows) == len(self.variables) and (rows < len(self.variables)).all():
+        if (rows < len(self.variables)).all() or not self.hypervolume(F[rows]) > self.hypervolume(self.values):
             return self
         told = {"variables": _tuples(merged[rows]), "values": _tuples(F[rows])}
         file = self.file.model_copy(update={**told, **({"found_by": found_by} if found_by else {})})
         return replace(self, variables=frozen(merged[rows]), values=frozen(F[rows]), file=file)
+
+    def hypervolume(self, values: Any) -> float:
+        """Share of the box between ideal and reference point that objectives (N, n_obj) dominate."""
+        F = numbers(values, name="values", shape=("N", len(self.objectives)))
+        inside = (self.reference_point > F).all(axis=1)
+        return hypervolume(np.maximum(F[inside] - self.ideal, 0.0), self.reference_point - self.ideal)
 
     def write(self, file: str | Path) -> None:
         """Write ``reference.json``, one member a line."""
@@ -242,7 +250,8 @@ class Reference:
         archive = Archive(1, F.shape[1], 0)
         archive.add(inside[:, None].astype(float), F[inside], np.empty((len(inside), 0)))
         rows = archive.X[:, 0].astype(np.intp)
-        rows = rows[thinned(F[rows], MOST_MEMBERS)] if len(rows) > MOST_MEMBERS else rows
+        most = MOST_MEMBERS.get(F.shape[1], _MOST_OF_MANY)
+        rows = rows[thinned(F[rows], most)] if len(rows) > most else rows
         return rows[np.lexsort(F[rows].T[::-1])]
 
 
@@ -270,11 +279,3 @@ def _checked(problem: TrajectoryProblem, X: Array, place: str) -> Array:
         raise InvalidInputError(f"{place}: row {row}: breaks {problem.constraint_names[column]} by {excess}")
     found: Array = F
     return found
-
-
-def confirmed_by(published: Sequence[Published], values: Sequence[float]) -> tuple[bool | None, ...]:
-    """Whether values, one for each, confirm what was published; None where no tolerance is given."""
-    return tuple(
-        None if one.tolerance is None else abs(value - one.value) <= one.tolerance * abs(one.value)
-        for one, value in zip(published, values, strict=True)
-    )

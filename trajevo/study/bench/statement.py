@@ -21,6 +21,7 @@ from trajevo.base.arrays import Array, frozen, numbers
 from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.formulation.objectives import OBJECTIVES, UNUSED_PAYLOAD, Objective
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.robot.robot import Robot
 from trajevo.study.bench.statement_arm import Arm
@@ -32,24 +33,33 @@ from trajevo.study.bench.statement_curves import (
     square_integral,
     states,
 )
+from trajevo.study.bench.statement_paths import AlongPath
+from trajevo.trajectory.interpolants import THROUGH_POINTS, Reparameterisation
 
 #: Instants in every piece at which is checked what the problem proves.
 DENSE = 25
 
 #: Gauss-Legendre nodes of a panel, and panels of a piece, for integrals of efforts: absolute values have kinks.
-_NODES, _PANELS = 8, 6
+_NODES, PANELS = 8, 6
 
 #: Parts of a problem that no plain statement has, by their settings.
-_UNSTATED = ("passing", "segments", "cyclic", "extra_points", "pace", "payload_range")
+_UNSTATED = ("passing", "segments", "cyclic", "extra_points", "pace")
 
 _DERIVATIVES = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
 
 
 class Motion(NamedTuple):
-    """A motion, and how far the tool misses points that were moved [m or rad]."""
+    """What becomes of a decision vector.
+
+    Attributes:
+        curve: the motion.
+        missed: how far the tool misses points that were moved [m or rad].
+        arm: the robot with what it carries.
+    """
 
     curve: PPoly
     missed: Array
+    arm: Arm
 
 
 @final
@@ -70,15 +80,17 @@ class Statement:
     objectives: tuple[str, ...]
     units: tuple[str, ...]
     constraints: tuple[str, ...]
-    _motion: Callable[[Array], Motion] = field(repr=False)
-    _values: tuple[Callable[[Motion], float], ...] = field(repr=False)
-    _excesses: tuple[Callable[[Motion], Array], ...] = field(repr=False)
+    _evaluate: Callable[[Array], tuple[Array, Array]] = field(repr=False)
 
     __repr__ = brief
 
     @classmethod
-    def of(cls, problem: TrajectoryProblem) -> Statement:
+    def of(cls, problem: TrajectoryProblem, *, panels: int = PANELS) -> Statement:
         """The plain statement of a problem.
+
+        Args:
+            problem: the problem.
+            panels: parts of every piece with 8 nodes each, for integrals of efforts.
 
         Raises:
             InvalidInputError: something in the problem has no plain statement.
@@ -88,42 +100,60 @@ class Statement:
                 raise InvalidInputError(f"{key}: no plain statement of it")
         if problem.dynamics.schedule is not None:
             raise InvalidInputError("payload: no plain statement of loads that are picked up")
-        arm = Arm.of(problem.robot, problem.dynamics.payload)
         return cls(
             lower=frozen(np.array(problem.xl)),
             upper=frozen(np.array(problem.xu)),
             objectives=problem.objective_names,
             units=tuple(objective.unit for objective in problem.objectives),
             constraints=problem.constraint_names,
-            _motion=_motion_of(problem, arm),
-            _values=tuple(_objective(name, arm) for name in problem.objective_names),
-            _excesses=tuple(_excess(limit, problem, arm) for limit in problem.constraints),
+            _evaluate=_along_path(problem)
+            if isinstance(problem.interpolant, Reparameterisation)
+            else _through(problem, panels),
         )
-
-    def motion(self, x: Any) -> PPoly:
-        """The motion of one decision vector, as SciPy's piecewise polynomials of all joints [rad or m, s]."""
-        return self._motion(numbers(x, name="x", shape=(len(self.lower),))).curve
 
     def evaluate(self, x: Any) -> tuple[Array, Array]:
         """Objectives (n_obj,) and constraints (n_constr,) of one decision vector, shape (n_var,) [SI]."""
-        motion = self._motion(numbers(x, name="x", shape=(len(self.lower),)))
-        F = np.array([value(motion) for value in self._values])
-        G = np.concatenate([np.empty(0), *(excess(motion) for excess in self._excesses)])
-        return F, G
+        return self._evaluate(numbers(x, name="x", shape=(len(self.lower),)))
+
+
+def _along_path(problem: TrajectoryProblem) -> Callable[[Array], tuple[Array, Array]]:
+    return AlongPath.of(problem).evaluate
+
+
+def _through(problem: TrajectoryProblem, panels: int) -> Callable[[Array], tuple[Array, Array]]:
+    """Decision vector -> objectives and constraints of a motion through points."""
+    arm = Arm.of(problem.robot, problem.dynamics.payload)
+    decode = _motion_of(problem, arm)
+    values = [_objective(objective, problem, panels) for objective in problem.objectives]
+    excesses = [_excess(limit, problem) for limit in problem.constraints]
+
+    def evaluate(x: Array) -> tuple[Array, Array]:
+        motion = decode(x)
+        F = np.array([value(motion) for value in values])
+        return F, np.concatenate([np.empty(0), *(excess(motion) for excess in excesses)])
+
+    return evaluate
 
 
 def _motion_of(problem: TrajectoryProblem, arm: Arm) -> Callable[[Array], Motion]:
     """Decision vector -> motion, points moved."""
-    settings, points = problem.settings, np.array(problem.interpolant.points.positions)  # type: ignore[attr-defined]
-    names = problem.robot.joint_names
+    interpolant: Any = problem.interpolant
+    points, names = np.array(interpolant.points.positions), problem.robot.joint_names
+    kind = getattr(interpolant, "kind", None) or next(
+        (name for name, made in THROUGH_POINTS.items() if made is type(interpolant)), type(interpolant).__name__
+    )
+    if getattr(interpolant, "form", "smooth") != "smooth" or getattr(interpolant, "at_rest", ()):
+        raise InvalidInputError(f"interpolant: no plain statement of {kind!r} as printed or with joints at rest")
     controlled = [
         k for k, name in enumerate(names) if any(v.name == f"{name} of control point_1" for v in problem.variables)
     ]
-    timed = curve_of(settings["interpolant"], len(points), settings, controlled)
-    return partial(_moved, timed=timed, points=points, boxes=settings.get("moving", ()), arm=arm)
+    timed = curve_of(kind, len(points), problem.settings, controlled)
+    boxes, varies = problem.settings.get("moving", ()), problem.payload_range is not None
+    return partial(_moved, timed=timed, points=points, boxes=boxes, arm=arm, varies=varies)
 
 
-def _moved(x: Array, *, timed: Timed, points: Array, boxes: Any, arm: Arm) -> Motion:
+def _moved(x: Array, *, timed: Timed, points: Array, boxes: Any, arm: Arm, varies: bool) -> Motion:
+    arm = arm.carrying(float(x[-1])) if varies else arm
     q, missed, first = points.copy(), [], timed.variables
     for box in boxes:
         widths = np.array(box.get("joints", box.get("tool")))
@@ -136,11 +166,11 @@ def _moved(x: Array, *, timed: Timed, points: Array, boxes: Any, arm: Arm) -> Mo
         else:
             q[box["point"]], error = arm.moved(points[box["point"]], offset)
             missed.append(error)
-    return Motion(timed.curve(x[: timed.variables], q), np.array(missed))
+    return Motion(timed.curve(x[: timed.variables], q), np.array(missed), arm)
 
 
-def _objective(name: str, arm: Arm) -> Callable[[Motion], float]:
-    """An objective by its name.
+def _objective(objective: Objective, problem: TrajectoryProblem, panels: int) -> Callable[[Motion], float]:
+    """An objective by what it computes.
 
     Raises:
         InvalidInputError: it has no plain statement.
@@ -153,29 +183,38 @@ def _objective(name: str, arm: Arm) -> Callable[[Motion], float]:
         "square_jerk": lambda motion: float(square_integral(motion.curve, 3).sum()),
         "peak_acceleration": lambda motion: float(np.abs(extremes(motion.curve, 2)).max()),
         "peak_jerk": lambda motion: float(np.abs(extremes(motion.curve, 3)).max()),
-        "energy": lambda motion: _integral(motion, arm, lambda tau, v: np.abs(tau * v)),
-        "square_power": lambda motion: _integral(motion, arm, lambda tau, v: np.square(tau * v)),
-        "square_effort": lambda motion: _integral(motion, arm, lambda tau, v: np.square(tau)),
+        "energy": lambda motion: _integral(motion, panels, lambda tau, v: np.abs(tau * v)),
+        "square_power": lambda motion: _integral(motion, panels, lambda tau, v: np.square(tau * v)),
+        "square_effort": lambda motion: _integral(motion, panels, lambda tau, v: np.square(tau)),
     }
-    if name not in known:
+    name = next((key for key, own in OBJECTIVES.items() if own.function is objective.function), objective.name)
+    if name in known:
+        return known[name]
+    if name == UNUSED_PAYLOAD and problem.payload_range is not None:
+        most = problem.payload_range[1]
+        return lambda motion: most - motion.arm.payload.mass
+    parts, weights = getattr(objective.function, "objectives", None), problem.paper_weights
+    if parts is None or weights is None or weights.scales is None:
         raise InvalidInputError(f"objectives: no plain statement of {name!r}")
-    return known[name]
+    each = [_objective(part, problem, panels) for part in parts]
+    factors = [weight / scale for weight, scale in zip(weights.weights, weights.scales, strict=True)]
+    return lambda motion: sum(factor * part(motion) for factor, part in zip(factors, each, strict=True))
 
 
 def _summed_rms(motion: Motion, order: int) -> float:
     return float(np.sqrt(square_integral(motion.curve, order) / motion.curve.x[-1]).sum())
 
 
-def _integral(motion: Motion, arm: Arm, of: Callable[[Array, Array], Array]) -> float:
+def _integral(motion: Motion, panels: int, of: Callable[[Array, Array], Array]) -> float:
     """∫ Σ over joints of a function of effort and velocity dt, by Gauss-Legendre quadrature [SI]."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    shares = ((np.arange(_PANELS)[:, None] + 0.5 * (1.0 + nodes)) / _PANELS).reshape(-1)
+    shares = ((np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels).reshape(-1)
     q, v, a = states(motion.curve, shares)
-    values = of(arm.efforts(q, v, a), v).sum(axis=1).reshape(-1, len(shares))
-    return float((values @ np.tile(0.5 * weights / _PANELS, _PANELS) * np.diff(motion.curve.x)).sum())
+    values = of(motion.arm.efforts(q, v, a), v).sum(axis=1).reshape(-1, len(shares))
+    return float((values @ np.tile(0.5 * weights / panels, panels) * np.diff(motion.curve.x)).sum())
 
 
-def _excess(limit: Constraint, problem: TrajectoryProblem, arm: Arm) -> Callable[[Motion], Array]:
+def _excess(limit: Constraint, problem: TrajectoryProblem) -> Callable[[Motion], Array]:
     """A constraint by its quantity.
 
     Raises:
@@ -189,7 +228,9 @@ def _excess(limit: Constraint, problem: TrajectoryProblem, arm: Arm) -> Callable
     if quantity in _DERIVATIVES:
         return partial(_peak_excess, most=_most(robot, quantity), order=_DERIVATIVES[quantity])
     if quantity == "effort":
-        return partial(_effort_excess, arm=arm, most=_most(robot, quantity) * (limit.share or 1.0), shares=shares)
+        return partial(_effort_excess, most=_most(robot, quantity) * (limit.share or 1.0), shares=shares)
+    if quantity == "torque at speed":
+        return partial(_torque_excess, lines=_lines(robot), shares=shares)
     if quantity == "mean velocity":
         return partial(_mean_velocity_excess, most=_most(robot, "velocity"))
     if quantity == "duration":
@@ -197,9 +238,9 @@ def _excess(limit: Constraint, problem: TrajectoryProblem, arm: Arm) -> Callable
     if quantity == "reach":
         return lambda motion: np.maximum(motion.missed - 1e-9, 0.0) / 1e-6 - 1.0
     if quantity == "tool speed":
-        return lambda motion: _tool_speed(motion, arm, shares) / limit.limit - 1.0
+        return lambda motion: _tool_speed(motion, shares) / limit.limit - 1.0
     if quantity == "tool height":
-        return lambda motion: (limit.limit - _tool_height(motion, arm, shares)) / 0.1
+        return lambda motion: (limit.limit - _tool_height(motion, shares)) / 0.1
     if quantity == "clearance":
         return partial(_clearance_excess, collision=limit.function.collision, shares=shares)  # type: ignore[attr-defined]
     raise InvalidInputError(f"constraints: no plain statement of {quantity!r}")
@@ -233,11 +274,42 @@ def _peak_excess(motion: Motion, *, most: Array, order: int) -> Array:
     return found
 
 
-def _effort_excess(motion: Motion, *, arm: Arm, most: Array, shares: Array) -> Array:
+def _effort_excess(motion: Motion, *, most: Array, shares: Array) -> Array:
     kept = np.isfinite(most)
-    efforts = np.abs(arm.efforts(*states(motion.curve, shares))).max(axis=0)
+    efforts = np.abs(motion.arm.efforts(*states(motion.curve, shares))).max(axis=0)
     found: Array = efforts[kept] / most[kept] - 1.0
     return found
+
+
+def _lines(robot: Robot) -> dict[int, Array]:
+    """Torque-speed lines of joints, points (speed, torque) of shape (K, 2) [SI].
+
+    Raises:
+        InvalidInputError: a drive with losses, a rotor or a peak torque beside its line.
+    """
+    found = {}
+    for k, name in enumerate(robot.joint_names):
+        drive = robot.drives.get(name)
+        if drive is None or drive.torque_speed is None:
+            continue
+        if drive.efficiencies != (1.0, 1.0) or drive.rotor_inertia or drive.peak_torque is not None:
+            raise InvalidInputError(f"drives: no plain statement of that of {name!r} but its torque-speed line")
+        found[k] = np.array(drive.torque_speed)
+    return found
+
+
+def _torque_excess(motion: Motion, *, lines: dict[int, Array], shares: Array) -> Array:
+    """What a joint is asked for beyond its line, or beyond the line's first torque if the load drives it."""
+    q, v, a = states(motion.curve, shares)
+    efforts, found = motion.arm.efforts(q, v, a), []
+    for k, line in lines.items():
+        speed, torque = np.abs(v[:, k]), np.abs(efforts[:, k])
+        end = (line[-1] - line[-2]) / (line[-1, 0] - line[-2, 0])
+        beyond = line[-1, 1] + end[1] * (speed - line[-1, 0])
+        can = np.where(speed > line[-1, 0], beyond, np.interp(speed, line[:, 0], line[:, 1]))
+        driven = efforts[:, k] * v[:, k] < 0.0
+        found.append(((torque - np.where(driven, line[0, 1], can)) / line[0, 1]).max())
+    return np.array(found)
 
 
 def _mean_velocity_excess(motion: Motion, *, most: Array) -> Array:
@@ -245,13 +317,13 @@ def _mean_velocity_excess(motion: Motion, *, most: Array) -> Array:
     return np.array([np.abs(mean / most).max() - 1.0])
 
 
-def _tool_speed(motion: Motion, arm: Arm, shares: Array) -> Array:
+def _tool_speed(motion: Motion, shares: Array) -> Array:
     q, v, _ = states(motion.curve, shares)
-    return np.array([arm.speeds(q, v).max()])
+    return np.array([motion.arm.speeds(q, v).max()])
 
 
-def _tool_height(motion: Motion, arm: Arm, shares: Array) -> Array:
-    return np.array([arm.heights(states(motion.curve, shares)[0]).min()])
+def _tool_height(motion: Motion, shares: Array) -> Array:
+    return np.array([motion.arm.heights(states(motion.curve, shares)[0]).min()])
 
 
 def _clearance_excess(motion: Motion, *, collision: Any, shares: Array) -> Array:

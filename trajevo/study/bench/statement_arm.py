@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -29,12 +29,14 @@ class Arm:
 
     Attributes:
         robot: the robot; its model, limits and friction are used.
+        payload: the payload.
         model: Pinocchio's model with the payload.
         data: its data.
         tool: number of the tool's frame, -1 without a body.
     """
 
     robot: Robot
+    payload: Payload
     model: Any
     data: Any
     tool: int
@@ -59,7 +61,11 @@ class Arm:
             inertia = np.zeros((3, 3)) if payload.inertia is None else np.array(payload.inertia)
             body = pin.Inertia(payload.mass, np.array(payload.com), inertia)
             model.appendBodyToJoint(frame.parentJoint, body, frame.placement)
-        return cls(robot, model, model.createData(), tool)
+        return cls(robot, payload, model, model.createData(), tool)
+
+    def carrying(self, mass: float) -> Arm:
+        """The same with another mass of the payload [kg]."""
+        return Arm.of(self.robot, replace(self.payload, mass=mass))
 
     def efforts(self, q: Array, v: Array, a: Array) -> Array:
         """Efforts of the actuators with friction and armature, shapes (T, n_joints) [N·m or N]."""
@@ -67,10 +73,7 @@ class Arm:
         still = _ROUNDING * (np.abs(v).max(axis=0) + np.abs(q).max(axis=0))
         v = np.where(np.abs(v) <= still, 0.0, v) if friction.is_dry else v
         drive = self.robot.transmission
-        if isinstance(drive, CoupledScrews):
-            rigid = self._of_screws(drive, q, v, a)
-        else:
-            rigid = self._torques(q, v, a)
+        rigid = self._of_screws(drive, q, v, a) if isinstance(drive, CoupledScrews) else self._torques(q, v, a)
         backward = np.asarray(friction.coulomb_backward)
         dry = np.where(v > 0.0, friction.coulomb, np.where(v < 0.0, -backward, 0.0))
         found: Array = rigid + friction.viscous * v + dry + friction.armature * a

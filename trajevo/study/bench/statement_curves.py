@@ -52,9 +52,9 @@ def curve_of(kind: str, points: int, settings: Mapping[str, Any], controlled: Se
     if kind in _DEGREES:
         degree, held = _DEGREES[kind]
         return Timed(points - 1, lambda x, q: _spline(x, q, degree, held))
-    if kind in ("polynomial", "septic"):
+    if kind == "polynomial":
         return Timed(points - 1, _polynomial)
-    if kind in ("hybrid", "smooth"):
+    if kind == "hybrid":
         return Timed(points - 1, _hybrid)
     if kind == "bspline":
         shape, gaps = settings["bspline"], points - 1
@@ -70,22 +70,21 @@ def _virtual_cubic(h: Array, q: Array) -> PPoly:
     known = np.delete(t, [1, len(t) - 2])
     still = [(order, np.zeros(q.shape[1])) for order in (1, 2)]
     knots = np.concatenate([[0.0] * 3, t, [t[-1]] * 3])
-    return _pieces(make_interp_spline(known, q, k=3, t=knots, bc_type=(still, still)))
+    return pieces_of(make_interp_spline(known, q, k=3, t=knots, bc_type=(still, still)))
 
 
 def _spline(h: Array, q: Array, degree: int, held: tuple[int, ...]) -> PPoly:
     t = np.concatenate([[0.0], np.cumsum(h)])
     still = [(order, np.zeros(q.shape[1])) for order in held]
-    return _pieces(make_interp_spline(t, q, k=degree, bc_type=(still, still)))
+    return pieces_of(make_interp_spline(t, q, k=degree, bc_type=(still, still)))
 
 
 def _polynomial(h: Array, q: Array) -> PPoly:
     """The one polynomial through all points, at rest without acceleration at both ends, cut at the points."""
     t = np.concatenate([[0.0], np.cumsum(h)])
-    unit, count = t / t[-1], len(t) + 4
-    powers = np.arange(count)
+    unit, powers = t / t[-1], range(len(t) + 4)
     rows = [unit**power for power in powers]
-    ends = [[_falling(p, k) * end ** max(p - k, 0) for p in powers] for k in (1, 2) for end in (0.0, 1.0)]
+    ends = [[_falling(p, k) * end ** float(max(p - k, 0)) for p in powers] for k in (1, 2) for end in (0.0, 1.0)]
     matrix = np.concatenate([np.stack(rows, axis=1), np.array(ends)])
     whole = np.linalg.solve(matrix, np.concatenate([q, np.zeros((4, q.shape[1]))]))
     one = PPoly(whole[::-1, None, :], [0.0, 1.0])
@@ -144,7 +143,7 @@ def _b_spline(x: Array, q: Array, shape: Mapping[str, Any], controlled: list[int
     matrix = np.concatenate([basis(t), *(basis(t[[0, -1]], order) for order in held)])
     values = np.concatenate([q, np.zeros((2 * len(held), q.shape[1]))])
     control[follow] = np.linalg.solve(matrix[:, follow], values - matrix[:, free] @ control[free])
-    return _pieces(BSpline(knots, control, degree))
+    return pieces_of(BSpline(knots, control, degree))
 
 
 def _free_controls(gaps: int, shape: Mapping[str, Any]) -> tuple[Array, Array]:
@@ -156,7 +155,7 @@ def _free_controls(gaps: int, shape: Mapping[str, Any]) -> tuple[Array, Array]:
     return follow, np.setdiff1d(np.arange(count), follow)
 
 
-def _pieces(spline: BSpline) -> PPoly:
+def pieces_of(spline: BSpline) -> PPoly:
     """The polynomials between knots that differ."""
     knots = np.unique(spline.t)
     taylor = [spline(knots[:-1], order) / _falling(order, order) for order in range(spline.k, -1, -1)]

@@ -1,0 +1,118 @@
+"""Motions along a fixed path, one decision vector at a time: SciPy's B-splines s(u) and u(t), and bounds as printed.
+
+Only bounds of Paing 2021, eqs. (20)-(25), and the trapezoidal rule, eq. (29), have a plain statement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.robot.joints import JointLimits
+from trajevo.study.bench.statement_curves import extremes, pieces_of
+
+#: Added to every rise, as by the problem, so that u(t) rises even where all rises are 0.
+_LEAST_RISE = 1e-12
+
+#: Coefficients of velocity and acceleration that meet in a term of eq. (25), from that of the jerk.
+_MEETING = ((0, 0), (1, 0), (1, 1), (2, 1))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class AlongPath:
+    """A problem along a path.
+
+    Attributes:
+        path: s(u) of degree 3 at least.
+        course: what u(t) is like: its knots in unit time, and its degree.
+        rises: number of rises among the variables.
+        limits: limits of the axes.
+        longest: longest time [s].
+        intervals: intervals of the trapezoidal rule.
+    """
+
+    path: BSpline
+    course: tuple[Array, int]
+    rises: int
+    limits: JointLimits
+    longest: float
+    intervals: int
+
+    __repr__ = brief
+
+    @classmethod
+    def of(cls, problem: TrajectoryProblem) -> AlongPath:
+        """The plain statement of a problem along a path.
+
+        Raises:
+            InvalidInputError: other bounds, quadratures or variables.
+        """
+        runs: Any = problem.interpolant
+        intervals = getattr(problem.objectives[1].function, "intervals", None)
+        if runs.bound != "hull" or runs.timing != "share" or intervals is None:
+            raise InvalidInputError("interpolant: no plain statement of motions along a path but as printed")
+        path, count, order = runs.path, runs.control_points, runs.order
+        inner = np.linspace(0.0, 1.0, count - order + 2)
+        knots = np.concatenate([[0.0] * (order - 1), inner, [1.0] * (order - 1)])
+        s = BSpline(np.array(path.knots), np.array(path.control_points), path.order - 1)
+        return cls(s, (knots, order - 1), count - 5, problem.robot.limits, runs.longest_time, intervals)
+
+    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        """Objectives (2,) and constraints (n_constr,) of a decision vector [SI]."""
+        u, peaks = self._course(x), []
+        v, a, j = (self._coefficients(u, order) for order in (1, 2, 3))
+        s1, s2, s3 = self._peaks
+        a, j = np.abs(a), np.abs(j)
+        peaks.append((s1 * v).max(axis=1))
+        peaks.append(np.maximum.reduce([s2 * some**2 + s1 * a for some in (v[:-1], v[1:])]).max(axis=1))
+        terms = [
+            s3 * v[k : k + len(j)] ** 3 + 3.0 * s2 * a[i : i + len(j)] * v[k : k + len(j)] + s1 * j for k, i in _MEETING
+        ]
+        peaks.append(np.maximum.reduce(terms).max(axis=1))
+        limits = [np.array(getattr(self.limits, name)) for name in ("velocity", "acceleration", "jerk")]
+        least = max(
+            float(((peak / limit) ** (1.0 / order)).max())
+            for order, (peak, limit) in enumerate(zip(peaks, limits, strict=True), 1)
+        )
+        duration = max(self.longest - (1.0 - x[-1]) * (self.longest - least), least)
+        excess = [
+            peak / duration**k / limit - 1.0 for k, (peak, limit) in enumerate(zip(peaks, limits, strict=True), 1)
+        ]
+        squared = self._jerk(u, np.linspace(0.0, 1.0, self.intervals + 1))
+        mean = (squared.sum() - 0.5 * (squared[0] + squared[-1])) / self.intervals
+        return np.array([duration, mean / duration**5]), np.concatenate([*excess, [duration / self.longest - 1.0]])
+
+    def _course(self, x: Array) -> BSpline:
+        climbed = np.cumsum(x[: self.rises] + _LEAST_RISE)
+        control = np.concatenate([[0.0] * 3, climbed / climbed[-1], [1.0] * 2])
+        return BSpline(self.course[0], control, self.course[1])
+
+    def _coefficients(self, u: BSpline, order: int) -> Array:
+        """Control points of a derivative of u(t)."""
+        rate = u.derivative(order)
+        found: Array = rate.c[: len(rate.t) - rate.k - 1]
+        return found
+
+    @cached_property
+    def _peaks(self) -> tuple[Array, ...]:
+        """Greatest magnitudes of the path's first three derivatives, shape (n_axes, 1) each."""
+        whole = pieces_of(self.path)
+        return tuple(np.abs(extremes(whole, order)).max(axis=0)[:, None] for order in (1, 2, 3))
+
+    def _jerk(self, u: BSpline, t: Array) -> Array:
+        """Squared jerk of all axes together in unit time, shape (T,)."""
+        at, first, second, third = (u(t, order) if order else u(t) for order in range(4))
+        at = np.clip(at, 0.0, 1.0)
+        s1, s2, s3 = (self.path(at, order) for order in (1, 2, 3))
+        jerk = s3 * first[:, None] ** 3 + 3.0 * s2 * (first * second)[:, None] + s1 * third[:, None]
+        squared: Array = np.square(jerk).sum(axis=1)
+        return squared
