@@ -24,7 +24,7 @@ from trajevo.problems import TimeJerkReparameterisation
 from trajevo.problems.puma_kinematics import TABLE_1_JOINTS
 from trajevo.study.bench.adapters.of_copp import second_order, third_order
 from trajevo.study.bench.adapters.of_toppra import by_toppra
-from trajevo.study.bench.along_path import PLACES, STATIONS, PathProfile
+from trajevo.study.bench.along_path import STATIONS, PathProfile
 
 #: Stations of linear programs, which take longer than others.
 FEW = 201
@@ -56,12 +56,7 @@ def ours(robot: Robot, path: GeometricPath, **settings: Any) -> Callable[[], Pat
 
     def solve() -> PathProfile:
         problem = TimeJerkReparameterisation(path=path, robot=robot, longest_time=60.0, **settings)
-        motion = problem.least_time().trajectory
-        t = np.linspace(0.0, 1.0, PLACES)[None]
-        states = [motion.course.parameter(t, order)[0] for order in range(4)]
-        duration = float(motion.duration[0])
-        speed, bend, turn = (states[order] / duration**order for order in (1, 2, 3))
-        return PathProfile(duration, states[0], (speed, bend, turn))
+        return PathProfile.of(problem.least_time().trajectory)
 
     return solve
 

@@ -16,6 +16,7 @@ from trajevo.study.bench.compare import compared, unlike
 from trajevo.study.bench.record import BenchResults
 from trajevo.study.bench.run import SIZES, BenchOutcome, BenchStanding, run_benchmark
 from trajevo.study.bench.table import HEADERS, cells_of, heading, left_out, rows_of, write_table
+from trajevo.study.bench.update import update_references
 from trajevo.study.engines import InProcess, Processes
 
 app = typer.Typer(
@@ -43,6 +44,9 @@ def run(
         Path | None, typer.Option(help="Folder with problems of your own; those of trajevo if not given.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the benchmark.")] = Path("runs/bench"),
+    update: Annotated[
+        bool, typer.Option("--update", help="Keep what is better than the best known, in the problems' files.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="No line for each run.")] = False,
 ) -> None:
     """Run rivals on problems; what a former call has finished in the folder is kept."""
@@ -57,6 +61,10 @@ def run(
         engine=InProcess() if workers == 1 else Processes(workers),
         tell=(lambda outcome: None) if quiet else _tell,
     )
+    if update:
+        for one in update_references(stands.results, suite):
+            _out.print(f"better: {one.problem}: {one.before} members before, {one.now} now")
+            _out.print(f"written: {one.file}")
     _end(stands, out)
 
 

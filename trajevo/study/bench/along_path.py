@@ -11,13 +11,12 @@ from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.robot import Robot
-from trajevo.study.bench.score import INSTANTS
 
 if TYPE_CHECKING:
     from trajevo.study.bench.contest import Contest
 
 #: Places at which profiles are looked at, both ends included.
-PLACES = INSTANTS + 1
+PLACES = 50_001
 
 #: Stations at which other solvers keep the limits.
 STATIONS = 1_001
@@ -38,6 +37,13 @@ class PathProfile:
     rates: tuple[Array, Array, Array]
 
     __repr__ = brief
+
+    @classmethod
+    def of(cls, trajectory: Any) -> PathProfile:
+        """That of a trajectory of one of trajevo's problems along a path, by its own course u(t)."""
+        t, duration = np.linspace(0.0, 1.0, PLACES)[None], float(trajectory.duration[0])
+        u, speed, bend, turn = (trajectory.course.parameter(t, order)[0] / duration**order for order in range(4))
+        return cls(duration, u, (speed, bend, turn))
 
     @classmethod
     def linear_square(cls, duration: float, stations: Array, squared: Array) -> PathProfile:

@@ -50,7 +50,7 @@ class Size:
 
 
 #: Sizes by name: 20 minutes on two cores, and a night.
-SIZES = {"small": Size(3, 4.0), "full": Size(10, 60.0)}
+SIZES = {"small": Size(3, 3.0), "full": Size(10, 40.0)}
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ def _scores(contest: Contest) -> dict[str, Any]:
     cpu, evaluations, X, F = judged(contest.problem, contest.tried, contest.budget)
     story = Story(Measure(named.reference), cpu, evaluations, F, budget=contest.budget)
     rows = story.rows[kept_rows(F[story.rows], MOST_KEPT)]
-    violation, checked = violation_of(contest.statement, X[rows], F[rows])
+    violation, checked = violation_of(named, X[rows], F[rows])
     return {
         "objectives": contest.problem.objective_names,
         "units": tuple(one.unit for one in contest.problem.objectives),

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, final
 
 import moocore
 import numpy as np
 
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import brief
+from trajevo.errors import InvalidInputError
 from trajevo.front.hypervolume import hypervolume
 from trajevo.front.thinning import thinned
+from trajevo.path.curve import GeometricPath
+from trajevo.study.bench.along_path import PathProfile
 
 if TYPE_CHECKING:
     from trajevo.study.bench.reference import Reference
+    from trajevo.study.bench.suite import BenchmarkProblem
 
 #: Shares of the best known whose times are told.
 SHARES = (0.95, 0.99)
@@ -161,21 +165,28 @@ def kept_rows(F: Array, most: int) -> Array:
     return thinned(F, most) if most > 2 * F.shape[1] else least
 
 
-def violation_of(statement: Any, X: Array, F: Array, *, instants: int = INSTANTS) -> tuple[float | None, int]:
+def violation_of(benchmark: BenchmarkProblem, X: Array, F: Array) -> tuple[float | None, int]:
     """The greatest excess over a limit of a few members at many instants, as the plain statement computes it.
 
+    Along a path without a plain statement the path itself is sampled, at the speeds of the motion.
+
     Args:
-        statement: the plain form of the problem; None if there is none.
+        benchmark: the problem.
         X: decision vectors of the members, shape (N, variables).
         F: their objectives, shape (N, objectives).
-        instants: number of instants of a motion.
 
     Returns:
         The greatest excess as a share of the limit, at most 0 if all are kept, None without members; and how many
         members were looked at.
     """
-    if statement is None:
-        return None, 0
-    rows = kept_rows(F, MOST_CHECKED)
-    found = [float(statement.violation(x, instants)) for x in X[rows]]
+    rows, problem = kept_rows(F, MOST_CHECKED), benchmark.problem()
+    try:
+        statement = benchmark.statement(instants=INSTANTS)
+        found = [float(statement.evaluate(x)[1].max(initial=-1.0)) for x in X[rows]]
+    except InvalidInputError:  # there is no plain form
+        path = getattr(problem, "path", None)
+        if not isinstance(path, GeometricPath):
+            return None, 0
+        profiles = (PathProfile.of(problem.rollout(x[None]).trajectory) for x in X[rows])
+        found = [profile.excess(problem.robot, path) for profile in profiles]
     return (max(found), len(rows)) if found else (None, 0)

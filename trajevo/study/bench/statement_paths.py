@@ -91,6 +91,18 @@ class AlongPath:
         mean = (squared.sum() - 0.5 * (squared[0] + squared[-1])) / self.intervals
         return np.array([duration, mean / duration**5]), np.concatenate([*excess, [duration / self.longest - 1.0]])
 
+    def sampled(self, x: Array, *, instants: int) -> tuple[Array, Array]:
+        """The same with limits as they are kept by the motion itself at as many instants, not by bounds."""
+        F, G = self.evaluate(x)
+        u = self._course(x)
+        t = np.linspace(0.0, 1.0, instants)
+        s1, s2, s3 = (self.path(np.clip(u(t), 0.0, 1.0), order) for order in (1, 2, 3))
+        v, a, j = (u(t, order)[:, None] / F[0] ** order for order in (1, 2, 3))
+        motion = (s1 * v, s2 * v**2 + s1 * a, s3 * v**3 + 3.0 * s2 * v * a + s1 * j)
+        limits = (self.limits.velocity, self.limits.acceleration, self.limits.jerk)
+        peaks = [np.abs(values).max(axis=0) / limit - 1.0 for values, limit in zip(motion, limits, strict=True)]
+        return F, np.concatenate([*peaks, G[-1:]])
+
     def _course(self, x: Array) -> BSpline:
         climbed = np.cumsum(x[: self.rises] + _LEAST_RISE)
         control = np.concatenate([[0.0] * 3, climbed / climbed[-1], [1.0] * 2])
