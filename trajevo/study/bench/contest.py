@@ -12,7 +12,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, frozen
 from trajevo.base.shown.brief import brief
-from trajevo.errors import InvalidInputError, TrajevoError
+from trajevo.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from trajevo.study.bench.suite import BenchmarkProblem
@@ -27,8 +27,8 @@ _NEARLY = 1e-2
 _ROWS = 2048
 
 
-class OutOfTimeError(TrajevoError):
-    """The CPU time of a run is used up; an adapter lets it pass."""
+class OutOfTimeError(RuntimeError):
+    """The CPU time or the evaluations of a run are used up; an adapter lets it pass."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +73,7 @@ class Contest:
         benchmark: the problem.
         seed: seed of all randomness.
         budget: CPU time of this process that the rival may spend [s].
+        most: number of evaluations after which it ends, which does not depend on the machine; no limit if None.
 
     Attributes:
         benchmark: the problem.
@@ -89,8 +90,9 @@ class Contest:
         motions: motions that were found without decision vectors, in the order of time.
     """
 
-    def __init__(self, benchmark: BenchmarkProblem, *, seed: int, budget: float) -> None:
+    def __init__(self, benchmark: BenchmarkProblem, *, seed: int, budget: float, most: int | None = None) -> None:
         self.benchmark, self.seed, self.budget = benchmark, seed, budget
+        self._most = np.inf if most is None else most
         self.problem: Any = benchmark.problem()
         self.statement, self.unstated = _statement_of(benchmark)
         self.lower, self.upper = frozen(np.array(self.problem.xl)), frozen(np.array(self.problem.xu))
@@ -128,7 +130,7 @@ class Contest:
 
     def in_time(self) -> bool:
         """Whether there is time for another evaluation."""
-        return self.left > 0.0
+        return self.left > 0.0 and self.evaluations < self._most
 
     def random(self) -> np.random.Generator:
         """A generator of random numbers from the seed."""
@@ -164,12 +166,15 @@ class Contest:
     def looked_at(self, X: Array, F: Array, G: Array) -> None:
         """Note rows that trajevo's problem has evaluated, with what it said; those that cannot count are left out.
 
+        Starts that are only looked at may be outside their bounds.
+
         Raises:
             OutOfTimeError: the time is used up.
         """
         self.evaluations += len(X)
         before = time.process_time()
-        kept = np.flatnonzero((G <= FEASIBLE).all(axis=1) & np.isfinite(F).all(axis=1))
+        inside = ((self.lower <= X) & (self.upper >= X)).all(axis=1)
+        kept = np.flatnonzero(inside & (G <= FEASIBLE).all(axis=1) & np.isfinite(F).all(axis=1))
         if len(kept):
             kept = kept[moocore.is_nondominated(F[kept])]
         self._paused += time.process_time() - before
@@ -200,8 +205,8 @@ class Contest:
         self._in_time(cpu)
 
     def _in_time(self, cpu: float) -> None:
-        if cpu > self.budget:
-            raise OutOfTimeError(f"{self.budget:g} s of CPU time are used up")
+        if cpu > self.budget or self.evaluations >= self._most:
+            raise OutOfTimeError(f"{cpu:g} s of CPU time and {self.evaluations} evaluations are used up")
 
 
 def _statement_of(benchmark: BenchmarkProblem) -> tuple[Any, str]:

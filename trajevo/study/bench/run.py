@@ -212,7 +212,7 @@ def _solved(own: Adapter, contest: Contest) -> str:
     except OutOfTimeError:
         pass
     except Exception as error:  # noqa: BLE001 - whatever a rival raises is told in its row
-        if contest.left > 0.0:  # some raise errors of their own where an evaluation raises
+        if contest.in_time():  # some raise errors of their own where an evaluation raises
             return f"failed: {told(error)}"
     finally:
         contest.stop()

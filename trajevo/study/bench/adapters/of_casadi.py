@@ -44,7 +44,9 @@ class CasadiIpopt(Adapter):
         x, weights = casadi.MX.sym("x", len(contest.lower)), casadi.MX.sym("weights", contest.n_obj)
         F, G = stated(x)
         nlp = {"x": x, "p": weights, "f": casadi.dot(weights, F), "g": G}
-        quiet: dict[str, Any] = {"print_time": False, "show_eval_warnings": False, "error_on_fail": False}
+        quiet: dict[str, Any] = dict.fromkeys(
+            ("print_time", "show_eval_warnings", "error_on_fail", "calc_lam_p"), False
+        )
         solve = casadi.nlpsol("solver", "ipopt", nlp, quiet | {"ipopt": IPOPT})
         while contest.in_time():
             start = contest.random_vectors(1, rng)[0]
