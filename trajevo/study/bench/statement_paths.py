@@ -17,7 +17,8 @@ from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.robot.joints import JointLimits
-from trajevo.study.bench.statement_curves import extremes, pieces_of
+from trajevo.study.bench.statement_arm import Arm
+from trajevo.study.bench.statement_curves import extremes, lobatto_shares, pieces_of
 
 #: Added to every rise, as by the problem, so that u(t) rises even where all rises are 0.
 _LEAST_RISE = 1e-12
@@ -38,6 +39,9 @@ class AlongPath:
         limits: limits of the axes.
         longest: longest time [s].
         intervals: intervals of the trapezoidal rule.
+        quantities: what is limited, in the order of the constraints.
+        arm: the robot with its payload, for efforts.
+        shares: where efforts are sampled between the instants at which the polynomials of s(u(t)) change.
     """
 
     path: BSpline
@@ -46,6 +50,9 @@ class AlongPath:
     limits: JointLimits
     longest: float
     intervals: int
+    quantities: tuple[str, ...]
+    arm: Arm
+    shares: Array
 
     __repr__ = brief
 
@@ -64,32 +71,61 @@ class AlongPath:
         inner = np.linspace(0.0, 1.0, count - order + 2)
         knots = np.concatenate([[0.0] * (order - 1), inner, [1.0] * (order - 1)])
         s = BSpline(np.array(path.knots), np.array(path.control_points), path.order - 1)
-        return cls(s, (knots, order - 1), count - 5, problem.robot.limits, runs.longest_time, intervals)
+        return cls(
+            path=s,
+            course=(knots, order - 1),
+            rises=count - 5,
+            limits=problem.robot.limits,
+            longest=runs.longest_time,
+            intervals=intervals,
+            quantities=tuple(limit.quantity for limit in problem.constraints),
+            arm=Arm.of(problem.robot, problem.dynamics.payload),
+            shares=lobatto_shares(problem.dynamics.samples),
+        )
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Objectives (2,) and constraints (n_constr,) of a decision vector [SI]."""
-        u, peaks = self._course(x), []
+        u = self._course(x)
+        bounds = self._bounds(u)
+        least = max(float((bound / self._most(name)).max() ** (1.0 / k)) for k, (name, bound) in enumerate(bounds, 1))
+        duration = max(self.longest - (1.0 - x[-1]) * (self.longest - least), least)
+        excess = {name: bound / duration**k / self._most(name) for k, (name, bound) in enumerate(bounds, 1)}
+        excess["duration"] = np.array([duration / self.longest])
+        if "effort" in self.quantities:
+            excess["effort"] = self._efforts(u, duration) / self._most("effort")
+        squared = self._jerk(u, np.linspace(0.0, 1.0, self.intervals + 1))
+        mean = (squared.sum() - 0.5 * (squared[0] + squared[-1])) / self.intervals
+        kept = {name: share for name, share in excess.items() if name == "duration"}
+        kept |= {name: share[np.isfinite(self._most(name))] for name, share in excess.items() if name not in kept}
+        G = np.concatenate([kept[quantity] for quantity in self.quantities]) - 1.0
+        return np.array([duration, mean / duration**5]), G
+
+    def _most(self, quantity: str) -> Array:
+        return np.array(self.limits.sides(quantity).lesser)
+
+    def _bounds(self, u: BSpline) -> list[tuple[str, Array]]:
+        """Bounds (20)-(25) of velocity, acceleration and jerk in unit time, shape (n_axes,) each."""
         v, a, j = (self._coefficients(u, order) for order in (1, 2, 3))
         s1, s2, s3 = self._peaks
         a, j = np.abs(a), np.abs(j)
-        peaks.append((s1 * v).max(axis=1))
-        peaks.append(np.maximum.reduce([s2 * some**2 + s1 * a for some in (v[:-1], v[1:])]).max(axis=1))
-        terms = [
+        second = [s2 * some**2 + s1 * a for some in (v[:-1], v[1:])]
+        third = [
             s3 * v[k : k + len(j)] ** 3 + 3.0 * s2 * a[i : i + len(j)] * v[k : k + len(j)] + s1 * j for k, i in _MEETING
         ]
-        peaks.append(np.maximum.reduce(terms).max(axis=1))
-        limits = [np.array(getattr(self.limits, name)) for name in ("velocity", "acceleration", "jerk")]
-        least = max(
-            float(((peak / limit) ** (1.0 / order)).max())
-            for order, (peak, limit) in enumerate(zip(peaks, limits, strict=True), 1)
-        )
-        duration = max(self.longest - (1.0 - x[-1]) * (self.longest - least), least)
-        excess = [
-            peak / duration**k / limit - 1.0 for k, (peak, limit) in enumerate(zip(peaks, limits, strict=True), 1)
-        ]
-        squared = self._jerk(u, np.linspace(0.0, 1.0, self.intervals + 1))
-        mean = (squared.sum() - 0.5 * (squared[0] + squared[-1])) / self.intervals
-        return np.array([duration, mean / duration**5]), np.concatenate([*excess, [duration / self.longest - 1.0]])
+        found = [s1 * v, np.maximum.reduce(second), np.maximum.reduce(third)]
+        return list(zip(("velocity", "acceleration", "jerk"), (bound.max(axis=1) for bound in found), strict=True))
+
+    def _efforts(self, u: BSpline, duration: float) -> Array:
+        """Greatest magnitudes of efforts at samples between the instants at which u(t) changes or crosses a knot."""
+        whole = pieces_of(u)
+        crossings = [whole.solve(knot, discontinuity=False, extrapolate=False) for knot in np.unique(self.path.t)[1:-1]]
+        ends = np.sort(np.concatenate([whole.x, *(found[np.isfinite(found)][:1] for found in crossings)]))
+        t = (ends[:-1, None] + self.shares * np.diff(ends)[:, None]).reshape(-1)
+        at, first, second = np.clip(u(t), 0.0, 1.0), u(t, 1)[:, None], u(t, 2)[:, None]
+        s1, s2 = self.path(at, 1), self.path(at, 2)
+        v, a = s1 * first / duration, (s2 * first**2 + s1 * second) / duration**2
+        greatest: Array = np.abs(self.arm.efforts(self.path(at), v, a)).max(axis=0)
+        return greatest
 
     def sampled(self, x: Array, *, instants: int) -> tuple[Array, Array]:
         """The same with limits as they are kept by the motion itself at as many instants, not by bounds."""
