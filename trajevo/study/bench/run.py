@@ -16,7 +16,7 @@ from trajevo.base.shown.brief import brief
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, one_line
 from trajevo.front.records import installed_versions
-from trajevo.study.bench.adapters.adapter import EXTRA, Adapter, adapter, adapters
+from trajevo.study.bench.adapters.adapter import Adapter, adapter, adapters
 from trajevo.study.bench.contest import Contest, OutOfTimeError, judged
 from trajevo.study.bench.record import (
     RESULTS_FILE,
@@ -194,7 +194,7 @@ def run_rival(problem: str, rival: str, *, seed: int, budget: float, suite: str 
     if refused:
         return BenchRun(**about, versions=versions, end="not stated", said=refused)
     if not own.installed:
-        return BenchRun(**about, versions=versions, end="not installed", said=f"not installed: {EXTRA}")
+        return BenchRun(**about, versions=versions, end="not installed", said=f"not installed: {own.install}")
     failure = _solved(own, contest)
     end: End = "failed" if failure and not (contest.tried or contest.motions) else "scored"
     said = one_line(failure) or own.says

@@ -26,6 +26,7 @@ class Adapter(ABC):
         says: how it is set on a problem, and what has to be known to read its numbers; one sentence.
         module: module that must be installed; none if empty.
         distribution: name of its package, whose version is recorded.
+        install: how it is installed.
         plain: whether it needs the plain statement, which not every problem has.
     """
 
@@ -34,6 +35,7 @@ class Adapter(ABC):
     module: ClassVar[str] = ""
     distribution: ClassVar[str] = "trajevo"
     plain: ClassVar[bool] = False
+    install: ClassVar[str] = EXTRA
 
     @property
     def installed(self) -> bool:

@@ -19,7 +19,7 @@ class Drake(Adapter):
 
     name = "drake"
     says = f"Toppra of Drake at {STATIONS} stations of a fixed path, jerk not limited"
-    module, distribution = "pydrake", "drake"
+    module, distribution, install = "pydrake", "drake", "pip install drake"
 
     def refuses(self, contest: Contest) -> str:
         """See :meth:`Adapter.refuses`."""
