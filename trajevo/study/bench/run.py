@@ -146,14 +146,16 @@ def run_benchmark(
     known = {file.stem: run for file, run in read_runs(place).items()}
     waiting = [cell for cell in cells if not _made(known.get(cell.name), cell)]
     made = 0
-    with Stopping() as stopping:
-        for outcome in (engine or InProcess()).map(run_cell_of_bench, waiting):
-            made += 1
-            tell(outcome)
-            if stopping:
-                break
-    results = BenchResults.of(read_runs(place).values())
-    results.save(place / RESULTS_FILE)
+    try:
+        with Stopping() as stopping:
+            for outcome in (engine or InProcess()).map(run_cell_of_bench, waiting):
+                made += 1
+                tell(outcome)
+                if stopping:
+                    break
+    finally:  # what is made counts, even if a process has died
+        results = BenchResults.of(read_runs(place).values())
+        results.save(place / RESULTS_FILE)
     return BenchStanding(results, place / RESULTS_FILE, made, len(waiting) - made, stopping.asked_by)
 
 
