@@ -8,7 +8,7 @@ from scipy.interpolate import BSpline, PPoly
 
 from trajevo import ViaPointProblem, load_task
 from trajevo.errors import InvalidInputError
-from trajevo.study.bench import statement_curves as curves
+from trajevo.study.bench.plain import curves
 from trajevo.study.bench.statement import Statement
 from trajevo.study.bench.suite import benchmark, benchmarks
 

@@ -24,8 +24,8 @@ from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.objectives import OBJECTIVES, UNUSED_PAYLOAD, Objective
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.robot.robot import Robot
-from trajevo.study.bench.statement_arm import Arm
-from trajevo.study.bench.statement_curves import (
+from trajevo.study.bench.plain.arm import Arm
+from trajevo.study.bench.plain.curves import (
     Timed,
     curve_of,
     extremes,
@@ -33,7 +33,7 @@ from trajevo.study.bench.statement_curves import (
     square_integral,
     states,
 )
-from trajevo.study.bench.statement_paths import AlongPath
+from trajevo.study.bench.plain.paths import AlongPath
 from trajevo.trajectory.interpolants import THROUGH_POINTS, Reparameterisation
 
 #: Instants in every piece at which is checked what the problem proves.

@@ -17,8 +17,8 @@ from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.robot.joints import JointLimits
-from trajevo.study.bench.statement_arm import Arm
-from trajevo.study.bench.statement_curves import extremes, lobatto_shares, pieces_of
+from trajevo.study.bench.plain.arm import Arm
+from trajevo.study.bench.plain.curves import extremes, lobatto_shares, pieces_of
 
 #: Added to every rise, as by the problem, so that u(t) rises even where all rises are 0.
 _LEAST_RISE = 1e-12
