@@ -128,16 +128,18 @@ class AlongPath:
         return greatest
 
     def sampled(self, x: Array, *, instants: int) -> tuple[Array, Array]:
-        """The same with limits as they are kept by the motion itself at as many instants, not by bounds."""
-        F, G = self.evaluate(x)
-        u = self._course(x)
+        """Objectives (2,), and excesses of the motion at as many instants, not of bounds, whatever is limited."""
+        F, u = self.evaluate(x)[0], self._course(x)
         t = np.linspace(0.0, 1.0, instants)
-        s1, s2, s3 = (self.path(np.clip(u(t), 0.0, 1.0), order) for order in (1, 2, 3))
+        at = np.clip(u(t), 0.0, 1.0)
+        s1, s2, s3 = (self.path(at, order) for order in (1, 2, 3))
         v, a, j = (u(t, order)[:, None] / F[0] ** order for order in (1, 2, 3))
-        motion = (s1 * v, s2 * v**2 + s1 * a, s3 * v**3 + 3.0 * s2 * v * a + s1 * j)
-        limits = (self.limits.velocity, self.limits.acceleration, self.limits.jerk)
-        peaks = [np.abs(values).max(axis=0) / limit - 1.0 for values, limit in zip(motion, limits, strict=True)]
-        return F, np.concatenate([*peaks, G[-1:]])
+        motion = {"velocity": s1 * v, "acceleration": s2 * v**2 + s1 * a}
+        motion["jerk"] = s3 * v**3 + 3.0 * s2 * v * a + s1 * j
+        if "effort" in self.quantities:
+            motion["effort"] = self.arm.efforts(self.path(at), motion["velocity"], motion["acceleration"])
+        shares = [np.abs(values).max(axis=0) / self._most(name) for name, values in motion.items()]
+        return F, np.concatenate([*shares, [F[0] / self.longest]]) - 1.0
 
     def _course(self, x: Array) -> BSpline:
         climbed = np.cumsum(x[: self.rises] + _LEAST_RISE)
