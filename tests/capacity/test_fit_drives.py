@@ -42,7 +42,7 @@ def write(file, columns):
 
 def positions(rng, t, q):
     noisy = q + rng.normal(scale=1e-5, size=q.shape)
-    return {"t [s]": t} | {f"{name} [deg]": np.rad2deg(noisy[:, k]) for k, name in enumerate(NAMES)}
+    return {"time [s]": t} | {f"{name} position [deg]": np.rad2deg(noisy[:, k]) for k, name in enumerate(NAMES)}
 
 
 def currents(file, seed, *, gears=None):
@@ -52,7 +52,7 @@ def currents(file, seed, *, gears=None):
     eta = np.array([0.75, 0.7]) if gears else np.ones(2)
     torque = np.where(load * v > 0.0, load / eta, load * eta)
     noisy = torque / GAIN + rng.normal(scale=0.1, size=q.shape)
-    columns = positions(rng, t, q) | {f"current_{name} [A]": noisy[:, k] for k, name in enumerate(NAMES)}
+    columns = positions(rng, t, q) | {f"{name} current [A]": noisy[:, k] for k, name in enumerate(NAMES)}
     return fit_drives(write(file, columns), robot)
 
 
@@ -103,7 +103,7 @@ def test_error_bars_are_as_wide_as_estimates_scatter(tmp_path):
     values, deviations = [], []
     for _ in range(30):
         noisy = current + rng.normal(scale=0.2, size=q.shape)
-        columns = positions(rng, t, q) | {f"current_{name} [A]": noisy[:, k] for k, name in enumerate(NAMES)}
+        columns = positions(rng, t, q) | {f"{name} current [A]": noisy[:, k] for k, name in enumerate(NAMES)}
         found = fit_drives(write(tmp_path / "log.csv", columns), robot)
         values.append([one.value for one in found.parameters])
         deviations.append([one.deviation for one in found.parameters])
@@ -124,6 +124,17 @@ def test_mains_that_take_energy_back_are_used_whole(tmp_path):
         found.of("winding_loss", "elbow").deviation
         < powers(tmp_path / "log.csv", 0).of("winding_loss", "elbow").deviation
     )
+
+
+def test_arrays_tell_what_a_file_with_them_does(tmp_path):
+    t, q, v, a = motion(np.random.default_rng(1))
+    current = (efforts(load_robot(ARM), q, v, a) + VISCOUS * v + COULOMB * np.sign(v)) / GAIN
+    columns = {"time [s]": t} | {f"{name} position [rad]": q[:, k] for k, name in enumerate(NAMES)}
+    columns |= {f"{name} current [A]": current[:, k] for k, name in enumerate(NAMES)}
+    by_file = fit_drives(write(tmp_path / "log.csv", columns), load_robot(ARM))
+    by_arrays = fit_drives({"time": t, "position": q, "current": current}, load_robot(ARM))
+    assert by_arrays.parameters == by_file.parameters
+    assert str(by_arrays).startswith("arrays, 1488 samples: torque_per_current of shoulder 1")
 
 
 def test_what_is_fitted_loads_a_robot(tmp_path):
@@ -155,7 +166,7 @@ def test_uneven_instants_are_taken_as_they_are(tmp_path):
     kept = np.sort(rng.choice(3000, 1600, replace=False))
     t, q, v, a = t[kept], q[kept], v[kept], a[kept]
     current = (efforts(load_robot(ARM), q, v, a) + VISCOUS * v + COULOMB * np.sign(v)) / GAIN
-    columns = positions(rng, t, q) | {"current_elbow [A]": current[:, 1] + rng.normal(scale=0.05, size=len(t))}
+    columns = positions(rng, t, q) | {"elbow current [A]": current[:, 1] + rng.normal(scale=0.05, size=len(t))}
     found = fit_drives(write(tmp_path / "log.csv", columns), load_robot(ARM))
     assert {one.joint for one in found.parameters} == {"elbow"}
     assert found.of("torque_per_current", "elbow").value == pytest.approx(10.0, rel=0.02)
@@ -168,9 +179,9 @@ def test_a_joint_that_does_not_move_is_told(tmp_path):
         one[:, 1] = 0.0
     current = (efforts(load_robot(ARM), q, v, a) + VISCOUS * v + COULOMB * np.sign(v)) / GAIN
     columns = positions(np.random.default_rng(0), t, q) | {
-        f"current_{name} [A]": current[:, k] for k, name in enumerate(NAMES)
+        f"{name} current [A]": current[:, k] for k, name in enumerate(NAMES)
     }
-    columns["elbow [deg]"] = np.zeros_like(t)
+    columns["elbow position [deg]"] = np.zeros_like(t)
     found = fit_drives(write(tmp_path / "log.csv", columns), load_robot(ARM))
     assert {one.joint for one in found.parameters} == {"shoulder"}
     assert found.unknown == ("nothing is told of elbow, which does not move",)
@@ -186,7 +197,12 @@ def test_what_cannot_be_told_apart_is_told(tmp_path):
     )
     current = (efforts(load_robot(ARM), q, v, np.zeros_like(v)) + VISCOUS * v + COULOMB * np.sign(v)) / GAIN
     current[:, 0] += np.random.default_rng(0).normal(scale=0.05, size=len(t))
-    columns = {"t [s]": t, "shoulder [rad]": q[:, 0], "elbow [rad]": q[:, 1], "current_shoulder [A]": current[:, 0]}
+    columns = {
+        "time [s]": t,
+        "shoulder position [rad]": q[:, 0],
+        "elbow position [rad]": q[:, 1],
+        "shoulder current [A]": current[:, 0],
+    }
     found = fit_drives(write(tmp_path / "log.csv", columns), load_robot(ARM))
     assert found.unknown == ("shoulder: viscous friction and dry friction cannot be told apart in this log",)
     assert [one.name for one in found.parameters] == ["torque_per_current"]
@@ -200,10 +216,10 @@ def test_what_cannot_be_told_apart_is_told(tmp_path):
 def rows(**changed):
     t, q, _, _ = motion(np.random.default_rng(0), 200)
     columns = {
-        "t [s]": t,
-        "shoulder [rad]": q[:, 0],
-        "elbow [rad]": q[:, 1],
-        "current_elbow [A]": np.ones(200),
+        "time [s]": t,
+        "shoulder position [rad]": q[:, 0],
+        "elbow position [rad]": q[:, 1],
+        "elbow current [A]": np.ones(200),
     } | changed
     return {name: values for name, values in columns.items() if values is not None}
 
@@ -211,25 +227,25 @@ def rows(**changed):
 @pytest.mark.parametrize(
     ("columns", "says"),
     [
-        (rows(**{"elbow [rad]": None}), r"log.csv: line 1: expected a column 'elbow \[rad\]' too"),
-        (rows(**{"t [s]": None}), r"log.csv: line 1: expected a column 't \[s\]' too"),
-        (rows(**{"elbow [rad]": None, "elbow [A]": np.ones(200)}), r"header with a unit such as 'elbow \[rad\]'"),
-        (rows(**{"current_wrist [A]": np.ones(200)}), r"line 1: unknown column 'current_wrist \[A\]'; .*current_elbow"),
+        (rows(**{"elbow position [rad]": None}), r"log.csv: line 1: expected a column 'elbow position \[rad\]' too"),
+        (rows(**{"time [s]": None}), r"log.csv: line 1: expected a column 'time \[s\]' too"),
         (
-            rows(**{"t [s]": None, "time [s]": np.arange(200.0)}),
-            r"unknown column 'time \[s\]'; known: current_elbow, current_shoulder, elbow, power, shoulder, t",
+            rows(**{"elbow position [rad]": None, "elbow position [A]": np.ones(200)}),
+            r"header with a unit such as 'elbow position \[rad\]'",
         ),
-        (rows(**{"current_elbow [A]": None}), r"expected either columns 'current_shoulder \[A\]' .*, got neither"),
-        (rows(**{"power [W]": np.ones(200)}), r"expected either columns .* or one column 'power \[W\]', got both"),
-        (rows(**{"t [s]": np.zeros(200)}), "expected times that rise from row to row, got 0 s and then 0 s"),
+        (rows(**{"wrist current [A]": np.ones(200)}), r"line 1: unknown column 'wrist current \[A\]'; .*elbow current"),
+        (rows(**{"time [s]": None, "t [s]": np.arange(200.0)}), r"unknown column 't \[s\]'; known: elbow acceleration"),
+        (rows(**{"elbow current [A]": None}), r"expected either 'shoulder current \[A\]' .*, got neither"),
+        (rows(**{"power [W]": np.ones(200)}), r"expected either .* or 'power \[W\]' of all motors, got both"),
+        (rows(**{"time [s]": np.zeros(200)}), "expected instants that ascend, got 0 s after 0 s"),
         (
             {name: values[:20] for name, values in rows().items()},
-            "expected at least 22 rows for a smoothing of 0.1 s, got",
+            "expected at least 22 instants for a smoothing of 0.1 s, got",
         ),
-        ({name: values[:1] for name, values in rows().items()}, "expected times that rise from row to row, got 1 rows"),
+        ({name: values[:1] for name, values in rows().items()}, "expected at least 8 instants, got 1"),
         (
-            rows(**{"current_elbow [A]": np.full(200, np.nan)}),
-            "column 'current_elbow': expected a finite number, got 'nan'",
+            rows(**{"elbow current [A]": np.full(200, np.nan)}),
+            "column 'elbow current': expected a finite number, got 'nan'",
         ),
     ],
     ids=["joint", "time", "unit", "unknown", "named", "neither", "both", "still", "short", "one", "nan"],
@@ -244,7 +260,7 @@ def test_other_arguments_are_refused(tmp_path):
         lambda: fit_drives(tmp_path / "lag.csv", load_robot(ARM)), "lag.csv: no such file; did you mean '.*log.csv'"
     )
     for wrong in (5, None, b"log.csv", {"time": [0.0]}):
-        refused(lambda wrong=wrong: fit_drives(wrong, load_robot(ARM)), "log: expected a file, got ")
+        refused(lambda wrong=wrong: fit_drives(wrong, load_robot(ARM)), "log: expected a file, or a mapping with time")
     for wrong in (1.0, "2 kg", [1, 2]):
         refused(lambda wrong=wrong: fit_drives(log, load_robot(ARM), payload=wrong), "payload: expected a trajevo.Pay")
     refused(lambda: fit_drives(log, 5), "robot: expected a name or the path of a folder, got 5")
@@ -254,8 +270,8 @@ def test_other_arguments_are_refused(tmp_path):
         )
     t, q, v, a = motion(np.random.default_rng(0))
     against = -efforts(load_robot(ARM), q, v, a)[:, 0] / 15.0
-    columns = positions(np.random.default_rng(0), t, q) | {"current_shoulder [A]": against}
+    columns = positions(np.random.default_rng(0), t, q) | {"shoulder current [A]": against}
     refused(
         lambda: fit_drives(write(tmp_path / "log.csv", columns), load_robot(ARM)),
-        "log.csv: current_shoulder: expected a current in the direction of the torque, got the opposite one",
+        "log.csv: current of shoulder: expected a current in the direction of the torque, got the opposite one",
     )

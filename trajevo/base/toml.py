@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import reprlib
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -113,6 +114,22 @@ def read_toml(file: Path) -> tuple[dict[str, Any], Places]:
         raise InvalidInputError(f"{file}: {_told(str(error), text)}") from error
     except ValueError as error:
         raise InvalidInputError(f"{file}: cannot be read as TOML: {why_not(error)}") from error
+
+
+def toml_text(content: Mapping[str, Any]) -> str:
+    """Tables in tables of finite numbers, texts and lists as a TOML file."""
+    return "\n\n".join(_tables((), content)) + "\n"
+
+
+def _tables(place: tuple[str, ...], content: Mapping[str, Any]) -> Iterator[str]:
+    """The table at a place, if it has keys of its own, and then those in it."""
+    # Numbers, texts and lists are written alike in JSON and TOML.
+    own = [f"{json.dumps(key)} = {json.dumps(value)}" for key, value in content.items() if not isinstance(value, dict)]
+    if own:
+        yield "\n".join([f"[{'.'.join(map(json.dumps, place))}]", *own])
+    for key, value in content.items():
+        if isinstance(value, dict):
+            yield from _tables((*place, key), value)
 
 
 def _finite(written: str, *, file: Path, text: str) -> float:

@@ -130,6 +130,16 @@ COMMANDS = {
         "payload_sheet_of",
         "Write the sheet of what a motion carries, to check and sign, and its JSON; exit code 1 unless within limits.",
     ),
+    "identify-payload": _Home(
+        "logs.commands",
+        "identify",
+        "Find mass, centre of mass and inertia of a payload from a log of torques or currents, with error bars.",
+    ),
+    "fit-drives": _Home(
+        "logs.commands",
+        "fit",
+        "Fit torque constants, friction, winding losses and standby to a log of currents or power, with error bars.",
+    ),
     "payload-time": _Home(
         "payload",
         "payload_time",

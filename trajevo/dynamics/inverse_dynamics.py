@@ -197,6 +197,19 @@ class Dynamics:
         torque = tool_regressor(self.robot, *transmission.motion(q, v, a))
         return np.moveaxis(transmission.effort(q, np.moveaxis(torque, -1, 0)), 0, -1)
 
+    def torque_of(self, name: str, make: Callable[[], Any], q: Array, v: Array, a: Array) -> Array:
+        """Torque of another model that is made once and kept under a name, shape (..., n) [N·m or N].
+
+        Args:
+            name: which no other model has.
+            make: makes the Pinocchio model, of n joints.
+            q: positions in its coordinates, shape (..., n) [rad or m].
+            v: velocities, the same shape [rad/s or m/s].
+            a: accelerations, the same shape [rad/s² or m/s²].
+        """
+        self.once(name, make)
+        return self._rnea(name, q, v, a)
+
     def _of_varied(
         self, quantity: _Quantity, states: _States, segments: Array | None, axis: int, *columns: int
     ) -> Array:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         payload_front,
         tracking_error,
     )
+    from trajevo.plots.identification.payload import identified_payload
     from trajevo.plots.limits.binding import what_binds
     from trajevo.plots.limits.duty import payload_by_duty
     from trajevo.plots.motion import profiles, tool_path
@@ -65,6 +66,7 @@ _NAMES = {
     "rivals": ("plot_rivals",),
     "paper": ("WIDTHS", "style"),
     "tradeoffs": ("exchange_rates", "weight_map"),
+    "identification.payload": ("identified_payload",),
     "limits.binding": ("what_binds",),
     "twin.closed_loop": ("achieved_front", "closed_loop"),
     "limits.duty": ("payload_by_duty",),
@@ -90,6 +92,7 @@ __all__ = [
     "front_capacities",
     "fronts",
     "hypervolume",
+    "identified_payload",
     "parallel_coordinates",
     "parameter",
     "path",

@@ -183,6 +183,41 @@ def probe(robot: Robot) -> Any:
     return model
 
 
+def gripping(robot: Robot, payload: Payload) -> Any:
+    """A massless copy with one kilogram of a payload on six more joints at the tool, which bear what a grip gives.
+
+    They are the last coordinates of the model: three slide along the tool's axes, three turn about them.
+    """
+    model = massless(robot)
+    frame = model.frames[model.getFrameId(robot.tool)]
+    joint = _on_six_joints(model, frame.parentJoint, frame.placement, "grip")
+    model.appendBodyToJoint(joint, _body(payload.with_mass(1.0)), pin.SE3.Identity())
+    return model
+
+
+def standing(model: Any) -> Any:
+    """A model on six more joints at its base, which bear what a stand gives; rotors of motors are left out.
+
+    They are the first coordinates of the model: three slide along the base's axes, three turn about them. The base
+    itself has no mass.
+    """
+    stand = pin.Model()
+    joint = _on_six_joints(stand, 0, pin.SE3.Identity(), "stand")
+    frame = stand.addFrame(pin.Frame("stand", joint, 0, pin.SE3.Identity(), pin.FrameType.FIXED_JOINT))
+    held = pin.appendModel(stand, model, frame, pin.SE3.Identity())
+    held.gravity, held.inertias[joint] = model.gravity, pin.Inertia.Zero()
+    held.armature[:] = 0.0
+    return held
+
+
+def _on_six_joints(model: Any, joint: int, placement: Any, name: str) -> int:
+    """Add joints that slide along and turn about three axes; the number of the last one."""
+    for kind in ("PX", "PY", "PZ", "RX", "RY", "RZ"):
+        joint = model.addJoint(joint, getattr(pin, f"JointModel{kind}")(), placement, f"{name} {kind}")
+        placement = pin.SE3.Identity()
+    return joint
+
+
 def tool_regressor(robot: Robot, q: Array, v: Array, a: Array) -> Array:
     """Model torque per unit of each of the ten inertial parameters of a body that is fixed to the tool.
 

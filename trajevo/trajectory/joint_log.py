@@ -108,7 +108,6 @@ def read_joint_log(file: str | Path, robot: Robot, *, further: Mapping[str, str]
         file: its columns, each with its unit and in any order, are ``time [s]``, ``NAME position [deg]`` for every
             joint and, for those of which it was measured, ``NAME effort [N*m]`` or ``NAME current [A]``; also columns
             of velocity, acceleration and jerk, as a motion that is written by ``export`` has them, which are not used.
-            A log for :func:`trajevo.fit_drives` is read too, with ``t``, ``NAME`` and ``current_NAME``.
         robot: the robot, which gives the names of the joints.
         further: names of columns of the whole robot that are read too if they are there -> their SI units.
 
@@ -118,7 +117,6 @@ def read_joint_log(file: str | Path, robot: Robot, *, further: Mapping[str, str]
     joints = dict(zip(robot.joint_names, robot.joint_units, strict=True))
     example = "time [s], " + ", ".join(f"{one} position [{unit}]" for one, unit in joints.items())
     table = read_table(file, example=f"{example}, {robot.joint_names[0]} effort [{_effort_unit(robot.joint_units[0])}]")
-    table = table.renamed(_as_in_fits(robot, table.names))
     needed = {"time": "s"} | {f"{one} position": unit for one, unit in joints.items()}
     may_be = {
         f"{one} {word}": _unit(quantity, unit)
@@ -139,14 +137,6 @@ def read_joint_log(file: str | Path, robot: Robot, *, further: Mapping[str, str]
                 measured[quantity][:, k] = values[f"{joint} {word}"]
     others = {one: values[one] for one in further or {} if one in values}
     return _checked(values["time"], measured.pop("position"), measured, others, str(file), str(file))
-
-
-def _as_in_fits(robot: Robot, names: list[str]) -> dict[str, str]:
-    """Names of columns of a log for :func:`trajevo.fit_drives`: ``t``, ``NAME`` and ``current_NAME`` -> those here."""
-    short = {"t": "time"} | {one: f"{one} position" for one in robot.joint_names}
-    for one in robot.joint_names:
-        short |= {f"{word}_{one}": f"{one} {word}" for word in QUANTITIES if word != "position"}
-    return {name: full for name, full in short.items() if name in names and full not in names}
 
 
 def _checked(

@@ -68,7 +68,11 @@ def test_a_front_takes_in_what_is_better_and_nothing_else():
     assert better.hypervolume(better.values) > half.hypervolume(half.values)
     assert better.hypervolume(better.values) == pytest.approx(whole.hypervolume(whole.values), rel=0.02)
     assert whole.improved(whole.variables[:5]) is whole
-    assert whole.improved(np.minimum(1.05 * whole.variables[:5], 6.0)) is whole
+    slower = np.minimum(whole.variables * np.random.default_rng(0).uniform(1.1, 1.4, whole.variables.shape), 6.0)
+    F, G = FRONT.problem().evaluate(slower, return_values_of=["F", "G"])
+    worse = (whole.values[:, None] < F).all(axis=2).any(axis=0) & (G <= 0.0).all(axis=1)
+    assert worse.any()
+    assert whole.improved(slower[worse]) is whole
     assert len(better.variables) <= 200
     assert not better.values.flags.writeable
 

@@ -18,8 +18,7 @@ from trajevo.base.shown.brief import brief
 from trajevo.capacity.drives.instants import Bounds
 from trajevo.capacity.drives.squares import within_square
 from trajevo.dynamics.contacts.bending import Bending
-from trajevo.dynamics.contacts.links import dot
-from trajevo.dynamics.contacts.wrenches import HeldStates, HoldingWrenches, Wrench
+from trajevo.dynamics.contacts.wrenches import HeldStates, HoldingWrenches, Wrench, dot
 from trajevo.dynamics.drives.motors import MotorStates
 from trajevo.dynamics.payload_masses import masses_within
 from trajevo.dynamics.rollout import Rollout

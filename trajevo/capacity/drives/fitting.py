@@ -20,10 +20,9 @@ from trajevo.base.units import pretty
 from trajevo.dynamics.drives.motors import UNKNOWN, Motors
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError
-from trajevo.path.point_files import joint_columns
-from trajevo.path.tables import Table, read_table
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot, robot_of
+from trajevo.trajectory.joint_log import JointLog
 
 #: Degree of the polynomials through neighbouring positions, and the fewest samples that they are fitted to.
 _DEGREE, _FEWEST = 4, 9
@@ -93,7 +92,7 @@ class DriveFit:
         residual: root of the mean square of what is left, of all currents [A], or of the power [W].
         samples: number of instants that were used.
         robot: the robot.
-        file: the log.
+        source: the log.
     """
 
     parameters: tuple[FittedParameter, ...]
@@ -101,7 +100,7 @@ class DriveFit:
     residual: float
     samples: int
     robot: Robot
-    file: Path
+    source: str
 
     __repr__ = brief
 
@@ -145,15 +144,21 @@ class DriveFit:
 
     def __str__(self) -> str:
         told = "; ".join(map(str, self.parameters)) or "nothing"
-        return "; ".join([f"{self.file.name}, {self.samples} samples: {told} (95 %)", *self.unknown])
+        return "; ".join([f"{Path(self.source).name}, {self.samples} samples: {told} (95 %)", *self.unknown])
 
     def _repr_html_(self) -> str:
         rows = [(one.joint, one.name, f"{one.with_error} {pretty(one.unit)}") for one in self.parameters]
         table = html.table(("joint", "parameter", "value, 95 %"), rows, most=len(rows))
-        return html.shown(f"Fit to {self.file.name}", table, *map(html.sentence, self.unknown))
+        return html.shown(f"Fit to {Path(self.source).name}", table, *map(html.sentence, self.unknown))
 
 
-def fit_drives(log: str | Path, robot: Robot, *, payload: Payload | None = None, smoothing: float = 0.1) -> DriveFit:
+def fit_drives(
+    log: str | Path | dict[str, Any] | JointLog,
+    robot: Robot,
+    *,
+    payload: Payload | None = None,
+    smoothing: float = 0.1,
+) -> DriveFit:
     """Parameters of drives by a log of one motion.
 
     With currents these are, for each joint, ``torque_per_current`` (torque constant times gear ratio), ``viscous`` and
@@ -162,8 +167,9 @@ def fit_drives(log: str | Path, robot: Robot, *, payload: Payload | None = None,
     of all motors, which is 1 if the efficiencies of the gears are right.
 
     Args:
-        log: a table of numbers whose columns, each with its unit and in any order, are ``t``, all joints by name, and
-            either ``current_JOINT`` of some joints or ``power`` of all of them.
+        log: a file, see :func:`trajevo.trajectory.joint_log.read_joint_log`, or its arrays by name: ``time``,
+            ``position``, and either ``current`` or ``power`` of all motors, shape (T,) [W]. Of joints without a
+            current nothing is told.
         robot: the robot. Masses, rotors and, if they are told, efficiencies are believed; its friction is so with
             powers only.
         payload: what it carries; nothing if None.
@@ -176,12 +182,11 @@ def fit_drives(log: str | Path, robot: Robot, *, payload: Payload | None = None,
     span = real_number(smoothing)
     if span is None or not 0.0 < span < np.inf:
         raise InvalidInputError(f"smoothing: expected a positive time [s], got {smoothing!r}")
-    if not isinstance(log, str | Path):
-        raise InvalidInputError(f"log: expected a file, got {type(log).__name__}")
     if payload is not None and not isinstance(payload, Payload):
         raise InvalidInputError(f"payload: expected a trajevo.Payload, or None for none, got {payload!r}")
     robot = robot_of(robot)
-    recorded = _Log.read(Path(log), robot, span)
+    measured = JointLog.of(log, robot, further={"power": "W"})
+    recorded = _Log.of(measured, robot, span)
     arm = _Moved.of(robot, payload or Payload(0.0), recorded)
     found = list(_of_power(recorded, arm) if recorded.power is not None else _of_currents(recorded, arm))
     squares = np.concatenate([one.left**2 for one in found]) if found else np.zeros(1)
@@ -191,7 +196,7 @@ def fit_drives(log: str | Path, robot: Robot, *, payload: Payload | None = None,
         residual=float(np.sqrt(squares.mean())),
         samples=len(recorded.q),
         robot=robot,
-        file=Path(log),
+        source=measured.source,
     )
 
 
@@ -206,44 +211,26 @@ class _Log(NamedTuple):
     where: str
 
     @classmethod
-    def read(cls, file: Path, robot: Robot, smoothing: float) -> _Log:
-        table, joints = _known(file, robot)
-        currents = [name for name in joints if f"current_{name}" in table.names]
-        powered = "power" in table.names
-        expected = {"t": "s", **joints, **{f"current_{name}": "A" for name in currents}}
-        expected |= {"power": "W"} if powered else {}
-        if not set(table.names) <= set(expected):  # all columns that a log may have are told
-            expected |= {f"current_{name}": "A" for name in joints} | {"power": "W"}
-        columns = table.si(expected)
-        where = f"{file}: line {table.line}"
+    def of(cls, log: JointLog, robot: Robot, smoothing: float) -> _Log:
+        currents = [joint for joint in range(robot.dof) if not np.isnan(log.current[:, joint]).any()]
+        powered = "power" in log.further
         if powered == bool(currents):
             got = "both" if powered else "neither"
             raise InvalidInputError(
-                f"{where}: expected either columns 'current_{next(iter(joints))} [A]' and so on, or one column "
-                f"'power [W]', got {got}"
+                f"{log.source}: expected either '{robot.joint_names[0]} current [A]' and so on, or 'power [W]' of all "
+                f"motors, got {got}"
             )
-        t, n = columns[:, 0], len(joints)
-        if len(t) < 2 or (np.diff(t) <= 0.0).any():
-            row = int((np.diff(t) <= 0.0).argmax()) if len(t) > 1 else 0
-            at = f", got {t[row]:g} s and then {t[row + 1]:g} s" if len(t) > 1 else f", got {len(t)} rows"
-            raise InvalidInputError(f"{file}: expected times that rise from row to row{at}")
+        t = log.time
         half = max(int(np.ceil(0.5 * smoothing / float(np.median(np.diff(t))))), _FEWEST // 2)
         if len(t) < 4 * half + 2:
             raise InvalidInputError(
-                f"{file}: expected at least {4 * half + 2} rows for a smoothing of {smoothing:g} s, got {len(t)}"
+                f"{log.source}: expected at least {4 * half + 2} instants for a smoothing of {smoothing:g} s, got "
+                f"{len(t)}"
             )
-        q, v, a = _smoothed(t, columns[:, 1 : n + 1], half)
-        kept = columns[half:-half, n + 1 :]
-        by_joint = {list(joints).index(name): kept[:, k] for k, name in enumerate(currents)}
-        return cls(q, v, a, by_joint, kept[:, -1] if powered else None, str(file))
-
-
-def _known(file: Path, robot: Robot) -> tuple[Table, dict[str, str]]:
-    """The table, and its columns of joints with their SI units."""
-    joints = joint_columns(robot)
-    first = next(iter(joints))
-    example = f"t [s], {', '.join(f'{name} [{unit}]' for name, unit in joints.items())}, current_{first} [A]"
-    return read_table(file, example=example), joints
+        q, v, a = _smoothed(t, log.position, half)
+        kept = slice(half, len(t) - half)
+        by_joint = {joint: log.current[kept, joint] for joint in currents}
+        return cls(q, v, a, by_joint, log.further["power"][kept] if powered else None, log.source)
 
 
 def _smoothed(t: Array, q: Array, half: int) -> tuple[Array, Array, Array]:
@@ -318,7 +305,7 @@ def _of_current(arm: _Moved, joint: int, v: Array, current: Array, fast: Array, 
         return _Found((), unknown, fit.left)
     if per_torque <= 0.0:
         raise InvalidInputError(
-            f"{where}: current_{name}: expected a current in the direction of the torque, got the opposite one"
+            f"{where}: current of {name}: expected a current in the direction of the torque, got the opposite one"
         )
     slopes = np.array([[-1.0, 0.0, 0.0], [-viscous, per_torque, 0.0], [-dry, 0.0, per_torque]]) / per_torque**2
     values = np.array([1.0, viscous, dry]) / per_torque

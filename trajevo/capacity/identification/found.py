@@ -19,13 +19,16 @@ from trajevo.robot.payload import PARAMETERS, Payload, tensor_of
 UNITS = ("kg",) + 3 * ("kg·m",) + 6 * ("kg·m²",)
 
 #: Mass, first moments and inertia among the parameters.
-_KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
+KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))
 
 #: Standard deviation, as a share of the greatest parameter of its kind, from which on one is hardly known.
 _WEAK = 0.3
 
 #: Confidence of what is printed.
 CONFIDENCE = 0.95
+
+#: Columns of a table of the parameters.
+HEADERS = ("parameter", "found", f"± ({100.0 * CONFIDENCE:g} %)", "σ as a share")
 
 
 @final
@@ -73,6 +76,11 @@ class IdentifiedPayload:
         return frozen(np.sqrt(np.diagonal(self.covariance)))
 
     @property
+    def doubt(self) -> Array:
+        """Half the width of every parameter's 95 % interval, shape (10,) [its unit], NaN where it is not shown."""
+        return frozen(self._factor(CONFIDENCE, 1) * self.sigma)
+
+    @property
     def relative_sigma(self) -> Array:
         """Standard deviation of every parameter as a share of its magnitude, shape (10,) [1]."""
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -87,7 +95,7 @@ class IdentifiedPayload:
     def hardly_known(self) -> tuple[str, ...]:
         """Parameters whose standard deviation is more than 30 % of the greatest one of their kind."""
         greatest = np.concatenate(
-            [np.full(kind.stop - kind.start, np.abs(self.parameters[kind]).max()) for kind in _KINDS]
+            [np.full(kind.stop - kind.start, np.abs(self.parameters[kind]).max()) for kind in KINDS]
         )
         weak = self.sigma > _WEAK * greatest
         return tuple(name for name, one in zip(PARAMETERS, weak, strict=True) if one)
@@ -195,18 +203,20 @@ class IdentifiedPayload:
             raise InvalidInputError(f"confidence: expected a number above 0 and below 1, got {confidence!r}")
         return float(stdtrit(self.freedom, 1.0 - 0.5 * (1.0 - sure) / together))
 
-    def _repr_html_(self) -> str:
-        factor = self._factor(CONFIDENCE, 1)
-        rows = [
-            (name, f"{value:.5g} {unit}", f"{factor * sigma:.2g}", f"{100.0 * share:.3g} %")
+    @property
+    def rows(self) -> tuple[tuple[str, str, str, str], ...]:
+        """The ten parameters as a table with the columns :data:`HEADERS`."""
+        return tuple(
+            (name, f"{value:.5g} {unit}", f"{doubt:.2g}", f"{100.0 * share:.3g} %")
             if np.isfinite(value)
             else (name, "not shown", "", "")
-            for name, unit, value, sigma, share in zip(
-                PARAMETERS, UNITS, self.parameters, self.sigma, self.relative_sigma, strict=True
+            for name, unit, value, doubt, share in zip(
+                PARAMETERS, UNITS, self.parameters, self.doubt, self.relative_sigma, strict=True
             )
-        ]
-        headers = ("parameter", "found", f"± ({100.0 * CONFIDENCE:g} %)", "σ as a share")
-        return html.shown("Identified payload", html.sentence(str(self)), html.table(headers, rows))
+        )
+
+    def _repr_html_(self) -> str:
+        return html.shown("Identified payload", html.sentence(str(self)), html.table(HEADERS, self.rows))
 
     def __str__(self) -> str:
         parts = [self._found, self._body, *([self._shown] if self._shown else [])]

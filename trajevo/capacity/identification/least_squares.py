@@ -1,9 +1,11 @@
 """Linear least squares of efforts of several joints: weights, what is not shown, and covariance.
 
 Every joint counts by what is left of its efforts. What is left is seldom independent from instant to instant: each
-joint's is taken as a first-order autoregression, which is taken off rows and efforts alike (Prais and Winsten 1954),
-and what correlation is left then goes into the covariance as it is found (Newey and West 1987, with the number of lags
-of Andrews 1991). Directions of the parameters that the motion does not show stay out.
+joint's is taken as a first-order autoregression, which is taken off rows and efforts alike (Prais and Winsten 1954).
+What is left is less than the noise, and less correlated, as the parameters follow the noise: variances and correlations
+are those by which what is left is as expected, E[r rᵀ] = Σ - X C Xᵀ. What correlation remains goes into the covariance
+as it is found (Newey and West 1987, with the number of lags of Andrews 1991), and every row counts by what it would
+miss were it left out (MacKinnon and White 1985). Directions of the parameters that the motion does not show stay out.
 """
 
 from __future__ import annotations
@@ -28,6 +30,9 @@ _SHARE = 1e-3
 
 #: Greatest correlation from instant to instant that is taken off.
 _CORRELATED = 0.99
+
+#: Least share of a row that is taken as not followed by the parameters.
+_FREE = 0.1
 
 
 class Fit(NamedTuple):
@@ -67,17 +72,24 @@ def fitted(regressor: Array, efforts: Array, scales: Array, noise: Array | None 
         flat = weighted.reshape(-1, len(scales))
         shown, inverse = _directions(flat, None if noisy is None else noisy.reshape(flat.shape))
         values = inverse @ (_independent(efforts, correlation) / spread).reshape(-1)
-        residual = efforts - columns @ values
-        apart, used = _independent(residual, correlation), spread
-        freedom = max(efforts.size - int(shown.sum()), 1)
-        spread = np.maximum(np.sqrt((apart**2).sum(axis=0) * efforts.shape[1] / freedom), least)
-        correlation = _correlation(residual, least)
-    covariance = _covariance(inverse, weighted, apart / used) * (efforts.size / freedom)
-    rows = weighted.reshape(-1, len(scales))
-    hidden = 1.0 - ((inverse @ rows) ** 2).sum(axis=1) > _SHARE
+        residual, bread = efforts - columns @ values, inverse @ inverse.T
+        apart = _independent(residual, correlation)
+        share = _followed(weighted, bread, weighted)
+        of_rows = apart / spread / np.maximum(1.0 - share, _FREE)
+        spread = np.maximum(np.sqrt((apart**2).sum(axis=0) / np.maximum(len(apart) - share.sum(axis=0), 1.0)), least)
+        correlation = _correlation(residual, columns, bread, least)
+    covariance = bread @ _middle(weighted, of_rows) @ bread
+    hidden = 1.0 - ((inverse @ flat) ** 2).sum(axis=1) > _SHARE
     values, covariance = values * scales, covariance * scales * scales[:, None]
     values[hidden], covariance[hidden], covariance[:, hidden] = np.nan, np.nan, np.nan
-    return Fit(values, covariance, np.sqrt((residual**2).mean(axis=0)), rows, freedom)
+    freedom = max(efforts.size - int(shown.sum()), 1)
+    return Fit(values, covariance, np.sqrt((residual**2).mean(axis=0)), flat, freedom)
+
+
+def _followed(rows: Array, bread: Array, others: Array) -> Array:
+    """Covariance of what the parameters add to two sets of rows (T, n_joints, K), shape (T, n_joints)."""
+    found: Array = ((rows @ bread) * others).sum(axis=2)
+    return found
 
 
 def _independent(values: Array, correlation: Array) -> Array:
@@ -89,16 +101,26 @@ def _independent(values: Array, correlation: Array) -> Array:
     return found
 
 
-def _correlation(residual: Array, least: float) -> Array:
-    """Correlation of what is left of each joint from instant to instant, 0 where it may be chance.
+def _correlation(residual: Array, columns: Array, bread: Array, least: float) -> Array:
+    """Correlation of the noise of each joint from instant to instant, 0 where it may be chance.
 
-    With what was fitted some correlation goes too: it is put back to first order (Marriott and Pope 1954).
+    Args:
+        residual: what is left of the efforts, shape (T, n_joints).
+        columns: the regressor, shape (T, n_joints, K).
+        bread: covariance of the parameters, shape (K, K).
+        least: what counts as nothing.
     """
-    power = (residual**2).sum(axis=0)
-    share = (residual[1:] * residual[:-1]).sum(axis=0) / np.maximum(power, least**2)
-    chance = 2.0 / np.sqrt(len(residual))
-    without_bias = np.clip(share + (1.0 + 4.0 * share) / len(residual), -_CORRELATED, _CORRELATED)
-    return np.where(np.abs(share) > chance, without_bias, 0.0)
+    count = len(residual)
+    power = (residual**2 + _followed(columns, bread, columns)).sum(axis=0) / count
+    across = residual[1:] * residual[:-1] + _followed(columns[1:], bread, columns[:-1])
+    share = across.sum(axis=0) / (count - 1) / np.maximum(power, least**2)
+    return np.where(_by_chance(share, count), 0.0, np.clip(share, -_CORRELATED, _CORRELATED))
+
+
+def _by_chance(share: Array, count: int) -> Array:
+    """Whether a correlation from instant to instant of so many instants may be that of white noise."""
+    found: Array = np.abs(share) <= 2.0 / np.sqrt(count)
+    return found
 
 
 def _directions(rows: Array, noisy: Array | None) -> tuple[Array, Array]:
@@ -111,8 +133,8 @@ def _directions(rows: Array, noisy: Array | None) -> tuple[Array, Array]:
     return shown, inverse
 
 
-def _covariance(inverse: Array, columns: Array, residual: Array) -> Array:
-    """Covariance of the parameters from what is left, of weighted columns (T, n_joints, K) and residuals."""
+def _middle(columns: Array, residual: Array) -> Array:
+    """Covariance of the sums of weighted columns (T, n_joints, K) times residuals (T, n_joints), shape (K, K)."""
     middle = np.zeros((columns.shape[2], columns.shape[2]))
     for k, one in enumerate(residual.T):
         scores = columns[:, k] * one[:, None]
@@ -121,15 +143,15 @@ def _covariance(inverse: Array, columns: Array, residual: Array) -> Array:
         for lag in range(1, lags + 1):
             across = scores[lag:].T @ scores[:-lag]
             middle += (1.0 - lag / (lags + 1.0)) * (across + across.T)
-    bread = inverse @ inverse.T
-    covariance: Array = bread @ middle @ bread
-    return covariance
+    return middle
 
 
 def _lags(residual: Array) -> int:
-    """Number of instants over which what is left is taken as correlated."""
+    """Number of instants over which what is left is taken as correlated, 0 where that may be chance."""
     power = float((residual**2).sum())
     share = float((residual[1:] * residual[:-1]).sum()) / power if power > 0.0 else 0.0
+    if _by_chance(np.array(share), len(residual)):
+        return 0
     share = min(max(share, -0.97), 0.97)
     alpha = 4.0 * share**2 / ((1.0 - share) ** 2 * (1.0 + share) ** 2)
     return min(int(np.ceil(1.1447 * (alpha * len(residual)) ** (1.0 / 3.0))), len(residual) // 4)

@@ -53,7 +53,7 @@ class Machine(Record):
 
 
 class Entry(Record):
-    """An entry of a run's history, see :class:`trajevo.study.bench.score.Standing`.
+    """An entry of a run's history, see :class:`trajevo.study.bench.score.Reached`.
 
     Attributes:
         cpu: CPU time [s].

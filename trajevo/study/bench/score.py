@@ -38,7 +38,7 @@ INSTANTS = 50_000
 
 
 @dataclass(frozen=True)
-class Standing:
+class Reached:
     """What a run had reached at a time.
 
     Attributes:
@@ -114,7 +114,7 @@ class Story:
         """Share of the best known at the end."""
         return self._measure(self._F[self.rows])
 
-    def history(self) -> tuple[Standing, ...]:
+    def history(self) -> tuple[Reached, ...]:
         """What was reached at times that grow evenly in their logarithm; a time at which nothing is new is left out."""
         told = []
         for k, (end, rows) in enumerate(zip(self._ends, self._fronts, strict=True)):
@@ -122,7 +122,7 @@ class Story:
                 continue
             at = int(end) - 1
             least = tuple(self._F[:end].min(axis=0).tolist())
-            told.append(Standing(float(self._cpu[at]), int(self._evaluations[at]), self._measure(self._F[rows]), least))
+            told.append(Reached(float(self._cpu[at]), int(self._evaluations[at]), self._measure(self._F[rows]), least))
         return tuple(told)
 
     def time_to(self, share: float) -> float | None:
