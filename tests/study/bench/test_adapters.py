@@ -9,7 +9,7 @@ import pytest
 from tests.study.bench.small import small_suite
 from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.study.bench import run as runs
-from trajevo.study.bench.adapters.adapter import Adapter, adapter, adapters
+from trajevo.study.bench.adapters.adapter import BenchRival, adapter, adapters
 from trajevo.study.bench.contest import Contest
 from trajevo.study.bench.run import run_rival
 from trajevo.study.bench.suite import benchmark
@@ -43,7 +43,7 @@ def test_the_rivals_that_were_asked_for_are_there():
 def test_an_adapter_is_one_file_of_less_than_eighty_lines(name):
     module = importlib.import_module(type(RIVALS[name]).__module__)
     assert len(inspect.getsource(module).splitlines()) < 80
-    assert len([kind for kind in vars(module).values() if inspect.isclass(kind) and issubclass(kind, Adapter)]) == 2
+    assert len([kind for kind in vars(module).values() if inspect.isclass(kind) and issubclass(kind, BenchRival)]) == 2
 
 
 @pytest.mark.parametrize("name", RIVALS)

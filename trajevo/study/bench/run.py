@@ -16,7 +16,7 @@ from trajevo.base.shown.brief import brief
 from trajevo.base.signals import Stopping
 from trajevo.errors import InvalidInputError, one_line
 from trajevo.front.records import installed_versions
-from trajevo.study.bench.adapters.adapter import Adapter, adapter, adapters
+from trajevo.study.bench.adapters.adapter import BenchRival, adapter, adapters
 from trajevo.study.bench.contest import Contest, OutOfTimeError, judged
 from trajevo.study.bench.record import (
     RESULTS_FILE,
@@ -203,7 +203,7 @@ def run_rival(problem: str, rival: str, *, seed: int, budget: float, suite: str 
     return BenchRun(**about, versions=versions, end=end, said=said, **_scores(contest))
 
 
-def _solved(own: Adapter, contest: Contest) -> str:
+def _solved(own: BenchRival, contest: Contest) -> str:
     """Let a rival solve; what went wrong, or empty."""
     own.prepare()
     contest.start()

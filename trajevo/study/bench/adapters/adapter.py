@@ -18,7 +18,7 @@ from trajevo.study.bench.contest import Contest
 EXTRA = "pip install 'trajevo[bench]'"
 
 
-class Adapter(ABC):
+class BenchRival(ABC):
     """A rival: a few lines that set it on a problem.
 
     Attributes:
@@ -68,22 +68,22 @@ class Adapter(ABC):
         """
 
 
-def adapters() -> dict[str, Adapter]:
+def adapters() -> dict[str, BenchRival]:
     """All rivals by name: trajevo, then the others in alphabetical order."""
     own = str(Path(__file__).parent)
-    found: list[Adapter] = []
+    found: list[BenchRival] = []
     for file in pkgutil.iter_modules([own]):
         module = importlib.import_module(f"{__package__}.{file.name}")
         found += [kind() for kind in vars(module).values() if _is_adapter(kind) and kind.__module__ == module.__name__]
     return {one.name: one for one in sorted(found, key=lambda one: (one.name != "trajevo", one.name))}
 
 
-def adapter(name: str) -> Adapter:
+def adapter(name: str) -> BenchRival:
     """A rival by its name, or one of the user's own by its place in Python, ``module:Class``.
 
     Raises:
         UnknownNameError: no such rival.
-        InvalidInputError: what is at the place is no class of :class:`Adapter`.
+        InvalidInputError: what is at the place is no class of :class:`BenchRival`.
     """
     if not in_module(name):
         known = adapters()
@@ -91,10 +91,10 @@ def adapter(name: str) -> Adapter:
     with looking_in("."):
         kind = imported(name, "rival")
     if not _is_adapter(kind):
-        raise InvalidInputError(f"rival: {name}: expected a class of trajevo.study.bench.adapters.adapter.Adapter")
-    made: Adapter = kind()
+        raise InvalidInputError(f"rival: {name}: expected a class of trajevo.study.bench.adapters.adapter.BenchRival")
+    made: BenchRival = kind()
     return made
 
 
 def _is_adapter(kind: object) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Adapter) and kind is not Adapter
+    return isinstance(kind, type) and issubclass(kind, BenchRival) and kind is not BenchRival

@@ -10,7 +10,7 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.study.bench.adapters.adapter import Adapter
+from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.adapters.of_scipy import Remembered
 from trajevo.study.bench.contest import Contest, OutOfTimeError
 
@@ -27,7 +27,7 @@ IPOPT = {
 
 
 @final
-class CasadiIpopt(Adapter):
+class CasadiIpopt(BenchRival):
     """Ipopt from random starts; for a front each start has random weights, the first ones one objective each."""
 
     name = "casadi-ipopt"
@@ -36,7 +36,7 @@ class CasadiIpopt(Adapter):
     plain = True
 
     def solve(self, contest: Contest) -> None:
-        """See :meth:`Adapter.solve`."""
+        """See :meth:`BenchRival.solve`."""
         import casadi
 
         values, rng, alone = Remembered(contest), contest.random(), list(np.eye(contest.n_obj))

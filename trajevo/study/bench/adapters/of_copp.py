@@ -10,13 +10,13 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.robot import Robot
-from trajevo.study.bench.adapters.adapter import Adapter
+from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.along_path import STATIONS, PathProfile, limits_of, on_a_path
 from trajevo.study.bench.contest import Contest
 
 
 @final
-class Copp(Adapter):
+class Copp(BenchRival):
     """The least time along a fixed path, limits kept at stations; cone programs are linearised again three times."""
 
     name = "copp"
@@ -24,11 +24,11 @@ class Copp(Adapter):
     module, distribution = "copp_py", "copp-py"
 
     def refuses(self, contest: Contest) -> str:
-        """See :meth:`Adapter.refuses`."""
+        """See :meth:`BenchRival.refuses`."""
         return on_a_path(contest, jerk=True)
 
     def solve(self, contest: Contest) -> None:
-        """See :meth:`Adapter.solve`."""
+        """See :meth:`BenchRival.solve`."""
         robot, path = contest.problem.robot, contest.problem.path
         for again in range(4) if np.isfinite(robot.limits.jerk).any() else (None,):
             profile = second_order(robot, path) if again is None else third_order(robot, path, again=again)

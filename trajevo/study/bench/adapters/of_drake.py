@@ -8,13 +8,13 @@ import numpy as np
 
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.robot import Robot
-from trajevo.study.bench.adapters.adapter import Adapter
+from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.along_path import STATIONS, PathProfile, limits_of, on_a_path
 from trajevo.study.bench.contest import Contest
 
 
 @final
-class Drake(Adapter):
+class Drake(BenchRival):
     """The least time along a fixed path, limits kept at stations and by their interpolation between them."""
 
     name = "drake"
@@ -22,17 +22,17 @@ class Drake(Adapter):
     module, distribution, install = "pydrake", "drake", "pip install drake"
 
     def refuses(self, contest: Contest) -> str:
-        """See :meth:`Adapter.refuses`."""
+        """See :meth:`BenchRival.refuses`."""
         return on_a_path(contest, jerk=False)
 
     def prepare(self) -> None:
-        """See :meth:`Adapter.prepare`; what Drake loads takes longer than what it solves."""
+        """See :meth:`BenchRival.prepare`; what Drake loads takes longer than what it solves."""
         import pydrake.multibody.optimization
         import pydrake.multibody.plant
         import pydrake.trajectories  # noqa: F401
 
     def solve(self, contest: Contest) -> None:
-        """See :meth:`Adapter.solve`."""
+        """See :meth:`BenchRival.solve`."""
         robot, path = contest.problem.robot, contest.problem.path
         profile = by_drake(robot, path)
         contest.found(profile.duration, lambda: profile.excess(robot, path))

@@ -10,7 +10,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.study.bench.adapters.adapter import Adapter
+from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.adapters.of_scipy import Remembered
 from trajevo.study.bench.contest import Contest
 
@@ -22,7 +22,7 @@ PENALTY = 10.0
 
 
 @final
-class Pygmo(Adapter):
+class Pygmo(BenchRival):
     """Algorithms of PaGMO; each of many generations, again and again from its own last population."""
 
     name = "pygmo"
@@ -31,7 +31,7 @@ class Pygmo(Adapter):
     plain = True
 
     def solve(self, contest: Contest) -> None:
-        """See :meth:`Adapter.solve`."""
+        """See :meth:`BenchRival.solve`."""
         import pygmo
 
         values = Remembered(contest)

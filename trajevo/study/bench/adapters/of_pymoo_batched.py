@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, final
 
 from trajevo.base.arrays import Array
-from trajevo.study.bench.adapters.adapter import Adapter
+from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.contest import Contest
 
 #: Individuals; pymoo's own default.
@@ -13,7 +13,7 @@ POPULATION = 100
 
 
 @final
-class PymooBatched(Adapter):
+class PymooBatched(BenchRival):
     """NSGA-II, a population evaluated in one call of trajevo's batched problem."""
 
     name = "pymoo-batched"
@@ -21,7 +21,7 @@ class PymooBatched(Adapter):
     module, distribution = "pymoo", "pymoo"
 
     def solve(self, contest: Contest) -> None:
-        """See :meth:`Adapter.solve`."""
+        """See :meth:`BenchRival.solve`."""
         from pymoo.algorithms.moo.nsga2 import NSGA2
         from pymoo.core.problem import Problem
         from pymoo.optimize import minimize

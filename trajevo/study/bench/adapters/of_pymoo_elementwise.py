@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any, final
 
 from trajevo.base.arrays import Array
-from trajevo.study.bench.adapters.adapter import Adapter
+from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.adapters.of_pymoo_batched import POPULATION
 from trajevo.study.bench.contest import Contest
 
 
 @final
-class PymooElementwise(Adapter):
+class PymooElementwise(BenchRival):
     """NSGA-II on an ``ElementwiseProblem``."""
 
     name = "pymoo-elementwise"
@@ -20,7 +20,7 @@ class PymooElementwise(Adapter):
     plain = True
 
     def solve(self, contest: Contest) -> None:
-        """See :meth:`Adapter.solve`."""
+        """See :meth:`BenchRival.solve`."""
         from pymoo.algorithms.moo.nsga2 import NSGA2
         from pymoo.core.problem import ElementwiseProblem
         from pymoo.optimize import minimize

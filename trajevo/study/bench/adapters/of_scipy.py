@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from trajevo.base.arrays import Array
-from trajevo.study.bench.adapters.adapter import Adapter
+from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.contest import Contest
 
 #: What stands for a value that is not finite, for finite differences.
@@ -37,7 +37,7 @@ class Remembered:
 
 
 @final
-class ScipySlsqp(Adapter):
+class ScipySlsqp(BenchRival):
     """SLSQP from random starts; for a front each start has random weights, the first ones one objective each."""
 
     name = "scipy-slsqp"
@@ -46,7 +46,7 @@ class ScipySlsqp(Adapter):
     plain = True
 
     def solve(self, contest: Contest) -> None:
-        """See :meth:`Adapter.solve`."""
+        """See :meth:`BenchRival.solve`."""
         from scipy.optimize import Bounds, minimize
 
         rng, values = contest.random(), Remembered(contest)

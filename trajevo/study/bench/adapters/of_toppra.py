@@ -9,13 +9,13 @@ import numpy as np
 
 from trajevo.path.curve import GeometricPath
 from trajevo.robot.robot import Robot
-from trajevo.study.bench.adapters.adapter import Adapter
+from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.along_path import STATIONS, PathProfile, limits_of, on_a_path
 from trajevo.study.bench.contest import Contest
 
 
 @final
-class Toppra(Adapter):
+class Toppra(BenchRival):
     """The least time along a fixed path, limits kept at stations."""
 
     name = "toppra"
@@ -23,11 +23,11 @@ class Toppra(Adapter):
     module, distribution = "toppra", "toppra"
 
     def refuses(self, contest: Contest) -> str:
-        """See :meth:`Adapter.refuses`."""
+        """See :meth:`BenchRival.refuses`."""
         return on_a_path(contest, jerk=False)
 
     def solve(self, contest: Contest) -> None:
-        """See :meth:`Adapter.solve`."""
+        """See :meth:`BenchRival.solve`."""
         robot, path = contest.problem.robot, contest.problem.path
         profile = by_toppra(robot, path)()
         contest.found(profile.duration, lambda: profile.excess(robot, path))

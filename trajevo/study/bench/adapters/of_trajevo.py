@@ -6,19 +6,19 @@ from typing import Any, final
 
 from trajevo.base.arrays import Array
 from trajevo.solvers.optimise import optimise
-from trajevo.study.bench.adapters.adapter import Adapter
+from trajevo.study.bench.adapters.adapter import BenchRival
 from trajevo.study.bench.contest import Contest
 
 
 @final
-class Trajevo(Adapter):
+class Trajevo(BenchRival):
     """``optimise`` on the batched problem: evolution, then gradients."""
 
     name = "trajevo"
     says = "optimise with the settings of the task: evolution, then gradients"
 
     def solve(self, contest: Contest) -> None:
-        """See :meth:`Adapter.solve`."""
+        """See :meth:`BenchRival.solve`."""
         problem = contest.problem
         kind: Any = type(problem)
 
