@@ -89,6 +89,11 @@ def test_nobody_is_behind_what_breaks_limits():
     assert cells_of(told)[6] == "2"
 
 
+def test_trajevo_is_not_ahead_where_its_own_motions_break_limits():
+    broken = [one.model_copy(update={"violation": 0.02}) for one in OURS]
+    assert row_of("trajevo", *broken, *SLOW).said == "breaks limits between its samples"
+
+
 def test_one_member_that_breaks_a_limit_is_enough():
     runs = [run("quick", seed, 0.01, 0.1, violation=0.002 if seed == 3 else -0.1) for seed in range(1, 6)]
     assert row_of("quick", *runs).violation == 0.002

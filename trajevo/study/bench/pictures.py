@@ -78,7 +78,7 @@ def attainment_of_rivals(
         InvalidInputError: a problem of one objective, or too few runs that found anything.
     """
     groups = _scored(results, problem)
-    one = next(run for runs in groups.values() for run in runs)
+    one = min((run for runs in groups.values() for run in runs), key=lambda run: len(run.objectives))
     if len(one.objectives) < 2:
         raise InvalidInputError(f"attainment: {problem} has one objective, surfaces are those of two")
     fronts = {rival: surfaces_of([run.values[:, :2] for run in runs]) for rival, runs in groups.items()}
@@ -100,7 +100,8 @@ def write_pictures(results: BenchResults, folder: str | Path) -> tuple[tuple[Pat
     try:
         place = own_folder(Path(folder))
         for problem in dict.fromkeys(run.problem for run in results.runs):
-            alone = all(len(run.objectives) < 2 for run in results.runs if run.problem == problem)
+            # Solvers along paths tell of a time alone.
+            alone = any(len(run.objectives) == 1 for run in results.runs if run.problem == problem)
             for name, draw in list(drawings.items())[: 1 if alone else 2]:
                 try:
                     figure = draw(results, problem, width="page").figure

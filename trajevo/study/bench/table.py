@@ -136,12 +136,15 @@ def markdown(results: BenchResults) -> str:
 
 
 def left_out(results: BenchResults) -> tuple[str, ...]:
-    """Which rivals cannot be set on which problems, and why; one line for each reason."""
+    """Which rivals cannot be set on which problems, and why; a line for those that share both."""
     problems: dict[tuple[str, str], list[str]] = {}
     for row in rows_of(results):
         if not row.stated:
             problems.setdefault((row.rival, row.said), []).append(row.problem)
-    return tuple(f"{rival}: no row for {', '.join(named)}: {why}" for (rival, why), named in problems.items())
+    rivals: dict[tuple[str, str], list[str]] = {}
+    for (rival, why), named in problems.items():
+        rivals.setdefault((", ".join(named), why), []).append(rival)
+    return tuple(f"{', '.join(those)}: no row for {named}: {why}" for (named, why), those in rivals.items())
 
 
 def heading(results: BenchResults) -> str:
@@ -210,7 +213,7 @@ def _of_problem(rows: Sequence[BenchRow]) -> list[BenchRow]:
 
 def _compared(row: BenchRow, ours: BenchRow | None, rows: Sequence[BenchRow]) -> BenchRow:
     said = row.said
-    if row is ours:
+    if row is ours and row.sound:
         said = "; ".join(filter(None, (_stands(row, rows), said)))
     elif row.runs and not row.found:
         said = said or "found nothing that keeps the limits"
