@@ -101,4 +101,8 @@ def _unstated(of: BenchmarkProblem) -> list[str]:
 
 
 #: Problems without a plain statement, and why.
-UNSTATED = {"pick_and_place_cell": "lines of the tool, dwells and a part that is picked up are beyond it"}
+UNSTATED = {
+    "pick_and_place_cell": "lines of the tool, dwells and a part that is picked up are beyond it",
+    "puma_path": "it is for solvers of least times along paths, which are given the path and the limits",
+    "puma_path_jerk_free": "it is for solvers of least times along paths, which are given the path and the limits",
+}

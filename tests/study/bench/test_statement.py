@@ -13,7 +13,11 @@ from trajevo.study.bench.statement import Statement
 from trajevo.study.bench.suite import benchmark, benchmarks
 
 #: Whose tasks ask for what no plain statement has, and what that is.
-UNSTATED = {"pick_and_place_cell": "passing: no plain statement of it"}
+UNSTATED = {
+    "pick_and_place_cell": "passing: no plain statement of it",
+    "puma_path": "interpolant: no plain statement of motions along a path but as printed",
+    "puma_path_jerk_free": "interpolant: no plain statement of motions along a path but as printed",
+}
 STATED = [name for name in benchmarks() if name not in UNSTATED]
 
 #: Objectives that are integrals of efforts: neither the problem nor a statement integrates them exactly.
@@ -190,3 +194,17 @@ def test_a_task_of_ones_own_has_a_statement(tmp_path):
         F, G = problem.evaluate(x, return_values_of=["F", "G"])
         np.testing.assert_allclose(statement.evaluate(x)[0], F, rtol=1e-12)
         np.testing.assert_allclose(statement.evaluate(x)[1], G, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["lin1983", "gasparetto2007", "gemini_path", "luus1993"])
+def test_many_instants_show_what_few_show_and_more(name):
+    of = benchmark(name)
+    few, many = of.statement(), of.statement(instants=2_000)
+    for x in of.told.variables[:2]:
+        F, G = few.evaluate(x)
+        same, dense = many.evaluate(x)
+        np.testing.assert_array_equal(same, F)
+        if "path" in name:  # bounds of the motion, which the motion itself keeps
+            assert dense.max() <= G.max() + 1e-9
+        else:
+            assert (dense >= G - 1e-9).all()

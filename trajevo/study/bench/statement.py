@@ -85,12 +85,14 @@ class Statement:
     __repr__ = brief
 
     @classmethod
-    def of(cls, problem: TrajectoryProblem, *, panels: int = PANELS) -> Statement:
+    def of(cls, problem: TrajectoryProblem, *, panels: int = PANELS, instants: int | None = None) -> Statement:
         """The plain statement of a problem.
 
         Args:
             problem: the problem.
             panels: parts of every piece with 8 nodes each, for integrals of efforts.
+            instants: number of instants of a motion, evenly spaced within its pieces, at which everything that is
+                sampled is looked at; those of the problem if None.
 
         Raises:
             InvalidInputError: something in the problem has no plain statement.
@@ -106,9 +108,9 @@ class Statement:
             objectives=problem.objective_names,
             units=tuple(objective.unit for objective in problem.objectives),
             constraints=problem.constraint_names,
-            _evaluate=_along_path(problem)
+            _evaluate=_along_path(problem, instants)
             if isinstance(problem.interpolant, Reparameterisation)
-            else _through(problem, panels),
+            else _through(problem, panels, instants),
         )
 
     def evaluate(self, x: Any) -> tuple[Array, Array]:
@@ -116,16 +118,17 @@ class Statement:
         return self._evaluate(numbers(x, name="x", shape=(len(self.lower),)))
 
 
-def _along_path(problem: TrajectoryProblem) -> Callable[[Array], tuple[Array, Array]]:
-    return AlongPath.of(problem).evaluate
+def _along_path(problem: TrajectoryProblem, instants: int | None) -> Callable[[Array], tuple[Array, Array]]:
+    own = AlongPath.of(problem)
+    return own.evaluate if instants is None else partial(own.sampled, instants=instants)
 
 
-def _through(problem: TrajectoryProblem, panels: int) -> Callable[[Array], tuple[Array, Array]]:
+def _through(problem: TrajectoryProblem, panels: int, instants: int | None) -> Callable[[Array], tuple[Array, Array]]:
     """Decision vector -> objectives and constraints of a motion through points."""
     arm = Arm.of(problem.robot, problem.dynamics.payload)
     decode = _motion_of(problem, arm)
     values = [_objective(objective, problem, panels) for objective in problem.objectives]
-    excesses = [_excess(limit, problem) for limit in problem.constraints]
+    excesses = [_excess(limit, problem, instants) for limit in problem.constraints]
 
     def evaluate(x: Array) -> tuple[Array, Array]:
         motion = decode(x)
@@ -214,7 +217,7 @@ def _integral(motion: Motion, panels: int, of: Callable[[Array, Array], Array]) 
     return float((values @ np.tile(0.5 * weights / panels, panels) * np.diff(motion.curve.x)).sum())
 
 
-def _excess(limit: Constraint, problem: TrajectoryProblem) -> Callable[[Motion], Array]:
+def _excess(limit: Constraint, problem: TrajectoryProblem, instants: int | None) -> Callable[[Motion], Array]:
     """A constraint by its quantity.
 
     Raises:
@@ -223,6 +226,10 @@ def _excess(limit: Constraint, problem: TrajectoryProblem) -> Callable[[Motion],
     robot, quantity = problem.robot, limit.quantity
     # What is proven is no longer sampled, so that the problem's few samples would not do.
     shares = lobatto_shares(problem.dynamics.samples if limit.proof == "samples" else DENSE)
+    if instants is not None:
+        points: Any = problem.interpolant
+        # A curve has at least one piece between two points.
+        shares = np.linspace(0.0, 1.0, -(-instants // (len(points.points.positions) - 1)) + 1)
     if quantity == "position":
         return partial(_position_excess, robot=robot)
     if quantity in _DERIVATIVES:

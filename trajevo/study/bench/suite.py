@@ -77,11 +77,15 @@ class BenchmarkProblem:
         """The best known set, evaluated again and checked when it is first read."""
         return Reference.of(self.told, self._problem, str(self.folder / REFERENCE))
 
-    def statement(self) -> Statement:
-        """The same problem, one decision vector at a time, in SciPy and Pinocchio alone, for other tools."""
+    def statement(self, *, instants: int | None = None) -> Statement:
+        """The same problem, one decision vector at a time, in SciPy and Pinocchio alone, for other tools.
+
+        Args:
+            instants: instants of a motion at which its limits are looked at; those of the problem if None.
+        """
         from trajevo.study.bench.statement import Statement
 
-        return Statement.of(self._problem)
+        return Statement.of(self._problem, instants=instants)
 
     @cached_property
     def _problem(self) -> TrajectoryProblem:

@@ -127,6 +127,20 @@ class AlongPath:
         greatest: Array = np.abs(self.arm.efforts(self.path(at), v, a)).max(axis=0)
         return greatest
 
+    def sampled(self, x: Array, *, instants: int) -> tuple[Array, Array]:
+        """Objectives (2,), and excesses of the motion at as many instants, not of bounds, whatever is limited."""
+        F, u = self.evaluate(x)[0], self._course(x)
+        t = np.linspace(0.0, 1.0, instants)
+        at = np.clip(u(t), 0.0, 1.0)
+        s1, s2, s3 = (self.path(at, order) for order in (1, 2, 3))
+        v, a, j = (u(t, order)[:, None] / F[0] ** order for order in (1, 2, 3))
+        motion = {"velocity": s1 * v, "acceleration": s2 * v**2 + s1 * a}
+        motion["jerk"] = s3 * v**3 + 3.0 * s2 * v * a + s1 * j
+        if "effort" in self.quantities:
+            motion["effort"] = self.arm.efforts(self.path(at), motion["velocity"], motion["acceleration"])
+        shares = [np.abs(values).max(axis=0) / self._most(name) for name, values in motion.items()]
+        return F, np.concatenate([*shares, [F[0] / self.longest]]) - 1.0
+
     def _course(self, x: Array) -> BSpline:
         climbed = np.cumsum(x[: self.rises] + _LEAST_RISE)
         control = np.concatenate([[0.0] * 3, climbed / climbed[-1], [1.0] * 2])
