@@ -24,6 +24,8 @@ from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.archive import Archive
 from trajevo.front.hypervolume import hypervolume
 from trajevo.front.thinning import thinned
+from trajevo.verification.certificate import Certificate
+from trajevo.verification.certify import certify_all
 
 #: Share by which values found again may differ from those in the file: machines round differently.
 SAME = 1e-9
@@ -226,6 +228,18 @@ class Reference:
         F = numbers(values, name="values", shape=("N", len(self.objectives)))
         inside = (self.reference_point > F).all(axis=1)
         return hypervolume(np.maximum(F[inside] - self.ideal, 0.0), self.reference_point - self.ideal)
+
+    def certificates(self) -> tuple[Certificate, ...]:
+        """Certificates of all members, by limits of joints and drives alone, see :func:`trajevo.certify`.
+
+        What the problem checks at samples only may exceed its limit between them, which these tell.
+        """
+        return certify_all(self._problem.rollout(self.variables))
+
+    @property
+    def proven(self) -> bool:
+        """Whether the problem itself proves all limits at every instant, so that reading the set proves them again."""
+        return all(limit.proof != "samples" for limit in self._problem.constraints)
 
     def write(self, file: str | Path) -> None:
         """Write ``reference.json``, one member a line."""

@@ -48,7 +48,7 @@ _UNSTATED = ("passing", "segments", "cyclic", "extra_points", "pace")
 _DERIVATIVES = {"position": 0, "velocity": 1, "acceleration": 2, "jerk": 3}
 
 
-class StatedMotion(NamedTuple):
+class Decoded(NamedTuple):
     """What becomes of a decision vector.
 
     Attributes:
@@ -138,7 +138,7 @@ def _through(problem: TrajectoryProblem, panels: int, instants: int | None) -> C
     return evaluate
 
 
-def _motion_of(problem: TrajectoryProblem, arm: Arm) -> Callable[[Array], StatedMotion]:
+def _motion_of(problem: TrajectoryProblem, arm: Arm) -> Callable[[Array], Decoded]:
     """Decision vector -> motion, points moved."""
     interpolant: Any = problem.interpolant
     points, names = np.array(interpolant.points.positions), problem.robot.joint_names
@@ -155,7 +155,7 @@ def _motion_of(problem: TrajectoryProblem, arm: Arm) -> Callable[[Array], Stated
     return partial(_moved, timed=timed, points=points, boxes=boxes, arm=arm, varies=varies)
 
 
-def _moved(x: Array, *, timed: Timed, points: Array, boxes: Any, arm: Arm, varies: bool) -> StatedMotion:
+def _moved(x: Array, *, timed: Timed, points: Array, boxes: Any, arm: Arm, varies: bool) -> Decoded:
     arm = arm.carrying(float(x[-1])) if varies else arm
     q, missed, first = points.copy(), [], timed.variables
     for box in boxes:
@@ -169,16 +169,16 @@ def _moved(x: Array, *, timed: Timed, points: Array, boxes: Any, arm: Arm, varie
         else:
             q[box["point"]], error = arm.moved(points[box["point"]], offset)
             missed.append(error)
-    return StatedMotion(timed.curve(x[: timed.variables], q), np.array(missed), arm)
+    return Decoded(timed.curve(x[: timed.variables], q), np.array(missed), arm)
 
 
-def _objective(objective: Objective, problem: TrajectoryProblem, panels: int) -> Callable[[StatedMotion], float]:
+def _objective(objective: Objective, problem: TrajectoryProblem, panels: int) -> Callable[[Decoded], float]:
     """An objective by what it computes.
 
     Raises:
         InvalidInputError: it has no plain statement.
     """
-    known: dict[str, Callable[[StatedMotion], float]] = {
+    known: dict[str, Callable[[Decoded], float]] = {
         "time": lambda motion: float(motion.curve.x[-1]),
         "acceleration": lambda motion: _summed_rms(motion, 2),
         "jerk": lambda motion: _summed_rms(motion, 3),
@@ -204,11 +204,11 @@ def _objective(objective: Objective, problem: TrajectoryProblem, panels: int) ->
     return lambda motion: sum(factor * part(motion) for factor, part in zip(factors, each, strict=True))
 
 
-def _summed_rms(motion: StatedMotion, order: int) -> float:
+def _summed_rms(motion: Decoded, order: int) -> float:
     return float(np.sqrt(square_integral(motion.curve, order) / motion.curve.x[-1]).sum())
 
 
-def _integral(motion: StatedMotion, panels: int, of: Callable[[Array, Array], Array]) -> float:
+def _integral(motion: Decoded, panels: int, of: Callable[[Array, Array], Array]) -> float:
     """∫ Σ over joints of a function of effort and velocity dt, by Gauss-Legendre quadrature [SI]."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     shares = ((np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels).reshape(-1)
@@ -217,7 +217,7 @@ def _integral(motion: StatedMotion, panels: int, of: Callable[[Array, Array], Ar
     return float((values @ np.tile(0.5 * weights / panels, panels) * np.diff(motion.curve.x)).sum())
 
 
-def _excess(limit: Constraint, problem: TrajectoryProblem, instants: int | None) -> Callable[[StatedMotion], Array]:
+def _excess(limit: Constraint, problem: TrajectoryProblem, instants: int | None) -> Callable[[Decoded], Array]:
     """A constraint by its quantity.
 
     Raises:
@@ -262,7 +262,7 @@ def _most(robot: Robot, quantity: str) -> Array:
     return most
 
 
-def _position_excess(motion: StatedMotion, *, robot: Robot) -> Array:
+def _position_excess(motion: Decoded, *, robot: Robot) -> Array:
     least, greatest = extremes(motion.curve, 0)
     lower, upper = robot.limits.lower, robot.limits.upper
     found = []
@@ -274,14 +274,14 @@ def _position_excess(motion: StatedMotion, *, robot: Robot) -> Array:
     return np.array(found)
 
 
-def _peak_excess(motion: StatedMotion, *, most: Array, order: int) -> Array:
+def _peak_excess(motion: Decoded, *, most: Array, order: int) -> Array:
     peaks = np.abs(extremes(motion.curve, order)).max(axis=0)
     kept = np.isfinite(most)
     found: Array = peaks[kept] / most[kept] - 1.0
     return found
 
 
-def _effort_excess(motion: StatedMotion, *, most: Array, shares: Array) -> Array:
+def _effort_excess(motion: Decoded, *, most: Array, shares: Array) -> Array:
     kept = np.isfinite(most)
     efforts = np.abs(motion.arm.efforts(*states(motion.curve, shares))).max(axis=0)
     found: Array = efforts[kept] / most[kept] - 1.0
@@ -305,7 +305,7 @@ def _lines(robot: Robot) -> dict[int, Array]:
     return found
 
 
-def _torque_excess(motion: StatedMotion, *, lines: dict[int, Array], shares: Array) -> Array:
+def _torque_excess(motion: Decoded, *, lines: dict[int, Array], shares: Array) -> Array:
     """What a joint is asked for beyond its line, or beyond the line's first torque if the load drives it."""
     q, v, a = states(motion.curve, shares)
     efforts, found = motion.arm.efforts(q, v, a), []
@@ -319,21 +319,21 @@ def _torque_excess(motion: StatedMotion, *, lines: dict[int, Array], shares: Arr
     return np.array(found)
 
 
-def _mean_velocity_excess(motion: StatedMotion, *, most: Array) -> Array:
+def _mean_velocity_excess(motion: Decoded, *, most: Array) -> Array:
     mean = np.diff(motion.curve(motion.curve.x), axis=0) / np.diff(motion.curve.x)[:, None]
     return np.array([np.abs(mean / most).max() - 1.0])
 
 
-def _tool_speed(motion: StatedMotion, shares: Array) -> Array:
+def _tool_speed(motion: Decoded, shares: Array) -> Array:
     q, v, _ = states(motion.curve, shares)
     return np.array([motion.arm.speeds(q, v).max()])
 
 
-def _tool_height(motion: StatedMotion, shares: Array) -> Array:
+def _tool_height(motion: Decoded, shares: Array) -> Array:
     return np.array([motion.arm.heights(states(motion.curve, shares)[0]).min()])
 
 
-def _clearance_excess(motion: StatedMotion, *, collision: Any, shares: Array) -> Array:
+def _clearance_excess(motion: Decoded, *, collision: Any, shares: Array) -> Array:
     distances = collision.distances(states(motion.curve, shares)[0])
     found = []
     for itself, wanted in enumerate((collision.scene.clearance, collision.scene.self_clearance or 0.0)):
