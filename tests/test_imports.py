@@ -6,6 +6,8 @@ import sys
 import pytest
 
 from tests.helpers import mostly_long, trajevo
+from trajevo.base import kernels
+from trajevo.base.machine_code import writing
 from trajevo.cli.main import COMMANDS
 
 #: Packages that take long, and only some commands need.
@@ -85,7 +87,21 @@ def test_a_run_imports_neither_pictures_nor_other_algorithms(tmp_path):
     small = ["--generations", "3", "--population", "12", "--quiet", "--report", "short", "--no-pictures"]
     modules = imported(COMMAND, "solve", "pointing", *small, "--out", tmp_path / "run")
     never = {"matplotlib", "PIL", "pandas", "scipy.stats"}
-    assert modules & (never | {"pymoo.algorithms.moo.nsga3", "pymoo.util.ref_dirs", "autograd"}) == set()
+    never |= {"pymoo.algorithms.moo.nsga3", "pymoo.util.ref_dirs", "autograd"}
+    never |= {"trajevo.solvers.rivals", "trajevo.solvers.gradient.normal_constraint"}
+    if writing.suits() and kernels.ready():  # compiled loops that are kept are called without numba
+        never.add("numba")
+    assert modules & never == set()
+
+
+def test_a_run_with_compiled_loops_imports_neither_scipy_nor_masked_arrays(tmp_path):
+    if not (writing.suits() and kernels.ready()):
+        pytest.skip("loops are not compiled")
+    assert trajevo("init", "task.toml", cwd=tmp_path).returncode == 0
+    small = ["--generations", "3", "--population", "12", "--quiet", "--report", "short", "--no-pictures"]
+    modules = imported(COMMAND, "solve", "task.toml", *small, "--out", tmp_path / "run", cwd=tmp_path)
+    assert "llvmlite" in modules
+    assert modules & {"numba", "scipy", "numpy.ma"} == set()
 
 
 def test_a_task_with_poses_is_read_without_scipy(tmp_path):

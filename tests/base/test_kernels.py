@@ -13,6 +13,8 @@ import pytest
 
 import trajevo
 from trajevo.base import jit, kernels
+from trajevo.base.machine_code import writing
+from trajevo.trajectory import polynomial_loops
 
 pytest.importorskip("numba")
 
@@ -91,10 +93,94 @@ def test_all_loops_are_ready_once_they_are_compiled_and_as_long_as_they_are_kept
     assert not kernels.ready()
     assert kernels.compile_all()
     (listed,) = (json.loads(file.read_text()) for file in cache.glob("*.json"))
-    assert len(listed) == 3  # an index, and code for each signature
+    # An index, code for each signature, and where it is called without numba the module's object.
+    assert [Path(file).suffix for file in listed] == [".nbc", ".nbc", ".nbi", *[".o"] * writing.suits()]
     assert kernels.ready()
     Path(listed[-1]).unlink()
     assert not kernels.ready()
+
+
+@pytest.fixture
+def again(tiny):
+    """The loop of the module as a later process finds it."""
+    assert kernels.compile_all()
+    return lambda: kernels.Loop(tiny.sums._function, *tiny.sums.signatures)
+
+
+needs_entries = pytest.mark.skipif(not writing.suits(), reason="numba calls its loops itself here")
+
+
+@needs_entries
+def test_a_kept_loop_needs_no_numba_and_takes_what_numba_takes(tiny, again):
+    loop, draw = again(), np.random.default_rng(0)
+    values = draw.normal(size=(5, 3)) * 10.0 ** draw.integers(-9, 9, size=(5, 3))
+    still = np.repeat(values, 2, axis=1)[:, ::2]
+    still.setflags(write=False)
+    for kind in (float, complex):
+        for given, factor in [(values, 3), (np.asfortranarray(values), np.int64(3)), (still, True), (values[:0], 2)]:
+            outs = np.zeros((2, len(given)), dtype=kind)
+            loop((given * (1.0 + 0.1j) if kind is complex else given), factor, outs[0])
+            tiny.sums.compiled(
+                np.ascontiguousarray(given * (1.0 + 0.1j) if kind is complex else given), factor, outs[1]
+            )
+            np.testing.assert_array_equal(*outs)
+    assert "compiled" not in vars(loop)
+
+
+@needs_entries
+@pytest.mark.parametrize(
+    "wrong", ["dtype", "axes", "order of bytes", "read-only", "no array", "array", "text", "fewer"]
+)
+def test_a_kept_loop_refuses_what_it_was_not_compiled_for(wrong, again):
+    values, factor, out = np.ones((3, 2)), 2, np.zeros(3)
+    if wrong == "read-only":
+        out.setflags(write=False)
+    given = {
+        "dtype": (values.astype(np.float32), factor, out),
+        "axes": (values[0], factor, out),
+        "order of bytes": (values.astype(values.dtype.newbyteorder()), factor, out),
+        "no array": (values.tolist(), factor, out),
+        "array": (values, np.array(factor), out),
+        "text": (values, "2", out),
+        "fewer": (values, factor),
+    }.get(wrong, (values, factor, out))
+    with pytest.raises(TypeError):
+        again()(*given)
+    np.testing.assert_array_equal(out, 0.0)
+
+
+@needs_entries
+@pytest.mark.parametrize("damage", ["missing", "empty", "cut", "changed"])
+def test_a_damaged_object_is_left_alone(damage, tiny, cache, again):
+    (file,) = cache.glob("*.o")
+    content = file.read_bytes()
+    file.unlink()
+    if damage != "missing":
+        changed = content[:100] + bytes([content[100] ^ 1]) + content[101:]
+        file.write_bytes({"empty": b"", "cut": content[:-1], "changed": changed}[damage])
+    loop, out = again(), np.empty(3)
+    loop(np.ones((3, 2)), 2, out)
+    np.testing.assert_array_equal(out, 4.0)
+    assert "compiled" in vars(loop)
+
+
+@needs_entries
+def test_powers_of_complex_numbers_and_rooms_of_kept_loops_are_numbas(monkeypatch, cache):
+    """The two functions of numba's runtime that are written here again."""
+    loop = polynomial_loops.square_integrals
+    monkeypatch.setattr(kernels, "MODULES", (polynomial_loops.__name__,))
+    assert kernels.compile_all()
+    kept, draw = kernels.Loop(loop._function, *loop.signatures), np.random.default_rng(1)
+    steps = np.concatenate([draw.uniform(1e-3, 9.0, (40, 3)) + 1j * draw.normal(size=(40, 3)), [[0.5, 2.0, 1.0]]])
+    coefficients, powers = draw.normal(size=(41, 3, 2, 6)) + 0j, draw.normal(size=(5, 6))
+    for order in (0, 1, 2, 3):
+        outs = np.empty((2, 41, 2), dtype=complex)
+        kept(coefficients, steps, order, powers, np.ones(5), outs[0])
+        loop.compiled(coefficients, steps, order, powers, np.ones(5), outs[1])
+        np.testing.assert_array_equal(*outs)
+    assert "compiled" not in vars(kept)
+    with pytest.raises(ZeroDivisionError):  # what a loop raises, numba raises
+        kept(coefficients, 0.0 * steps, 1, powers, np.ones(5), outs[0])
 
 
 @pytest.mark.parametrize("content", ["", "null", "[]", "{}", "[1]", '["/nowhere/else"]'])
@@ -192,13 +278,15 @@ def test_what_is_started_is_no_child_and_keeps_nobody_waiting(tmp_path):
 
 
 RUN = """
+import sys
+
 from trajevo.base import jit
 from trajevo.dynamics import rnea_loops
 from trajevo import optimise
 from trajevo.problems import PointingMechanism
 
 front = optimise(PointingMechanism(), seed=1, generations=2, population=8, progress=False)
-loops = [rnea_loops.torques.compiled] if front.run.kernels == "compiled" else []
+loops = [rnea_loops.torques.compiled] if front.run.kernels == "compiled" and "numba" in sys.modules else []
 print(front.run.kernels, sum(sum(loop.stats.cache_misses.values()) for loop in loops))
 """
 

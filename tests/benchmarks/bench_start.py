@@ -29,6 +29,29 @@ ASKED: dict[str, tuple[float | None, float | None]] = {
     "xarm7_obstacle": (15.0, None),
 }
 
+#: What is timed beside the runs, so that figures of different days and machines can be compared: the packages that a
+#: solve needs in any case, imported in a fresh process; and loops over small arrays and plain numbers in one process.
+YARDSTICKS = {
+    "imports": "import numpy, pinocchio, pymoo.core.algorithm",
+    "loops": """
+import time
+import numpy
+began = time.process_time()
+values = numpy.linspace(0.0, 1.0, 60 * 36).reshape(60, 36)
+for _ in range(60_000):
+    values = numpy.abs(values * 0.5 + 0.25)
+total = 0
+for k in range(6_000_000):
+    total += k % 7
+print(time.process_time() - began)
+""",
+}
+
+PACKAGE = Path(__file__).parents[2] / "trajevo"
+
+#: Times that each yardstick is taken; the least counts.
+TIMES = 3
+
 #: Program of the measured process: every part's own time, without that of the parts within it.
 CHILD = """
 import sys, time
@@ -107,6 +130,9 @@ sys.exit(code)
 
 def main() -> None:
     """Print the table."""
+    subprocess.run([sys.executable, "-m", "compileall", "-q", str(PACKAGE)], check=True)  # as pip does it
+    every = [yardsticks()]
+    print(told(every[0]))
     print("CPU seconds; kernels: read from their cache; end: of Python, with processes that the run waits for")
     print("empty: nothing is compiled, the run computes with numpy; full: all loops are compiled")
     print(f"{'task':26s}{''.join(f'{part:>12s}' for part in PARTS)}{'end':>7s}{'all':>8s}{'wall':>7s}  asked for")
@@ -116,10 +142,33 @@ def main() -> None:
                 if caches == "full":
                     compile_all(Path(folder))
                 print(f"{f'{task}, {caches}':26s}{measured(task, Path(folder), most)}", flush=True)
+        every.append(yardsticks())
+    print(told({name: min(found[name] for found in every) for name in YARDSTICKS}))
+
+
+def yardsticks() -> dict[str, float]:
+    """CPU time of what this project has no part in, by name [s]."""
+    found = {}
+    for name, program in YARDSTICKS.items():
+        took = []
+        for _ in range(TIMES):
+            before = children()
+            done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+            took.append(float(done.stdout) if done.stdout else children() - before)
+        found[name] = min(took)
+    return found
+
+
+def told(found: dict[str, float]) -> str:
+    """A line that says how fast this machine is now."""
+    return (
+        f"yardstick: {found['imports']:.2f} s to import numpy, pinocchio and pymoo.core.algorithm in a fresh process, "
+        f"{found['loops']:.2f} s for fixed loops of NumPy and Python; the least of several"
+    )
 
 
 def with_caches(folder: Path) -> dict[str, str]:
-    """The environment with all caches in a folder, in which modules are compiled once, as pip does it."""
+    """The environment with all caches in a folder, in which Python keeps what it compiles."""
     kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     return kept | {name: str(folder / "caches") for name in ("XDG_CACHE_HOME", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")}
 

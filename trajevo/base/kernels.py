@@ -24,6 +24,8 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.files import cache_folder, locked, write_whole
+from trajevo.base.machine_code import loading
+from trajevo.base.machine_code.arguments import arguments_of
 
 #: All modules with loops that are called from Python, those first that take longest to compile.
 MODULES = (
@@ -63,12 +65,25 @@ class Loop:
 
     def __call__(self, *arguments: Any) -> None:
         """Call the compiled loop; arrays that it reads may lie in memory in any order and be read-only."""
-        self.compiled(
-            *[
-                np.ascontiguousarray(x) if isinstance(x, np.ndarray) and not x.flags.c_contiguous else x
-                for x in arguments
-            ]
-        )
+        given = [
+            np.ascontiguousarray(x) if isinstance(x, np.ndarray) and not x.flags.c_contiguous else x for x in arguments
+        ]
+        if self._entry is None or not self._entry(given):
+            self.compiled(*given)  # numba knows what is wrong, if anything is
+
+    @cached_property
+    def _entry(self) -> loading.Call | None:
+        """What calls the loop without numba; None where its machine code is not kept."""
+        module = self._function.__module__
+        with suppress(RuntimeError):
+            if self.signatures and module in MODULES and loading.load(_file(f"{module}.o")):
+                return loading.call(self.entries, self.signatures)
+        return None
+
+    @property
+    def entries(self) -> list[str]:
+        """Names of the entries of the machine code, one for each signature."""
+        return [f"{self._function.__module__}.{self._function.__qualname__}.{k}" for k in range(len(self.signatures))]
 
     @cached_property
     def compiled(self) -> Any:
@@ -113,13 +128,11 @@ def _types(signature: str) -> tuple[Any, ...]:
     """Numba's types of arguments: arrays in C order, and read-only where they are read, which suits all arrays."""
     import numba
 
-    read, _, written = signature.partition("->")
     types = []
-    for part, readonly in ((read, True), (written, False)):
-        for name in filter(None, (word.strip() for word in part.split(","))):
-            code, _, axes = name.removesuffix("]").partition("[")
-            number = numba.from_dtype(np.dtype(code))
-            types.append(numba.types.Array(number, int(axes), "C", readonly=readonly) if axes else number)
+    for argument in arguments_of(signature):
+        number = numba.from_dtype(np.dtype(argument.code))
+        array = argument.axes and numba.types.Array(number, argument.axes, "C", readonly=not argument.written)
+        types.append(array or number)
     return tuple(types)
 
 
@@ -160,8 +173,30 @@ def compile_all(*, processes: int = 1) -> bool:
 def _compiled(name: str) -> list[list[str]]:
     """Compile the loops of a module; for each of them the files in which numba keeps it."""
     module = importlib.import_module(name)
-    loops = [loop for loop in vars(module).values() if isinstance(loop, Loop) and loop.signatures]
-    return [[str(file) for file in loop.kept()] for loop in loops if loop._function.__module__ == name]
+    every = [loop for loop in vars(module).values() if isinstance(loop, Loop) and loop.signatures]
+    loops = [loop for loop in every if loop._function.__module__ == name]
+    kept = [[str(file) for file in loop.kept()] for loop in loops]
+    return kept + _machine_code(name, loops) if all(kept) else kept
+
+
+def _machine_code(name: str, loops: list[Loop]) -> list[list[str]]:
+    """Keep the machine code of a module's loops for processes without numba; its file, if that is possible here."""
+    from trajevo.base.machine_code.writing import object_code
+
+    code = object_code(
+        (entry, loop.compiled.overloads[_types(signature)], arguments_of(signature))
+        for loop in loops
+        for entry, signature in zip(loop.entries, loop.signatures, strict=True)
+    )
+    if code is None:
+        return []
+    try:
+        file = _file(f"{name}.o")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        loading.save(file, code)
+    except (OSError, RuntimeError):
+        return []
+    return [[str(file)]]
 
 
 def compile_beside() -> None:
@@ -223,7 +258,8 @@ def _file(end: str) -> Path:
 @cache
 def _installation() -> str:
     """A digest of all that compiled loops depend on: their source, numba, Python, the processor, numba's settings."""
-    files = [Path(__file__), *(_ROOT.joinpath(*module.split(".")).with_suffix(".py") for module in MODULES)]
+    files = [Path(__file__), *sorted(Path(__file__).with_name("machine_code").glob("*.py"))]
+    files += [_ROOT.joinpath(*module.split(".")).with_suffix(".py") for module in MODULES]
     sources = [(str(file), file.stat().st_mtime_ns, file.stat().st_size) for file in files]
     versions = [importlib.metadata.version(name) for name in ("numba", "llvmlite", "numpy")]
     settings = sorted((name, value) for name, value in os.environ.items() if name.startswith("NUMBA_"))

@@ -185,8 +185,8 @@ class _Efforts:
     def of(cls, fine: Rollout, instants: Array | None = None) -> _Efforts:
         """At the samples of one motion and at further instants (K,) [s], of which NaN and known ones are left out."""
         times, unloaded, per_kilogram = fine.t[0], fine.unloaded_effort[0], fine.effort_per_kilogram[0]
-        more = np.empty(0) if instants is None else np.unique(instants[np.isfinite(instants)])
-        more = more[~np.isin(more, times)]
+        further = set() if instants is None else set(instants[np.isfinite(instants)].tolist())
+        more = np.array(sorted(further.difference(times.tolist())))
         if len(more):
             q, v, a = (fine.trajectory.evaluate(more[None], order) for order in range(3))
             v, segments = fine.without_rounding(v), fine.segments_at(more)[0]

@@ -264,6 +264,8 @@ def main() -> None:
     """Entry point: one sentence, and exit code 2 for bad input or 3 where a front holds no solution."""
     # No window is needed; matplotlib is imported later, if at all.
     os.environ["MPLBACKEND"] = "Agg"
+    # Plug-ins of pydantic are for services; looking for them opens a file of every installed package.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     gc.set_threshold(_ALLOCATIONS)
     atexit.register(gc.freeze)  # the end of the process frees its memory; looking for garbage first takes up to 0.7 s
     for stream in (sys.stdout, sys.stderr):

@@ -33,13 +33,14 @@ def search_options(command: Callable[..., None]) -> Callable[..., None]:
             raise InvalidInputError(f"{flag(name)}: {rest}") from error
         command(**given, search=search)
 
-    replace_parameter(command, with_options, "search", [_option(name) for name in Search.model_fields])
+    hints = get_type_hints(Search)
+    replace_parameter(command, with_options, "search", [_option(name, hints[name]) for name in Search.model_fields])
     return with_options
 
 
-def _option(name: str) -> inspect.Parameter:
+def _option(name: str, hint: Any) -> inspect.Parameter:
     field = Search.model_fields[name]
-    kinds = set(get_args(get_type_hints(Search)[name])) or {get_type_hints(Search)[name]}
+    kinds = set(get_args(hint)) or {hint}
     kind = next(kind for kind in (bool, str, int, float) if kind in kinds)
     says = str(field.description)
     if name == "algorithm":

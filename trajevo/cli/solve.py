@@ -41,10 +41,9 @@ from trajevo.errors import InvalidInputError, checked_name
 from trajevo.formulation.examples import is_task
 from trajevo.formulation.feasibility.check import Feasibility, check
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.front.front import Front
 from trajevo.solvers.evolutionary.algorithms import algorithm_for
-from trajevo.solvers.gradient.normal_constraint import needs_two_objectives, solve_nnc
 from trajevo.solvers.gradient.polish import Polished, polish
-from trajevo.solvers.gradient.weighing import solve_weighted
 from trajevo.solvers.optimise import decided, optimise
 from trajevo.solvers.run.folder import FRONT_FILE, RunFolder
 from trajevo.solvers.run.runs import resume as resume_run
@@ -90,14 +89,21 @@ def solve(
     seed = settings.seed or 0
     if how.name == "nnc":
         _err.print("warning: the method nnc keeps no checkpoints: SIGINT keeps what was found, SIGKILL nothing")
-        front = solve_nnc(to_solve, seed=seed, tolerance=0.01 if tolerance is None else tolerance)
+        front = _nnc(to_solve, seed=seed, tolerance=0.01 if tolerance is None else tolerance)
         RunFolder(folder).clear()
         front.save(folder / FRONT_FILE)
     else:
-        initial = None if sqp_seeds is None else solve_nnc(to_solve, seed=seed, points=sqp_seeds)
+        initial = None if sqp_seeds is None else _nnc(to_solve, seed=seed, points=sqp_seeds)
         front = optimise(to_solve, settings, initial=initial, out=folder, overwrite=overwrite, progress=not quiet)
     given = problem if in_module(problem) or is_task(problem) else None
     write_results(front, folder, kind=report, pictures=pictures, quiet=quiet, verbose=verbose, problem=given)
+
+
+def _nnc(problem: TrajectoryProblem, **settings: Any) -> Front:
+    """The front by normal constraints, which are imported when they are asked for."""
+    from trajevo.solvers.gradient.normal_constraint import solve_nnc
+
+    return solve_nnc(problem, **settings)
 
 
 def _name(problem: str) -> str:
@@ -137,6 +143,8 @@ class _Method:
         if algorithm != "nsga2" and self.sqp_seeds is not None:
             _refuse_given(algorithm, ["sqp_seeds"])
         if self.name == "nnc" or self.sqp_seeds is not None:
+            from trajevo.solvers.gradient.normal_constraint import needs_two_objectives
+
             needs_two_objectives(problem)
 
 
@@ -247,6 +255,8 @@ def weigh(
     front = front_of(run, problem)
     folder = RunFolder(run)
     with folder.alone():
+        from trajevo.solvers.gradient.weighing import solve_weighted
+
         found, optimum = solve_weighted(front, weights)
         if not np.isfinite(optimum.cost):
             _out.print("no start ended at a motion within its limits; the front stays as it is")

@@ -54,7 +54,9 @@ class RecordCheck:
     @property
     def few(self) -> tuple[int, ...]:
         """The first and the last row, and some between them."""
-        return tuple(np.unique(np.linspace(0, len(self.X) - 1, 4).round().astype(int)).tolist()) if len(self.X) else ()
+        return (
+            tuple(sorted(set(np.linspace(0, len(self.X) - 1, 4).round().astype(int).tolist()))) if len(self.X) else ()
+        )
 
     def unseen(self, rows: Iterable[int]) -> list[int]:
         """Those of the rows that were not compared yet."""

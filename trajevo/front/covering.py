@@ -130,9 +130,10 @@ def neighbours(f: Array, count: int) -> Array:
     own = found == np.arange(len(f))[:, None]
     # Of several equal members, one may not be listed as its own nearest.
     own[~own.any(axis=1), -1] = True
-    nearest = found[~own].reshape(len(f), -1)
-    rows = np.repeat(np.arange(len(f)), nearest.shape[1])
-    return np.unique(np.sort(np.stack([rows, nearest.ravel()], axis=1), axis=1), axis=0)
+    nearest, rows = found[~own].reshape(len(f), -1), np.arange(len(f))[:, None]
+    pairs = np.sort(np.minimum(rows, nearest) * len(f) + np.maximum(rows, nearest), axis=None)
+    pairs = pairs[np.diff(pairs, prepend=-1) > 0]  # without np.unique, which imports NumPy's masked arrays
+    return np.stack(np.divmod(pairs, len(f)), axis=1)
 
 
 def _nearest(f: Array, count: int) -> Array:

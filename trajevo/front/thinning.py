@@ -36,7 +36,7 @@ def thinned(F: Array, most: int, *, kept: Iterable[int] = ()) -> Array:
     """
     if len(F) <= most:
         return np.arange(len(F))
-    must = np.unique([*kept, *F.argmin(axis=0), *F.argmax(axis=0)]).astype(np.intp)
+    must = np.array(sorted({*map(int, kept), *F.argmin(axis=0).tolist(), *F.argmax(axis=0).tolist()}), dtype=np.intp)
     if most <= len(must):
         raise InvalidInputError(f"most: expected more than the {len(must)} rows that are kept in any case, got {most}")
     f, few, many = normalised(F), 1, 2
@@ -50,7 +50,7 @@ def thinned(F: Array, most: int, *, kept: Iterable[int] = ()) -> Array:
             few, best = middle, tried
         else:
             many = middle
-    return np.union1d(best, must)
+    return np.array(sorted({*best.tolist(), *must.tolist()}), dtype=np.intp)
 
 
 def _first_of_cells(f: Array, count: int) -> Array:

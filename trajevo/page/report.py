@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from string import Template
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -21,9 +21,11 @@ from trajevo.page.facts import brief, known_values, objective_headers, run_facts
 from trajevo.page.parts import THEME, figure, folded, static, table, viewer_licence
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
-from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.verification.certificate import Certificate
 from trajevo.verification.shares import shares_used
+
+if TYPE_CHECKING:
+    from trajevo.solvers.rivals import Rival
 
 #: Of which solutions a page holds certificates and files.
 FILES = ("knee", "choices")
@@ -189,6 +191,8 @@ def _certificate(certificate: Certificate) -> list[str]:
 def _rivals(rivals: Sequence[Rival]) -> list[str]:
     if not rivals:
         return []
+    from trajevo.solvers.rivals import RIVALS_NOTE, rivals_table
+
     headers, rows = rivals_table(rivals)
     cells = [[escape(cell) for cell in row] for row in rows]
     return [

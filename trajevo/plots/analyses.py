@@ -12,14 +12,21 @@ from trajevo.errors import InvalidInputError, checked_name
 from trajevo.front.exchange_rates import exchange_rates_of_all
 from trajevo.front.front import Front
 from trajevo.plots.analyses_file import read_analyses, write_analyses
-from trajevo.solvers.rivals import rivals_of
 from trajevo.verification.certify import certify
+
+
+def _rivals(of: Studied) -> Any:
+    """Rivals of a front, which few reports show."""
+    from trajevo.solvers.rivals import rivals_of
+
+    return rivals_of(of.front.problem)
+
 
 #: Analyses by name, in the order in which they are computed.
 ANALYSES: dict[str, Callable[[Studied], Any]] = {
     "certificate": lambda of: certify(of.knee),
     "exchange_rates": lambda of: exchange_rates_of_all(of.front, of.knee.index),
-    "rivals": lambda of: rivals_of(of.front.problem),
+    "rivals": _rivals,
     **PAYLOAD_STUDIES,
 }
 

@@ -9,9 +9,8 @@ imaginary part is taken at the extreme, so that it is the exact derivative.
 
 from __future__ import annotations
 
-from fractions import Fraction
 from functools import cache
-from math import comb
+from math import comb, lcm
 from typing import Any
 
 import numpy as np
@@ -278,19 +277,19 @@ def _first_cut(size: int) -> tuple[Array, float, float]:
 def _legendre_to_left_bernstein(size: int) -> Array:
     """Bernstein coefficients on [0, 1/2] of the Legendre polynomials of [0, 1], one a row, (size, size)."""
     degree = size - 1
+    shared = lcm(*(comb(degree, j) for j in range(size)))
     rows = []
     for k in range(size):
-        whole = [
-            Fraction(
-                sum(
-                    (-1) ** (k + i) * comb(k, i) ** 2 * comb(degree - k, j - i)
-                    for i in range(max(0, j - degree + k), min(j, k) + 1)
-                ),
-                comb(degree, j),
+        whole = [  # numerators over the shared denominator
+            shared
+            // comb(degree, j)
+            * sum(
+                (-1) ** (k + i) * comb(k, i) ** 2 * comb(degree - k, j - i)
+                for i in range(max(0, j - degree + k), min(j, k) + 1)
             )
             for j in range(size)
         ]
-        rows.append([sum(Fraction(comb(i, j), 2**i) * whole[j] for j in range(i + 1)) for i in range(size)])
+        rows.append([sum(comb(i, j) * whole[j] for j in range(i + 1)) / (shared << i) for i in range(size)])
     return np.array(rows, dtype=np.float64)
 
 

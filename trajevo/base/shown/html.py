@@ -91,7 +91,7 @@ def cloud(points: Array, labels: tuple[str, str], marks: Mapping[str, Array]) ->
     """
     if not len(points):
         return Piece("")
-    few = points[np.unique(np.linspace(0, len(points) - 1, min(len(points), DOTS)).round().astype(int))]
+    few = points[_some(len(points), DOTS)]
     every = np.vstack([few, *(np.reshape(mark, (1, 2)) for mark in marks.values())])
     low, high = every.min(axis=0), every.max(axis=0)
     (width, height), room = _CLOUD, np.array([_LEFT, _TOP])
@@ -123,7 +123,7 @@ def line(values: Array, label: str) -> Piece:
         label: what is drawn, with its unit, told to those who cannot see it.
     """
     few = np.asarray(values, dtype=np.float64)
-    few = few[np.unique(np.linspace(0, len(few) - 1, min(len(few), _INSTANTS)).round().astype(int))]
+    few = few[_some(len(few), _INSTANTS)]
     known = np.isfinite(few)
     if not known.any():
         return Piece("")
@@ -177,3 +177,8 @@ def _cell(tag: str, content: str, right: bool) -> str:
 def _text(text: str, most: int) -> str:
     """Text on one line, cut where nobody reads on, and escaped."""
     return html.escape(cut(text, most))
+
+
+def _some(count: int, most: int) -> list[int]:
+    """Numbers of rows, evenly spread over all of them."""
+    return sorted(set(np.linspace(0, count - 1, min(count, most)).round().astype(int).tolist()))

@@ -23,16 +23,16 @@ from trajevo.formulation.objectives import NAMED_OBJECTIVES
 from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front, Solution
 from trajevo.page.facts import known_values, objective_headers, run_facts
-from trajevo.robot.examine import JointRow, RobotExamination
 from trajevo.robot.joints import position_unit
 from trajevo.robot.locate import list_example_robots, list_robots
 from trajevo.robot.robot import Robot, load_robot
 from trajevo.solvers.evolutionary.algorithms import NAMED_ALGORITHMS
-from trajevo.solvers.rivals import RIVALS_NOTE, Rival, rivals_table
 from trajevo.trajectory.interpolants import NAMED_INTERPOLANTS
 from trajevo.verification.shares import shares_of_rows
 
 if TYPE_CHECKING:
+    from trajevo.robot.examine import JointRow, RobotExamination
+    from trajevo.solvers.rivals import Rival
     from trajevo.verification.verify import Utilisation, Verification
 
 
@@ -189,6 +189,8 @@ def print_mass_notes(out: Console, robot: Robot) -> None:
 
 def print_rivals(out: Console, rivals: Sequence[Rival]) -> None:
     """Print interpolants at their least times, fastest first."""
+    from trajevo.solvers.rivals import RIVALS_NOTE, rivals_table
+
     names, rows = rivals_table(rivals)
     out.print(_table("Least times under the same limits", names, rows))
     out.print(RIVALS_NOTE)

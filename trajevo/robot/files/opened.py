@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from trajevo.errors import InvalidInputError
 from trajevo.robot.description import Description
@@ -13,7 +13,9 @@ from trajevo.robot.files.cell import mounted, placed
 from trajevo.robot.files.formats import checked_description
 from trajevo.robot.files.xacro_files import ENDING
 from trajevo.robot.locate import RobotSource, robot_source, warn_of_other_robot
-from trajevo.robot.robot_toml import RobotFile
+
+if TYPE_CHECKING:
+    from trajevo.robot.robot_toml import RobotFile
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +55,15 @@ class Opened:
         return self.packages if self.text is not None and "package://" in self.text else ()
 
 
+def _settings_of(source: RobotSource) -> RobotFile | None:
+    """A robot's ``robot.toml``, whose model is imported when there is one."""
+    if source.settings is None:
+        return None
+    from trajevo.robot.robot_toml import RobotFile
+
+    return RobotFile(source.settings)
+
+
 def opened(
     name: str | Path,
     lock: Collection[str],
@@ -67,7 +78,7 @@ def opened(
     """Open the files of a robot; the arguments are those of :func:`~trajevo.robot.robot.load_robot`."""
     source = robot_source(name) if urdf is None else _text_source(name, urdf)
     warn_of_other_robot(source)
-    file = RobotFile(source.settings) if source.settings is not None else None
+    file = _settings_of(source)
     path = source.urdf if file is None else file.urdf
     where = path or source.settings or source.urdf
     packages = (*folders, *source.packages)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,10 +13,12 @@ from trajevo.errors import InvalidInputError, UnknownNameError
 from trajevo.robot.description import Description
 from trajevo.robot.loading.arguments import STANDARD_GRAVITY, checked_gravity
 from trajevo.robot.masses import massless, moving_bodies
-from trajevo.robot.robot_toml import RobotFile
 from trajevo.robot.transmission import Direct, Mimicking, Transmission
 from trajevo.robot.urdf.bodies import tips
 from trajevo.robot.urdf.joints import Follower
+
+if TYPE_CHECKING:
+    from trajevo.robot.robot_toml import RobotFile
 
 
 def drives_of(

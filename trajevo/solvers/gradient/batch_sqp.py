@@ -253,7 +253,7 @@ class Lockstep:
             self._resize(going, d, share, todo)
         else:
             self._resize_and_count(going, d, share, todo)
-        moved = np.setdiff1d(np.arange(len(going)), todo)
+        moved = np.delete(np.arange(len(going)), todo)
         if len(moved):
             self._move(going[moved], share[moved, None] * d[moved], [steps[k] for k in moved])
 

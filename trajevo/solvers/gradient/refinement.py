@@ -204,7 +204,7 @@ class Refinement:
     def _descended(self, column: int) -> Found:
         """Descend to the least of a column from members all over the front; the worse half is given up twice."""
         best = self._scaled.columns(self.archive.F)[:, column].argmin()
-        chosen = np.unique([best, *covering(self.archive.F, self._probes(0), _SPREAD)])
+        chosen = np.array(sorted({int(best), *map(int, covering(self.archive.F, self._probes(0), _SPREAD))}))
         y, f = self._inside(self.archive.X[chosen]), self._scaled.columns(self.archive.F[chosen])
         reference = np.where(np.arange(f.shape[1]) == column, f, np.inf)
         run = self._lockstep(y, reference, np.full(len(y), _ANCHOR_SHARE), restarts=_ANCHOR_RESTARTS)
