@@ -23,7 +23,8 @@ best known sets exceed a limit in between. That is 1.1 % for `shin_mckay_line`, 
 `luus1993`, 0.2 % for `dissanayake1991`, 0.0005 % for `guo2016_payload`, and nothing for the others.
 
 A published value is confirmed if it was read in its source or in a text that quotes it. One that is not stands here
-with what speaks for it. Values of an independent solver were computed for this suite, by SciPy or Ipopt.
+with what speaks for it. Values of an independent solver are not printed anywhere: they were computed with SciPy, Ipopt,
+toppra or Drake, on the same curve where no note says otherwise.
 """
 
 #: Problems that were thought of, and why they are not in the suite.
