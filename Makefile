@@ -14,7 +14,7 @@ UNUSED := /(tests?|pip|mypyc?|debugpy|OpenGL|setuptools|pkg_resources|IPython|je
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-start bench-release bench-more study-algorithms notebooks docs reproduce clean
+.PHONY: help demo demo-tasks kernels test test-browser test-long check bench bench-suite bench-start bench-release bench-more study-algorithms notebooks docs reproduce clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -92,6 +92,10 @@ check: $(READY)  ## lint, spelling, types and the layer contract
 
 bench: $(PEERS) kernels  ## print one table of speed: ratios to what others take, in one run; docs/speed.md
 	$(BIN)/python tests/benchmarks/table.py
+
+bench-suite: $(PEERS) kernels  ## rivals on published problems in runs/bench, 20 minutes; a night with SIZE=full: docs/how_to/benchmark.md
+	$(BIN)/trajevo bench run --size $(or $(SIZE),small) --workers 2 --out runs/bench
+	$(BIN)/trajevo bench table runs/bench --out runs/bench
 
 bench-more: kernels  ## print what else is measured: certificates, polish, starts, studies, payload diagrams, workspaces
 	set -e; for file in tests/benchmarks/bench_*.py; do echo "== $$file"; $(BIN)/python $$file; done

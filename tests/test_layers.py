@@ -128,4 +128,5 @@ def test_few_files_call_pinocchio():
         "robot.robot",
         "robot.shapes.geometry",
         "robot.urdf.model",
+        "study.bench.plain.arm",
     }

@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from trajevo.solvers.optimise import Task, load_task, optimise
     from trajevo.solvers.rivals import rivals_of, rivals_table
     from trajevo.solvers.run.runs import read_run, resume
+    from trajevo.study.bench.adapters.adapter import BenchRival
     from trajevo.study.cluster import DaskCluster
     from trajevo.study.collection import collect
     from trajevo.study.definition import Study, load_study
@@ -193,6 +194,7 @@ _NAMES = {
     "study.engines": ("InProcess", "Processes"),
     "study.cluster": ("DaskCluster",),
     "study.run": ("run_study", "study_standing"),
+    "study.bench.adapters.adapter": ("BenchRival",),
     "study.collection": ("collect",),
     "study.report": ("write_study",),
     "errors": ("TrajevoError",),
@@ -202,6 +204,7 @@ _ROOMS = ("plots", "problems")
 
 __all__ = [
     "BSpline",
+    "BenchRival",
     "CartesianBox",
     "Constraint",
     "CubicSpline",

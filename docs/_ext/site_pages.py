@@ -8,6 +8,7 @@ from typing import Any
 
 import api
 import api_pages
+import bench_problems
 import commands
 import copied
 import formats
@@ -25,7 +26,8 @@ def _write(app: Any) -> None:
     copied.reproduced(docs)
     reference = docs / "reference"
     copied.written(reference / "api", api_pages.pages())
-    for name, text in {"commands.md": commands.page(), "file_formats.md": formats.page(), **key_pages.pages()}.items():
+    own = {"commands.md": commands, "file_formats.md": formats, "bench_problems.md": bench_problems}
+    for name, text in {**{name: made.page() for name, made in own.items()}, **key_pages.pages()}.items():
         copied.written_file(reference / name, text)
 
 

@@ -17,6 +17,7 @@ from trajevo.formulation.search import Search
 CLI = Path(cli.__file__).parent
 UNIT = re.compile(r"\[[^\[\]]+\]")
 PAGES = [(), *((name,) for name in COMMANDS), *(("study", name) for name in ("run", "status", "collect"))]
+PAGES += [("bench", name) for name in ("run", "table", "compare")]
 
 
 def close(text):

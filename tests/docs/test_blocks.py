@@ -125,7 +125,7 @@ def test_commands_of_a_page_are_known_with_their_options(page):
             assert name in ("--help", "--version", "--install-completion"), f"{page}: {' '.join(words)}"
             continue
         assert name in COMMANDS, f"{page}: {' '.join(words)}"
-        command = f"study {words[2]}" if name == "study" and len(words) > 2 else name
+        command = f"{name} {words[2]}" if name in ("bench", "study") and len(words) > 2 else name
         for word in words[2:]:
             if word.startswith("--"):
                 assert word.partition("=")[0] in options(command), f"{page}: {' '.join(words)}"

@@ -15,6 +15,7 @@ from trajevo.formulation.constraints.scenes.obstacles import SHAPES
 from trajevo.formulation.search import Search
 from trajevo.formulation.task_file import task_model
 from trajevo.robot.robot_toml import RobotSettings
+from trajevo.study.bench.suite import benchmark, benchmarks
 from trajevo.study.definition import StudySettings
 
 ROOT = Path(__file__).parents[2]
@@ -22,6 +23,7 @@ sys.path.insert(0, str(ROOT / "docs" / "_ext"))
 
 import api  # noqa: E402
 import api_pages  # noqa: E402
+import bench_problems  # noqa: E402
 import commands  # noqa: E402
 import copied  # noqa: E402
 import formats  # noqa: E402
@@ -224,6 +226,18 @@ def test_every_format_and_every_key_of_a_front_is_on_the_page():
     for record in (record for records in formats.RECORDS.values() for record in records):
         for key in formats.names(record):
             assert re.search(rf"^\| `{key}` \| \S", page, re.MULTILINE) or key in ("format", "version"), key
+
+
+def test_every_problem_of_the_suite_and_what_was_published_of_it_is_on_the_page():
+    page = bench_problems.page()
+    for of in map(benchmark, benchmarks()):
+        assert f"\n## {of.name}\n" in page
+        assert f"{of.title}. " in page
+        for one in of.published:
+            known = "yes" if one.confirmed else "no"
+            value = f"{one.value:.9g} {one.unit}".removesuffix(" 1")
+            assert f"| {one.objective} | {value} | {known} | {one.source}. {one.note} |" in page
+    assert {*bench_problems.UNSTATED} <= {*benchmarks()}
 
 
 def test_papers_without_results_say_how_to_make_them(tmp_path):

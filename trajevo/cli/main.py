@@ -62,6 +62,9 @@ COMMANDS = {
         "Refine a run's front by gradients; the original front is kept beside it in evolved.json.",
     ),
     "study": _Home("study", "app", "Many runs: the product of factors, on one machine or a cluster."),
+    "bench": _Home(
+        "bench.command", "app", "Rivals on published problems, on equal terms: times to what is best known."
+    ),
     "show": _Home("show", "show", "Show a run in the terminal."),
     "explain": _Home(
         "show",

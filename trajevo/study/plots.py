@@ -142,6 +142,29 @@ def attainment(
         label: [surface * factors for surface in attained(group, columns)]
         for label, group in _groups(results, factor).items()
     }
+    return surfaces_drawn(groups, [(name, unit) for name, unit, _ in shown], title=factor, ax=ax, width=width)
+
+
+def surfaces_drawn(
+    groups: Mapping[str, Sequence[Array]],
+    objectives: Sequence[tuple[str, str]],
+    *,
+    title: str | None = None,
+    ax: Axes | None = None,
+    width: Width = "column",
+) -> Axes:
+    """Attainment surfaces of two objectives, a line within a band for each group of runs.
+
+    Args:
+        groups: name of a group -> what a quarter, half and three quarters of its runs attain, each shape (N, 2).
+        objectives: name and unit of both objectives.
+        title: title of the key; no key if it is None or empty.
+        ax: axes to draw into; new ones if None.
+        width: ``"column"``, ``"page"`` or millimetres.
+
+    Raises:
+        InvalidInputError: too few runs that found anything feasible.
+    """
     every = np.concatenate([surface for surfaces in groups.values() for surface in surfaces])
     every = every[np.isfinite(every).all(axis=1)]
     if not len(every):
@@ -152,13 +175,13 @@ def attainment(
             best, half, most = (_stairs(surface, upper) for surface in surfaces)
             ax.fill(*np.concatenate([best, most[::-1]]).T, color=colour(i), alpha=0.2, linewidth=0)
             ax.plot(*half.T, label=name, **curve(i))
-        for k, (axis, (name, unit, _)) in enumerate(zip("xy", shown, strict=True)):
+        for k, (axis, (name, unit)) in enumerate(zip("xy", objectives, strict=True)):
             ax.set(**{f"{axis}scale": "log" if logarithmic[k] else "linear", f"{axis}lim": (lower[k], upper[k])})
             ax.set(**{f"{axis}label": label(name.replace("_", " "), unit)})
             if logarithmic[k]:
                 log_ticks(ax.xaxis if axis == "x" else ax.yaxis)
-        if factor:
-            key(ax, title=factor)
+        if title:
+            key(ax, title=title)
     return ax
 
 
@@ -199,7 +222,16 @@ def attained(group: Sequence[CellResult], columns: Sequence[int]) -> list[Array]
         group: the runs.
         columns: columns of the two objectives in F.
     """
-    sets = [result.F[:, list(columns)] if len(result.F) else np.full((1, 2), np.inf) for result in group]
+    return surfaces_of([result.F[:, list(columns)] for result in group])
+
+
+def surfaces_of(runs: Sequence[Array]) -> list[Array]:
+    """What a quarter, half and three quarters of runs attain, each shape (N, 2).
+
+    Args:
+        runs: values of two objectives that each run found, shape (N, 2); of a run that found nothing (0, 2).
+    """
+    sets = [found if len(found) else np.full((1, 2), np.inf) for found in runs]
     numbers = np.concatenate([np.full(len(points), i) for i, points in enumerate(sets)])
     surfaces = moocore.eaf(np.concatenate(sets), numbers, percentiles=_QUARTERS)
     return [surfaces[surfaces[:, -1] == share][:, :2] for share in _QUARTERS]

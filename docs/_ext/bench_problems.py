@@ -1,0 +1,103 @@
+"""The page of the benchmark suite's problems, from their reference files."""
+
+from __future__ import annotations
+
+from trajevo.study.bench.suite import BenchmarkProblem, benchmark, benchmarks
+
+INTRODUCTION = """# Problems of the benchmark suite
+
+Every problem is a folder in `problems/bench/`: `task.toml`, or the name of a registered problem, and `reference.json`
+with the best that is known of it, as decision vectors. Whenever they are read, the problem evaluates them again; a
+member that breaks a limit, or has other values than the file says, is refused. To add a problem, add such a folder.
+
+Each problem also has a plain statement, one decision vector at a time in SciPy and Pinocchio, on which any other solver
+can be set; where it has none, its section says so.
+
+In Python, `benchmark("lin1983")` of `trajevo.study.bench.suite` is a problem of the suite: its `reference` has decision
+vectors and values, `problem()` is the problem itself, and `statement().evaluate(x)` gives objectives and constraints of
+one decision vector, which keeps all limits if no constraint is above 0.
+
+Most problems prove their limits at every instant, so that reading a set proves it again; `reference.proven` tells.
+Those that check efforts or the height of a tool at samples alone do not: `reference.certificates()` shows how far their
+best known sets exceed a limit in between. That is 1.1 % for `shin_mckay_line`, 0.9 % for `luus1993_bspline`, 0.4 % for
+`luus1993`, 0.2 % for `dissanayake1991`, 0.0005 % for `guo2016_payload`, and nothing for the others.
+
+A published value is confirmed if it was read in its source or in a text that quotes it. One that is not stands here
+with what speaks for it. Values of an independent solver are not printed anywhere: they were computed with SciPy, Ipopt,
+toppra or Drake, on the same curve where no note says otherwise.
+"""
+
+#: Problems that were thought of, and why they are not in the suite.
+OUT = {
+    "Robot arm of COPS 3.1, least time 9.14138 s": "its equations have no Coriolis forces, so no robot of rigid bodies "
+    "has them, and a task cannot state equations",
+    "Payload of the motion of Table 7 (Guo 2016)": "a task fixes times between points, and this spline has two knots "
+    "more; `guo2016_payload` has the times free",
+    "Motors that heat, with a hold after each motion": "no plain statement",
+    "Random motions, their payload by dense bisection": "tests of capacities have them; a suite has fixed problems",
+}
+LEFT_OUT = "\n".join(
+    [
+        "## Left out, and why",
+        "",
+        "| problem | why |",
+        "|---|---|",
+        *(f"| {name} | {why} |" for name, why in OUT.items()),
+    ]
+)
+
+
+def page() -> str:
+    """The page in Markdown."""
+    problems = [benchmark(name) for name in benchmarks()]
+    table = ["| problem | objectives | best known | published |", "|---|---|---|---|", *map(_row, problems)]
+    parts = [INTRODUCTION, "\n".join(table), *map(_section, problems), LEFT_OUT]
+    return "\n\n".join(part.strip() for part in parts) + "\n"
+
+
+def _row(of: BenchmarkProblem) -> str:
+    objectives = ", ".join(of.told.objectives)
+    published = "; ".join(f"{_with(one.value, one.unit, 7)}{'' if one.confirmed else ' ?'}" for one in of.published)
+    return f"| [`{of.name}`](#{of.name.replace('_', '-')}) | {objectives} | {_best(of)} | {published} |"
+
+
+def _best(of: BenchmarkProblem) -> str:
+    """The least of each objective."""
+    columns = zip(of.told.objectives, of.told.units, zip(*of.told.values, strict=True), strict=True)
+    return ", ".join(_with(min(values), unit, 6) for _, unit, values in columns)
+
+
+def _with(value: float, unit: str, digits: int) -> str:
+    return f"{value:.{digits}g} {unit.replace('*', '·')}".removesuffix(" 1")
+
+
+def _section(of: BenchmarkProblem) -> str:
+    told = of.told
+    what = (
+        f"registered problem `{told.registered.name}`" if told.registered else f"`problems/bench/{of.name}/task.toml`"
+    )
+    count = "the least value" if told.kind == "least" else f"a front of {len(told.values)} members"
+    lines = [f"## {of.name}", "", f"{told.title}. {what[0].upper()}{what[1:]}.", "", f"Source: {told.source}.", ""]
+    lines += [f"Best known: {count}, found by {told.found_by}.", ""]
+    lines += ["| objective | unit | least known | box |", "|---|---|---|---|"]
+    columns = zip(told.objectives, told.units, zip(*told.values, strict=True), strict=True)
+    for k, (name, unit, values) in enumerate(columns):
+        lines.append(f"| {name} | {unit} | {min(values):.9g} | {told.ideal[k]:g} to {told.reference_point[k]:g} |")
+    if of.published:
+        lines += ["", "| published | value | confirmed | source and note |", "|---|---|---|---|"]
+    for one in of.published:
+        value, known = _with(one.value, one.unit, 9), "yes" if one.confirmed else "no"
+        lines.append(f"| {one.objective} | {value} | {known} | {one.source}. {one.note} |")
+    return "\n".join([*lines, *_unstated(of)])
+
+
+def _unstated(of: BenchmarkProblem) -> list[str]:
+    return ["", f"It has no plain statement: {told}."] if (told := UNSTATED.get(of.name)) else []
+
+
+#: Problems without a plain statement, and why.
+UNSTATED = {
+    "pick_and_place_cell": "lines of the tool, dwells and a part that is picked up are beyond it",
+    "puma_path": "it is for solvers of least times along paths, which are given the path and the limits",
+    "puma_path_jerk_free": "it is for solvers of least times along paths, which are given the path and the limits",
+}

@@ -1,0 +1,37 @@
+"""trajevo as users run it: ``optimise`` with the settings of the task and a limit of CPU time."""
+
+from __future__ import annotations
+
+from typing import Any, final
+
+from trajevo.base.arrays import Array
+from trajevo.solvers.optimise import optimise
+from trajevo.study.bench.adapters.adapter import BenchRival
+from trajevo.study.bench.contest import Contest
+
+
+@final
+class Trajevo(BenchRival):
+    """``optimise`` on the batched problem: evolution, then gradients."""
+
+    name = "trajevo"
+    says = "optimise with the settings of the task: evolution, then gradients"
+
+    def solve(self, contest: Contest) -> None:
+        """See :meth:`BenchRival.solve`."""
+        problem = contest.problem
+        kind: Any = type(problem)
+
+        class Noted(kind):  # type: ignore[misc]
+            def _evaluate(self, x: Array, out: dict[str, Any], *arguments: Any, **options: Any) -> None:
+                """What the problem says, as ever, and a note of whatever is evaluated; not of forms for gradients."""
+                super()._evaluate(x, out, *arguments, **options)
+                if self.constraints is problem.constraints:  # copies of the problem too
+                    contest.looked_at(x, out["F"], out["G"])
+
+        problem.__class__ = Noted
+        try:
+            search = contest.benchmark.search.updated(seed=contest.seed, cpu_time=contest.budget)
+            optimise(problem, search, progress=False)
+        finally:
+            problem.__class__ = kind

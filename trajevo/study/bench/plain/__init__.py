@@ -1,0 +1,1 @@
+"""What plain statements are made of: motions by SciPy, efforts by Pinocchio, and the bounds of motions along paths."""
