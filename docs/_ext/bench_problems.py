@@ -13,15 +13,9 @@ member that breaks a limit, or has other values than the file says, is refused. 
 Each problem also has a plain statement, one decision vector at a time in SciPy and Pinocchio, on which any other solver
 can be set; where it has none, its section says so.
 
-```python
-from trajevo.study.bench.suite import benchmark, benchmarks
-
-print(benchmarks())
-of = benchmark("lin1983")
-print(of.title, of.reference.values)
-F, G = of.statement().evaluate(of.reference.variables[0])
-print(F, G.max())  # G <= 0 keeps all limits
-```
+In Python, `benchmark("lin1983")` of `trajevo.study.bench.suite` is a problem of the suite: its `reference` has decision
+vectors and values, `problem()` is the problem itself, and `statement().evaluate(x)` gives objectives and constraints of
+one decision vector, which keeps all limits if no constraint is above 0.
 
 Most problems prove their limits at every instant, so that reading a set proves it again; `reference.proven` tells.
 Those that check efforts or the height of a tool at samples alone do not: `reference.certificates()` shows how far their
