@@ -5,6 +5,7 @@ import importlib.util
 import os
 import signal
 import sys
+from collections import Counter
 
 import pytest
 
@@ -31,6 +32,25 @@ def pytest_collection_finish():
     """From now on garbage is collected among what the tests themselves make."""
     gc.freeze()
     gc.enable()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Make all cases but every n-th of a test that is `thinned(n)` long, before pytest looks at which are.
+
+    Hypothesis would read 400 modules for the numbers in them: what it draws is the same whatever stands in them.
+    """
+    seen = Counter()
+    for item in items:
+        thinned = item.get_closest_marker("thinned")
+        if thinned and not item.get_closest_marker("long"):
+            test = item.nodeid.partition("[")[0]
+            if seen[test] % thinned.args[0]:
+                item.add_marker(pytest.mark.long)
+            seen[test] += 1
+    providers = sys.modules.get("hypothesis.internal.conjecture.providers")
+    if hasattr(providers, "_local_constants"):
+        providers._get_local_constants = lambda: providers._local_constants
 
 
 @pytest.fixture

@@ -62,8 +62,16 @@ def impossible(robot, by: float) -> Constraint:
     return Constraint(("patience",), "test", lambda rollout: np.full((len(rollout.trajectory), 1), by))
 
 
-def trajevo(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
-    """Run the command line in this process, which spares the second that a new one takes to start."""
+def without_files(patch: pytest.MonkeyPatch) -> None:
+    """Pages without the files of their solutions, which take longer than all else of a page of a small run."""
+    patch.setattr("trajevo.page.explorer._FILES", {})
+
+
+def trajevo(*arguments, cwd=None, files=False) -> subprocess.CompletedProcess[str]:
+    """Run the command line in this process, which spares the second that a new one takes to start.
+
+    With ``files`` its pages hold the files of their solutions.
+    """
     printed, told, code = io.StringIO(), io.StringIO(), 0
     with (
         contextlib.chdir(cwd or "."),
@@ -74,6 +82,8 @@ def trajevo(*arguments, cwd=None) -> subprocess.CompletedProcess[str]:
     ):
         patch.setattr(sys, "argv", ["trajevo", *map(str, arguments)])
         patch.setenv("MPLBACKEND", "Agg")  # as main will, and taken back afterwards
+        if not files:
+            without_files(patch)
         warnings.resetwarnings()
         warnings.simplefilter("ignore", DeprecationWarning)
         try:

@@ -96,7 +96,7 @@ BEFORE = {
     "each": [(name, first) for name in FACADES for first in FIRST],
 }
 #: Every module is imported by a process of its own, so that `make test` takes one of so many.
-PARTS = 64
+PARTS = 128
 
 
 def stars(which):

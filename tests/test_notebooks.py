@@ -22,7 +22,8 @@ LESS = '{"generations": 3, "population": 12, "polish": False}'
 SEARCHES = (
     "import trajevo as t\n"
     "t.optimise(t.problems.PointingMechanism(), seed=1, generations=30, population=20, polish=False)",
-    "import tempfile\nstudy = t.Study('pointing', seed=1, repeats=2, generations=2, population=12)\n"
+    "import tempfile\n"
+    "study = t.Study('pointing', seed=1, repeats=2, generations=2, population=12, fixed={'polish': False})\n"
     "t.run_study(study, tempfile.mkdtemp())",
     "front = t.optimise(t.problems.PointingMechanism(), seed=1, generations=3, population=12, polish=True)",
     "found = t.polish(front, members=2, rounds=1)",

@@ -140,16 +140,16 @@ def test_a_source_distribution_gives_the_same_wheel(built, tmp_path):
 
 def test_commands_work_in_an_empty_folder(installed, tmp_path):
     before = {file for file in installed.package.rglob("*") if "__pycache__" not in file.parts}
-    version, told, checked = installed.commands(
-        ["--version"], ["list"], ["check-robot", "hybrid_manipulator"], cwd=tmp_path
+    assert installed.trajevo("--version", cwd=tmp_path) == f"trajevo {trajevo.__version__}\n"
+    assert not any(tmp_path.iterdir())
+    small = ("--generations", "2", "--population", "8", "--no-polish", "--quiet", "--no-pictures")
+    told, checked, _ = installed.commands(
+        ["list"], ["check-robot", "hybrid_manipulator"], ["solve", "pointing", *small], cwd=tmp_path
     )
-    assert version == f"trajevo {trajevo.__version__}\n"
     assert "pointing" in told
     assert "puma560" in told
     assert "0 errors" in checked
-    assert not any(tmp_path.iterdir())
-    small = ("--generations", 2, "--population", 8, "--no-polish", "--quiet", "--no-pictures")
-    installed.trajevo("solve", "pointing", *small, cwd=tmp_path)
+    assert [entry.relative_to(tmp_path).as_posix() for entry in tmp_path.glob("*")] == ["runs"]
     assert [run.name for run in (tmp_path / "runs").iterdir()] == ["pointing"]
     assert {file for file in installed.package.rglob("*") if "__pycache__" not in file.parts} == before
 

@@ -14,7 +14,7 @@ def shorter(code):
     """The same lines with few generations, points of a front along a simpler path, and points of a diagram."""
     code = re.sub(r"generations=\d+", "generations=4, polish=False", code).replace("0.3, 61", "0.3, 11")
     code = code.replace("optimise(problem, seed=1)", "optimise(problem, seed=1, generations=4, polish=False)")
-    code = code.replace("within=3.0, seed=1)", "within=3.0, seed=1, starts=1)")
+    code = code.replace("within=3.0, seed=1)", "within=3.0, seed=1, starts=1)").replace("=10.0)", "=10.0, samples=2)")
     return code.replace("solve_nnc(problem)", "solve_nnc(problem, points=4)").replace('path="gemini"', 'path="s"')
 
 

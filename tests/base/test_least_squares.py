@@ -19,6 +19,7 @@ def problems(seed):
         yield np.concatenate([found, slack]), np.concatenate([rng.normal(size=rows), np.zeros(columns)])
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("most", [1, 30])
 def test_it_is_that_of_scipy_to_the_bit(seed, most):

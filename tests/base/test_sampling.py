@@ -15,6 +15,7 @@ def test_one_point_lies_in_each_slice_of_every_axis(draw):
     np.testing.assert_array_equal(slices, np.broadcast_to(np.arange(256)[:, None], slices.shape))
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("dimensions", [1, 2, 7, 14, 40, 63, 64, 65])
 @pytest.mark.parametrize("count", [1, 2, 5, 60, 64, 1000])
 def test_sobol_points_are_those_of_scipy_to_the_bit(dimensions, count):

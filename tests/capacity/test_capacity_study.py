@@ -75,10 +75,11 @@ def test_the_load_of_the_motion_is_taken_if_none_is_given(motion, study):
     "engine",
     [
         InProcess,
+        lambda: Processes(1),
         pytest.param(lambda: Processes(2), marks=pytest.mark.long),
-        lambda: DaskCluster(2),
+        pytest.param(lambda: DaskCluster(2), marks=pytest.mark.long),
     ],
-    ids=["one after the other", "processes", "a cluster"],
+    ids=["one after the other", "a process", "processes", "a cluster"],
 )
 def test_other_engines_find_the_same_to_the_bit(motion, engine):
     own = capacity_study(motion, speeds=[1.0, 1.3], duties=[0.5])

@@ -139,6 +139,7 @@ def both_ways(supply):
     return energy_balance(Rollout(Dynamics(robot, Payload(1.5)), batch))
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("capacitance", ["50 uF", "300 uF", "2000 uF"])
 def test_a_link_step_by_step(capacitance):
     supply = {**LINK, "link_capacitance": capacitance}

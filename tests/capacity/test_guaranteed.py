@@ -114,6 +114,7 @@ def test_ten_thousand_motions():
     assert (kinds > 20).all(), kinds
 
 
+@pytest.mark.thinned(4)
 @every_robot
 @every_model
 def test_the_certificate_agrees_at_the_guaranteed_mass_and_a_limit_is_broken_above_the_bound(name, model):

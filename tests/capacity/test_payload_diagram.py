@@ -15,6 +15,7 @@ def at(xy, z, turn):
     return np.column_stack(np.broadcast_arrays(xy * np.cos(turn), xy * np.sin(turn), z))
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("name", ROBOTS)
 @every_com_model
 @pytest.mark.parametrize("speed", [0.3, 2.0])

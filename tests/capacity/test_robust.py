@@ -85,6 +85,7 @@ def test_greatest_in_box_of_random_rows():
     np.testing.assert_allclose(own, best, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.thinned(4)
 @pytest.mark.parametrize("name", ROBOTS)
 @every_com_model
 def test_robust_capacity_is_where_the_worst_case_uses_a_limit_up(name, model):

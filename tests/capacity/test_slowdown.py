@@ -96,6 +96,7 @@ def at_the_limit(robot, model):
         yield slowdown_for(table_7(model=model, robot=robot), mass)
 
 
+@pytest.mark.thinned(2)
 @every_model
 def test_sampled_again_the_binding_joint_is_at_its_limit(model):
     limits = set()

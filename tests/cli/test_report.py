@@ -142,6 +142,7 @@ def test_report_and_pictures_can_be_left_out(tmp_path, options, report, drawn):
         assert any("<svg" in one and "joint" in one for one in without_scripts) is not drawn
 
 
+@pytest.mark.long
 def test_solve_makes_a_full_report_where_it_is_asked_for(tmp_path):
     folder = tmp_path / "run"
     solved = trajevo("solve", "pointing", *TINY, "--report", "full", "--out", folder)

@@ -1,5 +1,7 @@
 """`trajevo simulate`: what it prints and draws of a run, and what it refuses."""
 
+from pathlib import Path
+
 import pytest
 
 from tests.helpers import UNDRAWN, trajevo
@@ -9,11 +11,22 @@ pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install 'traj
 SMALL = ("--generations", "2", "--population", "6", "--no-polish", "--quiet", *UNDRAWN)
 BRIEF = ("--rate", "100", "--settle", "0.1")
 
+#: Two joints without dry friction are played in few steps of integration.
+TASK = f"""format = 1
+robot = "{Path(__file__).parents[1] / "data" / "two_link_drives"}"
+points = [[-1.5, 0.0], [-0.9, 0.6], [-0.4, 1.2]]
+duration_bounds = [0.3, 2.0]
+objectives = ["time", "energy"]
+[payload]
+mass = 2.5
+"""
+
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("simulated") / "p"
-    solved = trajevo("solve", "pick-place", "--payload", "2.5", *SMALL, "--out", folder)
+    folder.with_name("task.toml").write_text(TASK)
+    solved = trajevo("solve", folder.with_name("task.toml"), *SMALL, "--out", folder)
     assert solved.returncode == 0, solved.stderr
     return folder
 

@@ -170,9 +170,8 @@ def on_a_terminal(*commands, cwd, columns=80):
     fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "NO_COLOR")}
     command = [sys.executable, "-c", COMMANDS, json.dumps([list(map(str, one)) for one in commands])]
-    process = subprocess.Popen(
-        command, cwd=cwd, stdin=its, stdout=its, stderr=its, env=environment | {"TERM": "xterm"}, close_fds=True
-    )
+    environment |= {"TERM": "xterm"}
+    process = subprocess.Popen(command, cwd=cwd, stdin=its, stdout=its, stderr=its, env=environment, close_fds=True)
     os.close(its)
     shown = b""
     while select.select([ours], [], [], 60.0)[0]:

@@ -73,12 +73,12 @@ def test_a_page_runs_as_it_stands_and_prints_what_it_shows(page, tmp_path):
     run_page(page, tmp_path)
 
 
-@pytest.mark.parametrize("page", mostly_long(SHORT, *SHORT[::2]))
+@pytest.mark.parametrize("page", mostly_long(SHORT, *SHORT[::4]))
 def test_a_page_runs_with_shorter_searches(page, tmp_path):
     run_page(page, tmp_path, short=True)
 
 
-@pytest.mark.parametrize("page", PYTHON)
+@pytest.mark.parametrize("page", mostly_long(PYTHON, PYTHON[0], *PYTHON[2:]))
 def test_the_python_of_a_page_runs_and_prints_what_it_says(page, tmp_path):
     run_page(page, tmp_path, languages=("python",))
 

@@ -31,8 +31,15 @@ import key_pages  # noqa: E402
 import references  # noqa: E402
 import units  # noqa: E402
 
-PAGES = api_pages.pages()
-KEYS = key_pages.pages()
+
+@pytest.fixture(scope="module")
+def pages():
+    return api_pages.pages()
+
+
+@pytest.fixture(scope="module")
+def keys():
+    return key_pages.pages()
 
 
 def entries():
@@ -40,19 +47,19 @@ def entries():
 
 
 @pytest.mark.parametrize("room", [trajevo, plots, problems], ids=lambda room: room.__name__)
-def test_every_public_name_has_a_page_to_which_its_group_leads(room):
+def test_every_public_name_has_a_page_to_which_its_group_leads(room, pages):
     by_value = {id(entry.value): entry for entry in entries()}
     for name in room.__all__:
         if (room, name) == (trajevo, "plots"):
-            assert "# Pictures" in PAGES["pictures.md"]
+            assert "# Pictures" in pages["pictures.md"]
             continue
         entry = by_value[id(getattr(room, name))]
-        page = PAGES[f"{entry.place}.rst"]
+        page = pages[f"{entry.place}.rst"]
         assert f".. auto{entry.kind}:: {entry.place}\n" in page or f".. py:data:: {entry.place}\n" in page
         assert f"import {entry.name}\n" in page
         (group,) = (title for title, found in api.groups().items() if entry in found)
-        assert f"[`{entry.name}`]({entry.place}.rst)" in PAGES["index.md"]
-        assert f"[{group}](" in PAGES["index.md"]
+        assert f"[`{entry.name}`]({entry.place}.rst)" in pages["index.md"]
+        assert f"[{group}](" in pages["index.md"]
         assert entry.says, name
 
 
@@ -154,20 +161,20 @@ def keys_of(schema):
     [("task_toml.md", task_model()), ("study_toml.md", StudySettings), ("robot_toml.md", RobotSettings)],
     ids=lambda given: given if isinstance(given, str) else "",
 )
-def test_every_key_of_a_file_is_described(page, model):
+def test_every_key_of_a_file_is_described(page, model, keys):
     found = list(keys_of(model.model_json_schema(by_alias=True)))
     assert len(found) > 5
     for key, description in found:
         if (page, key) != ("task_toml.md", "seed") or description:
             assert len(description) > 8, key
-        assert re.search(rf"^\| `{key}` \| \S", KEYS[page], re.MULTILINE), key
+        assert re.search(rf"^\| `{key}` \| \S", keys[page], re.MULTILINE), key
 
 
-def test_settings_of_a_search_are_keys_of_studies():
+def test_settings_of_a_search_are_keys_of_studies(keys):
     for name in set(Search.model_fields) - {"seed"}:
         key = "name" if name == "algorithm" else name
-        assert f"| `{key}` |" in KEYS["study_toml.md"] or f"| `{name}` |" in KEYS["study_toml.md"]
-        assert f"| `{key}` |" in KEYS["task_toml.md"]
+        assert f"| `{key}` |" in keys["study_toml.md"] or f"| `{name}` |" in keys["study_toml.md"]
+        assert f"| `{key}` |" in keys["task_toml.md"]
 
 
 #: Tables whose keys are names of the user's own: joints, and arguments of xacro.
@@ -189,22 +196,22 @@ def keys_in(content):
     [*ROOT.glob("trajevo/cli/*.toml"), *ROOT.glob("trajevo/cli/templates/*.toml"), *ROOT.glob("problems/tasks/*.toml")],
     ids=lambda file: file.name,
 )
-def test_every_key_of_the_worked_tasks_is_on_the_page(file):
-    listed = set(re.findall(r"^\| `(\w+)` \|", KEYS["task_toml.md"], re.MULTILINE))
+def test_every_key_of_the_worked_tasks_is_on_the_page(file, keys):
+    listed = set(re.findall(r"^\| `(\w+)` \|", keys["task_toml.md"], re.MULTILINE))
     used = set(keys_in(tomllib.loads(file.read_text(encoding="utf-8"))))
     assert len(used) > 8
     assert used - listed == set()
 
 
-def test_every_shape_and_size_of_an_obstacle_is_on_the_page():
+def test_every_shape_and_size_of_an_obstacle_is_on_the_page(keys):
     for shape, kind in SHAPES.items():
-        assert f'\\[\\[scene.obstacles\\]\\] with shape = "{shape}"' in KEYS["task_toml.md"]
+        assert f'\\[\\[scene.obstacles\\]\\] with shape = "{shape}"' in keys["task_toml.md"]
         for name in kind.__dataclass_fields__:
-            assert f"| `{name}` |" in KEYS["task_toml.md"]
+            assert f"| `{name}` |" in keys["task_toml.md"]
 
 
-def test_units_and_defaults_stand_in_columns_of_their_own():
-    page = KEYS["task_toml.md"]
+def test_units_and_defaults_stand_in_columns_of_their_own(keys):
+    page = keys["task_toml.md"]
     assert re.search(r"^\| `duration_bounds` \| .* \| needed \| s \|$", page, re.MULTILINE)
     assert re.search(r"^\| `samples` \| .*whole number.* \| `6` \|  \|$", page, re.MULTILINE)
     assert re.search(r"^\| `effort_margin` \| .* \| `0.0` \| no unit \|$", page, re.MULTILINE)

@@ -159,6 +159,7 @@ def test_a_motion_has_the_same_values_alone_and_among_others(name, count):
     np.testing.assert_array_equal(problem.evaluate(x[::-1])[0][::-1], together)
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("samples", [2, 3, 5, 8, 20, 60])
 def test_the_number_of_first_samples_does_not_matter(samples):
     usual, other = problem_of("ur5"), problem_of("ur5", samples=samples)

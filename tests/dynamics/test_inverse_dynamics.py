@@ -2,16 +2,14 @@
 
 import copy
 import pickle
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from tests.guo2016 import GUO2016, TABLE_7, forces_along
+from tests.helpers import forked
 from trajevo import PolynomialBatch, TrajevoError, load_robot
 from trajevo.base import jit
 from trajevo.dynamics.integrals.nodes import lobatto
@@ -22,7 +20,6 @@ from trajevo.problems import HybridManipulator
 from trajevo.robot.joints import Friction
 from trajevo.robot.payload import Payload
 
-ROOT = Path(__file__).parents[2]
 HYBRID = load_robot("hybrid_manipulator")
 POINTING = load_robot("pointing_mechanism")
 PAYLOADS = {
@@ -46,6 +43,7 @@ def random_states(robot, count, seed=0):
     )
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize(
     ("payload", "arguments"),
     [
@@ -244,22 +242,17 @@ def test_complex_steps_in_position_velocity_and_acceleration_alone():
             np.testing.assert_allclose(slope, expected, rtol=1e-6, atol=1e-6 * max(1.0, np.abs(expected).max()))
 
 
-INTEGERS_AND_SINGLES = """
-import numpy as np
-from trajevo import load_robot
-from trajevo.dynamics.inverse_dynamics import Dynamics
-dynamics = Dynamics(load_robot("pointing_mechanism"))
-q = np.array([[1, 0], [2, 1]])
-expected = dynamics.effort(*(x.astype(np.float64) for x in (q, q, q)))
-assert np.allclose(dynamics.effort(q, q, q), expected)
-assert np.allclose(dynamics.effort(*(x.astype(np.float32) for x in (q, q, q))), expected)
-"""
+def integers_and_singles():
+    dynamics = Dynamics(load_robot("pointing_mechanism"))
+    q = np.array([[1, 0], [2, 1]])
+    expected = dynamics.effort(*(x.astype(np.float64) for x in (q, q, q)))
+    assert np.allclose(dynamics.effort(q, q, q), expected)
+    assert np.allclose(dynamics.effort(*(x.astype(np.float32) for x in (q, q, q))), expected)
 
 
 def test_integers_and_single_precision_are_taken():
-    """In a process of its own: Pinocchio ends the process where it cannot convert an array."""
-    done = subprocess.run([sys.executable, "-c", INTEGERS_AND_SINGLES], cwd=ROOT, capture_output=True, check=False)
-    assert done.returncode == 0, done.stderr.decode()
+    """In a copy of this process: Pinocchio ends the process where it cannot convert an array."""
+    assert forked(integers_and_singles) == 0
 
 
 def rollout_of(count, samples, payload=PAYLOADS["rigid"]):

@@ -114,7 +114,7 @@ def grown(size, seed):
     return model
 
 
-@pytest.mark.parametrize("size", [2, 3, 5, 12, 24, 64])
+@pytest.mark.parametrize("size", mostly_long([2, 3, 5, 12, 24, 64], 2, 12, 64))
 def test_any_tree_is_pinocchio_s(size):
     for seed in range(3):
         model = grown(size, seed)
@@ -215,6 +215,7 @@ def compared_with_pinocchio_s_derivatives(model, motions):
     np.testing.assert_allclose(torque.imag, slopes, rtol=0.0, atol=1e-11 * np.abs(slopes).max())
 
 
+@pytest.mark.thinned(2)
 def test_slopes_are_pinocchio_s(robot):
     states = random_states(robot, 5 * 300)
     model = robot.model.copy()

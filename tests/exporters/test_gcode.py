@@ -60,7 +60,7 @@ def test_g_code_waits_and_says_how_it_starts_and_ends(knee, tmp_path):
         points=[[0.0, 0.0], [0.1, 0.05], [0.2, 0.0]],
         passing=[{"point": 0, "velocity": [0.01, 0.0]}, {"point": 1, "dwell": 0.5}],
     )
-    knee = optimise(problem, seed=1, population=12, generations=3, progress=False).knee()
+    knee = optimise(problem, seed=1, population=12, generations=3, progress=False, polish=False).knee()
     text = export(knee, tmp_path / "knee.gcode", format="gcode", step=0.01).read_text()
     assert "; starts in motion and ends at rest; feeds" in text
     positions, feeds = read_g_code(text)

@@ -83,6 +83,7 @@ def test_gradients_agree_with_differences(shape):
 FEW = {"generations": 2, "population": 16}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("jerk", "by_b_spline"), [(200.0, 1.346), pytest.param(2000.0, 1.278, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     "search",

@@ -149,6 +149,7 @@ def in_batches(problem, x, size) -> np.ndarray:
     return np.concatenate([bits(problem, x[start : start + size]) for start in range(0, len(x), size)])
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("sizes", mostly_long([(1, 7), (2, 3)], (1, 7)))
 def test_no_bit_depends_on_the_batch(problem, x, sizes):
     whole = bits(problem, x)
@@ -158,6 +159,7 @@ def test_no_bit_depends_on_the_batch(problem, x, sizes):
     np.testing.assert_array_equal(bits(problem, np.asfortranarray(x)), whole, err_msg="columns in memory")
 
 
+@pytest.mark.thinned(2)
 def test_no_bit_depends_on_threads(problem, x):
     whole = bits(problem, x)
     for threads in (1, 2):

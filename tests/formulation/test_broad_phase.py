@@ -116,6 +116,7 @@ def decided(search: ClearanceSearch, *, to_the_end: bool) -> list[np.ndarray]:
     ]
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("to_the_end", [False, True])
 @pytest.mark.parametrize("seed", mostly_long([*range(6), 100, 101], 100))
 @pytest.mark.parametrize("name", mostly_long(ROBOTS, *[*ROBOTS][::2]))
@@ -128,6 +129,7 @@ def test_results_are_those_of_all_pairs_to_the_bit(robots, name, seed, to_the_en
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("to_the_end", [False, True])
 @pytest.mark.parametrize("seed", mostly_long([4, 104], 104))
 @pytest.mark.parametrize("name", mostly_long(ROBOTS, *[*ROBOTS][1::2]))
@@ -189,6 +191,7 @@ def test_many_distances_are_left_out(robots, monkeypatch):
     assert sum(asked) < 0.05 * search.grid.t.size * len(collision.pairs)
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("seed", mostly_long([*range(4), 100, 101, 103], 100))
 @pytest.mark.parametrize("name", ROBOTS)
 def test_lower_bounds_are_never_above_distances(robots, name, seed):
@@ -207,6 +210,7 @@ def test_lower_bounds_are_never_above_distances(robots, name, seed):
     assert np.median((distances - closer)[:, near]) < 0.03
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("seed", mostly_long([*range(3), 100], 100))
 @pytest.mark.parametrize("name", ROBOTS)
 def test_distances_within_an_interval_are_not_below_its_bound(robots, name, seed):

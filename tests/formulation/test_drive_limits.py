@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from tests.helpers import mostly_long
 from trajevo import (
     Payload,
     PolynomialBatch,
@@ -104,9 +105,11 @@ LINES = [
 ]
 
 
-@pytest.mark.parametrize("line", LINES)
-@pytest.mark.parametrize("losses", [{}, LOSSY])
-@pytest.mark.parametrize("dry", [False, True])
+#: Every line, every loss and every friction is in some of the cases that `make test` takes.
+CASES = [(line, losses, dry) for line in LINES for losses in ({}, LOSSY) for dry in (False, True)]
+
+
+@pytest.mark.parametrize(("line", "losses", "dry"), mostly_long(CASES, *CASES[::3], several=True))
 def test_proven_torques_are_above_all_samples_and_near_them(line, losses, dry):
     friction = {"coulomb": {"shoulder": 2.0, "elbow": 1.0}} if dry else None
     drives = dict.fromkeys(("shoulder", "elbow"), line | losses)
@@ -220,8 +223,12 @@ def finely_integrated(rollout, robot, joint, duty):
     return np.sqrt(whole / (ends[-1] + duty.dwell)), peak * drive.rise_per_square
 
 
-@pytest.mark.parametrize("losses", [{}, LOSSY])
-@pytest.mark.parametrize(("dwell", "cycles"), [(0.0, None), (0.7, None), (0.3, 5)])
+DUTIES = [(losses, *duty) for duty in ((0.0, None), (0.7, None), (0.3, 5)) for losses in ({}, LOSSY)]
+
+
+@pytest.mark.parametrize(
+    ("losses", "dwell", "cycles"), mostly_long(DUTIES, DUTIES[1], DUTIES[2], DUTIES[5], several=True)
+)
 def test_cycles_against_a_fine_integration(losses, dwell, cycles):
     """The motion has joints that turn round and loads that change direction, where torques jump if gears lose."""
     robot, duty = arm(**losses, thermal_time_constant=8.0), Duty(dwell, cycles)

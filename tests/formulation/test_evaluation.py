@@ -11,7 +11,7 @@ import warnings
 import numpy as np
 import pytest
 
-from tests.helpers import UNDRAWN, refused, small_problem, trajevo
+from tests.helpers import UNDRAWN, refused, small_problem, trajevo, without_files
 from tests.killed import begin
 from trajevo import Front, optimise
 from trajevo.errors import InvalidInputError
@@ -116,10 +116,11 @@ def test_only_the_first_failures_are_listed_all_are_counted():
     assert len(front.run.failed) == MOST_LISTED
 
 
-def test_failures_are_in_the_report(tmp_path):
+def test_failures_are_in_the_report(tmp_path, monkeypatch):
+    without_files(monkeypatch)
     front = optimise(when_slow(complain), seed=1, **SMALL, polish=False)
     front.save(tmp_path / "front.json")
-    text = report(front, tmp_path / "report.html").read_text()
+    text = report(front, tmp_path / "report.html", pictures=()).read_text()
     x = front.run.failed[0].x
     assert "LookupError: no such torque" in text
     assert ", ".join(f"{value:.6g}" for value in x) in text
@@ -149,18 +150,22 @@ def test_a_worker_that_may_not_start_processes_says_what_to_change():
     worker.join()
 
 
-def test_a_process_whose_run_was_killed_while_it_hangs_ends_by_itself(tmp_path):
-    script = (
-        "import os, time\n"
-        "from tests.formulation.test_evaluation import when_slow\n"
-        "from trajevo import optimise\n"
-        "def hang():\n"
-        "    print(os.getpid(), flush=True); time.sleep(60.0)\n"
-        "optimise(when_slow(hang), seed=1, generations=2, population=8, time_limit=0.5, progress=False)\n"
-    )
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as running:
-        hanging = int(running.stdout.readline())
-        running.kill()
+def test_a_process_whose_run_was_killed_while_it_hangs_ends_by_itself():
+    context = multiprocessing.get_context("fork")
+    ours, theirs = context.Pipe(duplex=False)
+
+    def hangs():
+        theirs.send(os.getpid())
+        hang()
+
+    def run():
+        optimise(when_slow(hangs), seed=1, generations=2, population=8, time_limit=0.5, progress=False)
+
+    running = context.Process(target=run)
+    running.start()
+    hanging = ours.recv()
+    running.kill()
+    running.join()
     deadline = time.perf_counter() + 10.0
     while time.perf_counter() < deadline:
         try:

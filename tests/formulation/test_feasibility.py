@@ -284,6 +284,7 @@ def test_no_motion_from_rest_to_rest_is_faster_than_the_least_time():
         assert trapezoid * (1.0 - 1e-9) <= bound <= found.duration * (1.0 + 1e-9)
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("interpolant", THROUGH_POINTS)
 def test_no_feasible_motion_of_any_interpolant_beats_the_least_times(weak, interpolant):
     points = [[1.5, 0.0], [1.2, 0.9], [1.0, 0.2], [1.4, -0.6]]

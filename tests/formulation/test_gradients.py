@@ -127,6 +127,7 @@ def greatest(limit, rollout):
     return terms.reshape(len(terms), -1, len(limit.names)).max(axis=1)
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("terms", [False, True], ids=["", "in terms"])
 def test_gradients_are_finite_differences(problem, terms):
     """One quotient at least agrees: a central one where the value is smooth, a one-sided one where it has a kink."""

@@ -120,6 +120,7 @@ def test_settings_make_an_equal_obstacle_and_files_the_same_motion(tmp_path):
 # --- distances
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: type(shape).__name__)
 def test_distances_are_those_of_an_obstacle_that_stands_there(xarm, shape):
     collision, q = Collision(xarm, scene(shape)), timed(xarm, 12, seed=1)
@@ -202,6 +203,7 @@ def test_slopes_of_distances_follow_joints_and_time(xarm, ball):
 # --- proofs
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("seed", range(3))
 def test_distances_within_an_interval_are_not_below_its_bound(xarm, seed):
     collision = Collision(xarm, scene())

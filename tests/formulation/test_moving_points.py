@@ -105,6 +105,7 @@ def test_ends_move_when_asked(kind):
     assert np.abs(points[:, 0] - POINTS.positions[0]).max() > 0.01
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("kind", mostly_long(THROUGH_POINTS, "cubic", "hybrid", "linear_blends", "quintic_spline"))
 def test_complex_steps_are_the_derivatives(kind):
     interpolant = moving(kind)

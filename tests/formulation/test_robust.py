@@ -32,6 +32,7 @@ def random_rollout(name, rng, *, speed, model="rigid", motions=4) -> Rollout:
     return Rollout(Dynamics(ROBOTS[name], Payload(1.0, (0.3, 0.0, 0.0), model=model)), batch)
 
 
+@pytest.mark.thinned(4)
 @pytest.mark.parametrize("name", ROBOTS)
 @every_com_model
 def test_excess_is_that_of_the_worst_of_all_payloads(name, model):
@@ -121,6 +122,7 @@ def test_no_bit_depends_on_the_batch(name, model):
         np.testing.assert_array_equal(copied.function(rollout), whole)
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("count", mostly_long([60, 300], 60))
 @pytest.mark.parametrize("axes", [0, 1, 2, 3])
 def test_greatest_quadratic_of_random_forms(axes, count):

@@ -521,15 +521,15 @@ def test_what_contradicts_itself_is_refused_in_a_sentence(problem, given, says):
     refused(lambda: problem(**given), says)
 
 
-def test_a_line_that_no_posture_joins_names_segment_and_place(robot, points):
-    def between(*ends, **more):
-        line = {"from": 0, "tool": "line"} | more
-        return ViaPointProblem(robot=robot, points=list(ends), constraints=(), segments=[line])
+def between(robot, *ends):
+    return ViaPointProblem(robot=robot, points=list(ends), constraints=(), segments=[{"from": 0, "tool": "line"}])
 
+
+def test_a_line_that_no_posture_joins_names_segment_and_place(robot, points):
     # Through the column of the robot, where the wrist cannot be.
     across = [*poses([(0.3, -0.2, 0.3), (-0.3, 0.2, 0.3)])]
     refused(
-        lambda: between(*across),
+        lambda: between(robot, *across),
         r"segments: from 0 to 1: at \d+ % of the line, \[.*\] m, .*(does not reach|would jump)",
     )
     # The same pose with the elbow down: the posture would have to jump.
@@ -537,16 +537,21 @@ def test_a_line_that_no_posture_joins_names_segment_and_place(robot, points):
     found = find_postures(robot, positions, rotations[0], seed=0).q
     other = found[np.abs(found - points[1]).max(axis=1).argmax()]
     refused(
-        lambda: between(points[0], other), "no posture joins the points 0 and 1: .* would jump from .* in one posture"
+        lambda: between(robot, points[0], other),
+        "no posture joins the points 0 and 1: .* would jump from .* in one posture",
     )
+
+
+@pytest.mark.long
+def test_a_line_that_leaves_the_range_of_a_joint_names_joint_and_place(robot, points):
     ends = points[[1, 4]]
-    wide = between(*ends)
+    wide = between(robot, *ends)
     elbow = moved(wide, np.array([1.0]), 0, 1)[:, 2]
     assert elbow.max() > ends[:, 2].max() + 0.05
     limits = {"position": {"elbow_joint": [-3.0, float(ends[:, 2].max()) + 0.02]}}
     narrow = load_robot(**UR5 | {"limits": UR5["limits"] | limits})
     refused(
-        lambda: ViaPointProblem(robot=narrow, points=ends, constraints=(), segments=[{"from": 0, "tool": "line"}]),
+        lambda: between(narrow, *ends),
         r"at \d+ % of the line, .* 'elbow_joint' leaves its range",
     )
 

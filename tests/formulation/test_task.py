@@ -242,7 +242,7 @@ def test_the_way_from_an_empty_folder_to_a_file(tmp_path, drawn):
     for command in (
         ("init",),
         ("solve", "task.toml", "--generations", "12", "--population", "24", "--no-polish", "--quiet", *drawn),
-        ("report", "runs/task"),
+        ("report", "runs/task", *(("--no-pictures",) if drawn else ())),
         ("export", "runs/task", "--format", "csv"),
     ):
         done = trajevo(*command, cwd=tmp_path)
@@ -292,6 +292,7 @@ def test_worked_tasks_are_solved_and_verified(file):
         assert found.passed, found.doubts or found.worst
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize(
     "file",
     [

@@ -45,6 +45,7 @@ def fine(robot, count):
     return positions, trajectory.duration / (count - 1)
 
 
+@pytest.mark.thinned(2)
 def test_path_length_and_speed_are_those_of_a_fine_polyline(robot):
     positions, step = fine(robot, 4001)
     chords = np.linalg.norm(np.diff(positions, axis=1), axis=2)
@@ -60,6 +61,7 @@ def test_path_length_and_speed_are_those_of_a_fine_polyline(robot):
     np.testing.assert_allclose(excess[:, 0], fastest / 0.5 - 1.0, rtol=0.0, atol=5e-3 * (fastest / 0.5).max())
 
 
+@pytest.mark.thinned(2)
 def test_height_is_the_least_one_of_the_samples(robot):
     motion = rollout(robot)
     lowest = np.array([robot.tool_poses(row)[0][:, 2].min() for row in motion.q])

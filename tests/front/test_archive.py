@@ -54,6 +54,7 @@ def at_once(parts):
 WAYS = [(False, (4, 500), 2**16), (False, (1, 0), 2**16), (False, (1, 0), 500), (False, (1, 0), 1), (True, (1, 0), 1)]
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("n_obj", mostly_long([1, 2, 3, 4, 5], 1, 3))
 @pytest.mark.parametrize("levels", [5, 10**6])
 @pytest.mark.parametrize(

@@ -64,6 +64,7 @@ def test_exact_shares_by_counting(objectives):
     assert set(np.flatnonzero(counted)) <= set(found.rows)
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize(("objectives", "rule"), [(4, "weighted"), *((count, "topsis") for count in (2, 3, 4))])
 def test_counted_shares_by_brute_force(objectives, rule):
     F = bulging(15, objectives)
@@ -93,6 +94,7 @@ def test_sobol_errors_are_those_of_the_exact_shares():
     assert max(errors.values()) < 1e-3
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("objectives", [2, 3, 4, 5])
 def test_the_least_change_flips_the_choice_and_less_does_not(objectives):
     rng = np.random.default_rng(objectives)
@@ -232,6 +234,7 @@ def test_a_front_chooses_by_topsis_and_tells_how_stable_that_is(fronts):
     refused(lambda: front[:0].stability([1, 1, 1]), "the front is empty")
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("count", [2, 3, 4])
 @pytest.mark.parametrize("rule", RULES)
 def test_pictures_show_the_choice_of_all_weights(fronts, count, rule):

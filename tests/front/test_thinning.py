@@ -33,6 +33,7 @@ FRONTS = {
 }
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("name", FRONTS)
 @pytest.mark.parametrize("most", [20, 300, 3000])
 def test_extremes_and_what_is_kept_are_among_few_rows(name, most):

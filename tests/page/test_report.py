@@ -46,6 +46,7 @@ def solved(request, tmp_path_factory):
     return front, Page.of(file)
 
 
+@pytest.mark.thinned(2)
 def test_numbers_are_those_of_the_front_to_the_bit(solved):
     front, page = solved
     rows = page.members("rows")
@@ -100,6 +101,7 @@ def test_limits_are_those_that_are_kept(solved):
             np.testing.assert_array_equal(np.abs(found), np.abs(expected))
 
 
+@pytest.mark.thinned(2)
 def test_files_are_what_export_writes_byte_for_byte(solved, tmp_path):
     front, page = solved
     choices = {str(choice.index): choice for choice in front.choices()}

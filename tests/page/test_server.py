@@ -92,6 +92,7 @@ def test_more_generations_land_in_the_run_and_the_page_says_so(served, run):
     assert told["generations"] == 55
 
 
+@pytest.mark.long
 def test_weights_land_as_a_member_that_minimises_their_sum(served, run):
     front = read_run(run)
     weights = [0.2, 0.5, 0.3]
@@ -148,10 +149,11 @@ def test_every_solution_has_its_certificate_payload_and_files_from_the_server(se
     stamp, front = served.page.stamp, read_run(run)
     choices = {choice.index: choice for choice in front.choices()}
     row = next(k for k in range(len(front)) if k not in choices)
-    for solution in (front.pick(row), choices[front.knee().index]):
+    some, every = ("csv", "gcode"), ("csv", "json", "ros2", "mujoco", "feed", "gcode")
+    for solution, formats in ((front.pick(row), some), (choices[front.knee().index], every)):
         where = f"row={solution.index}&stamp={stamp}"
         assert asked(served, f"certificate?{where}") == (200, str(certify(solution)))
-        for format in ("csv", "json", "ros2", "mujoco", "feed", "gcode"):
+        for format in formats:
             code, text = asked(served, f"file?{where}&format={format}")
             assert (code == 200, text) == written(solution, tmp_path / "file", format), format
         export(solution, tmp_path / "file", format="netcdf")

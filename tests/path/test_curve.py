@@ -43,6 +43,7 @@ def test_values_are_scipys(path):
         np.testing.assert_allclose(path(u, order), expected, atol=1e-11 * np.abs(expected).max())
 
 
+@pytest.mark.thinned(2)
 def test_peaks_are_reached_and_never_exceeded(path):
     u = np.linspace(0.0, 1.0, 200_001)
     for order in range(4):

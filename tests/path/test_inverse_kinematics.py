@@ -55,6 +55,7 @@ def test_neighbouring_poses_have_neighbouring_joints():
     np.testing.assert_allclose(q[0], start, rtol=0.0, atol=1e-6)
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("count", mostly_long([3, 8], 3))
 def test_no_solution_known_is_nearer(robot, count):
     """Neither what the pose was made from nor what SciPy finds from a few starts."""
@@ -175,6 +176,7 @@ def test_bad_arguments_are_refused(poses, options, says):
     refused(lambda: inverse_kinematics(robot, poses, **options), says)
 
 
+@pytest.mark.thinned(2)
 def test_a_free_axis_leaves_the_turn_about_it_open(robot):
     """Position and axis are met, and the next posture is no further away than with the turn prescribed."""
     q, poses = poses_of(robot)

@@ -42,6 +42,7 @@ def beside(count):
     return np.stack([numbers - 1, np.where(numbers + 1 < count, numbers + 1, -1)], axis=1)
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("name", ["ur5", "xarm7", "panda", "puma560", "hybrid_manipulator"])
 @pytest.mark.parametrize("oriented", [True, False])
 def test_solutions_meet_the_pose_inside_the_limits(name, oriented):

@@ -4,10 +4,11 @@ import dataclasses
 import json
 import warnings
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from tests.helpers import refused
+from tests.helpers import refused, without_files
 from trajevo import Front, analyse, optimise
 from trajevo.capacity.slowdown import slowdown_curve
 from trajevo.dynamics.rollout import Rollout
@@ -107,15 +108,17 @@ def test_a_report_makes_the_problem_once_and_decodes_a_few_rows(kept, tmp_path, 
     monkeypatch.setattr(TrajectoryProblem, "decode", decoding)
     monkeypatch.setattr(ProblemRecord, "of", classmethod(recording))
     blank = pictures.Picture("blank", "blank", b"").png
-    monkeypatch.setattr(pictures, "_png", lambda figure, made_for="": blank)  # laid out, not drawn
+    monkeypatch.setattr(
+        pictures, "_png", lambda figure, made_for="": (plt.close(figure), blank)[1]
+    )  # laid out, not drawn
+    without_files(monkeypatch)
     front = Front.load(file)
     found = analyse(front, file=analyses_file)
     report(front, tmp_path / "full.html", analyses=found, pictures=draw_all(front, found))
     # Once to compare the numbers on record, twice for how far they are known; all motions of the page at once, and each
     # choice for its certificate and files.
     assert counted == {"decode": 3 + 2 + len(front.choices()), "record": 1}
-    monkeypatch.undo()
-    monkeypatch.setattr(TrajectoryProblem, "decode", decoding)
+    monkeypatch.setattr(ProblemRecord, "of", classmethod(record))
     front, counted["decode"] = Front.load(file), 0
     report(front, tmp_path / "short.html", analyses=analyse(front, "short"))
     # What holds the knee back takes three: the number of its segments, an example of its terms, and the gradients.
@@ -212,7 +215,7 @@ def test_pictures_are_drawn_once_for_their_front(kept, tmp_path, no_solver, monk
     (tmp_path / "plots" / "parallel.png").write_bytes(drawn[2].png)  # another picture of this front
     (tmp_path / "plots" / "profiles.png").write_text("mine")
     made = []
-    monkeypatch.setattr(pictures, "_png", lambda figure, made_for: (made.append(1), drawn[0].png)[1])  # not drawn
+    monkeypatch.setattr(pictures, "_png", lambda figure, made_for: (plt.close(figure), made.append(1), drawn[0].png)[2])
     again = draw_all(front, kept=tmp_path / "plots", views=False)
     assert [picture.stem for picture in again] == [picture.stem for picture in drawn]
     assert len(made) == 3

@@ -108,7 +108,7 @@ def test_every_picture_of_a_run_is_fit_for_print(drawings, width, every):
 
 
 @pytest.mark.parametrize("joints", mostly_long([7, 12], 12))
-@pytest.mark.parametrize("width", ["column", "page"])
+@pytest.mark.parametrize("width", mostly_long(["column", "page"], "column"))
 def test_many_joints_have_room(joints, width, tmp_path):
     file = tmp_path / "robot.urdf"
     file.write_text(random_urdf(np.random.default_rng(3), joints, kinds=("revolute",)), encoding="utf-8")
@@ -314,14 +314,17 @@ def test_axes_in_space_are_not_taken_for_a_plane(fronts):
     refused(lambda: plots.hypervolume(fronts["pointing"], ax=space), "ax: expected axes in the plane")
 
 
-def test_the_command_writes_a_runs_pictures_the_same_each_time(fronts, tmp_path):
+@pytest.mark.parametrize("ending", mostly_long(["pdf", "svg"], "svg"))
+def test_the_command_writes_a_runs_pictures_the_same_each_time(fronts, tmp_path, ending):
     front = fronts["pointing"]
     front.save(tmp_path / "front.json")
-    done = trajevo("pictures", tmp_path / "front.json", "--width", "column", "--out", tmp_path / "figures")
+    asked = ("--width", "column", *(() if ending == "pdf" else ("--format", ending)))
+    done = trajevo("pictures", tmp_path / "front.json", *asked, "--out", tmp_path / "figures")
     assert done.returncode == 0, done.stderr
     files = sorted(file.name for file in (tmp_path / "figures").iterdir())
-    assert files == ["front.pdf", "front_3d.pdf", "hypervolume.pdf", "parallel.pdf", "profiles.pdf", "tool_path.pdf"]
-    again = draw_files(front, tmp_path / "again", width="column")
+    drawn = ("front", "front_3d", "hypervolume", "parallel", "profiles", "tool_path")
+    assert files == [f"{stem}.{ending}" for stem in drawn]
+    again = draw_files(front, tmp_path / "again", width="column", format=ending)
     assert {file.name: file.read_bytes() for file in again} == {
         file.name: file.read_bytes() for file in (tmp_path / "figures").iterdir()
     }

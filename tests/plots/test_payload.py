@@ -114,7 +114,7 @@ def test_regions_that_are_no_polygons_are_contours_of_the_limit(effort):
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "hybrid"
-    options = ["--payload", "8", "--generations", "12", "--population", "20"]
+    options = ["--payload", "8", "--generations", "12", "--population", "20", "--no-polish"]
     solved = trajevo("solve", "hybrid", *options, *UNDRAWN, "--out", folder, "--quiet")
     assert solved.returncode == 0, solved.stderr
     return folder

@@ -6,7 +6,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from tests.helpers import refused
+from tests.helpers import refused, without_files
 from trajevo import analyse, optimise, plots
 from trajevo.capacity.dlcc import capacities, dlcc
 from trajevo.capacity.payload_studies import Studied
@@ -29,7 +29,8 @@ def stems(front):
     return [stem for stem in figures_of(front, analyse(front)) if stem in PAYLOAD_FIGURES]
 
 
-def test_every_picture_is_drawn_once_and_shows_something(front, tmp_path):
+def test_every_picture_is_drawn_once_and_shows_something(front, tmp_path, monkeypatch):
+    without_files(monkeypatch)
     analyses = analyse(front)
     pictures = draw_all(front, analyses)
     drawn = {picture.stem for picture in pictures}

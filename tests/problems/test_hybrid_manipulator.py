@@ -300,6 +300,7 @@ def test_bad_times_in_a_batch_do_not_touch_the_others():
     np.testing.assert_array_equal(out["F"][[0, 2]], problem.evaluate(np.stack([TABLE_7, TABLE_7]))[0])
 
 
+@pytest.mark.thinned(4)
 @every_convention
 @every_model
 def test_every_payload_model_under_every_convention(convention, model):
@@ -314,6 +315,7 @@ def test_every_payload_model_under_every_convention(convention, model):
     assert same.all() == (model == CONVENTIONS[convention])
 
 
+@pytest.mark.thinned(4)
 @every_convention
 @every_model
 def test_settings_make_an_equal_problem(convention, model):

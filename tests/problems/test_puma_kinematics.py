@@ -66,6 +66,7 @@ def test_every_branch_reaches_the_pose(branch):
     np.testing.assert_array_equal(q, all_inverse_kinematics(position, rotation)[:, BRANCHES.index(branch)])
 
 
+@pytest.mark.thinned(3)
 @every_branch
 def test_words_of_a_branch_mean_what_they_say(branch):
     """Looking from the axis of joint 1 towards the wrist, by the places that Pinocchio gives the links."""

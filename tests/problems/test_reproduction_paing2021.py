@@ -30,21 +30,23 @@ COUNTS = {
 }
 
 
+#: Items of which the tests of curves ask, made with short searches; all are made at full size.
+SOME = ("3", "4", "5", "6", "7")
+
+
 @pytest.fixture(scope="module")
 def short(tmp_path_factory):
-    return reproduce(paper_named("paing2021"), tmp_path_factory.mktemp("paing2021"), short=True)
+    return reproduce(paper_named("paing2021"), tmp_path_factory.mktemp("paing2021"), short=True, figures=SOME)
 
 
 def check(made):
     assert not made.unexpected
     counts = Counter(str(item) for item, _ in made.numbers)
     differ = Counter(str(item) for item, number in made.numbers if number.verdict == "differs")
-    assert {str(item): (counts[str(item)], differ[str(item)]) for item in made.shown} == COUNTS
+    assert {str(item): (counts[str(item)], differ[str(item)]) for item in made.shown}.items() <= COUNTS.items()
     for item, shown in made.shown.items():
         assert shown.table is not None
-        assert (
-            (1 if str(item) == "Figure 15" else 2) <= len(shown.table.rows) <= 400
-        )  # what varies it is tried at full size
+        assert (1 if str(item) == "Figure 15" else 2) <= len(shown.table.rows) <= 400
         picture = imread(made.folder / f"{item.stem}.png")
         assert picture.shape[1] > 900
         assert 0.005 < (picture[..., :3].min(axis=-1) < 0.9).mean() < 0.5
@@ -58,12 +60,14 @@ def table(made, stem, name):
 
 def test_every_printed_number_is_as_said(short):
     check(short)
+    assert len(short.shown) == len(SOME)
 
 
 @pytest.mark.long
 def test_every_printed_number_is_as_said_at_full_size(tmp_path):
     made = reproduce(paper_named("paing2021"), tmp_path)
     check(made)
+    assert len(made.shown) == len(COUNTS)
     ours = {(str(item), number.of): number.ours for item, number in made.numbers}
     for figure, path in (("Figure 4", "sshape"), ("Figure 8", "gemini")):
         nearest = PAING2021[path]["trap1000"]["nnc"]["0.515625"]

@@ -250,4 +250,4 @@ def test_a_problem_with_a_cell_is_made_again_from_its_settings():
     again = ViaPointProblem(**json.loads(json.dumps(problem.settings)))
     x = np.array([[1.7]])
     np.testing.assert_array_equal(again.evaluate(x)[0], problem.evaluate(x)[0])
-    assert len(optimise(again, seed=1, generations=2, population=8, progress=False))
+    assert len(optimise(again, seed=1, generations=2, population=8, progress=False, polish=False))

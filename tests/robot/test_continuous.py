@@ -71,6 +71,7 @@ def test_a_whole_turn_is_the_same_posture_and_another_position(gen3):
     np.testing.assert_array_equal(the_shorter_way(gen3, shorter), shorter)
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize(
     ("turns", "wide", "expected"),
     [("as_written", 400.0, 200.0), ("shortest", 400.0, -160.0), ("shortest", 90.0, 200.0)],
@@ -162,6 +163,7 @@ def test_what_is_not_limited_and_what_is_not_used_is_told(file):
     assert robot.limits.velocity[1] == 1.39
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("name", ["bravo7_no_ee", "kinova", "double_pendulum_continuous"])
 def test_published_robots_with_endless_joints_load_and_solve(name):
     tool = {"kinova": "j2s6s200_end_effector", "bravo7_no_ee": "contact_point"}.get(name)

@@ -433,7 +433,7 @@ def test_a_robot_of_a_table_goes_all_the_way(scara):
         ("certify", "runs/task"),
         ("capacity", "runs/task"),
         ("verify", "runs/task"),
-        ("report", "runs/task"),
+        ("report", "runs/task", "--no-pictures"),
         ("animate", "runs/task", "--out", "arm.html"),
         ("export", "runs/task", "--format", "mujoco", "--out", "replay.csv"),
         ("resume", "runs/task", "--generations", "5", *UNDRAWN),

@@ -29,6 +29,7 @@ def test_the_robots_that_come_with_trajevo_have_no_errors(name):
     assert not told(examination.warnings, "acceleration and jerk")
 
 
+@pytest.mark.thinned(4)
 @pytest.mark.parametrize("name", list_example_robots())
 def test_no_errors_means_that_the_robot_loads(name):
     examination = examine(name)

@@ -39,7 +39,7 @@ def middle(robot):
     return 0.5 * (low + high), 0.1 * np.minimum(high - low, 2.0)
 
 
-@pytest.mark.parametrize("name", mostly_long(ROBOTS, *[*ROBOTS][::8], *NOT_KNOWN))
+@pytest.mark.parametrize("name", mostly_long(ROBOTS, *[*ROBOTS][::16], *NOT_KNOWN))
 def test_it_goes_all_the_way(name, tmp_path):
     robot, given = loaded(name, tmp_path)
     if given:

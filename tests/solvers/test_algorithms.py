@@ -26,6 +26,7 @@ def solved(problem, name) -> Front:
     return optimise(problem, search, progress=False)
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_every_algorithm_solves_and_repeats_itself(hybrid, name):
     front, again = solved(hybrid, name), solved(hybrid, name)

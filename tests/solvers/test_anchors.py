@@ -27,7 +27,8 @@ SOLVED = {"seed": 1, "population": 60, "generations": 30, "polish": False, "prog
 QUICK = {"members": 4, "rounds": 1}
 
 
-@pytest.mark.parametrize("members", mostly_long([QUICK, {}], QUICK), ids=str)
+@pytest.mark.long
+@pytest.mark.parametrize("members", [QUICK, {}], ids=str)
 def test_the_least_time_is_that_of_other_starts(members):
     made = problem(duration_bounds=(0.02, 3.0))
     front = optimise(made, **SOLVED)

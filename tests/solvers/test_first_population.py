@@ -51,6 +51,7 @@ def problem(request) -> TrajectoryProblem:
     return PROBLEMS[request.param]()
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("starts", ["stretched", "fastest", "spread"])
 def test_every_individual_keeps_the_limits(problem, starts):
     found = first_population(problem, 16, starts=starts, seed=1)
@@ -61,6 +62,7 @@ def test_every_individual_keeps_the_limits(problem, starts):
     assert found.evaluations >= 16
 
 
+@pytest.mark.thinned(2)
 def test_what_is_stretched_touches_a_limit_or_a_bound(problem):
     stretching = Stretching.of(Limits(problem))
     X = np.random.default_rng(0).uniform(problem.xl, problem.xu, (32, problem.n_var))
@@ -74,6 +76,7 @@ def test_what_is_stretched_touches_a_limit_or_a_bound(problem):
     np.testing.assert_array_equal(Y[:, ~in_seconds(problem)], X[:, ~in_seconds(problem)])
 
 
+@pytest.mark.thinned(2)
 def test_the_fastest_touch_a_limit_or_a_bound(problem):
     X = first_population(problem, 16, starts="fastest", seed=2).X
     if Stretching.of(Limits(problem)).possible:

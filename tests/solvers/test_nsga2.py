@@ -93,7 +93,7 @@ def alike(problem: Problem, *, generations: int = 12, seed: int = 1, setup=lambd
     assert (one.evaluator.n_eval, one.n_iter) == (other.evaluator.n_eval, other.n_iter)
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", mostly_long(PROBLEMS, *[*PROBLEMS][::3], "tnk", "equalities"))
 @pytest.mark.parametrize("seed", mostly_long(range(3), 0))
 def test_every_individual_is_pymoo_s(name, seed):
     alike(PROBLEMS[name](), seed=seed, pop_size=24)

@@ -50,6 +50,7 @@ OPERATORS = {
 }
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.filterwarnings("ignore::RuntimeWarning:pymoo")
 @pytest.mark.parametrize("name", OPERATORS)
 @pytest.mark.parametrize("kind", ["inside", "outside"])

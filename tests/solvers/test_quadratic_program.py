@@ -32,6 +32,7 @@ def value(model, d):
     return t + model.slope @ d + 0.5 * d @ model.curvature @ d + model.penalty * s + 0.5 * _PROXIMAL * (t**2 + s**2)
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("feasible", [True, False])
 @pytest.mark.parametrize("seed", range(12))
 def test_no_other_step_is_better(seed, feasible):

@@ -255,7 +255,8 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     run = tmp_path / "run"
     # One of the three is polished too.
     polish = number == signal.SIGKILL
-    size = ["--generations", "150", "--population", "40", "--seed", "3", "--quiet"]
+    population = 40 if polish else 24
+    size = ["--generations", "150", "--population", str(population), "--seed", "3", "--quiet"]
     size += [] if polish else ["--no-polish"]
     problem = "hybrid" if polish else "pointing"
     solving = _popen("solve", problem, *size, "--out", run)
@@ -276,7 +277,7 @@ def test_the_command_line_resumes_what_was_stopped(number, tmp_path):
     resumed = trajevo("resume", run, "--quiet", "--no-pictures")
     assert resumed.returncode == 0, resumed.stderr
     assert (run / "report.html").exists()
-    settings = {"seed": 3, "generations": 150, "population": 40, "polish": polish, "progress": False}
+    settings = {"seed": 3, "generations": 150, "population": population, "polish": polish, "progress": False}
     whole = optimise(read_run(run).problem, **settings)
     assert same(Front.load(run / "front.json"), whole)
 

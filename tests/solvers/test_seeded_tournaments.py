@@ -96,6 +96,7 @@ HOPELESS = {
 }
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("steps", [False, True], ids=["all tied", "steps"])
 @pytest.mark.parametrize("name", LOSING | KEEPING)
 def test_a_seed_repeats_a_run_to_the_bit(name, steps):
@@ -105,6 +106,7 @@ def test_a_seed_repeats_a_run_to_the_bit(name, steps):
     assert alike(run(first, steps=steps), run(second, steps=steps))
 
 
+@pytest.mark.thinned(4)
 @pytest.mark.parametrize("name", LOSING | HOPELESS)
 def test_pymoo_alone_loses_the_seed(name):
     """Where this fails pymoo has been repaired, and what stands here for it can go."""

@@ -28,6 +28,7 @@ def assert_every_start_reaches_the_optimum(convention, starts, seed):
     assert best.cost == best.costs.min()
 
 
+@pytest.mark.thinned(2)
 @every_convention
 def test_optimum_from_three_random_starts(convention):
     assert_every_start_reaches_the_optimum(convention, starts=3, seed=1)

@@ -116,6 +116,7 @@ def test_five_hundred_cells_take_less_than_six_megabytes_and_keep_knees_and_ends
         np.testing.assert_array_equal(F[begins[k] + page.data["knee"][k]], large.cells[k].knee)
 
 
+@pytest.mark.long
 def test_more_cells_than_a_page_holds_are_told(tmp_path):
     many = results_of(tmp_path, levels={"payload": list(range(300))}, repeats=10, points=9)
     page = read(many, tmp_path / PAGE_FILE)

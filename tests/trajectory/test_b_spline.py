@@ -39,6 +39,7 @@ def drawn(interpolant, count=6, seed=0):
     return generator.uniform(low, high, (count, len(own)))
 
 
+@pytest.mark.thinned(4)
 @pytest.mark.parametrize("degree", [3, 5, 7])
 @pytest.mark.parametrize("pieces", [1, 2, 6])
 def test_basis_is_scipy_s(degree, pieces):
@@ -120,6 +121,7 @@ def test_any_spline_with_its_knots_is_one_of_its_motions():
         assert np.linalg.svd(flat, compute_uv=False).min() > 1e-4
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_complex_steps_agree_with_differences(shape):
     interpolant = made(shape)

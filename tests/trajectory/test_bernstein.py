@@ -19,6 +19,7 @@ def at(coefficients, u):
     return coefficients @ np.polynomial.legendre.legvander(2.0 * np.asarray(u) - 1.0, coefficients.shape[1] - 1).T
 
 
+@pytest.mark.thinned(4)
 @pytest.mark.parametrize("size", [1, 2, 3, 5, 15, 25, 35])
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-6, 1e-2])
 def test_no_value_exceeds_the_bound_and_the_bound_is_tight(size, tolerance):

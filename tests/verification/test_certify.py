@@ -156,6 +156,7 @@ def recheck(rollout):
     return proven
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("name", ["ur5", "panda", "hybrid_manipulator"])
 def test_certified_efforts_hold_at_50_times_the_density(robots, name):
     proven = [
@@ -177,6 +178,7 @@ def test_thousands_of_certified_efforts_hold_at_50_times_the_density(robots, nam
         seed += 1
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("spline", [*SPLINES.values(), LinearBlends])
 @pytest.mark.parametrize("name", ["ur5", "panda", "hybrid_manipulator"])
 def test_bounds_enclose_dense_samples_within_the_tolerance(robots, name, spline):
@@ -255,6 +257,7 @@ def test_dry_friction_that_jumps_where_a_joint_turns_back(robots, name, seed):
     assert (np.where(turning, both, 0.0).max(axis=0) <= bounds_of(found, "effort") * 1.01).all()
 
 
+@pytest.mark.thinned(4)
 @pytest.mark.parametrize("model", ["rigid", "weight_only", "tool_axis"])
 @pytest.mark.parametrize("name", ["ur5", "panda", "hybrid_manipulator"])
 def test_every_payload_model(robots, name, model):

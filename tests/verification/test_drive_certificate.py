@@ -34,6 +34,7 @@ def moved(line, seed):
     return robot, payload, problem.rollout(x[None])
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("line", LINES)
 @pytest.mark.parametrize("seed", mostly_long(range(8), 0))
 def test_no_instant_asks_more_than_is_proven(line, seed):

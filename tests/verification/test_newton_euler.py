@@ -54,6 +54,7 @@ def random_states(robot, count, seed=0):
     return rng.uniform(lower, upper, shape), rng.uniform(-5.0, 5.0, shape), rng.uniform(-5.0, 5.0, shape)
 
 
+@pytest.mark.thinned(7)
 @pytest.mark.parametrize("payload", PAYLOADS.values(), ids=PAYLOADS)
 def test_effort_equals_pinocchios(robot, payload):
     states = random_states(robot, 2000)

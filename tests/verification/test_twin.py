@@ -243,6 +243,7 @@ def test_energy_is_mujocos(moved):
     assert told <= 1e-4 * energy
 
 
+@pytest.mark.thinned(3)
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.80665), (3.0, -4.0, 8.0)], ids=["as usual", "hung askew"])
 def test_efforts_of_random_states(name, gravity):

@@ -131,9 +131,10 @@ def front(request, tmp_path_factory):
             objectives=("time", "energy"),
             constraints=("position", "velocity", "acceleration", "jerk", "effort"),
         )
-        yield optimise(problem, seed=1, population=12, generations=5, progress=False)
+        yield optimise(problem, seed=1, population=12, generations=5, progress=False, polish=False)
 
 
+@pytest.mark.thinned(2)
 @pytest.mark.parametrize("every", mostly_long([1, 10], 10))
 def test_motions_are_certified_and_the_gaps_are_numbers(front, every):
     some = replace(front, **{name: getattr(front, name)[::every] for name in "XFG"})
@@ -159,6 +160,7 @@ def test_verified_and_carried_and_slowed(front):
     assert 0.0 < scaled.factor < np.inf
 
 
+@pytest.mark.thinned(5)
 @pytest.mark.parametrize("format", ["csv", "json", "netcdf", "ros2", "mujoco", "moveit"])
 def test_exported(front, format, tmp_path):
     written = export(front.knee(), tmp_path / "motion", format=format)
