@@ -141,7 +141,13 @@ class Contest:
         return rng.uniform(self.lower, self.upper, (count, len(self.lower)))
 
     def one(self, x: Array) -> tuple[Array, Array]:
-        """Objectives (objectives,) and constraints (constraints,), at most 0 if kept, of one row by the plain form.
+        """Objectives and constraints of one row by the plain form.
+
+        Args:
+            x: decision vector, shape (variables,) [SI].
+
+        Returns:
+            Objectives, shape (objectives,) [SI], and constraints, shape (constraints,), at most 0 where kept [1].
 
         Raises:
             OutOfTimeError: the time is used up.
@@ -154,7 +160,13 @@ class Contest:
         return F, G
 
     def many(self, X: Array) -> tuple[Array, Array]:
-        """Objectives (N, objectives) and constraints (N, constraints) of rows by trajevo's batched form.
+        """Objectives and constraints of rows by trajevo's batched form.
+
+        Args:
+            X: decision vectors, shape (N, variables) [SI].
+
+        Returns:
+            Objectives, shape (N, objectives) [SI], and constraints, shape (N, constraints), at most 0 where kept [1].
 
         Raises:
             OutOfTimeError: the time is used up.
@@ -167,6 +179,11 @@ class Contest:
         """Note rows that trajevo's problem has evaluated, with what it said; those that cannot count are left out.
 
         Starts that are only looked at may be outside their bounds.
+
+        Args:
+            X: decision vectors, shape (N, variables) [SI].
+            F: their objectives, shape (N, objectives) [SI].
+            G: their constraints, shape (N, constraints), at most 0 where kept [1].
 
         Raises:
             OutOfTimeError: the time is used up.
