@@ -36,10 +36,7 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Make all cases but every n-th of a test that is `thinned(n)` long, before pytest looks at which are.
-
-    Hypothesis would read 400 modules for the numbers in them: what it draws is the same whatever stands in them.
-    """
+    """Make all cases but every n-th of a test that is `thinned(n)` long, before pytest looks at which are."""
     seen = Counter()
     for item in items:
         thinned = item.get_closest_marker("thinned")
@@ -48,9 +45,6 @@ def pytest_collection_modifyitems(items):
             if seen[test] % thinned.args[0]:
                 item.add_marker(pytest.mark.long)
             seen[test] += 1
-    providers = sys.modules.get("hypothesis.internal.conjecture.providers")
-    if hasattr(providers, "_local_constants"):
-        providers._get_local_constants = lambda: providers._local_constants
 
 
 @pytest.fixture
