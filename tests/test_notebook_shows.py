@@ -13,6 +13,7 @@ from tests.helpers import small_problem
 from trajevo.formulation.objectives import Objective, total_time
 from trajevo.problems import HybridManipulator, PickAndPlace, PointingMechanism, TimeJerkReparameterisation
 from trajevo.problems import hybrid_manipulator as guo
+from trajevo.study.bench.adapters.adapter import adapter
 from trajevo.trajectory.interpolants.septic import State
 
 SMALL = {"seed": 1, "generations": 3, "population": 12, "progress": False}
@@ -23,6 +24,7 @@ LINE, SIZE = 200, 30_000
 
 #: Classes of the facade without examples among the results below -> one.
 OTHERS = {
+    "BenchRival": lambda: adapter("scipy-slsqp"),
     "BSpline": lambda: t.BSpline(points(), duration_bounds=(1.0, 2.0)),
     "CartesianBox": lambda: t.CartesianBox(1, [0.0, 0.05, 0.05]),
     "DaskCluster": lambda: t.DaskCluster(2),

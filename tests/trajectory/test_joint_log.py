@@ -45,15 +45,13 @@ def test_currents_of_some_joints_and_columns_of_the_whole_robot(tmp_path):
     np.testing.assert_array_equal(log.further["supply"], rows[:, 8])
 
 
-def test_a_log_for_fits_of_drives_is_read_too(tmp_path):
+def test_names_before_and_after_those_of_joints_are_refused_with_all_that_are_known(tmp_path):
     rows = np.random.default_rng(4).uniform(-1.0, 1.0, (9, 13))
     rows[:, 0] = np.arange(9)
     joints = ROBOT.joint_names
-    names = ["t [s]", *(f"{name} [rad]" for name in joints), *(f"current_{name} [A]" for name in joints)]
-    log = read_joint_log(written(tmp_path, names, rows), ROBOT)
-    np.testing.assert_array_equal(log.position, rows[:, 1:7])
-    np.testing.assert_array_equal(log.current, rows[:, 7:])
-    assert np.isnan(log.effort).all()
+    names = ["time [s]", *(f"{name} position [rad]" for name in joints), *(f"current_{name} [A]" for name in joints)]
+    with pytest.raises(TrajevoError, match=rf"unknown column 'current_{joints[0]} \[A\]'; known: .*current"):
+        read_joint_log(written(tmp_path, names, rows), ROBOT)
 
 
 def test_arrays_are_the_same_log_as_the_table(tmp_path):
