@@ -100,3 +100,39 @@ def test_another_number_of_joints_is_refused():
     kinematics = ToolKinematics.of(load_robot("puma560"))
     refused(lambda: kinematics.pose(np.zeros(5)), r"q: expected shape \(..., 6\), got \(5,\)")
     refused(lambda: kinematics.twist(np.zeros(6), np.zeros(7)), r"v: expected shape \(..., 6\)")
+
+
+def test_squared_speed_is_that_of_the_twist(robot):
+    kinematics = ToolKinematics.of(robot)
+    q, v = configurations(robot, (3, 4)), np.random.default_rng(5).normal(size=(3, 4, robot.dof))
+    linear = kinematics.twist(q, v)[..., :3]
+    np.testing.assert_allclose(kinematics.squared_speed(q, v), (linear**2).sum(axis=-1), rtol=1e-12, atol=1e-14)
+    stepped = q + 1e-30j * v
+    linear = kinematics.twist(stepped, v)[..., :3]
+    slope, expected = kinematics.squared_speed(stepped, v).imag, (linear**2).sum(axis=-1).imag
+    np.testing.assert_allclose(slope / 1e-30, expected / 1e-30, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_axes_may_have_any_direction(seed, tmp_path):
+    random, joints = np.random.default_rng(seed), []
+    for k in range(4):
+        kind = "prismatic" if (k + seed) % 3 == 0 else "revolute"
+        axis, place, turn = (" ".join(map(str, x)) for x in random.normal(size=(3, 3)))
+        joints.append(
+            f'<link name="link_{k + 1}"/><joint name="joint_{k}" type="{kind}"><parent link="link_{k}"/>'
+            f'<child link="link_{k + 1}"/><origin xyz="{place}" rpy="{turn}"/><axis xyz="{axis}"/>'
+            '<limit lower="-2" upper="2" velocity="1" effort="1"/></joint>'
+        )
+    urdf = tmp_path / "robot.urdf"
+    urdf.write_text(f'<robot name="any"><link name="link_0"/>{"".join(joints)}</robot>')
+    robot = load_robot(urdf, tool="link_4", limits=LIMITS, allow_massless=True)
+    kinematics, q, v = ToolKinematics.of(robot), configurations(robot, (5,)), random.normal(size=(5, 4))
+    for ours, theirs in zip(kinematics.pose(q), robot.tool_poses(q), strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=1e-12)
+    data, tool, frame = robot.model.createData(), robot.model.getFrameId("link_4"), pin.ReferenceFrame.LOCAL
+    speeds = []
+    for at, moving in zip(q, v, strict=True):
+        pin.forwardKinematics(robot.model, data, at, moving)
+        speeds.append(pin.getFrameVelocity(robot.model, data, tool, frame).linear)
+    np.testing.assert_allclose(kinematics.squared_speed(q, v), np.square(speeds).sum(axis=1), rtol=1e-12)

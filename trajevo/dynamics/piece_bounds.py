@@ -267,8 +267,7 @@ class PieceBounds:
 
     def _tool(self, pieces: Pieces, reach: Bounds) -> Over:
         q, v, _ = np.split(pieces.states, 3, axis=-1)
-        velocity = self.kinematics.twist(q, v)[..., :3]
-        squared = (velocity * velocity).sum(axis=-1, keepdims=True)
+        squared = self.kinematics.squared_speed(q, v)[..., None]
         with np.errstate(over="ignore", invalid="ignore"):
             magnitude = self.reach.squared_tool_speed(reach)[..., None]
         error, slack = interpolation_errors([magnitude], pieces.states.shape[1])

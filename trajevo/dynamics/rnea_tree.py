@@ -7,9 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from trajevo.base.arrays import Array
-
-#: Entries of placements that are this near to 0, 1 or -1 differ from it only by rounding.
-_ROUNDING = 1e-15
+from trajevo.robot.kinematics import frame_along, without_rounding
 
 
 class Joint(NamedTuple):
@@ -30,7 +28,7 @@ def tree_of(model: Any) -> tuple[Joint, ...] | None:
         if moves is None or joint.idx_v != number - 1 or joint.nq != 1:
             return None
         place = model.jointPlacements[number]
-        rotation, origin = (_rounded(values) for values in (place.rotation, place.translation))
+        rotation, origin = (tuple(without_rounding(x).ravel().tolist()) for x in (place.rotation, place.translation))
         joints.append(Joint(model.parents[number], rotation, origin, *moves))
     return tuple(joints)
 
@@ -75,7 +73,7 @@ class Tree(NamedTuple):
     @classmethod
     def of(cls, joints: tuple[Joint, ...], inertias: Inertias) -> Tree:
         """A tree in frames whose z-axes are the joints' axes."""
-        frames = [np.eye(3), *(_frame_along(joint.axis) for joint in joints)]
+        frames = [np.eye(3), *(frame_along(joint.axis) for joint in joints)]
         places, bodies = [], []
         for number, joint in enumerate(joints, start=1):
             before, own = frames[joint.parent].T, frames[number]
@@ -96,16 +94,6 @@ class Tree(NamedTuple):
         )
 
 
-def _frame_along(axis: tuple[float, ...]) -> Array:
-    """A rotation that takes the z-axis to an axis, without rounding if that is x, y or z."""
-    if max(axis) == 1.0:
-        return np.roll(np.eye(3), int(np.argmax(axis)) - 2, axis=0)
-    z = np.array(axis)
-    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
-
-
 def _axis(joint: Any) -> tuple[bool, tuple[float, ...]] | None:
     """Whether a joint slides, and along or about which axis; None for other kinds of joints."""
     name = joint.shortname()
@@ -115,9 +103,3 @@ def _axis(joint: Any) -> tuple[bool, tuple[float, ...]] | None:
     if name in ("JointModelRevoluteUnaligned", "JointModelPrismaticUnaligned"):
         return "Prismatic" in name, tuple(float(x) for x in joint.extract().axis)
     return None
-
-
-def _rounded(values: Any) -> tuple[float, ...]:
-    flat = np.ravel(np.asarray(values, dtype=np.float64))
-    whole = np.round(flat)
-    return tuple(np.where(np.abs(flat - whole) < _ROUNDING, whole, flat).tolist())

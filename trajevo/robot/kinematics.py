@@ -7,9 +7,10 @@ placements and the geometric Jacobian (Siciliano, Robotics, 2009, sections 2.8 a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
@@ -17,6 +18,10 @@ from trajevo.base.arrays import Array, read_only
 from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Transmission
+
+
+#: Entries of placements that are this near to 0, 1 or -1 differ from it only by rounding.
+_ROUNDING = 1e-15
 
 
 class ToolMotion(NamedTuple):
@@ -100,6 +105,20 @@ class ToolKinematics:
         matrices = [np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) for x, y, z in self.axes]
         return [(matrix, matrix @ matrix) for matrix in matrices]
 
+    @cached_property
+    def _places(self) -> tuple[list[tuple[list[list[float]], list[float]]], list[float]]:
+        """Frames whose z-axis is the joint's axis: columns of each one's rotation in the one before, and its origin.
+
+        Then the tool's origin in the last of them.
+        """
+        before, places = np.eye(3), []
+        for rotation, translation, axis in zip(self.rotations, self.translations, self.axes, strict=True):
+            own = frame_along(axis)
+            turned = before.T @ without_rounding(rotation) @ own
+            places.append((turned.T.tolist(), (before.T @ without_rounding(translation)).tolist()))
+            before = own
+        return places, (before.T @ self.tool_translation).tolist()
+
     def pose(self, q: Array) -> tuple[Array, Array]:
         """Pose of the tool in the base frame.
 
@@ -167,13 +186,47 @@ class ToolKinematics:
         Raises:
             InvalidInputError: another number of joints.
         """
-        positions, velocities = self._checked(q, "q"), self._checked(v, "v")
-        kind = np.result_type(positions, velocities)  # a transmission copies v, so v must be complex if q is
-        positions, velocities = positions.astype(kind), velocities.astype(kind)
+        positions, velocities = self._states(q, v)
         moved = self.transmission.motion(positions, velocities, np.zeros_like(velocities))[1][..., list(self.chain)]
         position, _, origins, axes = self._walk(positions)
         twist: Array = (self._geometric(position, origins, axes) @ moved[..., None])[..., 0]
         return twist
+
+    def squared_speed(self, q: Array, v: Array) -> Array:
+        """Square of the speed of the tool's origin, in a fifth of the time of :meth:`twist` or less.
+
+        Velocities are carried from joint to joint along the joints' own axes, one row of configurations for each
+        component: to turn a vector does not change its length, so that no pose is needed, and most entries of
+        placements are 0 or 1.
+
+        Args:
+            q: joint positions, shape (..., n_joints) [rad or m]; complex ones stay complex.
+            v: joint velocities, the same shape [rad/s or m/s].
+
+        Returns:
+            Shape (...) [m²/s²].
+
+        Raises:
+            InvalidInputError: another number of joints.
+        """
+        positions, velocities = self._states(q, v)
+        moved = self.transmission.motion(positions, velocities, np.zeros_like(velocities))
+        coordinates, speeds = (np.ascontiguousarray(np.moveaxis(x, -1, 0)) for x in moved[:2])
+        # Components along a frame's axes: those of its origin's velocity, and below them of its angular velocity.
+        one: list[Array] = [np.zeros((2, *positions.shape[:-1]), dtype=positions.dtype) for _ in range(3)]
+        places, tool = self._places
+        for (columns, origin), turns, place in zip(places, self.turns, self.chain, strict=True):
+            _carry(one, origin)
+            one = [_combined(column, one) for column in columns]
+            if turns:
+                cosine, sine = np.cos(coordinates[place]), np.sin(coordinates[place])
+                one[:2] = cosine * one[0] + sine * one[1], cosine * one[1] - sine * one[0]
+            else:
+                _carry(one, [0.0, 0.0, coordinates[place]])
+            one[2][int(turns)] += speeds[place]
+        _carry(one, tool)
+        squared: Array = one[0][0] ** 2 + one[1][0] ** 2 + one[2][0] ** 2
+        return squared
 
     def motion(self, q: Array, v: Array, a: Array) -> ToolMotion:
         """Velocity and acceleration of the tool, and its Jacobian, all along the tool's own axes.
@@ -186,9 +239,7 @@ class ToolKinematics:
         Raises:
             InvalidInputError: another number of joints.
         """
-        states = self._checked(q, "q"), self._checked(v, "v"), self._checked(a, "a")
-        kind = np.result_type(*states)
-        q, v, a = (state.astype(kind) for state in states)
+        q, v, a = self._states(q, v, a)
         speed, gain = (moved[..., list(self.chain)] for moved in self.transmission.motion(q, v, a)[1:])
         place, rotation, origins, axes = self._walk(q)
         at = turning = rate = acceleration = np.zeros_like(place)
@@ -218,6 +269,12 @@ class ToolKinematics:
         if array.ndim == 0 or array.shape[-1] != self.dof:
             raise InvalidInputError(f"{name}: expected shape (..., {self.dof}), got {array.shape}")
         return array
+
+    def _states(self, *states: Array) -> tuple[Array, ...]:
+        """States of one type: a transmission copies velocities, so they must be complex if positions are."""
+        checked = [self._checked(state, name) for state, name in zip(states, "qva", strict=False)]
+        kind = np.result_type(*checked)
+        return tuple(state.astype(kind, copy=False) for state in checked)
 
     def _geometric(self, position: Array, origins: list[Array], axes: list[Array]) -> Array:
         """The Jacobian of the joints of the chain, shape (..., 6, C)."""
@@ -251,6 +308,40 @@ class ToolKinematics:
             else:
                 position = position + axis * angle
         return position + rotation @ self.tool_translation, rotation @ self.tool_rotation, origins, axes
+
+
+def frame_along(axis: Any) -> Array:
+    """A rotation (3, 3) that takes the z-axis to a unit axis (3,), without rounding if that is x, y or z."""
+    z = np.array(axis, dtype=np.float64)
+    if z.max() == 1.0:
+        return np.roll(np.eye(3), int(z.argmax()) - 2, axis=0)
+    x = np.cross(np.eye(3)[int(np.argmin(np.abs(z)))], z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def without_rounding(values: Any) -> Array:
+    """Entries of a placement; those that differ from a whole number by rounding alone are that number."""
+    entries = np.asarray(values, dtype=np.float64)
+    whole = np.round(entries)
+    return np.where(np.abs(entries - whole) < _ROUNDING, whole, entries)
+
+
+def _combined(weights: Sequence[float], vectors: Sequence[Array]) -> Array:
+    """Weighted sum of vectors; what has no weight is not computed, and what has the weight 1 not copied."""
+    terms = [x if weight == 1.0 else weight * x for weight, x in zip(weights, vectors, strict=True) if weight != 0.0]
+    total = terms[0]
+    for term in terms[1:]:
+        total = total + term
+    return total
+
+
+def _carry(one: Sequence[Array], to: Sequence[Any]) -> None:
+    """Add what another point is faster than a frame's origin to the upper rows, from the lower ones' vector product."""
+    for i in range(3):
+        for k, other, sign in ((i - 1, i - 2, 1.0), (i - 2, i - 1, -1.0)):
+            if np.ndim(to[k]) or to[k] != 0.0:
+                one[i][0] += (sign * to[k]) * one[other][1]
 
 
 def crossed(one: Array, other: Array) -> Array:

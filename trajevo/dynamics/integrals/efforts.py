@@ -207,8 +207,9 @@ def _smooth_squares(rollout: Rollout, group: Resolved, factor: Factor) -> Array:
         square = np.empty(len(values), dtype=values.dtype)
         loops.squares(onto, weights, values, factors, square)
     else:
-        effort = np.stack([combined(row, values) for row in onto], axis=1)
-        square = combined(weights, np.square(effort * factors)).sum(axis=1)
+        # Nodes of the quadrature first, then segments: what numpy goes through at a time lies in one piece.
+        effort = combined(onto, values) * np.moveaxis(factors, 1, 0)
+        square = _sum(weights, np.square(effort)).sum(axis=1)
     total: Array = square * group.durations
     return total
 

@@ -53,8 +53,7 @@ class Resolved:
     @property
     def last_terms(self) -> Array:
         """Size of the last terms of the values' polynomials, shape (P, F) [the values' unit]."""
-        one, other = (np.abs(combined(row, self.values.real)) for row in self.nodes.last_terms)
-        greater: Array = np.maximum(one, other)
+        greater: Array = np.abs(combined(self.nodes.last_terms, self.values.real)).max(axis=0)
         return greater
 
     def _some(self, chosen: Array) -> Resolved:
@@ -74,19 +73,25 @@ class Resolved:
 
 
 def combined(weights: Array, values: Array) -> Array:
-    """Sum of values at nodes, shape (P, M, F), times weights (M,): shape (P, F).
+    """Sum of values at nodes, shape (P, M, F), times weights (M,): shape (P, F); or (U, P, F) with weights (U, M).
 
     Node by node: a product of matrices is slow for many small ones, and for one great one the digits of a segment
     would depend on how many there are.
     """
+    rows, shape = np.atleast_2d(weights), (len(values), values.shape[2])
     if jit.can_compile():
-        summed = np.empty((len(values), values.shape[2]), dtype=values.dtype)
-        loops.combined(weights, values, summed)
-        return summed
-    total: Array = weights[0] * values[:, 0]
-    for k in range(1, len(weights)):
-        total += weights[k] * values[:, k]
-    return total
+        summed = np.empty((len(rows), *shape), dtype=values.dtype)
+        for row, out in zip(rows, summed, strict=True):
+            loops.combined(row, values, out)
+    else:
+        # Real and imaginary parts side by side, all values at a node in one row: numpy goes through long rows fast.
+        at_nodes = np.ascontiguousarray(np.moveaxis(values, 1, 0)).reshape(values.shape[1], -1).view(np.float64)
+        total = np.multiply.outer(rows[:, 0], at_nodes[0])
+        term = np.empty_like(total)
+        for k in range(1, len(at_nodes)):
+            total += np.multiply.outer(rows[:, k], at_nodes[k], out=term)
+        summed = total.view(values.dtype).reshape(len(rows), *shape)
+    return summed if weights.ndim == 2 else summed[0]
 
 
 def _merged(at_nodes: Array, between: Array) -> Array:

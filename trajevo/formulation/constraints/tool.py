@@ -47,6 +47,9 @@ def keep_out_height(robot: Robot, least: float) -> Constraint:
 
 def tool_speed(rollout: Rollout, kinematics: ToolKinematics) -> Array:
     """Speed of the tool's origin at the samples, shape (B, T) [m/s]."""
+    if not (np.iscomplexobj(rollout.q) or np.iscomplexobj(rollout.v)):
+        return np.sqrt(kinematics.squared_speed(rollout.q, rollout.v))
+    # Gradients, which are few, keep the digits that they have by the Jacobian.
     velocity = kinematics.twist(rollout.q, rollout.v)[..., :3]
     speed: Array = np.sqrt((velocity * velocity).sum(axis=-1))  # without abs, which would drop complex steps
     return speed
