@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from trajevo.base import jit
 from trajevo.front.covering import ReferenceBox, covering, gaps, neighbours
 
 
@@ -68,3 +69,15 @@ def test_neighbours_are_those_of_all_distances():
     assert {tuple(pair) for pair in neighbours(f, 3).tolist()} == {
         (min(i, int(j)), max(i, int(j))) for i in range(300) for j in nearest[i]
     }
+
+
+@pytest.mark.parametrize("size", [5, 300, 2100])
+def test_numpy_the_loop_and_a_tree_find_the_same_neighbours(size):
+    """Beyond 2,048 members numpy leaves it to SciPy's tree, beyond 4,096 so do loops; equals come in their order."""
+    f = np.random.default_rng(size).uniform(size=(size, 3))
+    with jit.one_kind("compiled"):
+        by_loop = neighbours(f, 4), neighbours(np.repeat(f[:3], 2, axis=0), 2)
+    with jit.one_kind("numpy"):
+        by_numpy = neighbours(f, 4), neighbours(np.repeat(f[:3], 2, axis=0), 2)
+    for one, other in zip(by_loop, by_numpy, strict=True):
+        np.testing.assert_array_equal(one, other)

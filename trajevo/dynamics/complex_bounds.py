@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -41,14 +42,11 @@ class Bounds(NamedTuple):
 
 
 class _Outward(NamedTuple):
-    """Bounds for each joint, the base first: rotation, lever arm, angular velocity, its rate, speed, acceleration."""
+    """Bounds for each joint, the base first: rotation, lever arm, angular velocity."""
 
     turned: list[Array]
     arm: list[Array]
     spin: list[Array]
-    rate: list[Array]
-    speed: list[Array]
-    pull: list[Array]
 
 
 @final
@@ -154,7 +152,7 @@ class EffortReach:
         effort: Array = robot.transmission.effort_reach(motion.imaginary, torque) + added
         return effort
 
-    @property
+    @cached_property
     def _gravity(self) -> float:
         return float(np.linalg.norm(self.dynamics.robot.model.gravity.linear))
 
@@ -171,16 +169,18 @@ class EffortReach:
     def squared_tool_speed(self, motion: Bounds) -> Array:
         """Bounds of the magnitude of the tool's squared speed, shapes (..., n_joints) -> (...) [m²/s²]."""
         model = self.dynamics.robot.model
-        found = _outward(self._models["tool"], Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
+        reach = Bounds(*self.dynamics.robot.transmission.reach(*motion))
+        found = _outward(self._models["tool"], reach)
+        speeds = _speeds(self._models["tool"], reach, found)
         frame = model.frames[model.getFrameId(self.dynamics.robot.tool)]
         carrier = int(frame.parentJoint)
-        speed: Array = found.speed[carrier] + found.spin[carrier] * float(np.linalg.norm(frame.placement.translation))
+        speed: Array = speeds[carrier] + found.spin[carrier] * float(np.linalg.norm(frame.placement.translation))
         return speed**2
 
     def tool_turned(self, motion: Bounds) -> Array:
         """Bounds of the norm of the tool's orientation, shapes (..., n_joints) -> (...); 1 at real instants."""
         model = self.dynamics.robot.model
-        found = _outward(self._models["tool"], Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
+        found = _outward(self._models["tool"], Bounds(*self.dynamics.robot.transmission.reach(*motion)))
         joint = int(model.frames[model.getFrameId(self.dynamics.robot.tool)].parentJoint)
         turned: Array = np.ones(motion.v.shape[:-1])
         while joint:
@@ -191,7 +191,7 @@ class EffortReach:
     def tool_distance(self, motion: Bounds) -> Array:
         """Bounds of the magnitude of the tool's position in the base frame, shapes (..., n_joints) -> (...) [m]."""
         model = self.dynamics.robot.model
-        found = _outward(self._models["tool"], Bounds(*self.dynamics.robot.transmission.reach(*motion)), 0.0)
+        found = _outward(self._models["tool"], Bounds(*self.dynamics.robot.transmission.reach(*motion)))
         frame = model.frames[model.getFrameId(self.dynamics.robot.tool)]
         joint = int(frame.parentJoint)
         distance = float(np.linalg.norm(frame.placement.translation)) + np.zeros(motion.v.shape[:-1])
@@ -252,37 +252,53 @@ class _Tree:
         return cls(links, tree, np.array([(link.arm, link.mass, link.lever, link.inertia) for link in links]))
 
 
-def _outward(tree: _Tree, motion: Bounds, gravity: float) -> _Outward:
+def _outward(tree: _Tree, motion: Bounds) -> _Outward:
     """Recursion from the base to the tips; the loop runs over joints, each carried by its parent."""
     nothing = np.zeros(motion.v.shape[:-1])
-    found = _Outward([nothing + 1.0], [nothing], [nothing], [nothing], [nothing], [nothing + gravity])
+    found = _Outward([nothing + 1.0], [nothing], [nothing])
     for link in tree.links[1:]:
-        parent, turns = link.parent, link.turns
-        imaginary, q, v, a = (x[..., link.column] for x in motion)
-        turned = np.exp(imaginary) if turns else nothing + 1.0
-        arm = link.arm + (0.0 if turns else q)
-        before, rate = found.spin[parent], found.rate[parent]
-        carried = turned * before
-        found.turned.append(turned)
-        found.arm.append(arm + nothing)
-        found.spin.append(carried + v if turns else carried)
-        found.rate.append(turned * rate + (a + carried * v if turns else 0.0))
-        found.speed.append(turned * (found.speed[parent] + before * arm) + (0.0 if turns else v))
-        pull = turned * (found.pull[parent] + (rate + before**2) * arm)
-        found.pull.append(pull if turns else pull + 2.0 * carried * v + a)
+        column, turns = link.column, link.turns
+        found.turned.append(np.exp(motion.imaginary[..., column]) if turns else nothing + 1.0)
+        found.arm.append((link.arm if turns else link.arm + motion.q[..., column]) + nothing)
+        carried = found.turned[-1] * found.spin[link.parent]
+        found.spin.append(carried + motion.v[..., column] if turns else carried)
     return found
+
+
+def _speeds(tree: _Tree, motion: Bounds, found: _Outward) -> list[Array]:
+    """Bounds of the speeds of the joints' origins, the base first."""
+    speeds = [np.zeros(motion.v.shape[:-1])]
+    for joint, link in enumerate(tree.links[1:], start=1):
+        carried = found.turned[joint] * (speeds[link.parent] + found.spin[link.parent] * found.arm[joint])
+        speeds.append(carried if link.turns else carried + motion.v[..., link.column])
+    return speeds
+
+
+def _accelerations(tree: _Tree, motion: Bounds, found: _Outward, gravity: float) -> tuple[list[Array], list[Array]]:
+    """Bounds of the joints' angular accelerations and of the accelerations of their origins, the base first."""
+    nothing = np.zeros(motion.v.shape[:-1])
+    rates, pulls = [nothing], [nothing + gravity]
+    for joint, link in enumerate(tree.links[1:], start=1):
+        v, a = motion.v[..., link.column], motion.a[..., link.column]
+        turned, before, rate = found.turned[joint], found.spin[link.parent], rates[link.parent]
+        carried = turned * before
+        rates.append(turned * rate + (a + carried * v if link.turns else 0.0))
+        pull = turned * (pulls[link.parent] + (rate + before**2) * found.arm[joint])
+        pulls.append(pull if link.turns else pull + 2.0 * carried * v + a)
+    return rates, pulls
 
 
 def _torque(tree: _Tree, motion: Bounds, gravity: float) -> Array:
     """Recursion from the tips to the base: bounds of the torque of every joint from forces and moments beyond it."""
     if jit.can_compile():
         return _torque_in_loops(tree, motion, gravity)
-    links, found = tree.links, _outward(tree, motion, gravity)
+    links, found = tree.links, _outward(tree, motion)
+    rates, pulls = _accelerations(tree, motion, found, gravity)
     force: list[Array] = []
     moment: list[Array] = []
     for joint, link in enumerate(links):
-        swing = found.rate[joint] + found.spin[joint] ** 2
-        held = link.mass * (found.pull[joint] + swing * link.lever)
+        swing = rates[joint] + found.spin[joint] ** 2
+        held = link.mass * (pulls[joint] + swing * link.lever)
         force.append(held)
         moment.append(link.inertia * swing + link.lever * held)
     torque = np.empty_like(motion.v)

@@ -233,26 +233,32 @@ class PieceBounds:
     def _joints(self, pieces: Pieces, reach: Bounds, *, powers: bool) -> Over:
         """Efforts, and with ``powers`` mechanical powers after them."""
         q, v, a = np.split(pieces.states, 3, axis=-1)
-        standing = self.standing[pieces.owner]
         effort = self._smooth_effort(pieces, q, v, a)
-        least, greatest = hull(np.moveaxis(v, 1, -1))
+        # What is left of this without dry friction is neither computed nor added.
+        standing = self.standing[pieces.owner] if self.friction.is_dry else None
+        total = effort
+        if standing is not None:
+            least, greatest = hull(np.moveaxis(v, 1, -1))
+            total = effort + self.friction.dry(np.where(np.abs(v) <= standing[:, None], 0.0, v))
         values = [effort]
         if powers:
-            # Where a joint does not reverse, dry friction is constant and its power a polynomial.
-            forward, backward = greatest > standing, least < -standing
-            against = self.friction.dry(np.where(forward & backward, 0.0, forward * 1.0 - backward))
-            values.append((effort + against[:, None]) * v)
+            values.append(effort * v)
+            if standing is not None:
+                # Where a joint does not reverse, dry friction is constant and its power a polynomial.
+                forward, backward = greatest > standing, least < -standing
+                against = self.friction.dry(np.where(forward & backward, 0.0, forward * 1.0 - backward))
+                values[1] = (effort + against[:, None]) * v
         magnitude = self._effort_reach(pieces, reach)
         with np.errstate(over="ignore", invalid="ignore"):
             magnitudes = [magnitude, magnitude * reach.v] if powers else [magnitude]
         error, slack = interpolation_errors(magnitudes, pieces.states.shape[1])
         lower, upper = hull(np.moveaxis(np.concatenate(values, axis=-1), 1, -1))
         lower, upper = lower - error, upper + error
-        self._add_dry(lower, upper, least, greatest, standing)
-        total = effort + self.friction.dry(np.where(np.abs(v) <= standing[:, None], 0.0, v))
+        if standing is not None:
+            self._add_dry(lower, upper, least, greatest, standing)
         if not self.limits.agree:
             return self._measured(Over(upper, slack, total), lower, v, powers=powers)
-        found = np.abs(np.concatenate([total, total * v] if powers else [total], axis=-1))
+        found = np.abs(np.concatenate([total, total * v], axis=-1) if powers else total)
         return Over(np.maximum(upper, -lower), slack, found)
 
     def _measured(self, over: Over, lower: Array, v: Array, *, powers: bool) -> Over:

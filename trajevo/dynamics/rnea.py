@@ -238,9 +238,11 @@ def _by_pinocchio(model: Any, q: Array, v: Array, a: Array) -> Array:
     first, size, data = _begins(q, v, a), q.shape[-1], model.createData()
     states = [x[first].real for x in (q, v, a)]
     torque, slopes = np.empty(states[0].shape), np.empty((*states[0].shape, 3 * size))
-    for i in np.ndindex(torque.shape[:2]):
-        slopes[i] = np.hstack(pin.computeRNEADerivatives(model, data, *(x[i] for x in states)))
-        torque[i] = data.tau
+    columns = slopes.reshape(-1, size, 3, size).swapaxes(1, 2)
+    rows, flat = (x.reshape(-1, size) for x in states), torque.reshape(-1, size)
+    for k, state in enumerate(zip(*rows, strict=True)):
+        columns[k] = pin.computeRNEADerivatives(model, data, *state)
+        flat[k] = data.tau
     which, steps = np.cumsum(first) - 1, np.concatenate([q.imag, v.imag, a.imag], axis=-1)
     result: Array = torque[which] + 1j * (slopes[which] @ steps[..., None])[..., 0]
     return result

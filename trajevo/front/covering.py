@@ -13,8 +13,11 @@ from trajevo.base.sampling import sobol
 from trajevo.base.solving.neighbours import nearest
 from trajevo.front.hypervolume import hypervolume
 
-#: Members up to which looking at all pairs takes less time than the import of a tree.
-_FEW = 4096
+#: Members up to which looking at all pairs takes less time than the import of a tree: by a compiled loop, and by numpy.
+_FEW, _FEWER = 4096, 2048
+
+#: Members of which numpy holds the distances from all others at a time.
+_ROWS = 64
 
 #: Sample points with which shares of a box are estimated, a power of two (Sobol).
 _PROBES = 1024
@@ -138,14 +141,24 @@ def neighbours(f: Array, count: int) -> Array:
 
 def _nearest(f: Array, count: int) -> Array:
     """Numbers of the nearest members of each, itself among them, the nearest first, shape (N, count)."""
-    if len(f) <= _FEW and jit.can_compile():
-        found = np.empty((len(f), count), dtype=np.int64)
+    if len(f) > (_FEW if jit.can_compile() else _FEWER):
+        from scipy.spatial import cKDTree  # imported where it computes, since that takes long
+
+        by_tree: Array = cKDTree(f).query(f, k=list(range(1, count + 1)), p=np.inf)[1]
+        return by_tree
+    found = np.empty((len(f), count), dtype=np.int64)
+    if jit.can_compile():
         nearest(f, found, np.empty((len(f), count)))
         return found
-    from scipy.spatial import cKDTree  # imported where it computes, since that takes long
-
-    by_tree: Array = cKDTree(f).query(f, k=list(range(1, count + 1)), p=np.inf)[1]
-    return by_tree
+    for begin in range(0, len(f), _ROWS):
+        rows = found[begin : begin + _ROWS]
+        apart = np.abs(f[begin : begin + _ROWS, None, 0] - f[:, 0])
+        for column in f.T[1:]:
+            np.maximum(apart, np.abs(column[begin : begin + _ROWS, None] - column), out=apart)
+        for k in range(count):
+            rows[:, k] = apart.argmin(axis=1)
+            np.put_along_axis(apart, rows[:, k : k + 1], np.inf, axis=1)
+    return found
 
 
 def between(y: Array, pairs: Array, most: int) -> Array:

@@ -19,7 +19,6 @@ from trajevo.errors import InvalidInputError
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Transmission
 
-
 #: Entries of placements that are this near to 0, 1 or -1 differ from it only by rounding.
 _ROUNDING = 1e-15
 
