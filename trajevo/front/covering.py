@@ -86,19 +86,27 @@ def covering(F: Array, probes: Array, most: int) -> Array:
     Returns:
         Rows of F, shape (members,).
     """
-    covered = np.ones((len(probes), len(F)), dtype=bool)
-    for column in range(F.shape[1]):
-        covered &= F[:, column] <= probes[:, column, None]
-    left, gained, chosen = np.full(len(probes), True), covered.sum(axis=0), list[int]()
+    covered = np.ones((len(F), len(probes)), dtype=bool)
+    for values, reached in zip(F.T, np.ascontiguousarray(probes.T), strict=True):
+        covered &= values[:, None] <= reached
+    # Sets of probes as bits of words, which are counted at once: a row holds eight probes of every member.
+    sets = np.ascontiguousarray(np.packbits(covered, axis=1).T)
+    left, gained, chosen = np.full(len(sets), 255, dtype=np.uint8), _sizes(sets), list[int]()
     while len(chosen) < min(most, len(F)):
         best = int(gained.argmax())
         if not gained[best]:
             break
         chosen.append(best)
-        taken = np.flatnonzero(left & covered[:, best])
-        left[taken] = False
-        gained -= covered[taken].sum(axis=0)
+        taken = left & sets[:, best]
+        left &= ~taken
+        some = np.flatnonzero(taken)
+        gained -= _sizes(sets[some] & taken[some, None])
     return np.array(chosen, dtype=np.intp)
+
+
+def _sizes(sets: Array) -> Array:
+    """Numbers of bits that are set in each column of words (words, N), shape (N,)."""
+    return np.bitwise_count(sets).sum(axis=0, dtype=np.int16).astype(np.int64)
 
 
 def gaps(f: Array, most: int) -> Array:
