@@ -148,9 +148,11 @@ class EffortReach:
     def _actuated(self, motion: Bounds, torque: Array) -> Array:
         """Bounds of actuator efforts from those of model torques, friction and armature added."""
         robot = self.dynamics.robot
-        added = robot.friction.viscous * motion.v + robot.friction.armature * motion.a
-        effort: Array = robot.transmission.effort_reach(motion.imaginary, torque) + added
-        return effort
+        effort = robot.transmission.effort_reach(motion.imaginary, torque)
+        if robot.friction.none:
+            return effort
+        added: Array = effort + (robot.friction.viscous * motion.v + robot.friction.armature * motion.a)
+        return added
 
     @cached_property
     def _gravity(self) -> float:

@@ -23,15 +23,23 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from trajevo.base import polynomials
+from trajevo.base import jit, polynomials
 from trajevo.base.arrays import Array
+from trajevo.dynamics.bounds.torque_loops import enclosures
 from trajevo.dynamics.complex_bounds import Bounds, EffortReach
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.path.tool_ways import ToolWay
 from trajevo.robot.joints import Friction, Sides
 from trajevo.robot.kinematics import ToolKinematics
-from trajevo.trajectory.bernstein import gauss, halving, hull, interpolation_error, to_chebyshev
+from trajevo.trajectory.bernstein import (
+    gauss,
+    halving,
+    hull,
+    interpolation_error,
+    to_bernstein_halves,
+    to_chebyshev,
+)
 
 #: Share of the bound of the magnitude by which enclosures are widened for rounding.
 ROUNDING = 1e-12
@@ -251,9 +259,7 @@ class PieceBounds:
         magnitude = self._effort_reach(pieces, reach)
         with np.errstate(over="ignore", invalid="ignore"):
             magnitudes = [magnitude, magnitude * reach.v] if powers else [magnitude]
-        error, slack = interpolation_errors(magnitudes, pieces.states.shape[1])
-        lower, upper = hull(np.moveaxis(np.concatenate(values, axis=-1), 1, -1))
-        lower, upper = lower - error, upper + error
+        lower, upper, slack = _enclosed(values, magnitudes)
         if standing is not None:
             self._add_dry(lower, upper, least, greatest, standing)
         if not self.limits.agree:
@@ -312,6 +318,25 @@ class PieceBounds:
         at_most = np.where(may_stand & (forward ^ backward), np.maximum(ahead, -behind) * standing, 0.0)
         upper[:, n:] += at_most
         lower[:, n:] -= at_most
+
+
+def _enclosed(values: list[Array], magnitudes: list[Array]) -> tuple[Array, Array, Array]:
+    """Lower and upper bounds over pieces, and their slacks for rounding, (K, Q) each, of Q columns together.
+
+    Args:
+        values: at the nodes, shapes (K, N, ...).
+        magnitudes: bounds on the ellipses, shapes (K, ellipses, ...).
+    """
+    found, magnitude = (x[0] if len(x) == 1 else np.concatenate(x, axis=-1) for x in (values, magnitudes))
+    if not jit.can_compile():
+        error, slack = interpolation_errors([magnitude], found.shape[1])
+        lower, upper = hull(np.moveaxis(found, 1, -1))
+        return lower - error, upper + error, slack
+    cut, rounding = to_bernstein_halves(found.shape[1])
+    lower, upper, slack = (np.empty((len(found), found.shape[2])) for _ in range(3))
+    errors = interpolation_error(found.shape[1], _ELLIPSES)
+    enclosures(np.moveaxis(found, 1, -1) @ cut, found, rounding, magnitude, errors, ROUNDING, lower, upper, slack)
+    return lower, upper, slack
 
 
 def motion_bounds(states: Array, degree: int, ellipses: Array = _ELLIPSES) -> Bounds:

@@ -106,7 +106,8 @@ def covering(F: Array, probes: Array, most: int) -> Array:
 
 def _sizes(sets: Array) -> Array:
     """Numbers of bits that are set in each column of words (words, N), shape (N,)."""
-    return np.bitwise_count(sets).sum(axis=0, dtype=np.int16).astype(np.int64)
+    sizes: Array = np.bitwise_count(sets).sum(axis=0, dtype=np.int16).astype(np.int64)
+    return sizes
 
 
 def gaps(f: Array, most: int) -> Array:

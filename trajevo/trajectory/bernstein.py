@@ -90,8 +90,13 @@ def bernstein_halves(values: Array) -> tuple[Array, Array]:
     Returns:
         Shapes (..., 2 N) and (...).
     """
-    cut, rounding, _ = _first_cut(values.shape[-1])
+    cut, rounding = to_bernstein_halves(values.shape[-1])
     return values @ cut, rounding * np.abs(values).max(axis=-1)
+
+
+def to_bernstein_halves(size: int) -> tuple[Array, float]:
+    """Matrix (size, 2 size) from values to these coefficients, and their errors as a share of the greatest value."""
+    return _first_cut(size)[:2]
 
 
 @cache

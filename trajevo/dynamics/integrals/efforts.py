@@ -81,7 +81,8 @@ def mechanical_energy(rollout: Rollout) -> Array:
         q, v, _ = group.states
         cells = _cells(rollout, group)
         work = np.matmul(group.nodes.integrals, group.values * v) * group.durations[:, None, None]
-        work += cells.dry * np.diff(q, axis=1)
+        if rollout.robot.friction.is_dry:
+            work += cells.dry * np.diff(q, axis=1)
         split = cells.turns | cells.reverses
         absolute = work * np.sign(work.real)
         if split.any():
@@ -245,15 +246,20 @@ def _cells(rollout: Rollout, group: Resolved) -> _Cells:
     q, v, a = group.states.real
     standing = rollout.standing[group.segments // rollout.trajectory.segment_durations.shape[1], None]
     v = np.where(np.abs(v) <= standing, 0.0, v)
-    moved = np.diff(q, axis=1)
-    rest = np.abs(moved) <= standing * (group.durations.real[:, None, None] * group.nodes.widths[:, None])
-    dry = rollout.robot.friction.dry(np.where(rest, 0.0, moved))
     effort = group.values.real
     rates = np.matmul(group.nodes.slopes, effort)
+    first, last = effort[:, :-1], effort[:, 1:]
+    if rollout.robot.friction.is_dry:
+        moved = np.diff(q, axis=1)
+        rest = np.abs(moved) <= standing * (group.durations.real[:, None, None] * group.nodes.widths[:, None])
+        dry = rollout.robot.friction.dry(np.where(rest, 0.0, moved))
+        first, last = first + dry, last + dry
+    else:
+        dry = np.zeros(first.shape)
     return _Cells(
         dry,
         may_change_sign(group.nodes, v[:, :-1], v[:, 1:], a * group.durations.real[:, None, None], 0.0),
-        may_change_sign(group.nodes, effort[:, :-1] + dry, effort[:, 1:] + dry, rates, _ROUNDING),
+        may_change_sign(group.nodes, first, last, rates, _ROUNDING),
     )
 
 
@@ -269,15 +275,17 @@ def may_change_sign(nodes: Nodes, first: Array, last: Array, rates: Array, round
     """
     near = np.minimum(np.abs(first), np.abs(last))
     greatest, changes = near.max(axis=1, keepdims=True), first * last < 0.0
-    segment, cell, joint = np.nonzero((near < _FAR * greatest) & ~changes)
-    width, least = nodes.widths[cell], near[segment, cell, joint]
-    slope, last_slope = (rates[segment, k, joint] * width for k in (cell, cell + 1))
-    sign = np.sign(first[segment, cell, joint])
+    # Places in flat arrays: numpy takes them several times as fast as by three indices.
+    places, cells, joints = np.flatnonzero((near < _FAR * greatest) & ~changes), *near.shape[1:]
+    width, least = nodes.widths[places // joints % cells], near.take(places)
+    before = places + places // (cells * joints) * joints  # of rates there is one more in every segment
+    slope, last_slope = rates.take(before) * width, rates.take(before + joints) * width
+    sign = np.sign(first.take(places))
     # A cubic leaves the range of its values at the ends by at most 4/27 of its slopes there.
     back = (
         (sign * slope < 0.0) & (sign * last_slope > 0.0) & (27.0 * least < 4.0 * (np.abs(slope) + np.abs(last_slope)))
     )
-    changes[segment, cell, joint] = back
+    changes.put(places, back)
     found: Array = changes & (near > rounding * greatest)
     return found
 
