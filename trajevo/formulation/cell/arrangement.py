@@ -31,6 +31,11 @@ class Arrangement(ABC):
     def nominal(self) -> Array:
         """Joint positions of the points at one arrangement that reaches all of them, (K, n_joints) [rad or m]."""
 
+    @property
+    @abstractmethod
+    def base_origin(self) -> Array | None:
+        """Origin of the robot's base at its given place, shape (3,) [m]; None if the base stands still."""
+
     @abstractmethod
     def __call__(self, columns: Array, branch: Array | None = None) -> Arranged:
         """Where the points lie.
