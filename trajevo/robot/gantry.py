@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -49,12 +49,24 @@ def on_gantry(robot: Robot, origin: Array) -> Robot:
     )
 
 
-def carriage_of(robot: Robot) -> tuple[int, Any] | None:
-    """The joint that carries the base of a robot on a gantry, and the base's placement there; None for any other."""
+class Carriage(NamedTuple):
+    """What carries the base of a robot on a gantry.
+
+    Attributes:
+        joint: number of the joint of the model.
+        place: placement of the base's frame in that of the joint, of Pinocchio.
+    """
+
+    joint: int
+    place: Any
+
+
+def carriage_of(robot: Robot) -> Carriage | None:
+    """What carries the base of a robot on a gantry; None for any other robot."""
     if robot.joint_names[: len(CARRIAGE)] != CARRIAGE:
         return None
     frame = robot.model.frames[robot.model.getFrameId("carriage")]
-    return int(frame.parentJoint), frame.placement
+    return Carriage(int(frame.parentJoint), frame.placement)
 
 
 def _transmission(robot: Robot, model: Any) -> Any:

@@ -16,6 +16,7 @@ from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, ch
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
 from trajevo.formulation.cell.moving_base import MovingBase, check_gravity, placed_targets
+from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.point_files import read_points
@@ -83,6 +84,12 @@ class VariedCell:
             raise InvalidInputError(
                 "overshoot: expected none where the base moves, as it is measured from the range of the points' joint "
                 "positions, which differ from base to base"
+            )
+        scene = parameters.get("scene")
+        moving = [] if scene is None else [one.name for one in Scene.of(scene).moving]
+        if moving:
+            raise InvalidInputError(
+                f"scene: obstacle {moving[0]!r}: motion: expected obstacles that stand still where the base moves"
             )
         if parameters.get("tool_height") is not None and 2 in self.box.free:
             raise InvalidInputError(

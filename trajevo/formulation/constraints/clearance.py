@@ -91,7 +91,7 @@ def standing_on(robot: Robot, scene: Scene) -> Scene:
     collision = Collision(robot, scene)
     given = carriage_of(robot)
     entries = collision.bodies.carriers
-    fixed = [k for k, (first, _) in enumerate(collision.ends.tolist()) if given and entries[first] == given[0]]
+    fixed = [k for k, (first, _) in enumerate(collision.ends.tolist()) if given and entries[first] == given.joint]
     fixed = [k for k in fixed if not collision.pairs[k].itself]
     if not fixed:
         return scene

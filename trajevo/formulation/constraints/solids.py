@@ -99,9 +99,9 @@ def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
 def _read(robot: Robot) -> Any:
     geometry = read_geometry(robot, "collision")
     carriage = carriage_of(robot)
-    for entry in geometry.geometryObjects if carriage is not None else ():
-        if entry.parentJoint == 0:  # the base itself moves
-            entry.parentJoint, entry.placement = carriage[0], carriage[1] * entry.placement
+    for entry in geometry.geometryObjects:
+        if carriage is not None and entry.parentJoint == 0:  # the base itself moves
+            entry.parentJoint, entry.placement = carriage.joint, carriage.place * entry.placement
     for entry in geometry.geometryObjects:
         if isinstance(entry.geometry, coal.BVHModelBase):
             entry.geometry = _hull(entry.geometry, f"{robot.where}: mesh of {entry.name!r}")
