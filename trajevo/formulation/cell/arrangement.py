@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from trajevo.base.arrays import Array
-from trajevo.path.arranged import Arranged
+from trajevo.trajectory.arranged import Arranged
 from trajevo.trajectory.interpolants import Variable
 
 
@@ -30,6 +30,11 @@ class Arrangement(ABC):
     @abstractmethod
     def nominal(self) -> Array:
         """Joint positions of the points at one arrangement that reaches all of them, (K, n_joints) [rad or m]."""
+
+    @property
+    @abstractmethod
+    def positions(self) -> Array:
+        """Positions of the tool at the points, in the given order and in the cell, shape (K, 3) [m]."""
 
     @property
     @abstractmethod

@@ -19,10 +19,10 @@ from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
-from trajevo.path.arranged import Arranged
+from trajevo.formulation.cell.tracking import PoseTargets, pose_errors, tracked
 from trajevo.path.inverse_kinematics import Pose
-from trajevo.path.tracking import PoseTargets, pose_errors, tracked
 from trajevo.robot.kinematics import ToolKinematics
+from trajevo.trajectory.arranged import Arranged
 from trajevo.trajectory.interpolants import Variable
 
 #: Distance of nodes [m and rad], and greatest number of postures at all nodes.
@@ -94,6 +94,11 @@ class MovingBase(Arrangement):
         return self.solutions
 
     @property
+    def positions(self) -> Array:
+        """Positions of the poses in the cell, shape (K, 3) [m]."""
+        return self._targets.position
+
+    @property
     def base_origin(self) -> Array:
         """Origin of the base at its given place, shape (3,) [m]."""
         return self.origin
@@ -122,14 +127,14 @@ class MovingBase(Arrangement):
         return Arranged(q.reshape(count, K, n), missed.reshape(count, K, 2), bases, self.origin, branch=branch)
 
     @cached_property
-    def nodes(self) -> Nodes:
+    def nodes(self) -> PostureGrid:
         """The postures at the nodes of a grid of bases; computed once."""
         lower, upper = self.box.lower[list(self.box.free)], self.box.upper[list(self.box.free)]
         axes = _axes(self.box, self.branches.shape[0] * self.branches.shape[1])
         shape = tuple(map(len, axes))
         columns = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
         q, reached = _Spreading(self, columns, shape).found()
-        return Nodes(lower, upper, q, reached)
+        return PostureGrid(lower, upper, q, reached)
 
     def solved(self, bases: Array, starts: Array) -> tuple[Array, Array]:
         """Postures of all branches from starts, and whether they reach their poses.
@@ -151,7 +156,7 @@ class MovingBase(Arrangement):
 
 @final
 @dataclass(frozen=True, eq=False)
-class Nodes:
+class PostureGrid:
     """Postures at the nodes of a grid of bases.
 
     Attributes:
@@ -200,7 +205,7 @@ class Nodes:
 
 
 def _axes(box: BaseBox, postures: int) -> list[Array]:
-    """Nodes along every coordinate that moves, as fine as the number of postures at each of them allows."""
+    """PostureGrid along every coordinate that moves, as fine as the number of postures at each of them allows."""
     free = list(box.free)
     widths, apart = (box.upper - box.lower)[free], np.array(_APART)[free]
     while True:

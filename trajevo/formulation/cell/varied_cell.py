@@ -16,11 +16,11 @@ from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, ch
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
 from trajevo.formulation.cell.moving_base import MovingBase, check_gravity, placed_targets
+from trajevo.formulation.cell.tracking import PoseTargets, pose_errors, tracked
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.point_files import read_points
-from trajevo.path.tracking import PoseTargets, pose_errors, tracked
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.files.cell import base_of
 from trajevo.robot.kinematics import ToolKinematics
