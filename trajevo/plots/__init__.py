@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trajevo.plots.along_path import fronts, parameter, path
+    from trajevo.plots.cell.base_map import base_map
     from trajevo.plots.chain import stick_figure
     from trajevo.plots.drives.energy import electrical_power, energy_uses
     from trajevo.plots.effort import (
@@ -62,6 +63,7 @@ _NAMES = {
         "uncertainty_price",
         "workspace_capacity",
     ),
+    "cell.base_map": ("base_map",),
     "chain": ("stick_figure",),
     "rivals": ("plot_rivals",),
     "paper": ("WIDTHS", "style"),
@@ -78,6 +80,7 @@ __all__ = [
     "WIDTHS",
     "achieved_front",
     "allowed_region",
+    "base_map",
     "capacity_margins",
     "closed_loop",
     "desired_path",

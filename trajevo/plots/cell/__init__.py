@@ -1,0 +1,1 @@
+"""Pictures of cells that vary: where the robot should stand."""
