@@ -95,7 +95,7 @@ def _robots(given: str | None) -> Any:
     if given is None:
         return None
     place = Path(given)
-    if place.suffix == ".toml" or (place.is_dir() and not (place / "robot.toml").is_file()):
+    if given.endswith("/") or place.suffix == ".toml" or (place.is_dir() and not (place / "robot.toml").is_file()):
         return given
     return [name.strip() for name in given.split(",") if name.strip()]
 

@@ -18,7 +18,7 @@ from trajevo.base.toml import Places, read_toml, validated
 from trajevo.base.units import quantity
 from trajevo.errors import InvalidInputError, TrajevoError, no_such_file
 from trajevo.formulation.task_file import RobotOffer
-from trajevo.robot.locate import is_described, robot_path
+from trajevo.robot.locate import is_described, robot_path, robot_source
 from trajevo.robot.robot import Robot
 from trajevo.study.definition import in_json
 
@@ -42,7 +42,7 @@ class Candidate:
     Attributes:
         name: what it is called in tables and pictures.
         robot: keys of ``[robot]`` of a task, as plain data, with a path that does not depend on the task's folder.
-        price: its price in ``currency``; None if it is not told.
+        price: its price [``currency``]; None if it is not told.
         currency: currency of the price; empty without one.
         mass: mass of the arm [kg]; None if it is not told.
         reach: its reach [m]; None if it is not told.
@@ -151,6 +151,11 @@ def _candidate(offer: str | RobotOffer, folder: Path, where: str) -> Candidate:
         raise InvalidInputError(f"{at}path: expected none with {min(without_file)}, which describes the robot itself")
     source = offer.name if offer.path is None else offer.path
     given["name"] = name if without_file else _from(source, folder)
+    if not without_file:
+        try:
+            robot_source(given["name"])
+        except TrajevoError as error:
+            raise InvalidInputError(f"{at}{str(error).removeprefix('robot: ')}") from error
     if "packages" in given:
         listed = given["packages"]
         given["packages"] = [str(folder / one) for one in ([listed] if isinstance(listed, str) else listed)]
@@ -228,8 +233,5 @@ def chosen_among(candidates: Sequence[Candidate], names: Any, *, folder: Path) -
     found: list[Candidate] = []
     for one in names:
         own = known.get(one) if isinstance(one, str) else None
-        try:
-            found += [own] if own is not None else candidates_of([one], folder=folder)
-        except TrajevoError as error:
-            raise InvalidInputError(str(error)) from error
+        found += [own] if own is not None else candidates_of([one], folder=folder)
     return _checked(found, "robots: ")

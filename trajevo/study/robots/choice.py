@@ -252,7 +252,7 @@ class RobotChoice:
         least = (f"least {name} [{pretty(unit)}]" for name, unit, _ in map(self.shown, of_motions))
         within = "" if self.within is None else f" within {self.within:g} s"
         bought = ("price", "mass [kg]", "reach [m]")
-        head = ("robot", "at this task", "best", *least, f"largest payload{within} [kg]", *bought, "stopped by")
+        head = ("robot", "at this task", "in the front", *least, f"largest payload{within} [kg]", *bought, "stopped by")
         rows = [head, *(tuple(self._row(one, of_motions)) for one in self.robots)]
         told = [k for k in range(len(head)) if any(row[k] for row in rows[1:])]
         return tuple(tuple(row[k] for k in told) for row in rows)
