@@ -96,7 +96,7 @@ IN_THE_TASK = [
         "name =",
         "nam =",
         "task.toml: line 1: robot.nam: unknown key; known: allow_massless, base, dh, drives, friction, gravity, "
-        "grip, joints, kind, lock, name, packages, stand, supply, tool, tools, xacro; did you mean 'name'?",
+        "grip, joints, kind, limits, lock, name, packages, stand, supply, tool, tools, xacro; did you mean 'name'?",
     ),
     (
         '"arm.urdf"',
@@ -514,13 +514,14 @@ ON_THE_COMMAND_LINE = [
     (
         "solve nope",
         "unknown problem or task 'nope'; known: hybrid, hybrid_manipulator, panda_six_points, "
-        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, xarm7_obstacle",
+        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, which_robot, "
+        "xarm7_obstacle",
     ),
     (
         "solve pointng",
         "unknown problem or task 'pointng'; known: hybrid, hybrid_manipulator, panda_six_points, "
         "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, "
-        "xarm7_obstacle; did you mean 'pointing'?",
+        "which_robot, xarm7_obstacle; did you mean 'pointing'?",
     ),
     (
         "check-robot ram.urdf",

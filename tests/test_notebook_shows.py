@@ -44,6 +44,7 @@ OTHERS = {
     "Passing": lambda: t.Passing(1, stop=True),
     "Pose": lambda: t.Pose([0.1, 0.2, 0.3], np.eye(3)),
     "Processes": lambda: t.Processes(2),
+    "RobotChoice": lambda: t.choose_robot("which_robot", ["z1"], progress=False),
     "SepticPolynomial": lambda: t.SepticPolynomial(State(np.zeros(3)), State(np.ones(3)), duration_bounds=(1.0, 2.0)),
     "QuarticCubicQuartic": lambda: t.QuarticCubicQuartic(points(), duration_bounds=(1.0, 2.0)),
     "QuinticSpline": lambda: t.QuinticSpline(points(), duration_bounds=(1.0, 2.0)),

@@ -77,6 +77,8 @@ if TYPE_CHECKING:
     from trajevo.study.definition import Study, load_study
     from trajevo.study.engines import InProcess, Processes
     from trajevo.study.report import write_study
+    from trajevo.study.robots.choice import RobotChoice
+    from trajevo.study.robots.choose import choose_robot
     from trajevo.study.run import run_study, study_standing
     from trajevo.trajectory.batch import Motion, TrajectoryBatch
     from trajevo.trajectory.interpolants import (
@@ -199,6 +201,8 @@ _NAMES = {
     "study.bench.adapters.adapter": ("BenchRival",),
     "study.collection": ("collect",),
     "study.report": ("write_study",),
+    "study.robots.choose": ("choose_robot",),
+    "study.robots.choice": ("RobotChoice",),
     "errors": ("TrajevoError",),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
@@ -240,6 +244,7 @@ __all__ = [
     "QuarticCubicQuartic",
     "QuinticSpline",
     "Robot",
+    "RobotChoice",
     "Rollout",
     "Scene",
     "Search",
@@ -271,6 +276,7 @@ __all__ = [
     "certify",
     "certify_all",
     "check",
+    "choose_robot",
     "clearance_along",
     "collect",
     "comparison_weights",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 #: Greatest length of a message.
@@ -56,6 +56,18 @@ def _shortened(text: str) -> str:
 
 class InvalidInputError(TrajevoError):
     """An argument or a file has a value that cannot be used."""
+
+
+class MissingLimitError(InvalidInputError):
+    """Limits of joints are neither in a robot's files nor given; nothing is filled in for them.
+
+    Attributes:
+        missing: quantity, such as ``"jerk"`` -> names of the joints that have no such limit.
+    """
+
+    def __init__(self, said: str, missing: Mapping[str, Sequence[str]]) -> None:
+        super().__init__(said)
+        self.missing = {quantity: tuple(joints) for quantity, joints in missing.items()}
 
 
 class NoSuchRowError(InvalidInputError, IndexError):

@@ -24,6 +24,13 @@ What a URDF cannot say of a robot: [how a robot of your own is described](../how
 unit in a key `unit` beside it; any unit of that quantity can be written.
 """
 
+CATALOGUE = """# catalogue.toml
+
+Robots to choose from, with what a buyer knows of them: [which robot](../how_to/which_robot.md). A task names the folder
+of this file, or the file: `robots = "arms"`. Every robot is a table with the keys below and those of `[robot]` and
+`[robot.limits]` of a [task](task_toml.md); paths start from the folder of the file.
+"""
+
 
 def pages() -> dict[str, str]:
     """The pages by their files in `reference`."""
@@ -31,6 +38,7 @@ def pages() -> dict[str, str]:
         "task_toml.md": _page(TASK, keys.task()),
         "study_toml.md": _page(STUDY, keys.study()),
         "robot_toml.md": _page(ROBOT, keys.robot()),
+        "catalogue_toml.md": _page(CATALOGUE, keys.catalogue()),
     }
 
 

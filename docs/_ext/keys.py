@@ -16,9 +16,10 @@ from pydantic_core import PydanticUndefined
 from trajevo.formulation.constraints.scene import Attached, Scene
 from trajevo.formulation.constraints.scenes.obstacles import SHAPES, Obstacle
 from trajevo.formulation.search import Search
-from trajevo.formulation.task_file import task_model
+from trajevo.formulation.task_file import RobotOffer, task_model
 from trajevo.robot.robot_toml import RobotSettings
 from trajevo.study.definition import StudySettings
+from trajevo.study.robots.catalogue import CatalogueSettings
 from trajevo.trajectory.interpolants.splines.b_spline import SHAPE, BSpline
 
 #: Types in the words of a person who writes TOML.
@@ -79,6 +80,11 @@ def robot() -> list[Table]:
     return list(_tables(RobotSettings))
 
 
+def catalogue() -> list[Table]:
+    """The tables of ``catalogue.toml``."""
+    return list(_tables(CatalogueSettings))
+
+
 def _tables(model: type[pydantic.BaseModel], place: tuple[str, ...] = (), title: str = "") -> Iterator[Table]:
     """The table of a model, and those of the models in its fields.
 
@@ -87,6 +93,11 @@ def _tables(model: type[pydantic.BaseModel], place: tuple[str, ...] = (), title:
         place: keys that lead to it.
         title: how it is written in the file.
     """
+    if model is RobotOffer:  # whose other keys, and the tables in them, are those of another table
+        added = RobotOffer.model_fields.keys() - RobotOffer.__mro__[1].model_fields.keys()  # type: ignore[attr-defined]
+        told = ((name, field) for name, field in model.model_fields.items() if name in added)
+        yield Table(title, _first(model), tuple(_key(name, field) for name, field in told))
+        return
     own = {name: field for name, field in model.model_fields.items() if not (model is Search and name == "seed")}
     yield Table(title, _first(model), tuple(_key(name, field) for name, field in own.items()))
     for name, field in own.items():

@@ -19,6 +19,7 @@ from trajevo import (
     ViaPoints,
     allowed_regions,
     capacity_front,
+    choose_robot,
     load_robot,
     load_task,
     max_payload_problem,
@@ -155,6 +156,12 @@ def draw_clearance():
     ax.axhline(30.0, color="0.4", linestyle="--", linewidth=0.8, label="clearance")
     ax.set(xlabel="time [s]", ylabel="distance to the post [mm]")
     ax.legend()
+
+
+def draw_which_robot():
+    """Three arms at one task, as the gallery draws them first."""
+    choice = choose_robot("which_robot", ["ur5", "ur10", "xarm7"], payload=False, progress=False)
+    plots.robot_fronts(choice, objectives=("time", "energy"), width=120)
 
 
 DRAWN = {name.removeprefix("draw_"): one for name, one in list(globals().items()) if name.startswith("draw_")}

@@ -24,7 +24,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 #: Folders of pages that the build makes.
 MADE = {"_build", "api", "auto_gallery", "gallery", "reproduced"}
 #: Pages of the reference that it makes.
-KEYS = {"commands.md", "robot_toml.md", "study_toml.md", "task_toml.md"}
+KEYS = {"catalogue_toml.md", "commands.md", "robot_toml.md", "study_toml.md", "task_toml.md"}
 
 #: First lines of blocks that are files: their name in a comment.
 _NAMED = re.compile(r"(?:# |<!-- )([\w./-]+\.(?:toml|py|csv|urdf|yaml))(?: -->)?\n")

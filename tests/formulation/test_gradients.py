@@ -24,7 +24,9 @@ from trajevo.problems.hybrid_manipulator import CONVENTIONS
 from trajevo.robot.payload import LOAD_MODELS
 from trajevo.solvers.optimise import load_task
 
-TASKS = sorted((Path(__file__).parents[2] / "problems" / "tasks").glob("*.toml"))
+#: All but the task for several robots, which is no problem of its own.
+FILES = (Path(__file__).parents[2] / "problems" / "tasks").glob("*.toml")
+TASKS = sorted(file for file in FILES if file.stem != "which_robot")
 OBSTACLE = next(file for file in TASKS if file.stem == "xarm7_obstacle")
 
 #: Steps of the differences, as shares of a variable's range.

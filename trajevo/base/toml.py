@@ -252,7 +252,7 @@ class Places:
         """
         # pydantic adds the names of a union's members to the place; only keys of the file are kept.
         place = tuple(p for p in error["loc"] if isinstance(p, int) or not (p.startswith("_") or "[" in p))
-        place = tuple(p for p in place if p not in ("float", "str", "list", "dict", "MovingSettings"))
+        place = tuple(p for p in place if p not in ("float", "str", "list", "dict", "MovingSettings", "RobotOffer"))
         said = problem_of(error)
         if error["type"] == "extra_forbidden":
             known = [*_keys_at(model, error["loc"]), *(beside if len(place) == 1 else ())]

@@ -19,6 +19,7 @@ _TEMPLATES = Path(__file__).with_name("templates")
 
 #: The next command for a copy, by the kind of the example.
 _NEXT = {"task": "trajevo solve {}", "study": "trajevo study run {}", "notebook": "jupyter lab {}"}
+_CHOOSE = "trajevo choose-robot {}"
 
 
 def templates() -> dict[str, Path]:
@@ -86,5 +87,6 @@ def examples(
         _out.print("next: trajevo solve TASK, trajevo study run STUDY; a copy to change: trajevo examples NAME FOLDER")
         return
     copies = copy_example(name, folder)
-    then = _NEXT[known[name].kind].format(copies[0])
+    chosen = known[name]
+    then = (_CHOOSE if chosen.compares_robots else _NEXT[chosen.kind]).format(copies[0])
     _out.print(f"written: {', '.join(map(str, copies))}; next: {then}")

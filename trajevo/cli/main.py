@@ -62,6 +62,11 @@ COMMANDS = {
         "Refine a run's front by gradients; the original front is kept beside it in evolved.json.",
     ),
     "study": _Home("study", "app", "Many runs: the product of factors, on one machine or a cluster."),
+    "choose-robot": _Home(
+        "choose.command",
+        "choose",
+        "Solve a task for several robots: one front over all, who is never the best, and what stops the others.",
+    ),
     "bench": _Home(
         "bench.command", "app", "Rivals on published problems, on equal terms: times to what is best known."
     ),

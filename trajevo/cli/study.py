@@ -53,7 +53,7 @@ def run(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress.")] = False,
 ) -> None:
     """Run the cells of a study that are not finished; exit code 1 if a cell has failed."""
-    engine = _engine(workers, start_method, dask, scheduler)
+    engine = engine_of(workers, start_method, dask, scheduler)
     if study.is_dir():
         if out is not None:
             raise InvalidInputError("--out: a study that is gone on with stays in its folder")
@@ -95,7 +95,18 @@ def collect(
     _print_results(results, report)
 
 
-def _engine(workers: int | None, start_method: str | None, dask: bool, scheduler: str | None) -> Engine:
+def engine_of(workers: int | None, start_method: str | None, dask: bool, scheduler: str | None) -> Engine:
+    """What runs cells, from the options of a command.
+
+    Args:
+        workers: cells at a time; one, or with a cluster all cores, if None.
+        start_method: how processes are started.
+        dask: whether on a Dask cluster of this machine.
+        scheduler: address of the scheduler of a running cluster.
+
+    Raises:
+        InvalidInputError: options that exclude each other, or as for the engine.
+    """
     if dask or scheduler is not None:
         if start_method is not None:
             raise InvalidInputError("--start-method: Dask starts its workers itself")

@@ -49,6 +49,11 @@ class Example:
         return text.partition("\n")[0].lstrip("# ").rstrip(".")
 
     @property
+    def compares_robots(self) -> bool:
+        """Whether it is a task that names robots to choose from, for ``trajevo choose-robot``."""
+        return self.kind == "task" and "robots" in tomllib.loads(self.file.read_text(encoding="utf-8"))
+
+    @property
     def files(self) -> tuple[Path, ...]:
         """The file itself, and the files in its folder that its values name."""
         if self.kind == "notebook":

@@ -36,10 +36,10 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
     folder = where.file.resolve().parent
     with where.at("name"):
         title = where.file.stem[:LONGEST_TITLE] if settings.name is None else checked_title(settings.name, name="name")
-    with where.at("robot"):
+    with where.at("robots" if settings.robot is None else "robot"):
         robot = _robot(settings, folder)
     with where.at("points"):
-        points = _points(settings, folder, robot, to_rad)
+        points = given_points(settings, folder, robot, to_rad)
         if settings.base is None:
             points = joint_points(points, robot, angle=settings.angle, turns=settings.turns)
     arguments = {
@@ -96,10 +96,14 @@ def _beside(given: Any, folder: Path, *, names_file: bool = False) -> Any:
 
 
 def _robot(settings: TaskSettings, folder: Path) -> Robot:
+    if settings.robot is None:
+        raise InvalidInputError(
+            "robots: expected one robot to plan for, got a choice; trajevo choose-robot, or choose_robot, compares them"
+        )
     given: dict[str, Any] = (
         {"name": settings.robot} if isinstance(settings.robot, str) else settings.robot.model_dump(exclude_none=True)
     )
-    limits = settings.limits.model_dump(exclude_none=True)
+    limits = settings.limits.model_dump(exclude_none=True) | given.pop("limits", {})
     if limits:
         given["limits"] = limits
     if not {"dh", "joints", "kind"}.isdisjoint(given):
@@ -113,7 +117,15 @@ def _robot(settings: TaskSettings, folder: Path) -> Robot:
     return robot_of(given)
 
 
-def _points(settings: TaskSettings, folder: Path, robot: Robot, to_rad: float) -> Any:
+def given_points(settings: TaskSettings, folder: Path, robot: Robot, to_rad: float) -> Any:
+    """Points of a task as its problem takes them: a file, or joint positions and poses in SI units.
+
+    Args:
+        settings: the keys of the task's file.
+        folder: folder from which the path of a file starts.
+        robot: the robot, whose joints tell which positions are angles.
+        to_rad: unit of angles [rad].
+    """
     if isinstance(settings.points, str):
         return folder / settings.points
     points: list[Any] = []

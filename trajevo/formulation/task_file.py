@@ -56,6 +56,24 @@ class _Tool(_Place):
     )
 
 
+class _Limits(_Strict):
+    """Joint limits: one for all joints, a list with one per joint, or a table by joint name.
+
+    A limit is a number in SI units or a text with a unit; a position limit is a pair of the lower and the upper end. A
+    limit of velocity, acceleration or effort may also be a table with the magnitudes ``backward`` and ``forward``.
+    """
+
+    position: list[_Number | str | list[_Number | str]] | dict[str, list[_Number | str]] | None = pydantic.Field(
+        default=None, description="Lower and upper end, one pair for all joints or one each [rad or m]."
+    )
+    velocity: _Directed | None = pydantic.Field(default=None, description="Greatest velocity [rad/s or m/s].")
+    acceleration: _Directed | None = pydantic.Field(
+        default=None, description="Greatest acceleration [rad/s^2 or m/s^2]."
+    )
+    jerk: _Values | None = pydantic.Field(default=None, description="Greatest jerk [rad/s^3 or m/s^3].")
+    effort: _Directed | None = pydantic.Field(default=None, description="Greatest torque or force [N*m or N].")
+
+
 class _Robot(_Strict):
     """A robot by its name or file; or a Denavit-Hartenberg table; or joints alone, whose limits are in ``[limits]``."""
 
@@ -96,24 +114,22 @@ class _Robot(_Strict):
     grip: GripKeys | None = pydantic.Field(None, description="How it holds a payload by friction.")
     stand: StandKeys | None = pydantic.Field(None, description="What it stands on without being bolted.")
     supply: SupplyKeys | None = pydantic.Field(None, description="Supply of all drives.")
-
-
-class _Limits(_Strict):
-    """Joint limits: one for all joints, a list with one per joint, or a table by joint name.
-
-    A limit is a number in SI units or a text with a unit; a position limit is a pair of the lower and the upper end. A
-    limit of velocity, acceleration or effort may also be a table with the magnitudes ``backward`` and ``forward``.
-    """
-
-    position: list[_Number | str | list[_Number | str]] | dict[str, list[_Number | str]] | None = pydantic.Field(
-        default=None, description="Lower and upper end, one pair for all joints or one each [rad or m]."
+    limits: _Limits | None = pydantic.Field(
+        None, description="Limits of its joints over `[limits]`, where robots are compared."
     )
-    velocity: _Directed | None = pydantic.Field(default=None, description="Greatest velocity [rad/s or m/s].")
-    acceleration: _Directed | None = pydantic.Field(
-        default=None, description="Greatest acceleration [rad/s^2 or m/s^2]."
+
+
+class RobotOffer(_Robot):
+    """A robot among those to choose from: the keys of ``[robot]``, and what a buyer knows of it."""
+
+    path: str | None = pydantic.Field(
+        None, description="Folder or file of the robot, or its name in `trajevo list`; `name` if not given."
     )
-    jerk: _Values | None = pydantic.Field(default=None, description="Greatest jerk [rad/s^3 or m/s^3].")
-    effort: _Directed | None = pydantic.Field(default=None, description="Greatest torque or force [N*m or N].")
+    price: _Number | str | None = pydantic.Field(
+        None, description='Its price: a text with its currency, such as "24000 EUR".'
+    )
+    mass: _Number | str | None = pydantic.Field(None, description="Mass of the arm; a text has its unit [kg].")
+    reach: _Number | str | None = pydantic.Field(None, description="Its reach; a text has its unit [m].")
 
 
 class _Load(_Strict):
@@ -296,7 +312,12 @@ class TaskSettings(_Strict):
     name: str | None = pydantic.Field(
         None, description="Title above tables, reports and pictures; the file's name if not given."
     )
-    robot: str | _Robot = pydantic.Field(description="The robot: a name or file, or a table.")
+    robot: str | _Robot | None = pydantic.Field(None, description="The robot: a name or file, or a table.")
+    robots: str | list[str | RobotOffer] | None = pydantic.Field(
+        None,
+        description="Robots to choose from, in place of `robot`: names, files or tables, or a folder with "
+        "`catalogue.toml`; see `trajevo choose-robot`.",
+    )
     angle: Literal["rad", "deg"] = pydantic.Field(
         "rad",
         description="Unit of angles of points, boxes, given velocities and accelerations, `turning` and `upright`.",
@@ -352,6 +373,13 @@ class TaskSettings(_Strict):
     samples: Annotated[int, pydantic.Field(strict=True, ge=2)] = pydantic.Field(
         6, description="Number of samples in every segment, where something is checked at samples."
     )
+
+    @pydantic.model_validator(mode="after")
+    def _one_robot(self) -> TaskSettings:
+        if (self.robot is None) == (self.robots is None):
+            got = "neither" if self.robot is None else "both"
+            raise ValueError(f"robot: expected a robot, or robots to choose from, got {got}")
+        return self
 
     @pydantic.field_validator("algorithm")
     @classmethod

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     )
     from trajevo.plots.pictures import draw_all, save_figure, save_pictures
     from trajevo.plots.rivals import plot_rivals
+    from trajevo.plots.robots.fronts import robot_fronts
     from trajevo.plots.tradeoffs import exchange_rates, weight_map
     from trajevo.plots.twin.closed_loop import achieved_front, closed_loop
 
@@ -66,6 +67,7 @@ _NAMES = {
     "cell.base_map": ("base_map",),
     "chain": ("stick_figure",),
     "rivals": ("plot_rivals",),
+    "robots.fronts": ("robot_fronts",),
     "paper": ("WIDTHS", "style"),
     "tradeoffs": ("exchange_rates", "weight_map"),
     "identification.payload": ("identified_payload",),
@@ -105,6 +107,7 @@ __all__ = [
     "payload_front",
     "plot_rivals",
     "profiles",
+    "robot_fronts",
     "robust_mass",
     "save_figure",
     "save_pictures",

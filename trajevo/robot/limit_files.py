@@ -14,7 +14,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, real_number
 from trajevo.base.units import believed, per_time, quantity
-from trajevo.errors import InvalidInputError, UnknownNameError, checked_name, known_names
+from trajevo.errors import InvalidInputError, MissingLimitError, UnknownNameError, checked_name, known_names
 from trajevo.robot.description import Description
 from trajevo.robot.joints import DIRECTED
 from trajevo.robot.moveit_limits import read_joint_limits
@@ -47,18 +47,25 @@ def declared_limits(
     """
     columns = dict(declared) if declared is not None else _of_urdf(model, names, followers, urdf, source.limits)
     _replace(columns, given, names, units, followers, urdf)
-    for key in QUANTITIES[1:]:
-        missing = [name for k, name in enumerate(names) if key not in columns or np.isnan(columns[key][k])]
-        if missing:
-            held = f"which {A_FORMAT[source.kind]} cannot hold"
-            lacking = "for which the file has no forcerange" if key == "effort" else held
-            raise InvalidInputError(
-                f"{urdf}: no {key} limit for {', '.join(missing)}, {lacking}: give it in robot.toml "
-                f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "
-                f'an argument (limits={{"{key}": 10.0}}); inf means no limit'
-            )
+    missing = {key: _without(columns.get(key), names) for key in QUANTITIES[1:]}
+    missing = {key: joints for key, joints in missing.items() if joints}
+    if missing:
+        key, joints = next(iter(missing.items()))
+        held = f"which {A_FORMAT[source.kind]} cannot hold"
+        lacking = "for which the file has no forcerange" if key == "effort" else held
+        raise MissingLimitError(
+            f"{urdf}: no {key} limit for {', '.join(joints)}, {lacking}: give it in robot.toml "
+            f"({key} = {{ limit = 10.0, unit = ... }} of each joint), in task.toml ([limits] {key} = 10.0), or as "
+            f'an argument (limits={{"{key}": 10.0}}); inf means no limit',
+            missing,
+        )
     _check(columns, names, urdf)
     return columns
+
+
+def _without(limits: Array | None, names: tuple[str, ...]) -> tuple[str, ...]:
+    """The joints that have no limit of a quantity, not even an explicit infinity."""
+    return tuple(name for k, name in enumerate(names) if limits is None or np.isnan(limits[k]))
 
 
 def limits_or_none(

@@ -136,15 +136,15 @@ def _content(file: Path) -> TaskContent:
     # Reports mistakes in the task itself with their lines, before a factor changes anything.
     load_task(file)
     content, _ = read_toml(file)
-    return TaskContent(content=_finite(content), folder=str(file.resolve().parent))
+    return TaskContent(content=in_json(content), folder=str(file.resolve().parent))
 
 
-def _finite(value: Any) -> Any:
+def in_json(value: Any) -> Any:
     """Data of a TOML file in a form that JSON can hold: infinity becomes the text ``"inf"``, which limits accept."""
     if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_finite(entry) for entry in value]
+        return {key: in_json(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [in_json(entry) for entry in value]
     return str(value) if value in (float("inf"), -float("inf")) else value
 
 

@@ -132,7 +132,11 @@ def _put(content: dict[str, Any], name: str, value: Any) -> None:
         raise InvalidInputError(
             f"{name}: this key of a task cannot vary in a study; settings of the search are {', '.join(SEARCH)}"
         )
-    checked_name("key of a task", keys[0], [key for key in task_model().model_fields if key not in _NOT_IN_TASKS])
+    checked_name(
+        "key of a task", keys[0], [key for key in task_model().model_fields if key not in (*_NOT_IN_TASKS, "robots")]
+    )
+    if keys[0] == "robot":  # in place of those to choose from
+        content.pop("robots", None)
     table: Any = content
     for depth, key in enumerate(keys[:-1], start=1):
         if isinstance(table, list):

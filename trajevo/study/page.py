@@ -45,6 +45,7 @@ def study_page(
     *,
     comparisons: Sequence[Comparison] = (),
     pictures: Mapping[str, bytes] | None = None,
+    sections: Sequence[str] = (),
 ) -> bytes:
     """The page of a study's results.
 
@@ -57,6 +58,7 @@ def study_page(
         file: where the page will be, from which it links to the pages and folders of the cells.
         comparisons: comparisons of levels to show.
         pictures: caption -> picture as PNG, as many as there is room for.
+        sections: HTML that stands before the tables.
     """
     cells = _shown(results)
     pack, few = Packed(), _points(results, cells)
@@ -81,7 +83,7 @@ def study_page(
         connect="",
         licence="",
         explorer=_told(results, cells, few) + static("study.html"),
-        body="\n".join(_sections(results, cells, file, comparisons, pictures or {})),
+        body="\n".join([*sections, *_sections(results, cells, file, comparisons, pictures or {})]),
         scripts=scripts_of(_SCRIPTS, data, pack, ""),
     )
     return text.encode()

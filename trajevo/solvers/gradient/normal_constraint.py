@@ -68,6 +68,8 @@ def solve_nnc(
     if points is not None and (not isinstance(points, int) or isinstance(points, bool) or points < 2):
         raise InvalidInputError(f"points: expected a whole number of at least 2, got {points!r}")
     origin = problem if problem.expansion is None else problem.expansion.problem
+    import scipy.linalg  # noqa: F401 - its threads are only limited once it is loaded
+
     began = time.perf_counter()
     with one_blas_thread(), Stopping() as stopping:
         division, books = _Division(origin, int(seed)), Books(origin)

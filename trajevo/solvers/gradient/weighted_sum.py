@@ -104,6 +104,8 @@ def minimise_weighted(
         raise InvalidInputError("starts: expected at least 1")
     if ((points < problem.xl) | (points > problem.xu)).any():
         raise InvalidInputError("initial: a start lies outside the bounds of the decision variables")
+    import scipy.linalg  # noqa: F401 - its threads are only limited once it is loaded
+
     began = time.perf_counter()
     with one_blas_thread():
         ends = np.array([_end(problem, search, point, tolerance) for point in points])
