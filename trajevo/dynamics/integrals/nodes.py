@@ -56,8 +56,8 @@ class Nodes:
     @cached_property
     def slopes(self) -> Array:
         """Matrix (M, M) from values at the nodes to the polynomial's derivative there [1]."""
-        columns = [np.polynomial.Legendre(column).deriv() for column in np.eye(len(self.shares))]
-        at_nodes = np.stack([2.0 * column(self._centred) for column in columns], axis=1)
+        derivatives = np.polynomial.legendre.legder(np.eye(len(self.shares)))
+        at_nodes = np.ascontiguousarray((2.0 * np.polynomial.legendre.legval(self._centred, derivatives)).T)
         return frozen(at_nodes @ self.coefficients)
 
     @cached_property
@@ -68,8 +68,8 @@ class Nodes:
     @cached_property
     def integrals(self) -> Array:
         """Matrix (M - 1, M) from values at the nodes to the polynomial's integral over every cell [1]."""
-        columns = [np.polynomial.Legendre(column).integ() for column in np.eye(len(self.shares))]
-        at_nodes = np.stack([0.5 * column(self._centred) for column in columns], axis=1)
+        integrals = np.polynomial.legendre.legint(np.eye(len(self.shares)))
+        at_nodes = np.ascontiguousarray((0.5 * np.polynomial.legendre.legval(self._centred, integrals)).T)
         return frozen(np.diff(at_nodes, axis=0) @ self.coefficients)
 
     @cached_property
