@@ -23,7 +23,7 @@ from trajevo.robot.kinematics import ToolKinematics, crossed
 _STEPS, _SETTLED = 30, 1e-16
 
 #: Share of the square by which the error of a row that is not reached must fall in a step, or the row is given up.
-_STALLED = 1e-7
+_STALLED = 1e-4
 
 #: Damping of J Jᵀ per error, and its least value.
 _DAMPING, _LEAST_DAMPING = 0.1, 1e-14

@@ -10,6 +10,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.plain import plain_data
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
 from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, checked_name
@@ -156,7 +157,7 @@ def poses_of(points: Any, robot: Robot) -> tuple[tuple[dict[str, Any], ...], tup
                 f"points: point {k}: expected a pose of the tool, as the base moves, got joint positions, which put "
                 "the tool somewhere else from every base"
             )
-        told.append(point.settings if isinstance(point, Pose) else dict(point))
+        told.append(point.settings if isinstance(point, Pose) else plain_data(f"points: point {k}", point))
     poses = []
     for k, one in enumerate(told):
         try:
