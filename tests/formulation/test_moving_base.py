@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from trajevo import Dynamics, Scene, clearance_along, load_problem, load_robot, optimise
+from trajevo.base import jit
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError, TrajevoError
 from trajevo.formulation.cell.base_box import BaseBox
@@ -178,8 +179,9 @@ def test_tracking_ends_at_the_nearest_posture_where_a_pose_is_not_reached():
     q = np.random.default_rng(2).uniform(-1.5, 1.5, (20, 6))
     position, rotation = kinematics.pose(q)
     far = PoseTargets(2.0 * position, rotation, np.zeros((20, 3)), np.zeros(20))
-    found = tracked(kinematics, q, far, steps=100)
+    found, missed = tracked(kinematics, q, far, steps=100)
     left = pose_errors(kinematics, found, far)[:, 0]
+    np.testing.assert_allclose(missed[:, 0], left, atol=1e-12)
     shoulder = np.array([0.0, 0.0, 0.089159])
     # No arm is longer than the distance at which all its links are in line.
     assert (left >= np.linalg.norm(2.0 * position - shoulder, axis=1) - 1.1).all()
@@ -409,3 +411,22 @@ def test_the_nearest_miss_is_told_in_millimetres():
     miss = float(words[words.index("mm,") - 1])
     # The last point is 0.39 m from the given base: beyond 1.2 - 0.39 = 0.81 m, less what the arm reaches.
     assert 10.0 < miss < 1200.0
+
+
+@pytest.mark.parametrize("free", [None, "x"])
+def test_compiled_loops_and_numpy_track_poses_alike(free):
+    kinematics = ToolKinematics.of(load_robot("ur5", tool="tool0", limits=LIMITS))
+    random = np.random.default_rng(5)
+    q = random.uniform(-1.5, 1.5, (60, 6))
+    position, rotation = kinematics.pose(q)
+    axis = np.tile(np.eye(3)[0] if free else np.zeros(3), (60, 1))
+    for turned in (np.ones(60), np.zeros(60)):
+        targets = PoseTargets(position, rotation, axis, turned)
+        starts = q + random.normal(0.0, 0.05, q.shape)
+        compiled = tracked(kinematics, starts, targets)
+        with jit.uncompiled():
+            plain = tracked(kinematics, starts, targets)
+        settled = plain[1].max(axis=1) <= 1e-9
+        assert settled.mean() > 0.9
+        for one, other in zip(compiled, plain, strict=True):
+            np.testing.assert_allclose(one[settled], other[settled], atol=1e-7)

@@ -19,7 +19,7 @@ from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
-from trajevo.formulation.cell.tracking import PoseTargets, pose_errors, tracked
+from trajevo.formulation.cell.tracking import PoseTargets, tracked
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.trajectory.arranged import Arranged
@@ -125,8 +125,7 @@ class MovingBase(Arrangement):
         starts = self.nodes.starts(columns, chosen)
         pose = np.tile(np.arange(K), count)
         targets = placed_targets(self._targets.chosen(pose), np.repeat(bases, K, axis=0), self.origin)
-        q = tracked(self.kinematics, starts.reshape(-1, n), targets)
-        missed = pose_errors(self.kinematics, q, targets)
+        q, missed = tracked(self.kinematics, starts.reshape(-1, n), targets)
         return Arranged(q.reshape(count, K, n), missed.reshape(count, K, 2), bases, self.origin, branch=branch)
 
     @cached_property
@@ -152,8 +151,8 @@ class MovingBase(Arrangement):
         count, (K, C, n) = len(bases), self.branches.shape
         pose = np.tile(np.arange(K).repeat(C), count)
         targets = placed_targets(self._targets.chosen(pose), np.repeat(bases, K * C, axis=0), self.origin)
-        q = tracked(self.kinematics, starts.reshape(-1, n), targets, steps=_STEPS)
-        reached = pose_errors(self.kinematics, q, targets).max(axis=1) <= _REACHED
+        q, missed = tracked(self.kinematics, starts.reshape(-1, n), targets, steps=_STEPS)
+        reached = missed.max(axis=1) <= _REACHED
         return q.reshape(starts.shape), reached.reshape(starts.shape[:-1])
 
 

@@ -17,7 +17,7 @@ from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, ch
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
 from trajevo.formulation.cell.moving_base import MovingBase, check_gravity, placed_targets
-from trajevo.formulation.cell.tracking import PoseTargets, pose_errors, tracked
+from trajevo.formulation.cell.tracking import PoseTargets, tracked
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.levenberg_marquardt import JointRanges
@@ -217,8 +217,8 @@ def _tried(robot: Robot, poses: Sequence[Pose], box: BaseBox, origin: Array) -> 
     N = len(bases)
     own = PoseTargets.of(poses).chosen(np.tile(np.arange(K).repeat(_STARTS), N))
     targets = placed_targets(own, bases.repeat(K * _STARTS, axis=0), origin)
-    q = tracked(kinematics, np.tile(starts, (N * K, 1)), targets)
-    return bases, pose_errors(kinematics, q, targets).max(axis=1).reshape(N, K, _STARTS).min(axis=2)
+    missed = tracked(kinematics, np.tile(starts, (N * K, 1)), targets)[1]
+    return bases, missed.max(axis=1).reshape(N, K, _STARTS).min(axis=2)
 
 
 def _told(base: Array, box: BaseBox) -> str:
