@@ -514,13 +514,13 @@ ON_THE_COMMAND_LINE = [
     (
         "solve nope",
         "unknown problem or task 'nope'; known: hybrid, hybrid_manipulator, panda_six_points, "
-        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, which_robot, "
+        "pick-place, pick_and_place_cell, pointing, reparam, ur5_base, ur5_pick_and_place, via-points, which_robot, "
         "xarm7_obstacle",
     ),
     (
         "solve pointng",
         "unknown problem or task 'pointng'; known: hybrid, hybrid_manipulator, panda_six_points, "
-        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, "
+        "pick-place, pick_and_place_cell, pointing, reparam, ur5_base, ur5_pick_and_place, via-points, "
         "which_robot, xarm7_obstacle; did you mean 'pointing'?",
     ),
     (

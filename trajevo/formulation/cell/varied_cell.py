@@ -10,13 +10,14 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array
+from trajevo.base.plain import plain_data
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
 from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, checked_name
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
 from trajevo.formulation.cell.moving_base import MovingBase, check_gravity, placed_targets
-from trajevo.formulation.cell.tracking import PoseTargets, pose_errors, tracked
+from trajevo.formulation.cell.tracking import PoseTargets, tracked
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.levenberg_marquardt import JointRanges
@@ -156,7 +157,7 @@ def poses_of(points: Any, robot: Robot) -> tuple[tuple[dict[str, Any], ...], tup
                 f"points: point {k}: expected a pose of the tool, as the base moves, got joint positions, which put "
                 "the tool somewhere else from every base"
             )
-        told.append(point.settings if isinstance(point, Pose) else dict(point))
+        told.append(point.settings if isinstance(point, Pose) else plain_data(f"points: point {k}", point))
     poses = []
     for k, one in enumerate(told):
         try:
@@ -216,8 +217,8 @@ def _tried(robot: Robot, poses: Sequence[Pose], box: BaseBox, origin: Array) -> 
     N = len(bases)
     own = PoseTargets.of(poses).chosen(np.tile(np.arange(K).repeat(_STARTS), N))
     targets = placed_targets(own, bases.repeat(K * _STARTS, axis=0), origin)
-    q = tracked(kinematics, np.tile(starts, (N * K, 1)), targets)
-    return bases, pose_errors(kinematics, q, targets).max(axis=1).reshape(N, K, _STARTS).min(axis=2)
+    missed = tracked(kinematics, np.tile(starts, (N * K, 1)), targets)[1]
+    return bases, missed.max(axis=1).reshape(N, K, _STARTS).min(axis=2)
 
 
 def _told(base: Array, box: BaseBox) -> str:

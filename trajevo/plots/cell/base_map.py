@@ -20,6 +20,9 @@ from trajevo.solvers.base_map import BaseMap
 #: Error up to which a point is reached [m and rad].
 _REACHED = 1e-6
 
+#: Room around the points of the tool [m].
+_AROUND = 0.05
+
 
 def base_map(found: BaseMap, *, ax: Axes | None = None, width: Width = "column") -> Axes:
     """Map of the least of an objective over the places of a robot's base, as seen from above where these are x and y.
@@ -48,7 +51,8 @@ def base_map(found: BaseMap, *, ax: Axes | None = None, width: Width = "column")
         _values(found, places, ax)
         handles += _marks(found, places, ax)
         ax.set(xlabel=places[0][1], ylabel=places[1][1])
-        seen = [np.append(one, at) for one, at in zip(sides, _points(found).T, strict=True)]
+        points = _points(found)
+        seen = [np.hstack([one, at - _AROUND, at + _AROUND]) for one, at in zip(sides, points.T, strict=True)]
         ax.set(**{f"{axis}lim": (one.min(), one.max()) for axis, one in zip("xy", seen, strict=True)})
         ax.margins(0.0)
         if set(found.axes) == {"x", "y"}:
