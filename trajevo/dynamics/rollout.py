@@ -14,6 +14,7 @@ from trajevo.dynamics.integrals.nodes import lobatto
 from trajevo.dynamics.integrals.resolved import Resolved, at_samples, combined, resolve
 from trajevo.dynamics.inverse_dynamics import _ROUNDING, Dynamics
 from trajevo.errors import InvalidInputError
+from trajevo.path.arranged import Arranged
 from trajevo.robot.joints import JointLimits, least_share
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -44,6 +45,7 @@ class Rollout:
         trajectory: B trajectories of its joints.
         masses: payload mass of each trajectory, shape (B,) [kg]; the payload's own if None.
         kept_limits: limits of the joints that the motions are meant to keep; the robot's own if None.
+        arranged: how the cell is arranged for each trajectory; None if it is the same for all.
 
     Raises:
         InvalidInputError: the trajectory has another number of joints than the robot, or of segments than the schedule
@@ -54,6 +56,7 @@ class Rollout:
     trajectory: TrajectoryBatch
     masses: Array | None = None
     kept_limits: JointLimits | None = None
+    arranged: Arranged | None = None
 
     __repr__ = brief
 

@@ -29,6 +29,7 @@ from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import Interpolant, Variable
+from trajevo.trajectory.interpolants.interpolant import ArrangesPoints
 
 #: Greatest number of instants per segment at which a problem samples effort and tool.
 MOST_SAMPLES = 10_000
@@ -203,6 +204,9 @@ class TrajectoryProblem(Problem):
     def rollout(self, x: Array) -> Rollout:
         """The robot on the trajectories of decision vectors, shape (B, n_var) or one vector (n_var,)."""
         masses = None if self.payload_range is None else np.atleast_2d(x)[:, -1]
+        if isinstance(self.interpolant, ArrangesPoints):
+            trajectory, arranged = self.interpolant.motions(self._timing(x))
+            return Rollout(self.dynamics, trajectory, masses, self.kept_limits, arranged)
         return Rollout(self.dynamics, self.decode(x), masses, self.kept_limits)
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
+from trajevo.path.arranged import Arranged
 from trajevo.path.via_points import ViaPoints
 from trajevo.trajectory.batch import TrajectoryBatch
 
@@ -101,6 +102,14 @@ class PassesNearby(Protocol):
 
     def via_errors(self, trajectory: TrajectoryBatch) -> Array:
         """How far motions of this interpolant pass every joint of every point, (B, n_points, n_joints) [rad or m]."""
+
+
+@runtime_checkable
+class ArrangesPoints(Protocol):
+    """An interpolant whose points differ from individual to individual, as the cell varies."""
+
+    def motions(self, x: Array) -> tuple[TrajectoryBatch, Arranged]:
+        """The motions of decision vectors (B, n_variables), and how the cell is arranged for each of them."""
 
 
 def checked_bounds(bounds: Any) -> tuple[float, float]:

@@ -1,0 +1,118 @@
+"""Where a robot's base may stand: ranges of its displacement from the place that is given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.base.arrays import Array, numbers, read_only
+from trajevo.base.shown.brief import brief
+from trajevo.base.units import if_degrees, quantity
+from trajevo.errors import InvalidInputError, checked_name
+
+#: Coordinates of a base in their order, and their SI units.
+COORDINATES = {"x": "m", "y": "m", "z": "m", "yaw": "rad"}
+
+#: Greatest displacement that is not taken for millimetres [m].
+_MOST = 20.0
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class BaseBox:
+    """Ranges of the displacement of a robot's base from its given place.
+
+    Attributes:
+        lower: least displacement along x, y and z of the cell [m], and least turn about the vertical axis through the
+            base's own origin [rad], shape (4,).
+        upper: the greatest, shape (4,); equal to the least where a coordinate does not move.
+
+    Raises:
+        InvalidInputError: ranges whose ends are the wrong way round, none that is wider than a point, or numbers that
+            must be in millimetres or degrees.
+    """
+
+    lower: Array
+    upper: Array
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        for name in ("lower", "upper"):
+            object.__setattr__(
+                self, name, read_only(numbers(getattr(self, name), name=f"base: moving: {name}", shape=(4,)))
+            )
+        for k, (key, unit) in enumerate(COORDINATES.items()):
+            low, high = float(self.lower[k]), float(self.upper[k])
+            if low > high:
+                raise InvalidInputError(
+                    f"base: moving: {key}: expected the least and the greatest [{unit}], got {low:g} and {high:g}; "
+                    f"{high:g} to {low:g} is such a range"
+                )
+            widest = max(-low, high)
+            if unit == "m" and widest > _MOST:
+                raise InvalidInputError(
+                    f"base: moving: {key}: {widest:g} m looks like mm: expected at most {_MOST:g} m, "
+                    f"{1e-3 * widest:g} if it is mm"
+                )
+            if unit == "rad" and widest > 2.0 * np.pi:
+                raise InvalidInputError(
+                    f"base: moving: {key}: expected at most a whole turn, 2π rad, got {widest:g} rad"
+                    f"{if_degrees(widest)}"
+                )
+        if not (self.lower < self.upper).any():
+            raise InvalidInputError("base: moving: expected a range that is wider than a point, got none")
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """Numbers of the coordinates that move."""
+        return tuple(int(k) for k in np.flatnonzero(self.lower < self.upper))
+
+    @property
+    def nearest(self) -> Array:
+        """The displacement in the box that is nearest to the given place, shape (4,) [m, m, m, rad]."""
+        return np.clip(np.zeros(4), self.lower, self.upper)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Plain data that makes an equal box: the ranges that are not 0."""
+        pairs = zip(COORDINATES, self.lower.tolist(), self.upper.tolist(), strict=True)
+        return {key: [low, high] for key, low, high in pairs if (low, high) != (0.0, 0.0)}
+
+    @classmethod
+    def of(cls, given: Any) -> BaseBox:
+        """The box of a mapping ``{"x": [-0.3, 0.3], "yaw": ["-90 deg", "90 deg"]}``; what is not named does not move.
+
+        Raises:
+            UnknownNameError: another key.
+            InvalidInputError: no mapping, no pair of numbers or of text with a unit, a tilt, or as for the class.
+        """
+        if isinstance(given, BaseBox):
+            return given
+        if not isinstance(given, Mapping) or not given:
+            raise InvalidInputError(
+                f"base: moving: expected a range for at least one of {', '.join(COORDINATES)}, got {given!r}"
+            )
+        lower, upper = np.zeros(4), np.zeros(4)
+        for key, pair in given.items():
+            if key in ("roll", "pitch", "tilt"):
+                raise InvalidInputError(
+                    f"base: moving: {key}: a base moves along x, y and z and turns by yaw, as a tilt turns gravity in "
+                    "its frame, and efforts are those of one gravity for all individuals; give a tilted base in the "
+                    "robot's own base"
+                )
+            k = list(COORDINATES).index(checked_name("coordinate of a moving base", key, COORDINATES))
+            lower[k], upper[k] = _pair(key, pair, COORDINATES[key])
+        return cls(lower, upper)
+
+
+def _pair(key: str, given: Any, unit: str) -> tuple[float, float]:
+    name = f"base: moving: {key}"
+    if isinstance(given, str | Mapping) or not hasattr(given, "__len__") or len(given) != 2:
+        raise InvalidInputError(f"{name}: expected the least and the greatest [{unit}], got {given!r}")
+    low, high = (quantity(end, unit, name=name) if isinstance(end, str) else end for end in given)
+    least, greatest = numbers([low, high], name=name, shape=(2,)).tolist()
+    return least, greatest

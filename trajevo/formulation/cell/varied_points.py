@@ -1,0 +1,188 @@
+"""Motions through points that differ from individual to individual, as the cell itself varies.
+
+For fixed times the coefficients of a motion are linear in its points. So one call of an interpolant on indicators, of
+which each is 1 at one point and 0 at the others, gives the motions through any points: the sum over the points of their
+joint positions times the motion of their indicator.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, final
+
+import numpy as np
+
+from trajevo.base.arrays import Array
+from trajevo.base.shown.brief import brief
+from trajevo.dynamics.rollout import Rollout
+from trajevo.errors import InvalidInputError
+from trajevo.formulation.cell.arrangement import Arrangement
+from trajevo.formulation.constraints.constraint import Constraint
+from trajevo.path.arranged import Arranged
+from trajevo.path.passing import Passing
+from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.batch import TrajectoryBatch
+from trajevo.trajectory.interpolants import (
+    NAMED_INTERPOLANTS,
+    Interpolant,
+    LinearBlends,
+    Variable,
+    interpolant_through,
+)
+from trajevo.trajectory.interpolants.interpolant import (
+    PassesNearby,
+    breaks_at_points,
+    decision_vectors,
+    example_of,
+)
+from trajevo.trajectory.polynomial import PolynomialBatch
+
+#: Greatest error allowed for the pose at a point [m or rad], and the error that counts as an excess of 1.
+REACHED, SCALE = 1e-6, 0.1
+
+#: Errors below this are rounding [m or rad]; the derivative of so small an error is meaningless.
+_ROUNDING = 1e-9
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class VariedPoints(Interpolant):
+    """An interpolant through points that an arrangement of the cell gives to every individual.
+
+    Attributes:
+        kind: interpolant, a name of :data:`~trajevo.trajectory.interpolants.NAMED_INTERPOLANTS`.
+        arrangement: columns of decision vectors -> points.
+        duration_bounds: least and greatest time of a segment, shape (2,), or of every segment (n_points - 1, 2) [s].
+        passing: how points are passed, in the order of the visits; no velocities or accelerations.
+
+    Raises:
+        UnknownNameError: no such interpolant.
+        InvalidInputError: an interpolant whose motions are not linear in the points, or given velocities.
+    """
+
+    kind: str
+    arrangement: Arrangement
+    duration_bounds: Any = field(kw_only=True)
+    passing: tuple[Passing, ...] = field(default=(), kw_only=True)
+    _inner: Interpolant = field(init=False, repr=False)
+    _starts: tuple[int, ...] = field(init=False, repr=False)
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        NAMED_INTERPOLANTS.find(self.kind)
+        for one in self.passing:
+            for key in one.vectors:
+                raise InvalidInputError(
+                    f"passing: point {one.point}: {key}: expected none where the cell varies, as it is one of joints, "
+                    "which reach the point in many ways; stop, dwell and window can be given"
+                )
+        object.__setattr__(self, "_inner", self._through(np.eye(len(self.points))))
+        starts = breaks_at_points(self._inner)
+        if starts is None and not isinstance(self._inner, LinearBlends):
+            raise InvalidInputError(
+                "interpolant: expected one that passes its points where segments meet, as the cell varies, got "
+                f"{self.kind!r}"
+            )
+        object.__setattr__(self, "_starts", starts or ())
+        self._check_linear()
+
+    @property
+    def points(self) -> ViaPoints:
+        """The points at one arrangement that reaches all of them."""
+        return ViaPoints(self.arrangement.nominal)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """Those of the interpolant, then those of the arrangement."""
+        return self._inner.variables + self.arrangement.variables
+
+    def __call__(self, x: Array) -> PolynomialBatch:
+        """Motions through the arranged points for decision vectors of shape (B, n_variables)."""
+        return self.motions(x)[0]
+
+    def motions(self, x: Array) -> tuple[PolynomialBatch, Arranged]:
+        """The motions, and the arrangement of each, for decision vectors of shape (B, n_variables)."""
+        rows = decision_vectors(x, len(self.variables))
+        if not np.isfinite(rows).all():
+            row, column = (int(i) for i in np.argwhere(~np.isfinite(rows))[0])
+            raise InvalidInputError(f"x: expected finite numbers, got {rows[row, column]} in row {row}, {column=}")
+        count = len(self._inner.variables)
+        arranged = self.arrangement(rows[:, count:])
+        whole = _polynomials(self._inner(rows[:, :count]), self.kind)
+        coefficients = np.einsum("bkj,bskd->bsjd", arranged.points, whole.coefficients)
+        return PolynomialBatch(whole.breaks, coefficients), arranged
+
+    def arranged(self, x: Array) -> Arranged:
+        """The arrangement alone for decision vectors of shape (B, n_variables)."""
+        return self.arrangement(decision_vectors(x, len(self.variables))[:, len(self._inner.variables) :])
+
+    def via_times(self, x: Array) -> Array:
+        """When the points are passed, (B, n_variables) -> (B, K) [s]."""
+        return self._inner.via_times(decision_vectors(x, len(self.variables))[:, : len(self._inner.variables)])
+
+    def points_of(self, trajectory: TrajectoryBatch) -> Array:
+        """The via points of motions of this interpolant, shape (B, K, n_joints) [rad or m].
+
+        Lines with blends cut the corners; their points are where the lines would meet.
+        """
+        motion = _polynomials(trajectory, self.kind)
+        if isinstance(self._inner, LinearBlends):
+            return self._inner.corners(motion)
+        points = motion.coefficients[..., 0][:, list(self._starts[:-1])]
+        last = motion.segment_durations[:, -1, None, None] ** np.arange(motion.degree + 1)
+        return np.concatenate([points, (motion.coefficients[:, -1] * last).sum(axis=-1)[:, None]], axis=1)
+
+    def via_errors(self, trajectory: TrajectoryBatch) -> Array:
+        """How far motions pass their points, (B, K, n_joints) [rad or m]; 0 if the interpolant meets them."""
+        if isinstance(self._inner, PassesNearby):
+            return self._inner.via_errors(trajectory)
+        return np.zeros((len(trajectory), *self.points.positions.shape))
+
+    @property
+    def reach_constraint(self) -> Constraint:
+        """One column per point: how far the tool misses its pose, -1 where it is there, 0 where it misses it by 1e-6.
+
+        Distance [m] and angle [rad] are added as squares. Beyond, the column grows by 1 for each 0.1 m or rad, so that
+        a search finds its way, and is of the size of other limits.
+        """
+        names = tuple(f"reach of point {point}" for point in range(len(self.points)))
+        return Constraint(names, "poses of the tool", _reach_excess, quantity="reach", proof="extremes")
+
+    def _through(self, positions: Array) -> Interpolant:
+        given: dict[str, Any] = {"duration_bounds": self.duration_bounds, "passing": self.passing}
+        return interpolant_through(self.kind, ViaPoints(positions), **given)
+
+    def _check_linear(self) -> None:
+        """Refuse an interpolant whose motions are not linear in its points."""
+        positions = np.random.default_rng(0).uniform(0.1, 1.0, (len(self.points), 2))
+        x = example_of(self._inner)
+        made, whole = (_polynomials(each(x), self.kind) for each in (self._through(positions), self._inner))
+        total = np.einsum("kj,bskd->bsjd", positions, whole.coefficients)
+        scale = 1e-9 * np.abs(total).max()
+        if made.coefficients.shape != total.shape or np.abs(made.coefficients - total).max() > scale:
+            raise InvalidInputError(
+                f"interpolant: expected one that is linear in its points, as the cell varies, got {self.kind!r}"
+            )
+
+
+def _reach_excess(rollout: Rollout) -> Array:
+    if rollout.arranged is None:
+        raise InvalidInputError("rollout: expected one of an arranged cell, for the reach of its points")
+    return reach_excess(rollout.arranged.missed)
+
+
+def reach_excess(missed: Array) -> Array:
+    """Errors of poses, (..., 2) [m and rad], as a constraint (...): -1 at the pose, 0 at 1e-6, then 1 for each 0.1."""
+    total = np.sqrt((missed * missed).sum(axis=-1))
+    total = np.where(total.real > _ROUNDING, total, 0.0)
+    excess: Array = np.where(total.real > REACHED, (total - REACHED) / SCALE, total / REACHED - 1.0)
+    return excess
+
+
+def _polynomials(trajectory: TrajectoryBatch, kind: str) -> PolynomialBatch:
+    if not isinstance(trajectory, PolynomialBatch):
+        raise InvalidInputError(
+            f"interpolant: expected one of piecewise polynomials, got {kind!r}, {type(trajectory).__name__}"
+        )
+    return trajectory
