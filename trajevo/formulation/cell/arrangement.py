@@ -31,6 +31,11 @@ class Arrangement(ABC):
     def nominal(self) -> Array:
         """Joint positions of the points at one arrangement that reaches all of them, (K, n_joints) [rad or m]."""
 
+    @property
+    @abstractmethod
+    def still(self) -> Array:
+        """Whether a place has the same joint positions in all arrangements, shape (K,)."""
+
     @abstractmethod
     def __call__(self, columns: Array, branch: Array | None = None) -> Arranged:
         """Where the points lie.
