@@ -39,12 +39,13 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
     with where.at("robot"):
         robot = _robot(settings, folder)
     with where.at("points"):
-        points = joint_points(
-            _points(settings, folder, robot, to_rad), robot, angle=settings.angle, turns=settings.turns
-        )
+        points = _points(settings, folder, robot, to_rad)
+        if settings.base is None:
+            points = joint_points(points, robot, angle=settings.angle, turns=settings.turns)
     arguments = {
         "robot": robot,
         "points": points,
+        "base": None if settings.base is None else settings.base.model_dump(),
         "turns": settings.turns,
         "duration_bounds": settings.duration_bounds,
         "interpolant": settings.interpolant,

@@ -189,6 +189,14 @@ class _Point(_Strict):
         return self
 
 
+class BaseSettings(_Strict):
+    """Where the robot may stand: ranges of how far its base is from its given place, in the axes of the cell."""
+
+    moving: dict[str, list[_Number | str]] = pydantic.Field(
+        description="Ranges of x, y, z [m] and of the turn about the vertical axis, yaw [rad]; a text has its unit."
+    )
+
+
 class MovingSettings(_Strict):
     """Half widths of the box in which a via point may move: around its joint positions, or its tool position [m]."""
 
@@ -302,6 +310,9 @@ class TaskSettings(_Strict):
     )
     points: str | list[list[_Number] | _Point] = pydantic.Field(
         description="Points to visit, in order: joint positions [angle or m] or tables, or a CSV file."
+    )
+    base: BaseSettings | None = pydantic.Field(
+        None, description="Where the robot may stand, if that is free; the points are then tool poses."
     )
     turns: Literal["as_written", "shortest"] = pydantic.Field(
         "as_written", description="Whether joints go as points are written, or the shorter way round by whole turns."

@@ -7,20 +7,20 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, final
 
-import numpy as np
-
 from trajevo.base.arrays import Array
 from trajevo.base.own.code import known_at, named, naming
 from trajevo.base.plain import plain_data
-from trajevo.base.units import if_degrees
 from trajevo.dynamics.drives.over_cycles import of_duty
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, known_names
+from trajevo.formulation.cell.varied_cell import varied_cell
+from trajevo.formulation.cell.varied_points import VariedPoints
 from trajevo.formulation.constraints import kinds
 from trajevo.formulation.constraints.clearance import load_clearances, notes_on_shapes
 from trajevo.formulation.constraints.constraint import Limited, LimitParameter
 from trajevo.formulation.constraints.drives.heat import CYCLES, DWELL, SHARED, duty_of
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
+from trajevo.formulation.moving_boxes import box_settings, boxes_of, check_widths
 from trajevo.formulation.moving_points import MovingPoints
 from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of, of_joints_alone
 from trajevo.formulation.passing_points import (
@@ -63,9 +63,6 @@ from trajevo.trajectory.pace.paced import Paced
 #: Greatest number of characters of a problem's title, which stands above tables and pictures.
 LONGEST_TITLE = 120
 
-#: Half width of a box of the tool above which numbers are not believed [m].
-_MOST_WIDTH = 20.0
-
 
 @final
 class ViaPointProblem(TrajectoryProblem):
@@ -78,6 +75,9 @@ class ViaPointProblem(TrajectoryProblem):
             poses (:class:`~trajevo.path.inverse_kinematics.Pose` or mappings ``{"position": ..., "rpy": ...}``), or a
             CSV file with a column for each joint, with its unit. Where an inner point lies on a joint's position limit,
             the joint is at rest, if the interpolant can hold it; :attr:`notes` tell it.
+        base: where the robot may stand, ``{"moving": {"x": [-0.3, 0.3], "yaw": ["-90 deg", "90 deg"]}}``: ranges of its
+            displacement from its given place along ``x``, ``y`` and ``z`` of the cell [m] and of its turn about the
+            vertical axis ``yaw`` [rad], which become variables. The points are then tool poses that stay in the cell.
         turns: ``"as_written"``, or ``"shortest"``: joint positions are shifted by whole turns, within the ranges, so
             that every joint goes the shorter way round from point to point.
         duration_bounds: least and greatest time between two points [s], or such a pair for every segment, shape
@@ -138,6 +138,7 @@ class ViaPointProblem(TrajectoryProblem):
         *,
         robot: str | Path | Robot | Mapping[str, Any] = "puma560",
         points: Any = None,
+        base: Mapping[str, Any] | None = None,
         turns: str = "as_written",
         duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
         interpolant: str | type[Interpolant] | None = None,
@@ -166,17 +167,22 @@ class ViaPointProblem(TrajectoryProblem):
         objectives, constraints = self._named(objectives, "objectives"), self._named(constraints, "constraints")
         _check_keys(parameters)
         named = robot_of(robot)
-        via = closed(joint_points(points, named, turns=turns), cyclic)
+        cell = varied_cell(base, points, named)
+        if cell is not None:
+            beside = {"moving": moving, "segments": segments, "cyclic": cyclic, "pace": pace, "bspline": bspline}
+            cell.check_beside(beside | {"extra_points": extra_points, "turns": turns != "as_written"})
+            cell.check_limits(parameters)
+        via = closed(joint_points(points, named, turns=turns) if cell is None else cell.nominal, cyclic)
         bounds = checked_durations(duration_bounds, len(via))
-        boxes = _boxes(moving)
-        _check_widths(boxes, via, named)
+        boxes = boxes_of(moving)
+        check_widths(boxes, via, named)
         kept = isinstance(constraints, Sequence) and "position" in constraints
         given_passing, on_limits = (
             passings_of(passing, len(via), named.joint_names),
-            turning(via, named, boxes) if kept else (),
+            turning(via, named, boxes) if kept and cell is None else (),
         )
         parts = segments_of(segments, len(via))
-        plain = not any((boxes, given_passing, parts, cyclic))
+        plain = cell is None and not any((boxes, given_passing, parts, cyclic))
         alone = plain and kinds.of_joints_alone(constraints, parameters) and of_joints_alone(objectives)
         usual = usual_interpolant(via, of_joints_alone=alone and not any((pace, extra_points, on_limits)))
         kind: str = ("bspline" if bspline else usual) if asked_for is None else asked_for
@@ -185,7 +191,11 @@ class ViaPointProblem(TrajectoryProblem):
         check_limits(parts, on_limits, named)
         at_limits = left_open(on_limits, asked)
         extra = _between(kind, extra_points, bspline, named, via, alone)
-        decoder = _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves, extra)
+        decoder = (
+            _interpolant(kind, via, named, bounds, boxes, at_limits, asked, cyclic, curves, extra)
+            if cell is None
+            else VariedPoints(kind, cell.arrangement, duration_bounds=bounds, passing=asked)
+        )
         other: dict[str, Any] = {"moving": boxes, kind if kind in ("bspline", "hermite") else "extra_points": extra}
         other |= {"passing": given_passing, "segments": parts, "cyclic": cyclic}
         besides = next((key for key, value in other.items() if value), "")
@@ -198,7 +208,7 @@ class ViaPointProblem(TrajectoryProblem):
         check_jumps(kind, objectives, held)
         duty = duty_of(parameters.get(DWELL.name), parameters.get(CYCLES.name))
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
-        reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints) else ()
+        reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints | VariedPoints) else ()
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,
@@ -220,14 +230,15 @@ class ViaPointProblem(TrajectoryProblem):
         self._notes = (*told, *notes_on_height(via, named, held), *(named.friction_notes if named.gives_effort else ()))
         given = {
             "robot": named.settings,
-            "points": via.positions.tolist(),
+            "points": via.positions.tolist() if cell is None else list(cell.points),
+            **({} if cell is None else {"base": cell.base}),
             "turns": turns,
             "duration_bounds": bounds.tolist(),
             "interpolant": kind,
             **({"extra_points": extra.count} if isinstance(extra, ExtraPoints | HermiteShape) and extra.count else {}),
             **({"bspline": extra.settings} if isinstance(extra, BSplineShape) else {}),
             **({"pace": decoder.count} if isinstance(decoder, Paced) else {} if pace is None else {"pace": 0}),
-            "moving": [_box_settings(box) for box in boxes],
+            "moving": [box_settings(box) for box in boxes],
             "passing": [one.settings for one in given_passing],
             **({"segments": [one.settings for one in parts]} if parts else {}),
             **({"cyclic": True} if cyclic else {}),  # hardly any motion is, and settings are told
@@ -399,49 +410,3 @@ def _between(
     if extra is not None:
         raise InvalidInputError("extra_points: 'bspline' takes none; its control_points are free, in [bspline]")
     return BSplineShape.of(bspline, robot, via, of_joints_alone=of_joints_alone)
-
-
-def _boxes(moving: Sequence[Any]) -> list[JointBox | CartesianBox]:
-    if isinstance(moving, Mapping | str) or not isinstance(moving, Sequence):
-        raise InvalidInputError(f"moving: expected a list of boxes, got {moving!r}")
-    return [_box(k, given) for k, given in enumerate(moving)]
-
-
-def _check_widths(boxes: Sequence[JointBox | CartesianBox], via: ViaPoints, robot: Robot) -> None:
-    """Refuse half widths that must be in degrees or millimetres."""
-    for box in boxes:
-        widths = np.asarray(box.half_width)
-        if isinstance(box, CartesianBox):
-            if widths.max() > _MOST_WIDTH:
-                raise InvalidInputError(
-                    f"moving: tool: a half width of {widths.max():g} m at point {box.point} looks like mm: expected at "
-                    f"most {_MOST_WIDTH:g} m, {1e-3 * widths.max():g} if it is mm"
-                )
-        elif len(widths) == robot.dof and box.point < len(via):  # is told elsewhere if not
-            q, limits = via.positions[box.point], robot.limits
-            turns = (np.array(robot.joint_units) == "rad") & (widths > 2.0 * np.pi)
-            for j in np.flatnonzero(turns & (q - widths <= limits.lower) & (q + widths >= limits.upper)).tolist():
-                raise InvalidInputError(
-                    f"moving: joints: a half width of {widths[j]:g} rad at point {box.point} covers the whole range of "
-                    f"{robot.joint_names[j]!r}{if_degrees(float(widths[j]))}"
-                )
-
-
-def _box(place: int, given: Any) -> JointBox | CartesianBox:
-    if isinstance(given, JointBox | CartesianBox):
-        return given
-    keys = set(given) if isinstance(given, Mapping) else set()
-    if keys - {"keep_orientation"} == {"point", "tool"}:
-        return CartesianBox(given["point"], given["tool"], keep_orientation=given.get("keep_orientation", True))
-    if keys != {"point", "joints"}:
-        raise InvalidInputError(
-            f"moving.{place}: expected point, and joints or tool (with keep_orientation if wanted), got {given!r}"
-        )
-    return JointBox(given["point"], given["joints"])
-
-
-def _box_settings(box: JointBox | CartesianBox) -> dict[str, Any]:
-    half_width = np.asarray(box.half_width).tolist()
-    if isinstance(box, JointBox):
-        return {"point": box.point, "joints": half_width}
-    return {"point": box.point, "tool": half_width, "keep_orientation": box.keep_orientation}

@@ -26,7 +26,7 @@ from trajevo.path.levenberg_marquardt import (
     missed,
     rotation_matrix,
 )
-from trajevo.path.rotations import of_quaternion, of_rpy
+from trajevo.path.rotations import of_quaternion, of_rpy, quaternion_of
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
@@ -105,6 +105,13 @@ class Pose:
             raise InvalidInputError(f"pose: expected {chosen[0]!r} or {chosen[1]!r}, got both")
         rotation = _ORIENTATIONS[chosen[0]](given[chosen[0]]) if chosen else None
         return cls(given["position"], rotation, str(given.get("name", "")), given.get("free"))
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Plain data of which :meth:`of` makes the same pose, but for rounding of the rotation."""
+        turned = {} if self.rotation is None else {"quaternion": quaternion_of(self.rotation).tolist()}
+        named = {key: value for key, value in (("name", self.name), ("free", self.free)) if value}
+        return {"position": self.position.tolist(), **turned, **named}
 
 
 def _of_rpy(given: Any) -> Array:

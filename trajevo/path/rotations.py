@@ -33,6 +33,11 @@ def of_quaternion(quaternion: Array) -> Array:
     return _matrix(_unit((x, y, z, w)))
 
 
+def quaternion_of(matrix: Array) -> Array:
+    """The quaternion x, y, z, w of norm 1 of a rotation matrix (3, 3), shape (4,)."""
+    return np.array(_quaternion(matrix.tolist()))
+
+
 def made_orthogonal(matrix: Array) -> Array:
     """The rotation matrix (3, 3) that is nearest to a matrix (3, 3) which is one but for rounding."""
     if not np.allclose(matrix @ matrix.T, np.eye(3), atol=_ORTHOGONAL):

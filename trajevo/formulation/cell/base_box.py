@@ -43,28 +43,28 @@ class BaseBox:
     def __post_init__(self) -> None:
         for name in ("lower", "upper"):
             object.__setattr__(
-                self, name, read_only(numbers(getattr(self, name), name=f"base: moving: {name}", shape=(4,)))
+                self, name, read_only(numbers(getattr(self, name), name=f"base.moving.{name}", shape=(4,)))
             )
         for k, (key, unit) in enumerate(COORDINATES.items()):
             low, high = float(self.lower[k]), float(self.upper[k])
             if low > high:
                 raise InvalidInputError(
-                    f"base: moving: {key}: expected the least and the greatest [{unit}], got {low:g} and {high:g}; "
+                    f"base.moving.{key}: expected the least and the greatest [{unit}], got {low:g} and {high:g}; "
                     f"{high:g} to {low:g} is such a range"
                 )
             widest = max(-low, high)
             if unit == "m" and widest > _MOST:
                 raise InvalidInputError(
-                    f"base: moving: {key}: {widest:g} m looks like mm: expected at most {_MOST:g} m, "
+                    f"base.moving.{key}: {widest:g} m looks like mm: expected at most {_MOST:g} m, "
                     f"{1e-3 * widest:g} if it is mm"
                 )
             if unit == "rad" and widest > 2.0 * np.pi:
                 raise InvalidInputError(
-                    f"base: moving: {key}: expected at most a whole turn, 2π rad, got {widest:g} rad"
+                    f"base.moving.{key}: expected at most a whole turn, 2π rad, got {widest:g} rad"
                     f"{if_degrees(widest)}"
                 )
         if not (self.lower < self.upper).any():
-            raise InvalidInputError("base: moving: expected a range that is wider than a point, got none")
+            raise InvalidInputError("base.moving: expected a range that is wider than a point, got none")
 
     @property
     def free(self) -> tuple[int, ...]:
@@ -94,13 +94,13 @@ class BaseBox:
             return given
         if not isinstance(given, Mapping) or not given:
             raise InvalidInputError(
-                f"base: moving: expected a range for at least one of {', '.join(COORDINATES)}, got {given!r}"
+                f"base.moving: expected a range for at least one of {', '.join(COORDINATES)}, got {given!r}"
             )
         lower, upper = np.zeros(4), np.zeros(4)
         for key, pair in given.items():
             if key in ("roll", "pitch", "tilt"):
                 raise InvalidInputError(
-                    f"base: moving: {key}: a base moves along x, y and z and turns by yaw, as a tilt turns gravity in "
+                    f"base.moving.{key}: a base moves along x, y and z and turns by yaw, as a tilt turns gravity in "
                     "its frame, and efforts are those of one gravity for all individuals; give a tilted base in the "
                     "robot's own base"
                 )
@@ -110,7 +110,7 @@ class BaseBox:
 
 
 def _pair(key: str, given: Any, unit: str) -> tuple[float, float]:
-    name = f"base: moving: {key}"
+    name = f"base.moving.{key}"
     if isinstance(given, str | Mapping) or not hasattr(given, "__len__") or len(given) != 2:
         raise InvalidInputError(f"{name}: expected the least and the greatest [{unit}], got {given!r}")
     low, high = (quantity(end, unit, name=name) if isinstance(end, str) else end for end in given)

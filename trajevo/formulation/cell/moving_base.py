@@ -302,6 +302,6 @@ def check_gravity(gravity: Array, box: BaseBox) -> None:
     """
     if 3 in box.free and np.abs(gravity[:2]).max() > 1e-9 * np.abs(gravity).max(initial=1.0):
         raise InvalidInputError(
-            "base: moving: yaw: expected gravity along z of the cell, about which the base turns, got "
+            "base.moving.yaw: expected gravity along z of the cell, about which the base turns, got "
             f"{np.asarray(gravity).tolist()} m/s^2: give gravity along z, and how the robot stands as its base"
         )

@@ -171,11 +171,16 @@ class VariedPoints(Interpolant):
     def _check_linear(self) -> None:
         """Refuse an interpolant whose motions are not linear in its points."""
         positions = np.random.default_rng(0).uniform(0.1, 1.0, (len(self.points), 2))
-        x = example_of(self._inner)
-        made, whole = (_polynomials(each(x), self.kind) for each in (self._through(positions), self._inner))
+        x, made = example_of(self._inner), self._through(positions)
+        if len(made.variables) != len(self._inner.variables):
+            raise InvalidInputError(
+                f"interpolant: expected one whose variables are times, as the cell varies, got {self.kind!r}, with "
+                "which positions between the points are free too"
+            )
+        found, whole = (_polynomials(each(x), self.kind) for each in (made, self._inner))
         total = np.einsum("kj,bskd->bsjd", positions, whole.coefficients)
         scale = 1e-9 * np.abs(total).max()
-        if made.coefficients.shape != total.shape or np.abs(made.coefficients - total).max() > scale:
+        if found.coefficients.shape != total.shape or np.abs(found.coefficients - total).max() > scale:
             raise InvalidInputError(
                 f"interpolant: expected one that is linear in its points, as the cell varies, got {self.kind!r}"
             )

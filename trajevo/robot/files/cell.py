@@ -62,6 +62,23 @@ def placed(found: Description, base: Any, where: Path | str) -> Description:
     return replace(found, text=checked_text(robot, where, look=True), as_written=False)
 
 
+def base_of(description: ElementTree.Element) -> Pose6:
+    """Where the first link of a robot stands in the cell, as :func:`placed` put it there; at its origin if it did not.
+
+    Args:
+        description: the top element of its URDF.
+    """
+    first = description.find("link")
+    cell = "" if first is None else first.get("name", "")
+    for joint in description.iterfind("joint"):
+        root, origin = end_of(joint, "child"), joint.find("origin")
+        own = cell in (CELL, f"{CELL} of {root}") and joint.get("name") == f"to {root}"
+        if own and origin is not None and end_of(joint, "parent") == cell:
+            place = (np.array([float(number) for number in origin.get(key, "0 0 0").split()]) for key in ("xyz", "rpy"))
+            return Pose6(*place)
+    return Pose6(np.zeros(3), np.zeros(3))
+
+
 def mounted(found: Description, tools: Any, tool: str | None, where: Path | str) -> tuple[Description, str | None]:
     """A description with one of some tools, and the name of its tool frame.
 
