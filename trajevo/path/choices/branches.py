@@ -19,6 +19,7 @@ from trajevo.path.choices.posture_names import posture_names
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.postures import find_postures
+from trajevo.path.whole_turns import turning_joints
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
 
@@ -58,6 +59,7 @@ def branches_of(
     nearest: Array,
     *,
     most: int = MOST_STATES,
+    turns: bool = False,
     seed: int = 0,
 ) -> tuple[Branches, ...]:
     """The states of every point.
@@ -71,14 +73,17 @@ def branches_of(
         points: joint positions (n_joints,) or :class:`~trajevo.path.inverse_kinematics.Pose`, K of them.
         nearest: joint positions that reach the points, each near those before, shape (K, n_joints) [rad or m].
         most: greatest number of states of a point.
+        turns: whether joint positions are reached by whole turns too, as poses are.
         seed: seed of the search for postures.
     """
     if not any(isinstance(point, Pose) for point in points):
-        return tuple(_one(q) for q in nearest)
+        return tuple(_of_joints(robot, q, nearest[0], most if turns else 1) for q in nearest)
     kinematics = ToolKinematics.of(robot)
     ranges = JointRanges.of(robot, kinematics)
     return tuple(
-        _of_pose(robot, kinematics, ranges, point, q, nearest[0], most, seed) if isinstance(point, Pose) else _one(q)
+        _of_pose(robot, kinematics, ranges, point, q, nearest[0], most, seed)
+        if isinstance(point, Pose)
+        else _of_joints(robot, q, nearest[0], most if turns else 1)
         for point, q in zip(points, nearest, strict=True)
     )
 
@@ -98,8 +103,11 @@ def reached(robot: Robot, points: Sequence[Any]) -> Array:
     return np.array(rows)
 
 
-def _one(q: Array) -> Branches:
-    return Branches(frozen(q[None].copy()), frozen(np.zeros(1, dtype=np.int64)), ("",))
+def _of_joints(robot: Robot, q: Array, near: Array, most: int) -> Branches:
+    """The states of joint positions: themselves, and those after whole turns up to a number of states."""
+    turned = _turned(turning_joints(robot), robot.limits.lower, robot.limits.upper, q) if most > 1 else q[None]
+    order = np.argsort(np.abs(turned - near).max(axis=1), kind="stable")[:most]
+    return Branches(frozen(turned[order]), frozen(np.zeros(len(order), dtype=np.int64)), ("",))
 
 
 def _of_pose(
@@ -132,7 +140,7 @@ def _with_turns(ranges: JointRanges, postures: Array, near: Array, most: int) ->
     """States of postures with whole turns of joints, the nearest ones of each posture first, and their postures."""
     states, numbers, rank = [], [], []
     for number, q in enumerate(postures):
-        turned = _turned(ranges, q)
+        turned = _turned(ranges.turning, ranges.lower, ranges.upper, q)
         away = np.sort(np.abs(turned - near), axis=1)[:, ::-1]
         order = np.lexsort(away.T[::-1])
         states.append(turned[order])
@@ -142,10 +150,10 @@ def _with_turns(ranges: JointRanges, postures: Array, near: Array, most: int) ->
     return np.concatenate(states)[kept], np.concatenate(numbers)[kept]
 
 
-def _turned(ranges: JointRanges, q: Array) -> Array:
+def _turned(joints: Array, lower: Array, upper: Array, q: Array) -> Array:
     """Joint positions with all whole turns of at most one to each side that the ranges allow, (N, n_joints)."""
     options = [
         [turn for turn in ((0.0, -_TURN, _TURN) if turning else (0.0,)) if turn == 0.0 or low <= value + turn <= high]
-        for value, turning, low, high in zip(q, ranges.turning, ranges.lower, ranges.upper, strict=True)
+        for value, turning, low, high in zip(q, joints, lower, upper, strict=True)
     ]
     return q + np.array(list(itertools.product(*options)))

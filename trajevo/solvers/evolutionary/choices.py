@@ -63,7 +63,7 @@ def choices_of(problem: Any) -> Choices | None:
     if visits.order_columns.start == visits.posture_columns.stop:
         return None
     first = len(interpolant.variables) - len(visits.variables)
-    return Choices(interpolant, visits, slice(first, len(interpolant.variables)))
+    return Choices(interpolant, visits, slice(first, first + len(visits.variables)))
 
 
 @final

@@ -22,6 +22,7 @@ from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, VariableRecord
 from trajevo.robot.payload import Payload
 from trajevo.solvers.evolutionary.algorithms import Chosen
+from trajevo.solvers.evolutionary.choices import choices_of
 from trajevo.solvers.evolutionary.stretching import Limits, Stretching, in_seconds
 from trajevo.solvers.gradient.sqp import random_starts
 
@@ -193,6 +194,7 @@ def _stretched_population(
         slow = unit[:, -1]
         level = slow if starts == "stretched" else 0.5 + 0.0 * slow
         drawn = _of_ratios(problem, unit[:, :-2], unit[:, -2], level, near_plain=_NEAR[again % len(_NEAR)])
+        drawn = _with_choices(problem, drawn, generator)
         found, G = stretching.mended(drawn, quicker=starts != "stretched")
         if starts == "spread":
             found, G = stretching.slowed(found, G, slow)
@@ -205,6 +207,20 @@ def _stretched_population(
         if (worst <= 0.0).sum() >= size:
             break
     return FirstPopulation(frozen(X[:size].copy()), limits.evaluations)
+
+
+def _with_choices(problem: TrajectoryProblem, drawn: Array, generator: np.random.Generator) -> Array:
+    """Individuals that begin with good orders and postures, and with times in proportion to those of their legs."""
+    choices = choices_of(problem)
+    if choices is None:
+        return drawn
+    begun = drawn.copy()
+    begun[:, choices.columns] = choices.visits.begun(drawn[:, choices.columns], generator)
+    legs = choices.legs(begun)
+    own = choices.interpolant.leg_of >= 0
+    mean = np.exp(np.log(legs[:, : len(own)][:, own]).mean(axis=1, keepdims=True)) if own.any() else 1.0
+    timed = np.append(own, np.zeros(problem.n_var - len(own), dtype=bool))
+    return np.clip(np.where(timed, begun * legs / mean, begun), problem.xl, problem.xu)
 
 
 def _drawn(dimensions: int, size: int, starts: str, generator: np.random.Generator) -> Array:
