@@ -245,30 +245,6 @@ class Visits(Arrangement):
         found[:, self.posture_columns] = self._indices(columns.real) + 0.5
         return found
 
-    def begun(self, columns: Array, random: np.random.Generator) -> Array:
-        """Columns of a first population: the best choices known, those near them, and those that were drawn.
-
-        Args:
-            columns: columns that were drawn, shape (B, n_variables).
-            random: random generator.
-        """
-        found, count = self.plain(columns), len(columns)
-        near = np.flatnonzero(random.random(count) < 0.75)
-        if self.free is not None:
-            orders = np.tile(self.tour.order, (len(near), 1))
-            keys = self.free.keys(orders)
-            # A third of them keeps the order, the others have neighbours exchanged here and there.
-            step = np.where(random.random(len(near)) < 0.33, 0.0, random.choice([1.0, 2.0], len(near)))
-            spread = step[:, None] * random.uniform(-1.0, 1.0, keys.shape) / max(keys.shape[1], 1)
-            keys = self.free.keys(self.free.decoded(keys + spread))
-            found[near, self.order_columns] = keys
-        held = self.posture_columns
-        if held.stop > held.start:
-            chance = 0.5 if self.free is None else 1.0 - 1.0 / (held.stop - held.start)
-            best = random.random((len(near), held.stop - held.start)) < chance
-            found[near, held] = np.where(best, 0.5, found[near, held])
-        return found
-
 
 def still_branches(branches: tuple[Branches, ...]) -> Array:
     """Joint positions of all states of all points, the first one repeated where there are fewer, (K, C, n_joints)."""

@@ -134,7 +134,7 @@ def _local(free: FreeOrder, times: Array, random: np.random.Generator) -> Array:
     for order in starts:
         cost = best_states(order[None], times)[1][0]
         while True:
-            near = _neighbours(free, order)
+            near = neighbours(free, order)
             at_a_time = max(1, _AT_A_TIME // times.shape[2] ** 2)
             parts = [near[k : k + at_a_time] for k in range(0, len(near), at_a_time)]
             found = np.concatenate([best_states(part, times)[1] for part in parts]) if len(near) else np.array([np.inf])
@@ -156,7 +156,7 @@ def _greedy(free: FreeOrder, times: Array) -> Array:
     return np.array(order)
 
 
-def _neighbours(free: FreeOrder, order: Array) -> Array:
+def neighbours(free: FreeOrder, order: Array) -> Array:
     """Orders with one part turned round, or with up to three points moved elsewhere, that keep the precedence."""
     found = []
     for group in free.groups:

@@ -37,7 +37,7 @@ _OPERATORS: dict[str, tuple[type, tuple[str, ...]]] = {
     "SBX": (SBX, ("prob", "eta", "prob_var", "prob_exch", "prob_bin")),
     "PM": (PM, ("prob", "eta", "prob_var", "at_least_once")),
     "ChoiceCrossover": (ChoiceCrossover, ("prob", "eta")),
-    "ChoiceMutation": (ChoiceMutation, ("prob", "eta", "prob_var", "order")),
+    "ChoiceMutation": (ChoiceMutation, ("prob", "eta", "prob_var", "order", "posture")),
 }
 _NORMALISATION = ("ideal_point", "worst_point", "nadir_point", "extreme_points")
 

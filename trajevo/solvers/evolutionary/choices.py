@@ -22,8 +22,8 @@ from trajevo.formulation.cell.varied_points import VariedPoints
 from trajevo.formulation.cell.visits import Visits
 from trajevo.solvers.evolutionary.operators import crossed, mutated
 
-#: Probability that an individual's order is changed by mutation.
-ORDER_PROBABILITY = 0.3
+#: Probabilities that an individual's order, and one of its postures, are changed by mutation.
+ORDER_PROBABILITY, POSTURE_PROBABILITY = 0.3, 0.3
 
 #: Least time of a leg, as a share of the mean of all legs, so that multiples of it are of use.
 _LEAST_LEG = 0.05
@@ -110,6 +110,7 @@ class ChoiceMutation(Mutation):
         eta: distribution index of polynomial mutation.
         prob_var: probability of mutation, per variable; pymoo's own if None.
         order: probability that an individual's order is changed.
+        posture: probability that one of its postures is drawn again.
     """
 
     def __init__(
@@ -118,9 +119,10 @@ class ChoiceMutation(Mutation):
         eta: float = 20.0,
         prob_var: float | None = None,
         order: float = ORDER_PROBABILITY,
+        posture: float = POSTURE_PROBABILITY,
     ) -> None:
         super().__init__(prob=prob, prob_var=prob_var)
-        self.eta, self.order = eta, order
+        self.eta, self.order, self.posture = eta, order, posture
 
     def _do(self, problem: Any, X: Array, *args: Any, random_state: np.random.Generator, **kwargs: Any) -> Array:
         """Individuals (N, n_var) after mutation."""
@@ -133,7 +135,7 @@ class ChoiceMutation(Mutation):
         changed = changed / choices.legs(X)
         own = changed[:, choices.columns]
         held = visits.posture_columns
-        drawn = random_state.random(parents[:, held].shape) < rate
+        drawn = random_state.random(parents[:, held].shape) < self.posture / max(held.stop - held.start, 1)
         width = problem.xu[choices.columns][held]
         own[:, held] = np.where(drawn, width * random_state.random(drawn.shape), parents[:, held])
         if visits.free is not None:
