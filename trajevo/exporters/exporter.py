@@ -94,6 +94,7 @@ def about(solution: Solution) -> dict[str, Any]:
             "x": solution.x.tolist(),
             "objectives": solution.F,
             "constraints": {name: proven.get(name, 1.0 + value) - 1.0 for name, value in solution.G.items()},
+            **({} if solution.base is None else {"base": solution.base.settings}),
         },
         "certificate": certificate.summary,
     }

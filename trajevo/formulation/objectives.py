@@ -25,6 +25,7 @@ from trajevo.dynamics.integrals.efforts import (
     integrated_square_power,
     mechanical_energy,
 )
+from trajevo.dynamics.integrals.footprint import footprint
 from trajevo.dynamics.integrals.travel import joint_travel, tool_path_length
 from trajevo.dynamics.payload_regressor.excitation import payload_condition
 from trajevo.dynamics.rollout import Rollout
@@ -291,6 +292,14 @@ OBJECTIVES: dict[str, Objective] = {
             tool_path_length,
             needs=("tool",),
             help="∫ |velocity of the tool's origin| dt",
+        ),
+        Objective(
+            "footprint",
+            "m^2",
+            _BY_NAME,
+            footprint,
+            needs=("tool",),
+            help="floor area of the rectangle that holds base, joints and tool at all samples",
         ),
         Objective(
             "payload_condition",

@@ -13,7 +13,7 @@ import numpy as np
 
 from trajevo.base.arrays import Array, numbers
 from trajevo.dynamics.inverse_dynamics import Dynamics
-from trajevo.dynamics.payload_masses import masses_held
+from trajevo.dynamics.payload_masses import mass_bounds, masses_held
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.constraints.scene import Plane, Scene
 from trajevo.formulation.objectives import OBJECTIVES, UNUSED_PAYLOAD, Objective, unused_payload
@@ -22,13 +22,17 @@ from trajevo.path.passing import Passing
 from trajevo.robot.payload import Payload
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.interpolants import Interpolant
-from trajevo.trajectory.interpolants.interpolant import breaks_where, example_of
+from trajevo.trajectory.interpolants.interpolant import ArrangesPoints, breaks_where, example_of
 
 #: Speed and acceleration of a joint, as a share of its greatest, and difference of positions, that count as none.
 _REST, _SAME = 1e-7, 1e-7
 
 #: Distance from the tool's origin within which carried solids are believed to be [m].
 _FARTHEST = 5.0
+
+#: Arrangements of a cell from which the greatest payload is sought, the factor by which another one may allow more, and
+#: the error up to which points are reached there [m and rad].
+_ARRANGEMENTS, _MORE, _REACHED = 512, 1.2, 1e-6
 
 
 def carrying(
@@ -183,9 +187,27 @@ def greatest_at_rest(dynamics: Dynamics, interpolant: Interpolant) -> float:
     if dynamics.schedule is not None:
         q, segments = _at_rest(interpolant)
         return masses_held(dynamics, q, segments)[1] if len(q) else np.inf
+    if isinstance(interpolant, ArrangesPoints):
+        return _greatest_anywhere(dynamics, interpolant)
     middle = [0.5 * (variable.lower + variable.upper) for variable in interpolant.variables]
     trajectory = interpolant(np.array([middle]))
     return masses_held(dynamics, trajectory.evaluate(np.array([0.0, trajectory.duration[0]]))[0])[1]
+
+
+def _greatest_anywhere(dynamics: Dynamics, interpolant: Any) -> float:
+    """The greatest payload [kg] held at rest at both ends of the motions from any of many arrangements, and some more."""
+    low, high = (np.array([getattr(one, end) for one in interpolant.variables]) for end in ("lower", "upper"))
+    drawn = np.random.default_rng(0).uniform(low, high, (_ARRANGEMENTS, len(low)))
+    arranged = interpolant.motions(drawn)[1]
+    reached = (arranged.missed <= _REACHED).all(axis=(1, 2))
+    q = arranged.points[reached][:, [0, -1]]
+    if not len(q):
+        return np.inf
+    still = np.zeros_like(q)
+    unloaded, each = dynamics.unloaded_effort(q, still, still), dynamics.effort_per_kilogram(q, still, still)
+    upper = mass_bounds(unloaded, each, dynamics.robot.limits.sides("effort"))[1].min(axis=(1, 2))
+    greatest = float(upper.max())
+    return _MORE * greatest if greatest > 0.0 else greatest
 
 
 def _at_rest(interpolant: Interpolant) -> tuple[Array, Array]:

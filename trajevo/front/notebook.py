@@ -60,10 +60,17 @@ def solution_html(solution: Solution) -> str:
     return html.shown(
         f"Solution: {solution.rule}, row {solution.index} of {len(front)}",
         html.sentence(f"{front.record.title}; {solution.reason}"),
+        *([html.sentence(f"base at {placed}")] if (placed := told_base(solution)) else []),
         html.table(("objective", "value"), objectives),
         html.table(("closest limit", "used"), [(name, f"{100.0 * (1.0 + value):.4g} %") for name, value in closest]),
         _joints(solution),
     )
+
+
+def told_base(solution: Solution) -> str:
+    """Where the base of a solution's robot stands; empty if it does not move."""
+    record = solution.front.record
+    return str(solution.base) if record.settings.get("base") is not None else ""
 
 
 def small_pictures(front: Front) -> str:

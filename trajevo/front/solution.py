@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import cut
 from trajevo.dynamics.rollout import Rollout
+from trajevo.formulation.cell.placement import BasePlacement
 from trajevo.front.exchange_rates import ON_LIMIT, ExchangeRates, exchange_rates
 from trajevo.front.notebook import motion_frame, solution_html
 from trajevo.front.quantities import Quantities
@@ -85,6 +86,11 @@ class Solution:
     def rollout(self) -> Rollout:
         """The robot on its trajectory; made once."""
         return self.front.problem.rollout(self.x)
+
+    @cached_property
+    def base(self) -> BasePlacement | None:
+        """Where the robot's base stands; None if it does not move, or where its problem cannot be made again."""
+        return BasePlacement.of(self.rollout)
 
     @cached_property
     def known_to(self) -> Quantities:

@@ -42,6 +42,9 @@ def arm(motion: Solution | Rollout, rollout: Rollout, pack: Packed) -> dict[str,
     low, high = seen.min(axis=0), seen.max(axis=0)
     middle, extent = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 1e-9)
     shapes, why = _shapes(robot)
+    # Motions from different bases would each have the obstacles elsewhere.
+    apart = rollout.arranged is not None and rollout.arranged.bases is not None and len(rollout.trajectory) > 1
+    around = [] if apart else scenery(motion, middle, _WIDE * extent)
     return {
         **_chain(robot),
         "middle": middle.tolist(),
@@ -51,7 +54,7 @@ def arm(motion: Solution | Rollout, rollout: Rollout, pack: Packed) -> dict[str,
         "why": why,
         "surfaces": [
             *(_link(shape, pack) for shape in shapes),
-            *(_surface(one, rollout, pack) for one in scenery(motion, middle, _WIDE * extent)),
+            *(_surface(one, rollout, pack) for one in around),
         ],
         "loads": _loads(rollout, pack),
     }

@@ -14,7 +14,7 @@ from trajevo.capacity.payload_studies import Carried
 from trajevo.errors import checked_name
 from trajevo.front.exchange_rates import ExchangeRates
 from trajevo.front.front import Front, Solution
-from trajevo.front.notebook import small_pictures
+from trajevo.front.notebook import small_pictures, told_base
 from trajevo.front.thinning import told_share
 from trajevo.page.explorer import explorer
 from trajevo.page.facts import brief, known_values, objective_headers, run_facts
@@ -145,13 +145,13 @@ def _choices_table(choices: Sequence[Solution]) -> str:
     front = choices[0].front
     headers = objective_headers(front)
     values = known_values(front, [one.index for one in choices], [factor for _, factor in headers])
+    bases = [told_base(one) for one in choices]
     rows = [
-        (escape(one.rule), *texts, str(one.index), escape(one.reason))
-        for one, texts in zip(choices, values, strict=True)
+        (escape(one.rule), *texts, str(one.index), *([escape(base)] if base else []), escape(one.reason))
+        for one, texts, base in zip(choices, values, bases, strict=True)
     ]
-    return table(
-        ("solution", *(header for header, _ in headers), "row", "why"), rows, numbers=len(headers) + 1, chosen=0
-    )
+    titles = ("solution", *(header for header, _ in headers), "row", *(["base"] if any(bases) else []), "why")
+    return table(titles, rows, numbers=len(headers) + 1, chosen=0)
 
 
 def _limits_table(solution: Solution) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,9 +49,11 @@ def scenery(motion: Any, middle: Array, width: float) -> list[Surface]:
     scene = None if front is None else scene_of(front.problem.constraints)
     if scene is None:
         return []
+    arranged = motion.rollout.arranged
+    back = _seen_from(None if arranged is None else arranged.bases, None if arranged is None else arranged.origin)
     drawn = [
         Surface(
-            _placed(solid, solid.rotation, np.array(solid.position), middle, width),
+            _placed(solid, *back(solid.rotation, np.array(solid.position)), middle, width),
             0,
             endless=isinstance(solid, Plane),
             motion=solid.motion,
@@ -62,6 +65,16 @@ def scenery(motion: Any, middle: Array, width: float) -> list[Surface]:
     ):
         drawn.append(Surface(_placed(solid, place.rotation, place.position, middle, width), place.joint, attached=True))
     return drawn
+
+
+def _seen_from(bases: Array | None, origin: Array | None) -> Callable[[Array, Array], tuple[Array, Array]]:
+    """What turns places in the cell into those in the frame in which the robot's base has not moved."""
+    if bases is None or origin is None:
+        return lambda rotation, position: (rotation, position)
+    (x, y, z, yaw), given = bases[0].real.tolist(), np.asarray(origin)
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    turned = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return lambda rotation, position: (turned @ rotation, given + turned @ (position - given - np.array([x, y, z])))
 
 
 def _placed(solid: Obstacle, rotation: Array, position: Array, middle: Array, width: float) -> Array:

@@ -126,6 +126,21 @@ class ToolKinematics:
         _, _, origins, axes = self._walk(self._checked(q, "q"))
         return np.stack(origins, axis=-2), np.stack(axes, axis=-2)
 
+    def origins(self, q: Array) -> Array:
+        """Origins of the joints that carry the tool, from the base on, and of the tool.
+
+        Args:
+            q: joint positions, shape (..., n_joints) [rad or m]; complex ones stay complex.
+
+        Returns:
+            Shape (..., C + 1, 3) [m].
+
+        Raises:
+            InvalidInputError: another number of joints.
+        """
+        position, _, origins, _ = self._walk(self._checked(q, "q"))
+        return np.stack([*origins, position], axis=-2)
+
     def tilt(self, q: Array, axis: Array, direction: Array) -> Array:
         """1 - cos of the angle between an axis of the tool and a direction; complex joint positions stay complex.
 

@@ -104,6 +104,13 @@ class PolynomialBatch(TrajectoryBatch):
         own = np.pad(self.coefficients, ((0, 0), (0, 0), (0, 0), (0, shape[3] - self.coefficients.shape[3])))
         return PolynomialBatch(self.breaks, np.concatenate([own, clock], axis=2))
 
+    def after_constants(self, values: Array) -> PolynomialBatch:
+        """The same trajectories after columns that do not change on the way, (B, k) [rad or m]."""
+        shape = (*self.coefficients.shape[:2], values.shape[1], self.coefficients.shape[3])
+        still = np.zeros(shape, dtype=np.result_type(self.coefficients, values))
+        still[..., 0] = values[:, None]
+        return PolynomialBatch(self.breaks, np.concatenate([still, self.coefficients], axis=2))
+
     @property
     def n_joints(self) -> int:
         """Number of joints."""

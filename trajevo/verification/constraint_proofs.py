@@ -11,7 +11,7 @@ from trajevo.base.arrays import Array
 from trajevo.dynamics.drives.heat import RESOLVED
 from trajevo.dynamics.enclosure import enclose_height
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.clearance import ProvenClearance
+from trajevo.formulation.constraints.clearance import ProvenClearance, bases_of
 from trajevo.formulation.constraints.clearance_gradients import missing
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.drives.heat import OverCycles
@@ -69,7 +69,7 @@ def constraint_proofs(
 
 
 def _add_clearances(rows: _Rows, clearance: ProvenClearance, rollout: Rollout) -> None:
-    for closest in clearance.closest(rollout.trajectory):
+    for closest in clearance.closest(rollout.trajectory, bases_of(rollout)):
         wanted = np.array(closest.wanted)
         for k, row in enumerate(rows):
             proven, sampled = float(closest.proven[k]), float(closest.sampled[k])

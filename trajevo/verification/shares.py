@@ -9,7 +9,7 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.dynamics.enclosure import enclose
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.clearance import ProvenClearance
+from trajevo.formulation.constraints.clearance import ProvenClearance, bases_of
 from trajevo.formulation.constraints.clearance_gradients import missing
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.drives.torque_at_speed import ProvenTorque
@@ -62,7 +62,7 @@ def _coarse(constraint: Constraint) -> bool:
 def _near(constraint: Constraint, rollout: Rollout) -> Array:
     """Values of a coarse constraint near the truth, (B, columns)."""
     if isinstance(constraint.function, ProvenClearance):
-        found = constraint.function.closest(rollout.trajectory)
+        found = constraint.function.closest(rollout.trajectory, bases_of(rollout))
         return np.stack([missing(np.array(one.wanted), one.proven) for one in found], axis=1)
     if isinstance(constraint.function, ProvenTorque):
         return torque_enclosed(rollout, constraint.function.limits, _TOLERANCE)[0] - 1.0

@@ -36,6 +36,11 @@ class Arrangement(ABC):
     def still(self) -> Array:
         """Whether a place has the same joint positions in all arrangements, shape (K,)."""
 
+    @property
+    @abstractmethod
+    def base_origin(self) -> Array | None:
+        """Origin of the robot's base at its given place, shape (3,) [m]; None if the base stands still."""
+
     @abstractmethod
     def __call__(self, columns: Array, branch: Array | None = None) -> Arranged:
         """Where the points lie.

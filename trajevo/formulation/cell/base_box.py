@@ -60,8 +60,7 @@ class BaseBox:
                 )
             if unit == "rad" and widest > 2.0 * np.pi:
                 raise InvalidInputError(
-                    f"base.moving.{key}: expected at most a whole turn, 2π rad, got {widest:g} rad"
-                    f"{if_degrees(widest)}"
+                    f"base.moving.{key}: expected at most a whole turn, 2π rad, got {widest:g} rad{if_degrees(widest)}"
                 )
         if not (self.lower < self.upper).any():
             raise InvalidInputError("base.moving: expected a range that is wider than a point, got none")

@@ -94,6 +94,11 @@ class MovingBase(Arrangement):
         return self.solutions
 
     @property
+    def base_origin(self) -> Array:
+        """Origin of the base at its given place, shape (3,) [m]."""
+        return self.origin
+
+    @property
     def nominal(self) -> Array:
         """The first branch of every pose at the known base, shape (K, n_joints) [rad or m]."""
         return self.solutions[:, 0]
@@ -119,7 +124,7 @@ class MovingBase(Arrangement):
         targets = placed_targets(self._targets.chosen(pose), np.repeat(bases, K, axis=0), self.origin)
         q = tracked(self.kinematics, starts.reshape(-1, n), targets)
         missed = pose_errors(self.kinematics, q, targets)
-        return Arranged(q.reshape(count, K, n), missed.reshape(count, K, 2), bases, branch=branch)
+        return Arranged(q.reshape(count, K, n), missed.reshape(count, K, 2), bases, self.origin, branch=branch)
 
     @cached_property
     def nodes(self) -> Nodes:

@@ -20,6 +20,7 @@ from trajevo.formulation.cell.visits import POSTURES, StillCell, Visits, still_b
 from trajevo.path.choices.branches import MOST_STATES, Branches, branches_of, reached
 from trajevo.path.choices.orders import FreeOrder
 from trajevo.path.choices.travel_times import TravelTimes
+from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.point_files import read_points
@@ -100,7 +101,15 @@ class VariedCell:
                 f"overshoot: expected none where {what}, as it is measured from the range of the points' joint "
                 f"positions, which differ from motion to motion"
             )
-        if self.box is not None and parameters.get("tool_height") is not None and 2 in self.box.free:
+        if self.box is None:
+            return
+        scene = parameters.get("scene")
+        moving = [] if scene is None else [one.name for one in Scene.of(scene).moving]
+        if moving:
+            raise InvalidInputError(
+                f"scene: obstacle {moving[0]!r}: motion: expected obstacles that stand still where the base moves"
+            )
+        if parameters.get("tool_height") is not None and 2 in self.box.free:
             raise InvalidInputError(
                 "tool_height: expected a base that does not move along z, as the height is measured in the base frame; "
                 "keep the tool above a plane of the scene instead"

@@ -94,6 +94,11 @@ class VariedPoints(Interpolant):
         return ViaPoints(self.arrangement.nominal)
 
     @property
+    def base_origin(self) -> Array | None:
+        """Origin of the robot's base at its given place, shape (3,) [m]; None if it stands still."""
+        return self.arrangement.base_origin
+
+    @property
     def variables(self) -> tuple[Variable, ...]:
         """Those of the interpolant, then those of the arrangement."""
         return self._inner.variables + self.arrangement.variables

@@ -64,6 +64,11 @@ class StillCell(Arrangement):
         return self.solutions[:, 0]
 
     @property
+    def base_origin(self) -> Array | None:
+        """None: the base stands still."""
+        return None
+
+    @property
     def still(self) -> Array:
         """Whether a point has one branch alone, shape (K,)."""
         return np.asarray((self.solutions == self.solutions[:, :1]).all(axis=(1, 2)))
@@ -176,6 +181,11 @@ class Visits(Arrangement):
         return np.asarray(self.branches[self.tour.order, self.tour.states])
 
     @property
+    def base_origin(self) -> Array | None:
+        """Origin of the robot's base at its given place, shape (3,) [m]; None if the base stands still."""
+        return self.inner.base_origin
+
+    @property
     def still(self) -> Array:
         """Whether a place has the same joint positions in all arrangements, shape (K,)."""
         fixed = np.ones(len(self.branches_of), dtype=bool)
@@ -191,7 +201,7 @@ class Visits(Arrangement):
         found = self.inner(columns[:, : self.order_columns.start], own)
         points, missed = (np.take_along_axis(each, orders[..., None], axis=1) for each in (found.points, found.missed))
         postures = self._postures[orders, states]
-        return Arranged(points, missed, found.bases, None if self.free is None else orders, postures)
+        return Arranged(points, missed, found.bases, found.origin, None if self.free is None else orders, postures)
 
     def chosen(self, columns: Array) -> tuple[Array, Array]:
         """Number of the point and of its state at each place for columns (B, n_variables), shape (B, K) each."""

@@ -9,7 +9,7 @@ is high enough or within a tolerance of the distance.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -33,6 +33,7 @@ from trajevo.formulation.constraints.collision import CarriedSolid, Collision, P
 from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.loads import Schedule
+from trajevo.robot.gantry import carriage_of, on_gantry
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Direct, Mimicking
 from trajevo.trajectory.batch import TrajectoryBatch
@@ -41,7 +42,9 @@ from trajevo.trajectory.batch import TrajectoryBatch
 NAMES = ("clearance to obstacles", "clearance to itself")
 
 
-def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> Constraint:
+def clearance_limit(
+    robot: Robot, scene: Scene, *, tolerance: float = 1e-3, moved_from: Array | None = None
+) -> Constraint:
     """Missing clearance, divided by the clearance (0.01 m at least); at most 0 only if the clearance is proven.
 
     For a motion that keeps the clearance at all instants checked, the distance is a proven lower bound: the least of
@@ -53,6 +56,8 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
         robot: the robot; its actuators drive its joints directly, of which some may follow others.
         scene: obstacles and clearances.
         tolerance: how far the proven distance may be below the true one where feasibility depends on it [m].
+        moved_from: origin of the robot's base at its given place, shape (3,) [m], if every motion has a base of its
+            own; the obstacles stay where they are, and what the base stands on there it may touch everywhere.
 
     Returns:
         A constraint with one column for obstacles and one for the robot itself, as far as the scene has them. It can be
@@ -70,7 +75,44 @@ def clearance_limit(robot: Robot, scene: Scene, *, tolerance: float = 1e-3) -> C
     real = isinstance(tolerance, int | float) and not isinstance(tolerance, bool)
     if not (real and 0.0 < tolerance < np.inf):
         raise InvalidInputError(f"tolerance: expected a positive number [m], got {tolerance!r}")
+    if moved_from is not None:
+        robot = on_gantry(robot, moved_from)
+        scene = standing_on(robot, scene)
     return _limit(ProvenClearance(Collision(robot, scene), float(tolerance)))
+
+
+def standing_on(robot: Robot, scene: Scene) -> Scene:
+    """A scene that the base of a robot on a gantry may touch where it does so, or comes too close, at its given place.
+
+    Args:
+        robot: a robot on a gantry.
+        scene: obstacles and clearances.
+    """
+    collision = Collision(robot, scene)
+    given = carriage_of(robot)
+    entries = collision.bodies.carriers
+    fixed = [k for k, (first, _) in enumerate(collision.ends.tolist()) if given and entries[first] == given.joint]
+    fixed = [k for k in fixed if not collision.pairs[k].itself]
+    if not fixed:
+        return scene
+    still = np.zeros((1, robot.dof + collision.timed))
+    distances = collision.distances_of(still, np.zeros(len(fixed), dtype=np.intp), np.array(fixed))
+    touched: dict[str, list[str]] = {}
+    for k, distance in zip(fixed, distances.tolist(), strict=True):
+        if distance < scene.clearance:
+            touched.setdefault(collision.pairs[k].second, []).append(collision.pairs[k].first.rpartition("_")[0])
+    return replace(
+        scene,
+        obstacles=tuple(
+            replace(one, touches=tuple(dict.fromkeys((*one.touches, *touched.get(one.name, ())))))
+            for one in scene.obstacles
+        ),
+    )
+
+
+def bases_of(rollout: Rollout) -> Array | None:
+    """Where the base is in each motion, shape (B, 4) [m, m, m, rad]; None if it stands still."""
+    return None if rollout.arranged is None else rollout.arranged.bases
 
 
 def _limit(clearance: ProvenClearance) -> Constraint:
@@ -158,14 +200,18 @@ class ProvenClearance:
     def __call__(self, rollout: Rollout) -> Array:
         """Missing clearance divided by the clearance, at most 0 only if the clearance is proven."""
         columns, wanted = list(self.kinds), wanted_clearances(self.collision.scene)
-        return missing(wanted[columns], self.least(rollout.trajectory)[:, columns])
+        return missing(wanted[columns], self.least(rollout.trajectory, bases_of(rollout))[:, columns])
 
-    def least(self, trajectory: TrajectoryBatch) -> Array:
+    def least(self, trajectory: TrajectoryBatch, bases: Array | None = None) -> Array:
         """Distance to obstacles and to itself, proven if not below the clearance, (B, 2) [m]; inf if not checked.
 
         For complex steps it is the distance of the real parts, with the derivative of the sample or bound that decides.
+
+        Args:
+            trajectory: B motions.
+            bases: see :meth:`Collision.with_time`.
         """
-        trajectory = self._states(trajectory)
+        trajectory = self._states(trajectory, bases)
         if not takes_steps(trajectory):
             return self._searched(trajectory)[0]
         first, which = real_parts(trajectory)
@@ -176,9 +222,14 @@ class ProvenClearance:
         stepped[:, columns] += 1j * stepped_bounds(self.collision, trajectory, real, which, deciding)
         return stepped
 
-    def closest(self, trajectory: TrajectoryBatch) -> tuple[Closest, ...]:
-        """The least distance of every kind of pair, sampled and proven to the tolerance, however much room there is."""
-        search = self._search(self._states(trajectory), to_the_end=True)
+    def closest(self, trajectory: TrajectoryBatch, bases: Array | None = None) -> tuple[Closest, ...]:
+        """The least distance of every kind of pair, sampled and proven to the tolerance, however much room there is.
+
+        Args:
+            trajectory: B motions.
+            bases: see :meth:`Collision.with_time`.
+        """
+        search = self._search(self._states(trajectory, bases), to_the_end=True)
         return tuple(
             Closest(
                 name=self.name(kind),
@@ -191,9 +242,9 @@ class ProvenClearance:
             for kind in self.kinds
         )
 
-    def _states(self, trajectory: TrajectoryBatch) -> TrajectoryBatch:
+    def _states(self, trajectory: TrajectoryBatch, bases: Array | None) -> TrajectoryBatch:
         """The states that the motions pass on the segments on which the clearance is kept."""
-        return part_of(self.collision.with_time(trajectory), self.part)
+        return part_of(self.collision.with_time(trajectory, bases), self.part)
 
     def _instants(self, trajectory: TrajectoryBatch, t: Array) -> Array:
         """Instants of the whole motions, from those of the part, (B,) [s]."""
@@ -286,8 +337,9 @@ def clearance_along(motion: Any, scene: Scene, *, density: int = 50) -> Clearanc
     if not isinstance(density, int) or isinstance(density, bool) or density < 1:
         raise InvalidInputError(f"density: expected a whole number from 1 on, got {density!r}")
     rollout = rollout_of(motion)
-    collision = Collision(rollout.robot, scene)
-    states = collision.with_time(rollout.trajectory)
+    bases, origin = bases_of(rollout), None if rollout.arranged is None else rollout.arranged.origin
+    collision = Collision(rollout.robot if bases is None or origin is None else on_gantry(rollout.robot, origin), scene)
+    states = collision.with_time(rollout.trajectory, bases)
     samples = states.sample(density * (states.breaks.shape[1] - 1) + 1)
     distances = collision.distances(samples.q.reshape(-1, states.n_joints))
     return ClearanceProfile(samples.t, frozen(distances.reshape(*samples.t.shape, -1)), collision.pairs)
@@ -296,7 +348,7 @@ def clearance_along(motion: Any, scene: Scene, *, density: int = 50) -> Clearanc
 CLEARANCE = LimitKind(
     "clearance",
     "distances from the robot's links to obstacles and to each other, at every instant",
-    lambda limited, scene: clearance_limit(limited.robot, scene),
+    lambda limited, scene: clearance_limit(limited.robot, scene, moved_from=limited.moved_from),
     (
         LimitParameter(
             "scene",

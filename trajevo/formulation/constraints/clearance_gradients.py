@@ -150,7 +150,8 @@ class ClearanceTerms:
 
     def __call__(self, rollout: Rollout) -> Array:
         """Missing clearance divided by the clearance."""
-        trajectory = part_of(self.collision.with_time(rollout.trajectory), self.part)
+        bases = None if rollout.arranged is None else rollout.arranged.bases
+        trajectory = part_of(self.collision.with_time(rollout.trajectory, bases), self.part)
         kinds = kinds_of(self.collision)
         wanted = wanted_clearances(self.collision.scene)[kinds]
         least = self._least(trajectory) - DISTANCE_ERROR - _KEPT * self.tolerance

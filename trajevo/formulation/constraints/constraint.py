@@ -18,6 +18,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.path.via_points import ViaPoints
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.interpolants import Interpolant
+from trajevo.trajectory.interpolants.interpolant import ArrangesPoints
 
 #: How a limit is known to hold between samples: by the exact extremes of the motion, by a guaranteed bound, by
 #: a proof that cuts the motion into pieces, or not at all, because only samples are checked.
@@ -117,6 +118,11 @@ class Limited:
     robot: Robot
     points: ViaPoints
     interpolant: Interpolant
+
+    @property
+    def moved_from(self) -> Array | None:
+        """Origin of the robot's base at its given place, shape (3,) [m], if the base moves; else None."""
+        return self.interpolant.base_origin if isinstance(self.interpolant, ArrangesPoints) else None
 
 
 #: Greatest number of a parameter of a limit, by its unit.

@@ -25,6 +25,7 @@ from trajevo.formulation.constraints.scenes.obstacles import (
     Plane,
     Sphere,
 )
+from trajevo.robot.gantry import carriage_of
 from trajevo.robot.robot import Robot
 from trajevo.robot.shapes.geometry import read_geometry, said
 
@@ -97,6 +98,10 @@ def _files(geometry: Any) -> tuple[tuple[int, int] | None, ...]:
 
 def _read(robot: Robot) -> Any:
     geometry = read_geometry(robot, "collision")
+    carriage = carriage_of(robot)
+    for entry in geometry.geometryObjects:
+        if carriage is not None and entry.parentJoint == 0:  # the base itself moves
+            entry.parentJoint, entry.placement = carriage.joint, carriage.place * entry.placement
     for entry in geometry.geometryObjects:
         if isinstance(entry.geometry, coal.BVHModelBase):
             entry.geometry = _hull(entry.geometry, f"{robot.where}: mesh of {entry.name!r}")

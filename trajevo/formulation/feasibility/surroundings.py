@@ -15,6 +15,7 @@ from trajevo.formulation.constraints.further.dexterity import TooLittle
 from trajevo.formulation.feasibility.findings import ROUNDING, Finding, Severity, at_most, of
 from trajevo.formulation.feasibility.known_points import KnownPoints, segments_at_points
 from trajevo.formulation.problem import TrajectoryProblem
+from trajevo.robot.gantry import carriage_of
 
 #: Distance by which a clearance must be missed to rule a motion out [m].
 _SURE = 5.0 * DISTANCE_ERROR
@@ -42,6 +43,7 @@ class Nearest:
         """The pairs of a problem's points; None if it keeps no clearance."""
         functions = [constraint.function for constraint in problem.constraints]
         clearances = [function for function in functions if isinstance(function, ProvenClearance)]
+        clearances = [one for one in clearances if carriage_of(one.collision.robot) is None]  # the base moves
         if not clearances:
             return None
         touching = None if all(one.part is None for one in clearances) else segments_at_points(problem)

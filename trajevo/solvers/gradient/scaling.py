@@ -69,15 +69,19 @@ class Scaled:
         problem: the problem, each of its limits split into smooth terms (:meth:`TrajectoryProblem.in_terms`).
         columns: scales of its objectives.
         margin: margin by which limits are tightened, as a share.
+        held: mask of the variables that a solver must leave where they are, shape (n_var,), whose slopes are 0; none if
+            None.
 
     Attributes:
         evaluations: points that were evaluated.
         gradients: points whose gradients were evaluated.
     """
 
-    def __init__(self, problem: TrajectoryProblem, columns: Columns, margin: float) -> None:
+    def __init__(
+        self, problem: TrajectoryProblem, columns: Columns, margin: float, *, held: Array | None = None
+    ) -> None:
         self.columns, self.evaluations, self.gradients = columns, 0, 0
-        self._problem, self._margin = problem, margin
+        self._problem, self._margin, self._held = problem, margin, held
         self._logarithmic = problem.xl > 0.0
         self._width = np.where(self._logarithmic, 1.0, problem.xu - problem.xl)
         self.bounds = self.inside(np.stack([problem.xl, problem.xu]))
@@ -109,6 +113,8 @@ class Scaled:
         except Exception:  # noqa: BLE001 - a member whose gradients raise must not stop the others
             F, dF, G, dG = self._each(x)
         stretch = np.where(self._logarithmic, x, self._width)[:, None]
+        if self._held is not None:
+            stretch = np.where(self._held, 0.0, stretch)
         return self.columns(F), self.columns.slopes(F, dF * stretch), G + self._margin, dG * stretch
 
     def _each(self, x: Array) -> tuple[Array, Array, Array, Array]:

@@ -108,6 +108,10 @@ class PassesNearby(Protocol):
 class ArrangesPoints(Protocol):
     """An interpolant whose points differ from individual to individual, as the cell varies."""
 
+    @property
+    def base_origin(self) -> Array | None:
+        """Origin of the robot's base at its given place, shape (3,) [m]; None if it stands still."""
+
     def motions(self, x: Array) -> tuple[TrajectoryBatch, Arranged]:
         """The motions of decision vectors (B, n_variables), and how the cell is arranged for each of them."""
 

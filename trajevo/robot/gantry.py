@@ -1,0 +1,75 @@
+"""A robot on a carriage: four more joints move its base, so that whatever is computed for joints is so for the base."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from trajevo.base.arrays import Array
+from trajevo.robot.joints import JointLimits
+from trajevo.robot.robot import Robot
+from trajevo.robot.transmission import Mimicking
+
+#: Names of the joints of a carriage, in their order: three that slide along the axes of the cell, and one that turns
+#: about the vertical axis through the origin of the base.
+CARRIAGE = ("carriage x", "carriage y", "carriage z", "carriage yaw")
+
+
+def on_gantry(robot: Robot, origin: Array) -> Robot:
+    """The same robot with four more joints at its base, the first ones; where they are at 0 it is where it was.
+
+    Args:
+        robot: a robot whose actuators drive its joints directly, of which some may follow others.
+        origin: origin of its base, through which the axis of the last of them goes, shape (3,) [m].
+    """
+    carriage, joint = pin.Model(), 0
+    place = pin.SE3(np.eye(3), np.array(origin))
+    for name, kind in zip(CARRIAGE, ("PX", "PY", "PZ", "RZ"), strict=True):
+        joint = carriage.addJoint(joint, getattr(pin, f"JointModel{kind}")(), place, name)
+        place = pin.SE3.Identity()
+    back = pin.SE3(np.eye(3), -np.array(origin))
+    frame = carriage.addFrame(pin.Frame("carriage", joint, 0, back, pin.FrameType.FIXED_JOINT))
+    model = pin.appendModel(carriage, robot.model, frame, pin.SE3.Identity())
+    model.gravity = robot.model.gravity
+    far, limits = np.full(len(CARRIAGE), np.inf), robot.limits
+    return replace(
+        robot,
+        model=model,
+        transmission=_transmission(robot, model),
+        limits=JointLimits(
+            lower=np.append(-far, limits.lower),
+            upper=np.append(far, limits.upper),
+            **{name: np.append(far, getattr(limits, name)) for name in ("velocity", "acceleration", "jerk", "effort")},
+        ),
+        joint_names=(*CARRIAGE, *robot.joint_names),
+        joint_units=("m", "m", "m", "rad", *robot.joint_units),
+    )
+
+
+class Carriage(NamedTuple):
+    """What carries the base of a robot on a gantry.
+
+    Attributes:
+        joint: number of the joint of the model.
+        place: placement of the base's frame in that of the joint, of Pinocchio.
+    """
+
+    joint: int
+    place: Any
+
+
+def carriage_of(robot: Robot) -> Carriage | None:
+    """What carries the base of a robot on a gantry; None for any other robot."""
+    if robot.joint_names[: len(CARRIAGE)] != CARRIAGE:
+        return None
+    frame = robot.model.frames[robot.model.getFrameId("carriage")]
+    return Carriage(int(frame.parentJoint), frame.placement)
+
+
+def _transmission(robot: Robot, model: Any) -> Any:
+    if not isinstance(robot.transmission, Mimicking):
+        return robot.transmission
+    return Mimicking.of(list(model.names)[1:], robot.followers)
