@@ -220,7 +220,7 @@ class ViaPointProblem(TrajectoryProblem):
         check_jumps(kind, objectives, held)
         duty = duty_of(parameters.get(DWELL.name), parameters.get(CYCLES.name))
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
-        reaches = isinstance(decoder, MovingPoints) or isinstance(decoder, VariedPoints) and cell.box is not None
+        reaches = isinstance(decoder, MovingPoints) or (isinstance(decoder, VariedPoints) and cell.box is not None)
         reach = (decoder.reach_constraint,) if reaches else ()
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,

@@ -114,9 +114,7 @@ def check_within(robot: Robot, positions: Array, numbers_of: Sequence[int], *, a
     if len(outside):
         i, joint = (int(k) for k in outside[0])
         unit, factor = display(robot.joint_units[joint], angle=angle)
-        low, value, high = (
-            factor * bound[joint] for bound in (robot.limits.lower, positions[i], robot.limits.upper)
-        )
+        low, value, high = (factor * bound[joint] for bound in (robot.limits.lower, positions[i], robot.limits.upper))
         raise InvalidInputError(
             f"points: point {numbers_of[i]} puts {robot.joint_names[joint]!r} at {value:.6g} {unit}, "
             f"outside its range {low:.6g} to {high:.6g} {unit}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trajevo.plots.along_path import fronts, parameter, path
+    from trajevo.plots.cell.visits import visits
     from trajevo.plots.chain import stick_figure
     from trajevo.plots.drives.energy import electrical_power, energy_uses
     from trajevo.plots.effort import (
@@ -62,6 +63,7 @@ _NAMES = {
         "uncertainty_price",
         "workspace_capacity",
     ),
+    "cell.visits": ("visits",),
     "chain": ("stick_figure",),
     "rivals": ("plot_rivals",),
     "paper": ("WIDTHS", "style"),
@@ -111,6 +113,7 @@ __all__ = [
     "tool_path",
     "tracking_error",
     "uncertainty_price",
+    "visits",
     "weight_map",
     "what_binds",
     "workspace_capacity",

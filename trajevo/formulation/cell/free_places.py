@@ -49,9 +49,9 @@ def check_numbers(
                 raise InvalidInputError(f"{segment.name}: {key}: point {point} is free in its order, {_INSTEAD}")
     for place, load in enumerate(carried if isinstance(carried, list) else ()):
         for key in ("from", "to"):
-            point = load.get(key) if isinstance(load, Mapping) else None
-            if point in group_of:
-                raise InvalidInputError(f"payload.{place}: {key}: point {point} is free in its order, {_INSTEAD}")
+            picked = load.get(key) if isinstance(load, Mapping) else None
+            if picked in group_of:
+                raise InvalidInputError(f"payload.{place}: {key}: point {picked} is free in its order, {_INSTEAD}")
     if duration_bounds is not None and np.ndim(duration_bounds) == 2:
         _check_durations(free, np.asarray(duration_bounds))
 

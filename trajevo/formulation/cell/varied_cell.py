@@ -17,10 +17,10 @@ from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
 from trajevo.formulation.cell.moving_base import MovingBase, check_gravity, placed_targets
 from trajevo.formulation.cell.visits import POSTURES, StillCell, Visits, still_branches
+from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.choices.branches import MOST_STATES, Branches, branches_of, reached
 from trajevo.path.choices.orders import FreeOrder
 from trajevo.path.choices.travel_times import TravelTimes
-from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.point_files import read_points
@@ -79,7 +79,7 @@ class VariedCell:
             if self.box is not None:
                 raise InvalidInputError(f"{name}: expected none where the base moves, {_BESIDE[name]}")
             ways = isinstance(value, list | tuple) and all(
-                isinstance(one, Mapping) and "tool" not in one or getattr(one, "tool", "way") is None for one in value
+                (isinstance(one, Mapping) and "tool" not in one) or getattr(one, "tool", "way") is None for one in value
             )
             if name in _BESIDE_VISITS and not (name == "segments" and ways):
                 raise InvalidInputError(
@@ -166,7 +166,9 @@ def varied_cell(
             the nearest miss.
         InvalidInputError: points that are no poses, ranges that cannot be used, or a robot without a body.
     """
-    way = checked_name("postures", postures, POSTURES) if postures is not None else "nearest" if order is None else "best"
+    way = (
+        checked_name("postures", postures, POSTURES) if postures is not None else "nearest" if order is None else "best"
+    )
     if base is None and order is None and way == "nearest":
         return None
     told, given = points_of(points, robot, angle) if base is None else poses_of(points, robot)

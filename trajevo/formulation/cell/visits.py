@@ -2,8 +2,8 @@
 
 The order has one key for each free point: of the points that may come next, a place takes that of the least key. So any
 decision vector is an order that keeps the precedence. Where the order is given, one column chooses among the best
-sequences of postures, ranked by their times from rest to rest. Where it is free, the best sequence for the order of each
-individual is found with it, and one column for each pose may hold it to another posture.
+sequences of postures, ranked by their times from rest to rest. Where it is free, the best sequence for the order of
+each individual is found with it, and one column for each pose may hold it to another posture.
 """
 
 from __future__ import annotations

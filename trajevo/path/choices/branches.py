@@ -98,7 +98,9 @@ def reached(robot: Robot, points: Sequence[Any]) -> Array:
     for k, point in enumerate(points):
         start = rows[-1] if rows else None
         rows.append(
-            inverse_kinematics(robot, [point], start=start, first=k)[0] if isinstance(point, Pose) else np.asarray(point)
+            inverse_kinematics(robot, [point], start=start, first=k)[0]
+            if isinstance(point, Pose)
+            else np.asarray(point)
         )
     return np.array(rows)
 
@@ -122,7 +124,7 @@ def _of_pose(
 ) -> Branches:
     """The states of a pose, those of the known joint positions first."""
     found = find_postures(
-        robot, pose.position[None], pose.rotation, free=pose.free, start=near, seed=seed, starts=_STARTS
+        robot, pose.position[None], pose.rotation, free=pose.free, start=near.tolist(), seed=seed, starts=_STARTS
     )
     at_first = ranges.unwound(known, near)
     others = np.array([ranges.unwound(q, near) for q in found.q]).reshape(-1, robot.dof)
@@ -156,4 +158,4 @@ def _turned(joints: Array, lower: Array, upper: Array, q: Array) -> Array:
         [turn for turn in ((0.0, -_TURN, _TURN) if turning else (0.0,)) if turn == 0.0 or low <= value + turn <= high]
         for value, turning, low, high in zip(q, joints, lower, upper, strict=True)
     ]
-    return q + np.array(list(itertools.product(*options)))
+    return np.asarray(q + np.array(list(itertools.product(*options))))

@@ -78,7 +78,9 @@ class FreeOrder:
         """Plain data from which :meth:`of` makes an equal order."""
         groups = [list(group) for group in self.groups]
         free: dict[str, Any] = {"free": groups[0] if len(groups) == 1 else groups}
-        return free | ({"after": {str(point): list(first) for point, first in self.after.items()}} if self.after else {})
+        return free | (
+            {"after": {str(point): list(first) for point, first in self.after.items()}} if self.after else {}
+        )
 
     @cached_property
     def free(self) -> tuple[int, ...]:
@@ -148,7 +150,7 @@ class FreeOrder:
         for then, firsts in self.after.items():
             for first in firsts:
                 kept &= places[:, first] < places[:, then]
-        return whole & fits & kept
+        return np.asarray(whole & fits & kept)
 
     def _check_precedence(self) -> None:
         """Refuse points that come after each other, or that the places of their groups keep from coming after."""
@@ -181,7 +183,9 @@ def _groups(given: Any, count: int) -> tuple[tuple[int, ...], ...]:
     if isinstance(given, str):
         checked_name("order: free", given, ("all",))
         if count < 4:
-            raise InvalidInputError(f"order: free: expected at least 2 points between the ends, got {max(count - 2, 0)}")
+            raise InvalidInputError(
+                f"order: free: expected at least 2 points between the ends, got {max(count - 2, 0)}"
+            )
         return (tuple(range(1, count - 1)),)
     if not isinstance(given, Sequence) or not len(given):
         raise InvalidInputError(f"order: free: expected numbers of points or lists of them, got {given!r}")

@@ -63,10 +63,10 @@ def _of_six_axes(robot: Robot, kinematics: ToolKinematics, q: Array) -> list[str
     high = [(end * upward).sum(axis=1), (elbow * upward).sum(axis=1)]
     above = (flat[0] * high[1] - high[0] * flat[1]) * np.where(flat[0] >= 0.0, 1.0, -1.0) >= 0.0
     flipped = (crossed(axes[:, 3], axes[:, 5]) * axes[:, 4]).sum(axis=1) < 0.0
-    return [
-        f"shoulder {'left' if one else 'right'}, elbow {'up' if two else 'down'}, wrist {'flip' if three else 'no flip'}"
-        for one, two, three in zip(left, above, flipped, strict=True)
-    ]
+    shoulder = np.where(left, "shoulder left", "shoulder right").tolist()
+    bent = np.where(above, "elbow up", "elbow down").tolist()
+    wrists = np.where(flipped, "wrist flip", "wrist no flip").tolist()
+    return [", ".join(parts) for parts in zip(shoulder, bent, wrists, strict=True)]
 
 
 def _meeting(origin: Array, axis: Array, other: Array, along: Array) -> Array:
@@ -83,6 +83,4 @@ def _of_signs(robot: Robot, q: Array) -> list[str]:
     telling = np.flatnonzero(positive.any(axis=0) & ~positive.all(axis=0))
     if not len(telling):
         return [""] * len(q)
-    return [
-        ", ".join(f"{robot.joint_names[j]} {'+' if row[j] else '-'}" for j in telling.tolist()) for row in positive
-    ]
+    return [", ".join(f"{robot.joint_names[j]} {'+' if row[j] else '-'}" for j in telling.tolist()) for row in positive]

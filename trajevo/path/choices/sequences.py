@@ -109,7 +109,8 @@ def best_states(orders: Array, times: Array, allowed: Array | None = None) -> tu
     rows = np.arange(len(orders))
     barred = None if allowed is None else np.where(allowed, 0.0, np.inf)
     cost = np.zeros((len(orders), times.shape[2]))
-    cost[~np.isfinite(times).any(axis=(1, 3))[orders[:, 0]]] = np.inf
+    there = np.asarray(np.isfinite(times).any(axis=(1, 3)))  # (P, S)
+    cost[~there[orders[:, 0]]] = np.inf
     if barred is not None:
         cost = cost + barred[rows, orders[:, 0]]
     came = []

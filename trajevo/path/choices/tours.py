@@ -143,12 +143,13 @@ def _local(free: FreeOrder, times: Array, random: np.random.Generator) -> Array:
             order, cost = near[found.argmin()], found.min()
         if cost < least:
             best, least = order, cost
-    return best
+    return np.asarray(best)
 
 
 def _greedy(free: FreeOrder, times: Array) -> Array:
     """The order that goes to the nearest point that may come next."""
-    nearest, left, order = times.min(axis=(2, 3)), set(range(free.count)), []
+    order: list[int] = []
+    nearest, left = times.min(axis=(2, 3)), set(range(free.count))
     for place in range(free.count):
         can = [p for p in _members(free, place) if p in left and not any(free.before[q, p] for q in left)]
         order.append(min(can, key=lambda p: nearest[order[-1], p] if order else 0.0))

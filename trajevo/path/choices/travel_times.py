@@ -19,7 +19,7 @@ from trajevo.errors import InvalidInputError
 from trajevo.robot.joints import Sides
 from trajevo.robot.robot import Robot
 
-#: Weight of the mean of all joints' times in a cost, which decides between ways on which the slowest joint takes as long.
+#: Weight of the mean of all joints' times in a cost, which decides where the slowest joint takes as long.
 _MEAN = 1e-3
 
 #: Stand-ins for no limit of velocity, acceleration and jerk.

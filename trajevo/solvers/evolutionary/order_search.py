@@ -135,10 +135,10 @@ class OrderSearch:
             better = whole < least
             best[better], least[better] = self._with_times(x, own * most)[better], whole[better]
             x = self._with_times(x, own * np.maximum(used, 1e-3)[:, self._leg_of] ** _POWER)
-        return best, least
+        return np.asarray(best), least
 
     def _used(self, trajectory: TrajectoryBatch, instants: Array) -> Array:
-        """Factor of the time of each leg with which it would just keep the limits, (B, K - 1), 1 where nothing limits."""
+        """Factor of each leg's time with which it would just keep the limits, (B, K - 1), 1 where nothing limits."""
         used = np.zeros(trajectory.segment_durations.shape)
         for order, limit in enumerate((self._limits.velocity, self._limits.acceleration, self._limits.jerk), start=1):
             share = (trajectory.segment_peaks(order) / limit.lesser).max(axis=2)
@@ -225,6 +225,8 @@ class OrderSearch:
         inner = order[group]
         cuts = np.sort(random.choice(len(group) + 1, min(3, len(group) + 1), replace=False))
         kicked = order.copy()
-        kicked[group] = np.concatenate([inner[: cuts[0]], inner[cuts[1] : cuts[-1]], inner[cuts[0] : cuts[1]], inner[cuts[-1] :]])
+        kicked[group] = np.concatenate(
+            [inner[: cuts[0]], inner[cuts[1] : cuts[-1]], inner[cuts[0] : cuts[1]], inner[cuts[-1] :]]
+        )
         keys = visits.free.keys(kicked[None])
         return np.asarray(visits.free.decoded(keys)[0])
