@@ -32,6 +32,9 @@ _STARTS = 128
 #: Difference of joint positions below which they are the same [rad or m].
 _SAME = 1e-6
 
+#: Least difference of two postures in a joint where there are infinitely many [rad or m].
+_APART = 0.3
+
 _TURN = 2.0 * np.pi
 
 
@@ -131,11 +134,22 @@ def _of_pose(
     apart = np.abs(ranges.unwound(others, at_first) - at_first).max(axis=1, initial=0.0)
     others = others[apart > 1e3 * _SAME]
     order = np.argsort(np.abs(others - near).max(axis=1, initial=0.0), kind="stable")
-    postures = np.concatenate([at_first[None], others[order]])[:MOST_POSTURES]
+    postures = _spread(np.concatenate([at_first[None], others[order]]))
     states, numbers = _with_turns(ranges, postures, near, most)
     if np.abs(states - known).max(axis=1).min() > _SAME:  # a turn farther away than those kept
         states, numbers = np.concatenate([states[:-1], known[None]]), np.append(numbers[:-1], 0)
     return Branches(frozen(states), frozen(numbers), posture_names(robot, kinematics, postures))
+
+
+def _spread(postures: Array) -> Array:
+    """At most so many postures as are kept, the first ones; of infinitely many, ones that are not too near."""
+    if len(postures) <= MOST_POSTURES:
+        return postures
+    kept = [0]
+    for k, q in enumerate(postures):
+        if len(kept) < MOST_POSTURES and np.abs(q - postures[kept]).max(axis=1).min() >= _APART:
+            kept.append(k)
+    return np.asarray(postures[kept])
 
 
 def _with_turns(ranges: JointRanges, postures: Array, near: Array, most: int) -> tuple[Array, Array]:

@@ -35,7 +35,8 @@ def posture_names(robot: Robot, kinematics: ToolKinematics, q: Array) -> tuple[s
     count, seen, found = Counter(names), Counter[str](), []
     for name in names:
         seen[name] += 1
-        found.append(f"{name} ({seen[name]})".strip() if count[name] > 1 else name)
+        number = f" ({seen[name]})" if count[name] > 1 else ""
+        found.append(f"{name}{number}" if name else f"posture {seen[name]}")
     return tuple(found)
 
 

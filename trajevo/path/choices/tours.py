@@ -8,6 +8,7 @@ Karp, Journal of SIAM 10, 1962), beyond by local search with exact states for ev
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import final
 
 import numpy as np
@@ -19,8 +20,8 @@ from trajevo.path.choices.sequences import best_states
 #: Greatest number of steps, pairs of states and sets, with which the order is found exactly, and of free points.
 _EXACT, _EXACT_POINTS = 4e8, 14
 
-#: Starts of the local search, and greatest number of numbers that it compares at a time.
-_STARTS, _AT_A_TIME = 8, 2_000_000
+#: Starts of the local search, ways to change an order that it compares at most, and numbers that it compares at a time.
+_STARTS, _MOST_WAYS, _AT_A_TIME = 3, 10_000, 2_000_000
 
 
 @final
@@ -158,24 +159,44 @@ def _greedy(free: FreeOrder, times: Array) -> Array:
 
 
 def neighbours(free: FreeOrder, order: Array) -> Array:
-    """Orders with one part turned round, or with up to three points moved elsewhere, that keep the precedence."""
-    found = []
+    """Orders with one part turned round, or with up to three points moved elsewhere, that keep the precedence.
+
+    Args:
+        free: which points are free.
+        order: number of the point at each place, shape (K,).
+
+    Returns:
+        Shape (N, K).
+    """
+    found = [order[None][:0]]
     for group in free.groups:
         places = np.array(group)
-        inner, size = order[places], len(places)
-        for i in range(size):
-            for j in range(i + 1, size):
-                found.append((places, np.concatenate([inner[:i], inner[i : j + 1][::-1], inner[j + 1 :]])))
-        for length in (1, 2, 3):
-            for i in range(size - length + 1):
-                part, rest = inner[i : i + length], np.delete(inner, np.arange(i, i + length))
-                for j in range(len(rest) + 1):
-                    if j != i:
-                        found += [
-                            (places, np.concatenate([rest[:j], way, rest[j:]]))
-                            for way in ((part, part[::-1]) if length > 1 else (part,))
-                        ]
-    orders = np.tile(order, (len(found), 1))
-    for row, (places, inner) in zip(orders, found, strict=True):
-        row[places] = inner
-    return orders[free.keeps(orders)]
+        changed = order[places][_rearranged(len(group))]
+        orders = np.tile(order, (len(changed), 1))
+        orders[:, places] = changed
+        found.append(orders)
+    every = np.concatenate(found)
+    return np.asarray(every[free.keeps(every)])
+
+
+@cache
+def _rearranged(size: int) -> Array:
+    """Ways to turn round one part of so many points, or to move up to three elsewhere, as indices (N, size).
+
+    Of many points only those ways are taken that change not too many places, so that there are not too many of them.
+    """
+    widest = max(3, _MOST_WAYS // (6 * size))
+    index, found = np.arange(size), []
+    for i in range(size):
+        for j in range(i + 1, min(size, i + 1 + widest)):
+            found.append(np.concatenate([index[:i], index[i : j + 1][::-1], index[j + 1 :]]))
+    for length in (1, 2, 3):
+        for i in range(size - length + 1):
+            part, rest = index[i : i + length], np.delete(index, np.arange(i, i + length))
+            for j in range(max(0, i - widest), min(len(rest), i + widest) + 1):
+                if j != i:
+                    for way in (part, part[::-1]) if length > 1 else (part,):
+                        found.append(np.concatenate([rest[:j], way, rest[j:]]))
+    ways = np.unique(np.array(found), axis=0)
+    ways.setflags(write=False)
+    return ways

@@ -220,7 +220,7 @@ class OrderSearch:
         visits = self.choices.visits
         order = visits.orders(self.x[:1, self.choices.columns])[0]
         if visits.free is None:
-            return order
+            return np.asarray(order)
         group = np.array(visits.free.groups[random.integers(len(visits.free.groups))])
         inner = order[group]
         cuts = np.sort(random.choice(len(group) + 1, min(3, len(group) + 1), replace=False))
