@@ -514,12 +514,12 @@ ON_THE_COMMAND_LINE = [
     (
         "solve nope",
         "unknown problem or task 'nope'; known: hybrid, hybrid_manipulator, panda_six_points, "
-        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, xarm7_obstacle",
+        "pick-place, pick_and_place_cell, pointing, reparam, ur5_base, ur5_pick_and_place, via-points, xarm7_obstacle",
     ),
     (
         "solve pointng",
         "unknown problem or task 'pointng'; known: hybrid, hybrid_manipulator, panda_six_points, "
-        "pick-place, pick_and_place_cell, pointing, reparam, ur5_pick_and_place, via-points, "
+        "pick-place, pick_and_place_cell, pointing, reparam, ur5_base, ur5_pick_and_place, via-points, "
         "xarm7_obstacle; did you mean 'pointing'?",
     ),
     (

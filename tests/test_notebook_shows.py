@@ -24,6 +24,9 @@ LINE, SIZE = 200, 30_000
 
 #: Classes of the facade without examples among the results below -> one.
 OTHERS = {
+    "BaseMap": lambda: t.BaseMap(
+        ("x", "y"), *np.eye(2), "time", "s", *np.ones((2, 2, 2)), np.ones((2, 2, 4)), small_problem()
+    ),
     "BenchRival": lambda: adapter("scipy-slsqp"),
     "BSpline": lambda: t.BSpline(points(), duration_bounds=(1.0, 2.0)),
     "CartesianBox": lambda: t.CartesianBox(1, [0.0, 0.05, 0.05]),

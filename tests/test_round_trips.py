@@ -522,6 +522,7 @@ def via_points(draw):
         "bspline": shape(draw) if interpolant == "bspline" else None,
         "passing": () if cyclic else passing(draw, dof, count, interpolant),
         "cyclic": cyclic,
+        "base": None,
         "turns": draw.choice(["as_written", "shortest"]),
         "moving": moving,
         "segments": () if cyclic else segments(draw, robot, dof, interpolant, moving),
@@ -697,6 +698,24 @@ def test_settings_of_limits_over_cycles_survive_json(tmp_path):
         cycles=np.int64(12),
     )
     assert (problem.settings["dwell"], problem.settings["cycles"]) == (0.7, 12)
+    check_round_trip(problem, tmp_path)
+
+
+@pytest.mark.parametrize("box", [{"x": ["-150 mm", 0.1], "yaw": ["-30 deg", 0.4]}, {"z": np.array([0.0, 0.1])}])
+def test_settings_of_a_moving_base_survive_json(box, tmp_path):
+    problem = load_problem(
+        "via-points",
+        robot=load_robot("ur5", tool="tool0", limits={"acceleration": 9.0, "jerk": 99.0}),
+        points=[
+            Pose([0.3, -0.2, 0.2], np.diag([1.0, -1.0, -1.0]), "take"),
+            {"position": np.array([0.1, 0.35, 0.3]), "rpy": (np.pi, 0.0, 0.3), "free": "z"},
+            {"position": [0.4, 0.2, 0.25]},
+        ],
+        base={"moving": box},
+        passing=[{"point": 1, "dwell": np.float64(0.1)}],
+        objectives=("time", "footprint"),
+        constraints=("position", "velocity"),
+    )
     check_round_trip(problem, tmp_path)
 
 

@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from trajevo.robot.loading.supply import Supply
     from trajevo.robot.payload import Payload
     from trajevo.robot.robot import Robot, load_robot
+    from trajevo.solvers.base_map import BaseMap, base_map
     from trajevo.solvers.evolutionary.algorithms import EvolutionaryAlgorithm
     from trajevo.solvers.gradient.normal_constraint import solve_nnc, weighting_factors
     from trajevo.solvers.gradient.polish import polish
@@ -161,6 +162,7 @@ _NAMES = {
     "solvers.gradient.weighted_sum": ("minimise_weighted",),
     "front.front": ("Front", "Solution"),
     "front.weighing.weights": ("comparison_weights", "entropy_weights", "least_information_weights"),
+    "solvers.base_map": ("BaseMap", "base_map"),
     "solvers.rivals": ("rivals_of", "rivals_table"),
     # What a motion can carry
     "capacity.dlcc": ("capacities", "dlcc", "dlcc_iterative", "dlcc_sampled"),
@@ -204,6 +206,7 @@ _ROOMS = ("plots", "problems")
 
 __all__ = [
     "BSpline",
+    "BaseMap",
     "BenchRival",
     "CartesianBox",
     "Constraint",
@@ -260,6 +263,7 @@ __all__ = [
     "allowed_regions",
     "analyse",
     "animate",
+    "base_map",
     "capacities",
     "capacity_by_pace",
     "capacity_front",

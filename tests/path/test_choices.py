@@ -1,4 +1,4 @@
-"""Postures of points, times of travel between them, and the best sequences and orders: against enumeration and Ruckig."""
+"""Postures of points, times of travel between them, best sequences and orders: against enumeration and Ruckig."""
 
 import itertools
 
@@ -85,7 +85,8 @@ def test_every_state_reaches_its_pose_within_the_ranges(ur5, states):
         position, rotation = tool.pose(each.q)
         assert np.abs(position - pose["position"]).max() < 1e-6
         assert np.abs(rotation - Pose.of(pose).rotation).max() < 1e-5
-        assert (each.q >= ur5.limits.lower).all() and (each.q <= ur5.limits.upper).all()
+        assert (each.q >= ur5.limits.lower).all()
+        assert (each.q <= ur5.limits.upper).all()
         assert len(each.names) == 8
 
 
@@ -208,7 +209,8 @@ def test_the_best_order_is_that_of_enumeration(seed):
     orders = orders[free.keeps(orders)]
     least = best_states(orders, times)[1].min()
     tour = best_tour(free, times)
-    assert tour.exact and free.keeps(tour.order[None])[0]
+    assert tour.exact
+    assert free.keeps(tour.order[None])[0]
     np.testing.assert_allclose(tour.cost, least, rtol=1e-12)
     local = best_states(_local(free, times, random)[None], times)[1][0]
     assert local >= least * (1.0 - 1e-12)

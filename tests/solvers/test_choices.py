@@ -96,7 +96,8 @@ def test_the_best_order_of_motions_is_that_of_enumeration(free):
 def test_first_populations_have_many_orders_and_the_best_one(table, starts):
     X = first_population(table, 40, starts=starts, seed=1).X
     orders = choices_of(table).visits.orders(X[:, choices_of(table).columns])
-    assert len(np.unique(orders, axis=0)) >= 5 and choices_of(table).visits.free.keeps(orders).all()
+    assert len(np.unique(orders, axis=0)) >= 5
+    assert choices_of(table).visits.free.keeps(orders).all()
     if starts != "sobol":
         F, G = table.evaluate(X, return_values_of=["F", "G"])
         best = OrderSearch(table, choices_of(table)).run(np.random.default_rng(1))
@@ -109,7 +110,8 @@ def test_seeds_agree_on_the_fastest_motion(table):
     np.testing.assert_allclose(ends, min(ends), rtol=1e-4)
     for front in fronts:
         best = front.pick(int(front.F[:, 0].argmin()))
-        assert best.order[0] == 0 and best.order.index(2) < best.order.index(4)
+        assert best.order[0] == 0
+        assert best.order.index(2) < best.order.index(4)
         assert best.postures == ("",) * 6
         assert {"order", "postures"} < set(front.to_dataframe().columns)
 
@@ -117,14 +119,16 @@ def test_seeds_agree_on_the_fastest_motion(table):
 @pytest.mark.parametrize("algorithm", ["spea2", "nsga3", "moea/d"])
 def test_other_algorithms_have_the_same_operators(table, algorithm):
     chosen = algorithm_for(Search(algorithm=algorithm, population=12), table).solver
-    assert isinstance(chosen.mating.crossover, ChoiceCrossover) and isinstance(chosen.mating.mutation, ChoiceMutation)
+    assert isinstance(chosen.mating.crossover, ChoiceCrossover)
+    assert isinstance(chosen.mating.mutation, ChoiceMutation)
     front = optimise(table, algorithm=algorithm, population=12, generations=3, seed=0, polish=False, progress=False)
     assert front.run.generations == 3
 
 
 def test_pymoo_alone_solves_it(table):
     found = minimize(table, NSGA2(pop_size=24), ("n_gen", 15), seed=1)
-    assert found.F is not None and len(found.F)
+    assert found.F is not None
+    assert len(found.F)
 
 
 def test_an_interrupted_run_goes_on_as_if_it_had_not_been(table, tmp_path):

@@ -39,6 +39,7 @@ MODULES = (
     "trajevo.dynamics.bounds.torque_loops",
     "trajevo.front.archive",
     "trajevo.formulation.constraints.broad_phase.search_loops",
+    "trajevo.formulation.cell.tracking_loops",
 )
 
 #: Folder that holds the package.

@@ -120,6 +120,11 @@ COMMANDS = {
         "workspace",
         "Draw the largest payload that a robot can hold, or accelerate, at every tool position of a plane.",
     ),
+    "base-map": _Home(
+        "cell.base_map",
+        "base_map",
+        "Show and draw the least of an objective from every place of a robot's base; exit code 3 if there is none.",
+    ),
     "payload-diagram": _Home(
         "payload",
         "diagram",

@@ -14,9 +14,9 @@ from trajevo.dynamics.integrals.nodes import lobatto
 from trajevo.dynamics.integrals.resolved import Resolved, at_samples, combined, resolve
 from trajevo.dynamics.inverse_dynamics import _ROUNDING, Dynamics
 from trajevo.errors import InvalidInputError
-from trajevo.path.arranged import Arranged
 from trajevo.robot.joints import JointLimits, least_share
 from trajevo.robot.robot import Robot
+from trajevo.trajectory.arranged import Arranged
 from trajevo.trajectory.batch import TrajectoryBatch
 
 #: Share of the work in a segment, or on average in the motion's segments, that its polynomials may leave out.

@@ -195,7 +195,7 @@ def greatest_at_rest(dynamics: Dynamics, interpolant: Interpolant) -> float:
 
 
 def _greatest_anywhere(dynamics: Dynamics, interpolant: Any) -> float:
-    """The greatest payload [kg] held at rest at both ends of the motions from any of many arrangements, and some more."""
+    """The greatest payload [kg] held at rest at both ends from any of many arrangements, and some more."""
     low, high = (np.array([getattr(one, end) for one in interpolant.variables]) for end in ("lower", "upper"))
     drawn = np.random.default_rng(0).uniform(low, high, (_ARRANGEMENTS, len(low)))
     arranged = interpolant.motions(drawn)[1]

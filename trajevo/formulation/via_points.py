@@ -21,8 +21,7 @@ from trajevo.formulation.constraints.clearance import load_clearances, notes_on_
 from trajevo.formulation.constraints.constraint import Limited, LimitParameter
 from trajevo.formulation.constraints.drives.heat import CYCLES, DWELL, SHARED, duty_of
 from trajevo.formulation.constraints.kinds import KINDS, NAMED_KINDS, constraints_of, kinds_for, parameters_of
-from trajevo.formulation.moving_boxes import box_settings, boxes_of, check_widths
-from trajevo.formulation.moving_points import MovingPoints
+from trajevo.formulation.moving_points import MovingPoints, box_settings, boxes_of, check_widths
 from trajevo.formulation.objectives import UNUSED_PAYLOAD, needs_payload_variable, objectives_of, of_joints_alone
 from trajevo.formulation.passing_points import (
     check_free,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from trajevo.plots.along_path import fronts, parameter, path
+    from trajevo.plots.cell.base_map import base_map
     from trajevo.plots.cell.visits import visits
     from trajevo.plots.chain import stick_figure
     from trajevo.plots.drives.energy import electrical_power, energy_uses
@@ -63,6 +64,7 @@ _NAMES = {
         "uncertainty_price",
         "workspace_capacity",
     ),
+    "cell.base_map": ("base_map",),
     "cell.visits": ("visits",),
     "chain": ("stick_figure",),
     "rivals": ("plot_rivals",),
@@ -80,6 +82,7 @@ __all__ = [
     "WIDTHS",
     "achieved_front",
     "allowed_region",
+    "base_map",
     "capacity_margins",
     "closed_loop",
     "desired_path",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, final
 
@@ -208,6 +208,25 @@ def standing(model: Any) -> Any:
     held.gravity, held.inertias[joint] = model.gravity, pin.Inertia.Zero()
     held.armature[:] = 0.0
     return held
+
+
+def on_carriage(model: Any, names: Sequence[str], origin: Array) -> Any:
+    """A model whose base four more joints move, the first ones: along x, y and z, and about z through a point.
+
+    Args:
+        model: the model.
+        names: names of the joints; the frame ``carriage``, in which the base stands, is carried by the last one.
+        origin: that point, shape (3,) [m].
+    """
+    carriage, joint, place = pin.Model(), 0, pin.SE3(np.eye(3), np.array(origin))
+    for name, kind in zip(names, ("PX", "PY", "PZ", "RZ"), strict=True):
+        joint = carriage.addJoint(joint, getattr(pin, f"JointModel{kind}")(), place, name)
+        place = pin.SE3.Identity()
+    back = pin.SE3(np.eye(3), -np.array(origin))
+    frame = carriage.addFrame(pin.Frame("carriage", joint, 0, back, pin.FrameType.FIXED_JOINT))
+    moved = pin.appendModel(carriage, model, frame, pin.SE3.Identity())
+    moved.gravity = model.gravity
+    return moved
 
 
 def _on_six_joints(model: Any, joint: int, placement: Any, name: str) -> int:

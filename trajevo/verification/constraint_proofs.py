@@ -11,8 +11,8 @@ from trajevo.base.arrays import Array
 from trajevo.dynamics.drives.heat import RESOLVED
 from trajevo.dynamics.enclosure import enclose_height
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.clearance import ProvenClearance, bases_of
-from trajevo.formulation.constraints.clearance_gradients import missing
+from trajevo.formulation.constraints.clearance import ProvenClearance
+from trajevo.formulation.constraints.clearance_gradients import bases_of, missing
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.drives.heat import OverCycles
 from trajevo.formulation.constraints.motion_limits import via_errors

@@ -9,8 +9,8 @@ import numpy as np
 from trajevo.base.arrays import Array
 from trajevo.dynamics.enclosure import enclose
 from trajevo.dynamics.rollout import Rollout
-from trajevo.formulation.constraints.clearance import ProvenClearance, bases_of
-from trajevo.formulation.constraints.clearance_gradients import missing
+from trajevo.formulation.constraints.clearance import ProvenClearance
+from trajevo.formulation.constraints.clearance_gradients import bases_of, missing
 from trajevo.formulation.constraints.constraint import Constraint
 from trajevo.formulation.constraints.drives.torque_at_speed import ProvenTorque
 from trajevo.front.front import Front, Solution

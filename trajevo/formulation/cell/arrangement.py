@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from trajevo.base.arrays import Array
-from trajevo.path.arranged import Arranged
+from trajevo.trajectory.arranged import Arranged
 from trajevo.trajectory.interpolants import Variable
 
 
@@ -35,6 +35,11 @@ class Arrangement(ABC):
     @abstractmethod
     def still(self) -> Array:
         """Whether a place has the same joint positions in all arrangements, shape (K,)."""
+
+    @property
+    @abstractmethod
+    def positions(self) -> Array:
+        """Positions of the tool at the points, in the given order and in the cell, shape (K, 3) [m]."""
 
     @property
     @abstractmethod

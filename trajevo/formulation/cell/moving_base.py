@@ -19,17 +19,20 @@ from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
-from trajevo.path.arranged import Arranged
+from trajevo.formulation.cell.tracking import PoseTargets, tracked
 from trajevo.path.inverse_kinematics import Pose
-from trajevo.path.tracking import PoseTargets, pose_errors, tracked
 from trajevo.robot.kinematics import ToolKinematics
+from trajevo.trajectory.arranged import Arranged
 from trajevo.trajectory.interpolants import Variable
 
 #: Distance of nodes [m and rad], and greatest number of postures at all nodes.
 _APART, _MOST_POSTURES = (0.1, 0.1, 0.1, np.radians(15.0)), 20_000
 
-#: Difference of two neighbouring nodes' postures up to which they belong to one branch [rad or m].
+#: Difference of the postures of nodes around a base up to which they belong to one branch [rad or m].
 _SAME_BRANCH = 1.0
+
+#: Sum of the weights of nodes that reach a pose below which they are not interpolated.
+_LEAST_SHARE = 1e-6
 
 #: Error up to which a node is reached [m and rad], steps of a node's posture, and sweeps from nodes that are reached to
 #: others beside them.
@@ -94,6 +97,11 @@ class MovingBase(Arrangement):
         return self.solutions
 
     @property
+    def positions(self) -> Array:
+        """Positions of the poses in the cell, shape (K, 3) [m]."""
+        return self._targets.position
+
+    @property
     def base_origin(self) -> Array:
         """Origin of the base at its given place, shape (3,) [m]."""
         return self.origin
@@ -122,19 +130,18 @@ class MovingBase(Arrangement):
         starts = self.nodes.starts(columns, chosen)
         pose = np.tile(np.arange(K), count)
         targets = placed_targets(self._targets.chosen(pose), np.repeat(bases, K, axis=0), self.origin)
-        q = tracked(self.kinematics, starts.reshape(-1, n), targets)
-        missed = pose_errors(self.kinematics, q, targets)
+        q, missed = tracked(self.kinematics, starts.reshape(-1, n), targets)
         return Arranged(q.reshape(count, K, n), missed.reshape(count, K, 2), bases, self.origin, branch=branch)
 
     @cached_property
-    def nodes(self) -> Nodes:
+    def nodes(self) -> PostureGrid:
         """The postures at the nodes of a grid of bases; computed once."""
         lower, upper = self.box.lower[list(self.box.free)], self.box.upper[list(self.box.free)]
         axes = _axes(self.box, self.branches.shape[0] * self.branches.shape[1])
         shape = tuple(map(len, axes))
         columns = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
         q, reached = _Spreading(self, columns, shape).found()
-        return Nodes(lower, upper, q, reached)
+        return PostureGrid(lower, upper, q, reached)
 
     def solved(self, bases: Array, starts: Array) -> tuple[Array, Array]:
         """Postures of all branches from starts, and whether they reach their poses.
@@ -149,14 +156,14 @@ class MovingBase(Arrangement):
         count, (K, C, n) = len(bases), self.branches.shape
         pose = np.tile(np.arange(K).repeat(C), count)
         targets = placed_targets(self._targets.chosen(pose), np.repeat(bases, K * C, axis=0), self.origin)
-        q = tracked(self.kinematics, starts.reshape(-1, n), targets, steps=_STEPS)
-        reached = pose_errors(self.kinematics, q, targets).max(axis=1) <= _REACHED
+        q, missed = tracked(self.kinematics, starts.reshape(-1, n), targets, steps=_STEPS)
+        reached = missed.max(axis=1) <= _REACHED
         return q.reshape(starts.shape), reached.reshape(starts.shape[:-1])
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Nodes:
+class PostureGrid:
     """Postures at the nodes of a grid of bases.
 
     Attributes:
@@ -176,8 +183,8 @@ class Nodes:
     def starts(self, columns: Array, branch: Array) -> Array:
         """Postures from which those of given bases follow.
 
-        Between nodes of one branch they are interpolated along every column. Elsewhere they are those of the nearest
-        node, or of the nearest one that reaches the pose if there is one around.
+        They are interpolated along every column between the nodes around a base that reach the pose, if these are of
+        one branch. Otherwise they are those of the nearest of these nodes, or of the nearest one if none reaches it.
 
         Args:
             columns: values of the columns, shape (B, D); complex ones stay complex.
@@ -196,16 +203,19 @@ class Nodes:
         index = tuple((cell[:, None] + corners)[..., k][..., None] for k in range(len(steps)))
         place = (*index, pose, branch[:, None])
         q, reached = self.q[place], self.reached[place]  # (B, corners, K, n), (B, corners, K)
-        blended = (weights[:, :, None, None] * q).sum(axis=1)
         best = (weights.real[:, :, None] + 2.0 * reached).argmax(axis=1)
         nearest = np.take_along_axis(q, best[:, None, :, None], axis=1)[:, 0]
-        spread = (q.max(axis=1) - q.min(axis=1)).max(axis=-1)
-        one_branch = reached.all(axis=1) & (spread <= _SAME_BRANCH)
-        return np.where(one_branch[..., None], blended, nearest)
+        # On the way from cell to cell these weights have no steps, as those of nodes that are left behind fall to 0.
+        shares = weights[:, :, None] * reached
+        total = shares.sum(axis=1)
+        some = total.real > _LEAST_SHARE
+        blended = (shares[..., None] * q).sum(axis=1) / np.where(some, total, 1.0)[..., None]
+        apart = np.where(reached[..., None], np.abs(q - nearest[:, None]), 0.0).max(axis=(1, 3))
+        return np.where((some & (apart <= _SAME_BRANCH))[..., None], blended, nearest)
 
 
 def _axes(box: BaseBox, postures: int) -> list[Array]:
-    """Nodes along every coordinate that moves, as fine as the number of postures at each of them allows."""
+    """PostureGrid along every coordinate that moves, as fine as the number of postures at each of them allows."""
     free = list(box.free)
     widths, apart = (box.upper - box.lower)[free], np.array(_APART)[free]
     while True:

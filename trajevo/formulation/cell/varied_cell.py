@@ -10,12 +10,14 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, numbers
+from trajevo.base.plain import plain_data
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
 from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, checked_name
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
 from trajevo.formulation.cell.moving_base import MovingBase, check_gravity, placed_targets
+from trajevo.formulation.cell.tracking import PoseTargets, tracked
 from trajevo.formulation.cell.visits import POSTURES, StillCell, Visits, still_branches
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.choices.branches import MOST_STATES, Branches, branches_of, reached
@@ -24,7 +26,6 @@ from trajevo.path.choices.travel_times import TravelTimes
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.point_files import read_points
-from trajevo.path.tracking import PoseTargets, pose_errors, tracked
 from trajevo.path.via_points import SAME_POINT, ViaPoints, check_within
 from trajevo.robot.files.cell import base_of
 from trajevo.robot.kinematics import ToolKinematics
@@ -210,7 +211,8 @@ def _inner(
 ) -> Arrangement:
     """Where each branch of each point lies: always at the same joint positions, or followed as the base moves."""
     if box is None:
-        return StillCell(solutions)
+        nowhere = np.full((len(solutions), 3), np.nan)
+        return StillCell(solutions, robot.tool_poses(solutions[:, 0])[0] if robot.has_body else nowhere)
     return MovingBase(ToolKinematics.of(robot), given, box, home, solutions, origin)
 
 
@@ -250,7 +252,7 @@ def points_of(points: Any, robot: Robot, angle: str) -> tuple[tuple[Any, ...], t
     found: list[Any] = []
     for k, point in enumerate(points):
         if isinstance(point, Pose | Mapping):
-            told.append(point.settings if isinstance(point, Pose) else dict(point))
+            told.append(point.settings if isinstance(point, Pose) else plain_data(f"points: point {k}", point))
             found.append(_pose(k, told[-1]))
         else:
             row = numbers(point, name=f"points: point {k}", shape=(robot.dof,))
@@ -285,7 +287,7 @@ def poses_of(points: Any, robot: Robot) -> tuple[tuple[dict[str, Any], ...], tup
                 f"points: point {k}: expected a pose of the tool, as the base moves, got joint positions, which put "
                 "the tool somewhere else from every base"
             )
-        told.append(point.settings if isinstance(point, Pose) else dict(point))
+        told.append(point.settings if isinstance(point, Pose) else plain_data(f"points: point {k}", point))
     poses = [_pose(k, one) for k, one in enumerate(told)]
     for k in range(1, len(poses)):
         if told[k] == told[k - 1]:
@@ -340,8 +342,8 @@ def _tried(robot: Robot, poses: Sequence[Pose], box: BaseBox, origin: Array) -> 
     N = len(bases)
     own = PoseTargets.of(poses).chosen(np.tile(np.arange(K).repeat(_STARTS), N))
     targets = placed_targets(own, bases.repeat(K * _STARTS, axis=0), origin)
-    q = tracked(kinematics, np.tile(starts, (N * K, 1)), targets)
-    return bases, pose_errors(kinematics, q, targets).max(axis=1).reshape(N, K, _STARTS).min(axis=2)
+    missed = tracked(kinematics, np.tile(starts, (N * K, 1)), targets)[1]
+    return bases, missed.max(axis=1).reshape(N, K, _STARTS).min(axis=2)
 
 
 def _told(base: Array, box: BaseBox) -> str:

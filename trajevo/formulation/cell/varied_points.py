@@ -19,9 +19,9 @@ from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.constraints.constraint import Constraint
-from trajevo.path.arranged import Arranged
 from trajevo.path.passing import Passing
 from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.arranged import Arranged
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.interpolants import (
     NAMED_INTERPOLANTS,

@@ -11,7 +11,7 @@ import numpy as np
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.cell.varied_points import VariedPoints
 from trajevo.formulation.cell.visits import Visits
-from trajevo.path.arranged import Arranged
+from trajevo.trajectory.arranged import Arranged
 
 
 @final

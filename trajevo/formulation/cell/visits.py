@@ -17,12 +17,12 @@ import numpy as np
 from trajevo.base.arrays import Array, read_only
 from trajevo.base.shown.brief import brief
 from trajevo.formulation.cell.arrangement import Arrangement
-from trajevo.path.arranged import Arranged
 from trajevo.path.choices.branches import Branches
 from trajevo.path.choices.orders import FreeOrder
 from trajevo.path.choices.sequences import Sequences, best_sequences, best_states
 from trajevo.path.choices.tours import Tour, best_tour
 from trajevo.path.choices.travel_times import TravelTimes
+from trajevo.trajectory.arranged import Arranged
 from trajevo.trajectory.interpolants import Variable
 
 #: Greatest number of ranked sequences of postures among which one column chooses.
@@ -39,14 +39,17 @@ class StillCell(Arrangement):
 
     Attributes:
         solutions: joint positions of every branch of every point, shape (K, C, n_joints) [rad or m].
+        tool: positions of the tool at the points, NaN for a robot without a body, shape (K, 3) [m].
     """
 
     solutions: Array
+    tool: Array
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "solutions", read_only(self.solutions))
+        for name in ("solutions", "tool"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -62,6 +65,11 @@ class StillCell(Arrangement):
     def nominal(self) -> Array:
         """The first branch of every point, shape (K, n_joints) [rad or m]."""
         return self.solutions[:, 0]
+
+    @property
+    def positions(self) -> Array:
+        """Positions of the tool at the points, NaN for a robot without a body, shape (K, 3) [m]."""
+        return self.tool
 
     @property
     def base_origin(self) -> Array | None:
@@ -179,6 +187,11 @@ class Visits(Arrangement):
     def nominal(self) -> Array:
         """Joint positions of the points of :attr:`tour`, place by place, shape (K, n_joints) [rad or m]."""
         return np.asarray(self.branches[self.tour.order, self.tour.states])
+
+    @property
+    def positions(self) -> Array:
+        """Positions of the tool at the points, in the given order and in the cell, shape (K, 3) [m]."""
+        return self.inner.positions
 
     @property
     def base_origin(self) -> Array | None:

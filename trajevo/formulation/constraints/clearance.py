@@ -21,6 +21,8 @@ from trajevo.errors import InvalidInputError, known_names
 from trajevo.formulation.constraints.clearance_gradients import (
     ClearanceTerms,
     Deciding,
+    bases_of,
+    from_bases,
     missing,
     part_of,
     real_parts,
@@ -33,8 +35,8 @@ from trajevo.formulation.constraints.collision import CarriedSolid, Collision, P
 from trajevo.formulation.constraints.constraint import Constraint, LimitKind, LimitParameter
 from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.loads import Schedule
-from trajevo.robot.gantry import carriage_of, on_gantry
 from trajevo.robot.robot import Robot
+from trajevo.robot.shapes.gantry import carriage_of, on_gantry
 from trajevo.robot.transmission import Direct, Mimicking
 from trajevo.trajectory.batch import TrajectoryBatch
 
@@ -108,11 +110,6 @@ def standing_on(robot: Robot, scene: Scene) -> Scene:
             for one in scene.obstacles
         ),
     )
-
-
-def bases_of(rollout: Rollout) -> Array | None:
-    """Where the base is in each motion, shape (B, 4) [m, m, m, rad]; None if it stands still."""
-    return None if rollout.arranged is None else rollout.arranged.bases
 
 
 def _limit(clearance: ProvenClearance) -> Constraint:
@@ -209,7 +206,7 @@ class ProvenClearance:
 
         Args:
             trajectory: B motions.
-            bases: see :meth:`Collision.with_time`.
+            bases: see :func:`~trajevo.formulation.constraints.clearance_gradients.from_bases`.
         """
         trajectory = self._states(trajectory, bases)
         if not takes_steps(trajectory):
@@ -227,7 +224,7 @@ class ProvenClearance:
 
         Args:
             trajectory: B motions.
-            bases: see :meth:`Collision.with_time`.
+            bases: see :func:`~trajevo.formulation.constraints.clearance_gradients.from_bases`.
         """
         search = self._search(self._states(trajectory, bases), to_the_end=True)
         return tuple(
@@ -244,7 +241,7 @@ class ProvenClearance:
 
     def _states(self, trajectory: TrajectoryBatch, bases: Array | None) -> TrajectoryBatch:
         """The states that the motions pass on the segments on which the clearance is kept."""
-        return part_of(self.collision.with_time(trajectory, bases), self.part)
+        return part_of(self.collision.with_time(from_bases(trajectory, bases)), self.part)
 
     def _instants(self, trajectory: TrajectoryBatch, t: Array) -> Array:
         """Instants of the whole motions, from those of the part, (B,) [s]."""
@@ -339,7 +336,7 @@ def clearance_along(motion: Any, scene: Scene, *, density: int = 50) -> Clearanc
     rollout = rollout_of(motion)
     bases, origin = bases_of(rollout), None if rollout.arranged is None else rollout.arranged.origin
     collision = Collision(rollout.robot if bases is None or origin is None else on_gantry(rollout.robot, origin), scene)
-    states = collision.with_time(rollout.trajectory, bases)
+    states = collision.with_time(from_bases(rollout.trajectory, bases))
     samples = states.sample(density * (states.breaks.shape[1] - 1) + 1)
     distances = collision.distances(samples.q.reshape(-1, states.n_joints))
     return ClearanceProfile(samples.t, frozen(distances.reshape(*samples.t.shape, -1)), collision.pairs)

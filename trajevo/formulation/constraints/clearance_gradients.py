@@ -54,6 +54,18 @@ def takes_steps(trajectory: TrajectoryBatch) -> bool:
     return np.iscomplexobj(trajectory.breaks) or np.iscomplexobj(trajectory.at_shares(np.zeros(1), 0))
 
 
+def bases_of(rollout: Rollout) -> Array | None:
+    """Where the base is in each motion, shape (B, 4) [m, m, m, rad]; None if it stands still."""
+    return None if rollout.arranged is None else rollout.arranged.bases
+
+
+def from_bases(trajectory: TrajectoryBatch, bases: Array | None) -> TrajectoryBatch:
+    """Motions of a robot on a gantry, whose first joints hold its base at bases (B, 4); the same motions for None."""
+    if bases is None or not isinstance(trajectory, PolynomialBatch):
+        return trajectory
+    return trajectory.after_constants(bases)
+
+
 def part_of(trajectory: TrajectoryBatch, segments: tuple[int, ...] | None) -> TrajectoryBatch:
     """Motions on some of their segments alone, one after another; all of them for None.
 
@@ -150,8 +162,8 @@ class ClearanceTerms:
 
     def __call__(self, rollout: Rollout) -> Array:
         """Missing clearance divided by the clearance."""
-        bases = None if rollout.arranged is None else rollout.arranged.bases
-        trajectory = part_of(self.collision.with_time(rollout.trajectory, bases), self.part)
+        moved = from_bases(rollout.trajectory, bases_of(rollout))
+        trajectory = part_of(self.collision.with_time(moved), self.part)
         kinds = kinds_of(self.collision)
         wanted = wanted_clearances(self.collision.scene)[kinds]
         least = self._least(trajectory) - DISTANCE_ERROR - _KEPT * self.tolerance

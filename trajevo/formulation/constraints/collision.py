@@ -30,7 +30,6 @@ from trajevo.formulation.constraints.solids import (
     parting,
     solid_reach,
 )
-from trajevo.robot.gantry import carriage_of
 from trajevo.robot.robot import Robot
 from trajevo.trajectory.batch import TrajectoryBatch
 from trajevo.trajectory.polynomial import PolynomialBatch
@@ -153,20 +152,12 @@ class Collision:
         """Whether distances depend on the time, since an obstacle of the scene moves."""
         return bool(self.scene.moving)
 
-    def with_time(self, trajectory: TrajectoryBatch, bases: Array | None = None) -> TrajectoryBatch:
+    def with_time(self, trajectory: TrajectoryBatch) -> TrajectoryBatch:
         """Motions whose values are states: with the time as a last column if distances depend on it.
 
-        Args:
-            trajectory: motions of the robot's joints.
-            bases: where its base is, shape (B, 4) [m, m, m, rad], for a robot on a gantry, whose first joints move it.
-
         Raises:
-            InvalidInputError: an obstacle moves, and motions are no piecewise polynomials, or bases are missing.
+            InvalidInputError: an obstacle moves, and motions are no piecewise polynomials.
         """
-        if carriage_of(self.robot) is not None:
-            if bases is None or not isinstance(trajectory, PolynomialBatch):
-                raise InvalidInputError("bases: expected where the base is in each motion, as it moves")
-            trajectory = trajectory.after_constants(bases)
         if not self.timed:
             return trajectory
         if not isinstance(trajectory, PolynomialBatch):

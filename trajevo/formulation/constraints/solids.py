@@ -25,8 +25,8 @@ from trajevo.formulation.constraints.scenes.obstacles import (
     Plane,
     Sphere,
 )
-from trajevo.robot.gantry import carriage_of
 from trajevo.robot.robot import Robot
+from trajevo.robot.shapes.gantry import carriage_of
 from trajevo.robot.shapes.geometry import read_geometry, said
 
 

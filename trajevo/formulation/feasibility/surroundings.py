@@ -15,7 +15,7 @@ from trajevo.formulation.constraints.further.dexterity import TooLittle
 from trajevo.formulation.feasibility.findings import ROUNDING, Finding, Severity, at_most, of
 from trajevo.formulation.feasibility.known_points import KnownPoints, segments_at_points
 from trajevo.formulation.problem import TrajectoryProblem
-from trajevo.robot.gantry import carriage_of
+from trajevo.robot.shapes.gantry import carriage_of
 
 #: Distance by which a clearance must be missed to rule a motion out [m].
 _SURE = 5.0 * DISTANCE_ERROR

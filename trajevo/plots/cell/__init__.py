@@ -1,1 +1,1 @@
-"""Pictures of a cell: in which order and how its points are visited."""
+"""Pictures of a cell: where its robot stands, and in which order and how its points are visited."""

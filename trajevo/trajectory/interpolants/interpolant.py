@@ -11,8 +11,8 @@ import numpy as np
 
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.errors import InvalidInputError
-from trajevo.path.arranged import Arranged
 from trajevo.path.via_points import ViaPoints
+from trajevo.trajectory.arranged import Arranged
 from trajevo.trajectory.batch import TrajectoryBatch
 
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from trajevo.base.arrays import Array
 from trajevo.robot.joints import JointLimits
+from trajevo.robot.payload import on_carriage
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import Mimicking
 
@@ -25,15 +25,7 @@ def on_gantry(robot: Robot, origin: Array) -> Robot:
         robot: a robot whose actuators drive its joints directly, of which some may follow others.
         origin: origin of its base, through which the axis of the last of them goes, shape (3,) [m].
     """
-    carriage, joint = pin.Model(), 0
-    place = pin.SE3(np.eye(3), np.array(origin))
-    for name, kind in zip(CARRIAGE, ("PX", "PY", "PZ", "RZ"), strict=True):
-        joint = carriage.addJoint(joint, getattr(pin, f"JointModel{kind}")(), place, name)
-        place = pin.SE3.Identity()
-    back = pin.SE3(np.eye(3), -np.array(origin))
-    frame = carriage.addFrame(pin.Frame("carriage", joint, 0, back, pin.FrameType.FIXED_JOINT))
-    model = pin.appendModel(carriage, robot.model, frame, pin.SE3.Identity())
-    model.gravity = robot.model.gravity
+    model = on_carriage(robot.model, CARRIAGE, origin)
     far, limits = np.full(len(CARRIAGE), np.inf), robot.limits
     return replace(
         robot,

@@ -14,16 +14,19 @@ from typing import final
 
 import numpy as np
 
+from trajevo.base import jit
 from trajevo.base.arrays import Array, read_only
 from trajevo.base.shown.brief import brief
+from trajevo.formulation.cell import tracking_loops
 from trajevo.path.inverse_kinematics import Pose
 from trajevo.robot.kinematics import ToolKinematics, crossed
+from trajevo.robot.transmission import Direct
 
 #: Greatest number of steps, and the squared error below which a row needs one more [m² and rad²].
 _STEPS, _SETTLED = 30, 1e-16
 
 #: Share of the square by which the error of a row that is not reached must fall in a step, or the row is given up.
-_STALLED = 1e-7
+_STALLED = 1e-4
 
 #: Damping of J Jᵀ per error, and its least value.
 _DAMPING, _LEAST_DAMPING = 0.1, 1e-14
@@ -66,7 +69,9 @@ class PoseTargets:
         return PoseTargets(self.position[rows], self.rotation[rows], self.axis[rows], self.turned[rows])
 
 
-def tracked(kinematics: ToolKinematics, starts: Array, targets: PoseTargets, *, steps: int = _STEPS) -> Array:
+def tracked(
+    kinematics: ToolKinematics, starts: Array, targets: PoseTargets, *, steps: int = _STEPS
+) -> tuple[Array, Array]:
     """Joint positions that bring the tool to poses, or as near as it gets from starts near them.
 
     Joint limits are not looked at. A redundant arm goes by the shortest steps.
@@ -78,9 +83,12 @@ def tracked(kinematics: ToolKinematics, starts: Array, targets: PoseTargets, *, 
         steps: greatest number of steps.
 
     Returns:
-        Shape (N, n_joints) [rad or m].
+        Joint positions, shape (N, n_joints) [rad or m], and how far the tool misses the poses, see :func:`pose_errors`.
     """
-    q = starts.astype(np.result_type(starts, targets.position, targets.rotation))
+    kind = np.result_type(starts, targets.position, targets.rotation)
+    if kind == np.float64 and jit.can_compile() and isinstance(kinematics.transmission, Direct):
+        return _by_loops(kinematics, starts, targets, steps)
+    q = starts.astype(kind)
     rows, before = np.arange(len(q)), np.full(len(q), np.inf)
     for _ in range(steps):
         own = targets if len(rows) == len(q) else targets.chosen(rows)
@@ -93,7 +101,30 @@ def tracked(kinematics: ToolKinematics, starts: Array, targets: PoseTargets, *, 
         rows, before = rows[left], squared.real[left]
         if not len(rows):
             break
-    return q
+    return q, pose_errors(kinematics, q, targets)
+
+
+def _by_loops(kinematics: ToolKinematics, starts: Array, targets: PoseTargets, steps: int) -> tuple[Array, Array]:
+    q, missed = starts.copy(), np.empty((len(starts), 2))
+    of_tool = kinematics.tool_rotation, kinematics.tool_translation
+    numbers = np.array([_DAMPING, _LEAST_DAMPING, _LONGEST, _SETTLED, _STALLED])
+    tracking_loops.track(
+        targets.position,
+        targets.rotation.reshape(-1, 9),
+        targets.axis,
+        targets.turned,
+        np.array(kinematics.chain, dtype=np.int64),
+        kinematics.rotations,
+        kinematics.translations,
+        kinematics.axes,
+        np.array(kinematics.turns),
+        *of_tool,
+        steps,
+        numbers,
+        q,
+        missed,
+    )
+    return q, missed
 
 
 def pose_errors(kinematics: ToolKinematics, q: Array, targets: PoseTargets) -> Array:

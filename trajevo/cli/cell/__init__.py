@@ -1,0 +1,1 @@
+"""Commands about a cell that varies."""
