@@ -187,9 +187,9 @@ def _groups(given: Any, count: int) -> tuple[tuple[int, ...], ...]:
                 f"order: free: expected at least 2 points between the ends, got {max(count - 2, 0)}"
             )
         return (tuple(range(1, count - 1)),)
-    if not isinstance(given, Sequence) or not len(given):
+    if not _is_list(given) or not len(given):
         raise InvalidInputError(f"order: free: expected numbers of points or lists of them, got {given!r}")
-    lists = [isinstance(one, Sequence) and not isinstance(one, str) for one in given]
+    lists = [_is_list(one) for one in given]
     if any(lists) and not all(lists):
         raise InvalidInputError(f"order: free: expected numbers of points or lists of them, got both, {list(given)!r}")
     found = [_group(one, count) for one in (given if all(lists) else [given])]
@@ -202,6 +202,12 @@ def _groups(given: Any, count: int) -> tuple[tuple[int, ...], ...]:
     if len(taken) > MOST_FREE:
         raise InvalidInputError(f"order: free: expected at most {MOST_FREE} points, got {len(taken)}")
     return tuple(found)
+
+
+def _is_list(given: Any) -> bool:
+    return (isinstance(given, Sequence) and not isinstance(given, str)) or (
+        isinstance(given, np.ndarray) and given.ndim > 0
+    )
 
 
 def _group(given: Sequence[Any], count: int) -> tuple[int, ...]:
@@ -230,7 +236,7 @@ def _after(given: Any, count: int) -> dict[int, tuple[int, ...]]:
         # Keys of TOML and JSON are text.
         number = int(key) if isinstance(key, str) and key.isdecimal() else key
         then = _point(number, count, "after")
-        listed = firsts if isinstance(firsts, Sequence) and not isinstance(firsts, str) else [firsts]
+        listed = firsts if _is_list(firsts) else [firsts]
         found[then] = tuple(sorted({_point(first, count, "after") for first in listed}))
     return {then: firsts for then, firsts in sorted(found.items()) if firsts}
 
