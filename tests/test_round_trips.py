@@ -523,6 +523,8 @@ def via_points(draw):
         "passing": () if cyclic else passing(draw, dof, count, interpolant),
         "cyclic": cyclic,
         "base": None,
+        "order": None,
+        "postures": draw.choice([None, "nearest"]),
         "turns": draw.choice(["as_written", "shortest"]),
         "moving": moving,
         "segments": () if cyclic else segments(draw, robot, dof, interpolant, moving),
@@ -714,6 +716,35 @@ def test_settings_of_a_moving_base_survive_json(box, tmp_path):
         base={"moving": box},
         passing=[{"point": 1, "dwell": np.float64(0.1)}],
         objectives=("time", "footprint"),
+        constraints=("position", "velocity"),
+    )
+    check_round_trip(problem, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("order", "postures"),
+    [
+        ("free", None),
+        ({"free": np.array([2, 1]), "after": {np.int64(1): np.array([2])}}, "all"),
+        ({"free": ((1, 2), [3, 4]), "after": {"3": 4}}, "nearest"),
+        (None, "best"),
+    ],
+)
+def test_settings_of_visits_survive_json(order, postures, tmp_path):
+    problem = load_problem(
+        "via-points",
+        robot=load_robot("ur5", tool="tool0", limits={"acceleration": 9.0, "jerk": 99.0}),
+        points=[
+            Pose([0.3, -0.2, 0.2], np.diag([1.0, -1.0, -1.0]), "take"),
+            {"position": np.array([0.1, 0.35, 0.3]), "rpy": (np.pi, 0.0, 0.3)},
+            np.array([0.4, -1.4, 1.5, -1.6, -1.5, 0.1]),
+            (0.5, -1.2, 1.5, -1.6, -1.5, 0.1),
+            {"position": (0.4, 0.2, 0.25), "rpy": (np.pi, 0.0, 0.0)},
+            [0.9, -1.4, 1.5, -1.6, -1.5, 0.1],
+        ],
+        order=order,
+        postures=postures,
+        turns="shortest",
         constraints=("position", "velocity"),
     )
     check_round_trip(problem, tmp_path)

@@ -95,6 +95,7 @@ def about(solution: Solution) -> dict[str, Any]:
             "objectives": solution.F,
             "constraints": {name: proven.get(name, 1.0 + value) - 1.0 for name, value in solution.G.items()},
             **({} if solution.base is None else {"base": solution.base.settings}),
+            **({} if solution.visits is None else {"visits": solution.visits.settings}),
         },
         "certificate": certificate.summary,
     }

@@ -40,12 +40,14 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
         robot = _robot(settings, folder)
     with where.at("points"):
         points = given_points(settings, folder, robot, to_rad)
-        if settings.base is None:
+        if settings.base is None and settings.order is None and settings.postures in (None, "nearest"):
             points = joint_points(points, robot, angle=settings.angle, turns=settings.turns)
     arguments = {
         "robot": robot,
         "points": points,
         "base": None if settings.base is None else settings.base.model_dump(),
+        "order": _order(settings),
+        "postures": settings.postures,
         "turns": settings.turns,
         "duration_bounds": settings.duration_bounds,
         "interpolant": settings.interpolant,
@@ -115,6 +117,11 @@ def _robot(settings: TaskSettings, folder: Path) -> Robot:
         listed = given["packages"]
         given["packages"] = [folder / each for each in ([listed] if isinstance(listed, str) else listed)]
     return robot_of(given)
+
+
+def _order(settings: TaskSettings) -> Any:
+    given = settings.order
+    return given if given is None or isinstance(given, str) else given.model_dump(exclude_none=True)
 
 
 def given_points(settings: TaskSettings, folder: Path, robot: Robot, to_rad: float) -> Any:

@@ -213,6 +213,20 @@ class BaseSettings(_Strict):
     )
 
 
+_Index = Annotated[int, pydantic.Field(strict=True, ge=0)]
+
+
+class OrderSettings(_Strict):
+    """Points that may be visited in any order; they have the places of their group, all others their own."""
+
+    free: Literal["all"] | list[_Index] | list[list[_Index]] = pydantic.Field(
+        description="Numbers of these points, counted from 0, or several such groups; all means all between the ends."
+    )
+    after: dict[str, _Index | list[_Index]] | None = pydantic.Field(
+        None, description="For a point by its number, those that are visited before it, as `{ 4 = [2] }`."
+    )
+
+
 class MovingSettings(_Strict):
     """Half widths of the box in which a via point may move: around its joint positions, or its tool position [m]."""
 
@@ -334,6 +348,14 @@ class TaskSettings(_Strict):
     )
     base: BaseSettings | None = pydantic.Field(
         None, description="Where the robot may stand, if that is free; the points are then tool poses."
+    )
+    order: Literal["free"] | OrderSettings | None = pydantic.Field(
+        None, description="Which points may be visited in any order; free means all between the ends."
+    )
+    postures: Literal["nearest", "best", "all"] | None = pydantic.Field(
+        None,
+        description="How postures of tool poses are chosen: nearest to the one before; best, by the times from rest to "
+        "rest; or all, as a variable. If not given, nearest, or best where the order is free.",
     )
     turns: Literal["as_written", "shortest"] = pydantic.Field(
         "as_written", description="Whether joints go as points are written, or the shorter way round by whole turns."

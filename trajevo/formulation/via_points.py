@@ -13,6 +13,7 @@ from trajevo.base.plain import plain_data
 from trajevo.dynamics.drives.over_cycles import of_duty
 from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.errors import InvalidInputError, known_names
+from trajevo.formulation.cell.free_places import check_numbers
 from trajevo.formulation.cell.varied_cell import varied_cell
 from trajevo.formulation.cell.varied_points import VariedPoints
 from trajevo.formulation.constraints import kinds
@@ -77,6 +78,12 @@ class ViaPointProblem(TrajectoryProblem):
         base: where the robot may stand, ``{"moving": {"x": [-0.3, 0.3], "yaw": ["-90 deg", "90 deg"]}}``: ranges of its
             displacement from its given place along ``x``, ``y`` and ``z`` of the cell [m] and of its turn about the
             vertical axis ``yaw`` [rad], which become variables. The points are then tool poses that stay in the cell.
+        order: which points may be visited in any order: ``"free"`` for all between the ends, or ``{"free": [1, 2, 3],
+            "after": {3: [1]}}`` with the numbers of the points and, if wanted, of those that come before others. Points
+            of the group have its places in the list, all others their own. The order is then a variable.
+        postures: how postures of tool poses are chosen: ``"nearest"`` to that of the point before; ``"best"``, of all
+            postures those with the least time from rest to rest; ``"all"``, a variable that chooses among all. If None,
+            ``"nearest"``, or ``"best"`` where the order is free.
         turns: ``"as_written"``, or ``"shortest"``: joint positions are shifted by whole turns, within the ranges, so
             that every joint goes the shorter way round from point to point.
         duration_bounds: least and greatest time between two points [s], or such a pair for every segment, shape
@@ -138,6 +145,8 @@ class ViaPointProblem(TrajectoryProblem):
         robot: str | Path | Robot | Mapping[str, Any] = "puma560",
         points: Any = None,
         base: Mapping[str, Any] | None = None,
+        order: str | Mapping[str, Any] | None = None,
+        postures: str | None = None,
         turns: str = "as_written",
         duration_bounds: Sequence[float] | Sequence[Sequence[float]] = (0.5, 6.0),
         interpolant: str | type[Interpolant] | None = None,
@@ -166,7 +175,7 @@ class ViaPointProblem(TrajectoryProblem):
         objectives, constraints = self._named(objectives, "objectives"), self._named(constraints, "constraints")
         _check_keys(parameters)
         named = robot_of(robot)
-        cell = varied_cell(base, points, named)
+        cell = varied_cell(base, points, named, order=order, postures=postures, turns=turns)
         if cell is not None:
             beside = {"moving": moving, "segments": segments, "cyclic": cyclic, "pace": pace, "bspline": bspline}
             cell.check_beside(beside | {"extra_points": extra_points, "turns": turns != "as_written"})
@@ -200,6 +209,9 @@ class ViaPointProblem(TrajectoryProblem):
         besides = next((key for key, value in other.items() if value), "")
         decoder = with_pace(decoder, via, named, pace, besides=besides)
         dynamics = carrying(named, payload, decoder, asked, cyclic=cyclic, samples=samples, threads=threads)
+        if cell is not None and cell.order is not None:
+            numbered: dict[str, Any] = {"passing": asked, "segments": parts, "duration_bounds": bounds}
+            check_numbers(cell.order, carried=dynamics.carried, **numbered)
         given = {"limits": limits, "shared": SHARED if of_duty(objectives) else (), **parameters}
         held = constraints_of(constraints, Limited(named, via, decoder), **given)
         check_velocities(asked, named, via, on_limits, held)
@@ -207,7 +219,8 @@ class ViaPointProblem(TrajectoryProblem):
         check_jumps(kind, objectives, held)
         duty = duty_of(parameters.get(DWELL.name), parameters.get(CYCLES.name))
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
-        reach = (decoder.reach_constraint,) if isinstance(decoder, MovingPoints | VariedPoints) else ()
+        reaches = isinstance(decoder, MovingPoints) or (isinstance(decoder, VariedPoints) and cell.box is not None)
+        reach = (decoder.reach_constraint,) if reaches else ()
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,
@@ -230,7 +243,7 @@ class ViaPointProblem(TrajectoryProblem):
         given = {
             "robot": named.settings,
             "points": via.positions.tolist() if cell is None else list(cell.points),
-            **({} if cell is None else {"base": cell.base}),
+            **({} if cell is None else cell.settings),
             "turns": turns,
             "duration_bounds": bounds.tolist(),
             "interpolant": kind,

@@ -11,6 +11,7 @@ from trajevo.base.shown import html
 from trajevo.base.shown.html import Piece
 from trajevo.base.units import display, pretty
 from trajevo.errors import TrajevoError
+from trajevo.formulation.cell.visited import Visited
 from trajevo.front.motion_table import check_length, checked_step, motion_columns
 from trajevo.front.quantities import with_unit
 
@@ -61,6 +62,7 @@ def solution_html(solution: Solution) -> str:
         f"Solution: {solution.rule}, row {solution.index} of {len(front)}",
         html.sentence(f"{front.record.title}; {solution.reason}"),
         *([html.sentence(f"base at {placed}")] if (placed := told_base(solution)) else []),
+        *map(html.sentence, told_visits(solution)),
         html.table(("objective", "value"), objectives),
         html.table(("closest limit", "used"), [(name, f"{100.0 * (1.0 + value):.4g} %") for name, value in closest]),
         _joints(solution),
@@ -71,6 +73,15 @@ def told_base(solution: Solution) -> str:
     """Where the base of a solution's robot stands; empty if it does not move."""
     record = solution.front.record
     return str(solution.base) if record.settings.get("base") is not None else ""
+
+
+def told_visits(solution: Solution) -> tuple[str, ...]:
+    """In which order and postures the points are visited, a sentence each; none if they are given."""
+    settings = solution.front.record.settings
+    if (settings.get("order") is None and settings.get("postures") is None) or solution.visits is None:
+        return ()
+    told = [f"points in the order {solution.visits.told_order}"] if solution.order is not None else []
+    return (*told, *([solution.visits.told_postures] if solution.visits.told_postures else []))
 
 
 def small_pictures(front: Front) -> str:
@@ -96,6 +107,10 @@ def front_frame(front: Front) -> pd.DataFrame:
         columns[header] = front.X[:, k] * factor
     for k, name in enumerate(record.constraints):
         columns[f"{name} [% of limit]"] = 100.0 * (1.0 + front.G[:, k])
+    if len(front) and (record.settings.get("order") is not None or record.settings.get("postures") is not None):
+        found = Visited.each(front.problem.rollout(front.X).arranged, front.problem.interpolant)
+        columns["order"] = [each.told_order for each in found]
+        columns["postures"] = [each.told_postures for each in found]
     chosen = _chosen(front) if len(front) else {}
     columns["choice"] = [", ".join(chosen.get(row, ())) for row in range(len(front))]
     return pd.DataFrame(columns, index=pd.RangeIndex(len(front), name="row"))

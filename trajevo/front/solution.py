@@ -12,6 +12,7 @@ from trajevo.base.arrays import Array
 from trajevo.base.shown.brief import cut
 from trajevo.dynamics.rollout import Rollout
 from trajevo.formulation.cell.placement import BasePlacement
+from trajevo.formulation.cell.visited import Visited
 from trajevo.front.exchange_rates import ON_LIMIT, ExchangeRates, exchange_rates
 from trajevo.front.notebook import motion_frame, solution_html
 from trajevo.front.quantities import Quantities
@@ -91,6 +92,21 @@ class Solution:
     def base(self) -> BasePlacement | None:
         """Where the robot's base stands; None if it does not move, or where its problem cannot be made again."""
         return BasePlacement.of(self.rollout)
+
+    @cached_property
+    def visits(self) -> Visited | None:
+        """In which order and postures its points are visited; None if neither is chosen."""
+        return Visited.of(self.rollout, self.front.problem.interpolant)
+
+    @property
+    def order(self) -> tuple[int, ...] | None:
+        """Number of the point that is visited at each place, from 0; None if it is given."""
+        return self.visits.order if self.visits is not None and self.visits.free else None
+
+    @property
+    def postures(self) -> tuple[str, ...] | None:
+        """Name of the posture at each place, empty for joint positions; None if neither it nor the order is chosen."""
+        return None if self.visits is None else self.visits.postures
 
     @cached_property
     def known_to(self) -> Quantities:

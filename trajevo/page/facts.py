@@ -11,6 +11,7 @@ from trajevo.base.units import display, known_digits, pretty
 from trajevo.errors import TrajevoError
 from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, Run
+from trajevo.front.solution import Solution
 from trajevo.path.loads import told_loads
 from trajevo.robot.payload import LOAD_MODELS, Payload
 from trajevo.solvers.gradient.optimality import anchors_told
@@ -32,6 +33,17 @@ def known_values(front: Front, rows: Sequence[int], factors: Sequence[float]) ->
     """Objectives of rows of a front times factors from SI, with as many digits as are known of them."""
     values, known_to = (array * np.array(factors) for array in (front.F[list(rows)], front.known_to(rows)))
     return [list(map(known_digits, *pair)) for pair in zip(values.tolist(), known_to.tolist(), strict=True)]
+
+
+def visit_rows(solution: Solution) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Headers and rows of a table of the points as a solution visits them; no rows if nothing of that is chosen."""
+    found, front = solution.visits, solution.front
+    if found is None:
+        return (), []
+    times = front.problem.via_times(solution.x)[0]
+    rows = zip(range(len(times)), found.order, times.tolist(), found.postures, strict=True)
+    headers = ("place", "point", "at [s]", "posture")
+    return headers, [(str(k), str(point), f"{time:.4f}", posture or "as given") for k, point, time, posture in rows]
 
 
 def run_facts(front: Front, *, brief: bool = False) -> list[tuple[str, str]]:

@@ -17,7 +17,7 @@ from trajevo.front.front import Front, Solution
 from trajevo.front.notebook import small_pictures, told_base
 from trajevo.front.thinning import told_share
 from trajevo.page.explorer import explorer
-from trajevo.page.facts import brief, known_values, objective_headers, run_facts
+from trajevo.page.facts import brief, known_values, objective_headers, run_facts, visit_rows
 from trajevo.page.parts import THEME, figure, folded, static, table, viewer_licence
 from trajevo.plots.analyses import analyse
 from trajevo.plots.pictures import PAYLOAD_FIGURES, Picture, draw_all, written
@@ -111,6 +111,10 @@ def _sections(choices: Sequence[Solution], found: Mapping[str, Any], pictures: S
     wide = drawn.pop("front", "")
     notes = [f"<p>Note: {escape(note)}.</p>" for note in front.problem.notes]
     sections = ["<h2>Solutions</h2>", *notes, _choices_table(choices)]
+    headers, visits = visit_rows(choices[0])
+    if visits:
+        cells = [tuple(map(escape, row)) for row in visits]
+        sections += ["<h2>Points as the knee visits them</h2>", table(headers, cells, numbers=3)]
     if about_payload or found.get("carried"):
         sections += ["<h2>Payload</h2>", _payload(found.get("carried") or ()), _grid(about_payload)]
     sections += ["<h2>Limits at the knee</h2>", _limits_table(choices[0])]
@@ -146,11 +150,14 @@ def _choices_table(choices: Sequence[Solution]) -> str:
     headers = objective_headers(front)
     values = known_values(front, [one.index for one in choices], [factor for _, factor in headers])
     bases = [told_base(one) for one in choices]
+    orders = [one.visits.told_order if one.order is not None and one.visits is not None else "" for one in choices]
+    beside = [("base", bases), ("order", orders)]
+    told = [(title, texts) for title, texts in beside if any(texts)]
     rows = [
-        (escape(one.rule), *texts, str(one.index), *([escape(base)] if base else []), escape(one.reason))
-        for one, texts, base in zip(choices, values, bases, strict=True)
+        (escape(one.rule), *values[k], str(one.index), *(escape(texts[k]) for _, texts in told), escape(one.reason))
+        for k, one in enumerate(choices)
     ]
-    titles = ("solution", *(header for header, _ in headers), "row", *(["base"] if any(bases) else []), "why")
+    titles = ("solution", *(header for header, _ in headers), "row", *(title for title, _ in told), "why")
     return table(titles, rows, numbers=len(headers) + 1, chosen=0)
 
 

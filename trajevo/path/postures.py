@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from trajevo.base.arrays import Array, frozen, numbers
-from trajevo.errors import InvalidInputError
+from trajevo.errors import InvalidInputError, checked_name
 from trajevo.path.levenberg_marquardt import TOLERANCE, JointRanges, PostureSolver, check_search, rotation_matrix
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
@@ -57,6 +57,7 @@ def find_postures(
     rotation: Any,
     *,
     neighbours: Any = None,
+    free: str | None = None,
     worth: Callable[[Array], Array] | None = None,
     start: Sequence[float] | None = None,
     seed: int = 0,
@@ -76,6 +77,7 @@ def find_postures(
         positions: positions of the tool, shape (C, 3) [m].
         rotation: wanted rotation matrix for all positions, shape (3, 3); None for any orientation.
         neighbours: indices of the poses near each pose, shape (C, K), -1 for none; None if no pose has any.
+        free: axis of the tool about which it may be turned, ``"x"``, ``"y"`` or ``"z"``; None for none.
         worth: joint positions (P, n_joints) -> worth, shape (P,): neighbours are tried from the postures of greatest
             worth; all have the same worth if None.
         start: joint positions to begin with, shape (n_joints,) [rad or m]; the middle of the joint ranges if None.
@@ -84,6 +86,7 @@ def find_postures(
         tolerance: greatest error of position [m] and of orientation [rad].
 
     Raises:
+        UnknownNameError: another axis.
         InvalidInputError: shapes that do not fit, not a rotation matrix, or values that are not finite numbers.
     """
     wanted = numbers(positions, name="positions", shape=("C", 3))
@@ -94,7 +97,8 @@ def find_postures(
     kinematics = ToolKinematics.of(robot)
     ranges = JointRanges.of(robot, kinematics)
     begun = ranges.middle if start is None else numbers(start, name="start", shape=(robot.dof,))
-    solver = PostureSolver(kinematics, ranges, turned)
+    axis = None if free is None or turned is None else np.eye(3)["xyz".index(checked_name("free axis", free, "xyz"))]
+    solver = PostureSolver(kinematics, ranges, turned, axis)
     search = _Search(solver, wanted, near, worth or (lambda q: np.zeros(len(q))), begun, float(tolerance))
     return search.found(np.random.default_rng(seed), count)
 
@@ -128,8 +132,9 @@ class _Search:
         self.pose = np.zeros(0, dtype=np.int64)
         self.q, self.worths = np.zeros((0, len(self.start))), np.zeros(0)
         anywhere = self.solver.ranges.random(np.random.default_rng(0), 1)
-        free = self.solver.kinematics.jacobian(anywhere)[0, : 3 if self.solver.rotation is None else 6]
-        self.redundant = bool(np.linalg.matrix_rank(free) < free.shape[1])
+        held = self.solver.kinematics.jacobian(anywhere)[0, : 3 if self.solver.rotation is None else 6]
+        freedom = held.shape[1] - np.linalg.matrix_rank(held) + (self.solver.free is not None)
+        self.redundant = bool(freedom > 0)
         few, many = (_REDUNDANT_SWEEPS, _REDUNDANT_PASSED_ON), (_SWEEPS, _PASSED_ON)
         self.sweeps, self.passed_on = few if self.redundant else many
 

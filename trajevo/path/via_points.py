@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -88,18 +88,7 @@ class ViaPoints:
             raise InvalidInputError(
                 f"points: robot {robot.name!r} has {robot.dof} joints, got points of {points.n_joints} numbers"
             )
-        outside = np.argwhere((points.positions < robot.limits.lower) | (points.positions > robot.limits.upper))
-        if len(outside):
-            i, joint = (int(k) for k in outside[0])
-            unit, factor = display(robot.joint_units[joint], angle=angle)
-            low, value, high = (
-                factor * bound[joint] for bound in (robot.limits.lower, points.positions[i], robot.limits.upper)
-            )
-            raise InvalidInputError(
-                f"points: point {i} puts {robot.joint_names[joint]!r} at {value:.6g} {unit}, "
-                f"outside its range {low:.6g} to {high:.6g} {unit}"
-                f"{_likely_unit(value, low, high, unit)}"
-            )
+        check_within(robot, points.positions, range(len(points)), angle=angle)
         return points
 
     def on_limits(self, robot: Robot) -> tuple[OnLimit, ...]:
@@ -107,6 +96,30 @@ class ViaPoints:
         q, limits = self.positions, robot.limits
         found = np.argwhere(limits.range_used(q) >= 1.0 - ON_LIMIT).tolist()
         return tuple(OnLimit(k, j, bool(limits.upper[j] - q[k, j] <= q[k, j] - limits.lower[j])) for k, j in found)
+
+
+def check_within(robot: Robot, positions: Array, numbers_of: Sequence[int], *, angle: str = "rad") -> None:
+    """Refuse points outside the ranges of a robot's joints.
+
+    Args:
+        robot: the robot.
+        positions: joint positions, shape (N, n_joints) [rad or m].
+        numbers_of: number of each point, for the message.
+        angle: unit of angles in the message, ``"rad"`` or ``"deg"``.
+
+    Raises:
+        InvalidInputError: a point outside the range of a joint.
+    """
+    outside = np.argwhere((positions < robot.limits.lower) | (positions > robot.limits.upper))
+    if len(outside):
+        i, joint = (int(k) for k in outside[0])
+        unit, factor = display(robot.joint_units[joint], angle=angle)
+        low, value, high = (factor * bound[joint] for bound in (robot.limits.lower, positions[i], robot.limits.upper))
+        raise InvalidInputError(
+            f"points: point {numbers_of[i]} puts {robot.joint_names[joint]!r} at {value:.6g} {unit}, "
+            f"outside its range {low:.6g} to {high:.6g} {unit}"
+            f"{_likely_unit(value, low, high, unit)}"
+        )
 
 
 def _likely_unit(value: float, low: float, high: float, unit: str) -> str:

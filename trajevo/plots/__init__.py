@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from trajevo.plots.along_path import fronts, parameter, path
     from trajevo.plots.cell.base_map import base_map
+    from trajevo.plots.cell.visits import visits
     from trajevo.plots.chain import stick_figure
     from trajevo.plots.drives.energy import electrical_power, energy_uses
     from trajevo.plots.effort import (
@@ -65,6 +66,7 @@ _NAMES = {
         "workspace_capacity",
     ),
     "cell.base_map": ("base_map",),
+    "cell.visits": ("visits",),
     "chain": ("stick_figure",),
     "rivals": ("plot_rivals",),
     "robots.fronts": ("robot_fronts",),
@@ -117,6 +119,7 @@ __all__ = [
     "tool_path",
     "tracking_error",
     "uncertainty_price",
+    "visits",
     "weight_map",
     "what_binds",
     "workspace_capacity",

@@ -69,7 +69,7 @@ PAYLOAD_FIGURES = (
 )
 
 #: File stems of the views in space, which show what other pictures and tables tell too.
-VIEWS = ("front_3d", "tool_path")
+VIEWS = ("front_3d", "tool_path", "visits")
 
 #: Dots per inch of a picture for the screen; of a page wide it has 1,339 of them side by side.
 _RESOLUTION = 200
@@ -96,6 +96,7 @@ FIGURES = (
     "path",
     "parameter",
     "tool_path",
+    "visits",
     "rivals",
     *PAYLOAD_FIGURES,
 )
@@ -304,6 +305,9 @@ def _drawings(front: Front, analyses: Mapping[str, Any], width: Width | None = N
         )
     elif front.problem.robot.has_body:
         yield "tool_path", "Path of the tool at the knee", lambda: plots.tool_path(knee, **as_wide).figure
+        if knee.visits is not None:
+            caption = "Points by their numbers as the knee visits them, and its posture at each"
+            yield "visits", caption, lambda: plots.visits(knee, **as_wide).figure
     if along:
         caption, named = "The path's parameter over time", {choice.rule: choice for choice in front.choices()}
         yield "parameter", caption, lambda: plots.parameter(named, **as_wide).figure

@@ -132,6 +132,18 @@ class ToolKinematics:
         """
         return self._walk(self._checked(q, "q"))[:2]
 
+    def joint_lines(self, q: Array) -> tuple[Array, Array]:
+        """Where the axes of the joints lie in the base frame.
+
+        Args:
+            q: joint positions, shape (..., n_joints) [rad or m]; complex ones stay complex.
+
+        Returns:
+            A point of every axis [m] and its unit direction, shape (..., C, 3) each.
+        """
+        _, _, origins, axes = self._walk(self._checked(q, "q"))
+        return np.stack(origins, axis=-2), np.stack(axes, axis=-2)
+
     def origins(self, q: Array) -> Array:
         """Origins of the joints that carry the tool, from the base on, and of the tool.
 

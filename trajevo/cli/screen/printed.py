@@ -22,7 +22,7 @@ from trajevo.formulation.constraints.motion_limits import via_errors
 from trajevo.formulation.objectives import NAMED_OBJECTIVES
 from trajevo.formulation.registry import list_problems, problem_class
 from trajevo.front.front import Front, Solution
-from trajevo.page.facts import known_values, objective_headers, run_facts
+from trajevo.page.facts import known_values, objective_headers, run_facts, visit_rows
 from trajevo.robot.joints import position_unit
 from trajevo.robot.locate import list_example_robots, list_robots
 from trajevo.robot.robot import Robot, load_robot
@@ -150,12 +150,17 @@ def _print_choices(
     alike = _alike(shares)
     header, closest = _closest([{name: one[name] for name in one if name not in alike} for one in shares])
     told = [header.format("closest other limit" if alike else "closest limit")] if header else []
-    table = Listing("solution", *(header for header, _ in headers), *passed, *told)
+    ordered = ["order"] if any(one.order is not None for one in choices) else []
+    table = Listing("solution", *(header for header, _ in headers), *ordered, *passed, *told)
     values = known_values(front, rows, [factor for _, factor in headers])
     for k, solution in enumerate(choices):
         errors = [f"{missed[k].max():.3g}"] if passed else []
-        table.add(solution.rule, *values[k], *errors, *([closest[k]] if told else []))
+        order = [] if not ordered or solution.visits is None else [solution.visits.told_order]
+        table.add(solution.rule, *values[k], *order, *errors, *([closest[k]] if told else []))
     out.print(table)
+    titles, rows_of_visits = visit_rows(choices[0])
+    if rows_of_visits:
+        out.print(_table(f"Points as {choices[0].rule} visits them", titles, rows_of_visits))
     if alike:
         said = ", ".join(f"{name} at {100.0 * share:.1f} %" for name, share in alike.items())
         out.print(f"the same for all of them: {said} of the limit")

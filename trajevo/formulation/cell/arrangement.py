@@ -33,6 +33,11 @@ class Arrangement(ABC):
 
     @property
     @abstractmethod
+    def still(self) -> Array:
+        """Whether a place has the same joint positions in all arrangements, shape (K,)."""
+
+    @property
+    @abstractmethod
     def positions(self) -> Array:
         """Positions of the tool at the points, in the given order and in the cell, shape (K, 3) [m]."""
 

@@ -111,6 +111,11 @@ class MovingBase(Arrangement):
         """The first branch of every pose at the known base, shape (K, n_joints) [rad or m]."""
         return self.solutions[:, 0]
 
+    @property
+    def still(self) -> Array:
+        """None of the points: all of them move against the base."""
+        return np.zeros(len(self.solutions), dtype=bool)
+
     def bases(self, columns: Array) -> Array:
         """Displacements of columns, (B, n_variables) -> (B, 4) [m, m, m, rad]."""
         bases = np.tile(self.box.lower, (len(columns), 1)).astype(columns.dtype)

@@ -9,7 +9,7 @@ from typing import Any, final
 
 import numpy as np
 
-from trajevo.base.arrays import Array
+from trajevo.base.arrays import Array, numbers
 from trajevo.base.plain import plain_data
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
@@ -18,11 +18,15 @@ from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
 from trajevo.formulation.cell.moving_base import MovingBase, check_gravity, placed_targets
 from trajevo.formulation.cell.tracking import PoseTargets, tracked
+from trajevo.formulation.cell.visits import POSTURES, StillCell, Visits, still_branches
 from trajevo.formulation.constraints.scene import Scene
+from trajevo.path.choices.branches import MOST_STATES, Branches, branches_of, reached
+from trajevo.path.choices.orders import FreeOrder
+from trajevo.path.choices.travel_times import TravelTimes
 from trajevo.path.inverse_kinematics import Pose, inverse_kinematics
 from trajevo.path.levenberg_marquardt import JointRanges
 from trajevo.path.point_files import read_points
-from trajevo.path.via_points import ViaPoints
+from trajevo.path.via_points import SAME_POINT, ViaPoints, check_within
 from trajevo.robot.files.cell import base_of
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot
@@ -42,15 +46,17 @@ class VariedCell:
 
     Attributes:
         arrangement: columns of decision vectors -> points.
-        points: settings of the poses of the tool that are visited.
-        base: settings of the base.
-        box: where the base may stand.
+        points: settings of the points that are visited: poses of the tool or joint positions.
+        settings: arguments of the problem that say what varies.
+        box: where the base may stand; None if it stays.
+        order: which points may be visited in any order; None if their order is given.
     """
 
     arrangement: Arrangement
-    points: tuple[dict[str, Any], ...]
-    base: dict[str, Any]
-    box: BaseBox
+    points: tuple[Any, ...]
+    settings: dict[str, Any]
+    box: BaseBox | None = None
+    order: FreeOrder | None = None
 
     __repr__ = brief
 
@@ -60,7 +66,7 @@ class VariedCell:
         return ViaPoints(self.arrangement.nominal)
 
     def check_beside(self, given: Mapping[str, Any]) -> None:
-        """Refuse arguments that mean joint positions, which differ from base to base, or fixed places in the cell.
+        """Refuse arguments that mean joint positions, which differ from motion to motion, or places in the cell.
 
         Args:
             given: values by the names of the arguments; what is empty is not given.
@@ -69,11 +75,20 @@ class VariedCell:
             InvalidInputError: one is given.
         """
         for name, value in given.items():
-            if value is not None and value is not False and value != 0 and value != () and value != []:
+            if value is None or value is False or value == 0 or value in ((), []):
+                continue
+            if self.box is not None:
                 raise InvalidInputError(f"{name}: expected none where the base moves, {_BESIDE[name]}")
+            ways = isinstance(value, list | tuple) and all(
+                (isinstance(one, Mapping) and "tool" not in one) or getattr(one, "tool", "way") is None for one in value
+            )
+            if name in _BESIDE_VISITS and not (name == "segments" and ways):
+                raise InvalidInputError(
+                    f"{name}: expected none where postures or the order are chosen, {_BESIDE_VISITS[name]}"
+                )
 
     def check_limits(self, parameters: Mapping[str, Any]) -> None:
-        """Refuse limits in the robot's frame that a moving base would move.
+        """Refuse limits in the robot's frame that a moving base would move, or that given postures are needed for.
 
         Args:
             parameters: values of the parameters of limits by name.
@@ -82,10 +97,13 @@ class VariedCell:
             InvalidInputError: one is given.
         """
         if parameters.get("overshoot") is not None:
+            what = "the base moves" if self.box is not None else "postures or the order are chosen"
             raise InvalidInputError(
-                "overshoot: expected none where the base moves, as it is measured from the range of the points' joint "
-                "positions, which differ from base to base"
+                f"overshoot: expected none where {what}, as it is measured from the range of the points' joint "
+                f"positions, which differ from motion to motion"
             )
+        if self.box is None:
+            return
         scene = parameters.get("scene")
         moving = [] if scene is None else [one.name for one in Scene.of(scene).moving]
         if moving:
@@ -110,34 +128,146 @@ _BESIDE = {
     "turns": "as points are poses, each reached by the posture nearest to the one before",
 }
 
+#: The same where postures or the order of visits are chosen.
+_BESIDE_VISITS = {
+    "moving": "as boxes lie around joint positions of one posture",
+    "segments": "as lines and arcs of the tool are laid through joint positions of one posture; upright can be asked",
+    "cyclic": "as the seam is closed at one posture; repeat the first point at the end, where the motion rests",
+    "pace": "as it goes along points of one order",
+    "extra_points": "as free points lie between points of one order",
+    "bspline": "as its control points lie between points of one order",
+}
 
-def varied_cell(base: Any, points: Any, robot: Robot) -> VariedCell | None:
+
+def varied_cell(
+    base: Any,
+    points: Any,
+    robot: Robot,
+    *,
+    order: Any = None,
+    postures: str | None = None,
+    turns: str = "as_written",
+    angle: str = "rad",
+) -> VariedCell | None:
     """The cell of a problem, or None if nothing in it varies.
 
     Args:
         base: None, or a mapping with ``moving``, the ranges of the base, see :meth:`BaseBox.of`.
-        points: poses of the tool, or a file of such.
+        points: the points, poses of the tool where the base moves, or a file of such.
         robot: the robot; its base is at the given place.
+        order: which points may be visited in any order, see :meth:`FreeOrder.of`; None if they are in order.
+        postures: how postures are chosen, one of :data:`~trajevo.formulation.cell.visits.POSTURES`; if None, each
+            nearest to the one before, or the best of all for each order.
+        turns: ``"shortest"`` if joint positions may be reached by whole turns.
+        angle: unit of angles in messages, ``"rad"`` or ``"deg"``.
 
     Raises:
         UnknownNameError: another key.
-        UnreachableError: no base in the box reaches all poses; the message names the nearest miss.
+        UnreachableError: a pose that the tool cannot take, or no base in the box reaches all poses; the message names
+            the nearest miss.
         InvalidInputError: points that are no poses, ranges that cannot be used, or a robot without a body.
     """
-    if base is None:
+    way = (
+        checked_name("postures", postures, POSTURES) if postures is not None else "nearest" if order is None else "best"
+    )
+    if base is None and order is None and way == "nearest":
         return None
+    told, given = points_of(points, robot, angle) if base is None else poses_of(points, robot)
+    free = FreeOrder.of(order, len(given))
+    said: dict[str, Any] = {}
+    home, box, origin = np.zeros(4), None, np.zeros(3)
+    if base is None:
+        nearest = reached(robot, given)
+    else:
+        box = _box(base)
+        robot.check_body("a moving base")
+        check_gravity(np.array(robot.model.gravity.linear), box)
+        origin = base_of(robot.description()).position
+        home, nearest = _home(robot, given, box, origin)
+        said["base"] = {"moving": box.settings}
+    if free is None and way == "nearest":
+        inner = _inner(robot, given, box, home, nearest[:, None], origin)
+        return VariedCell(inner, told, said, box)
+    said |= {} if free is None else {"order": free.settings}
+    said |= {} if postures is None else {"postures": postures}
+    seen = given if box is None else _seen(given, home, origin)
+    branches = choice_of_states(robot, seen, nearest, way=way, turns=turns == "shortest", ordered=free is None)
+    inner = _inner(robot, given, box, home, still_branches(branches), origin)
+    visits = Visits(inner, branches, TravelTimes.of(robot), free, way == "all")
+    _check_apart(visits.nominal, visits.tour.order)
+    return VariedCell(visits, told, said, box, free)
+
+
+def _box(base: Any) -> BaseBox:
     if not isinstance(base, Mapping) or not base:
         raise InvalidInputError(f"base: expected a mapping with moving, the ranges of the base, got {base!r}")
     for key in base:
         checked_name("key of base", key, ("moving",))
-    box = BaseBox.of(base["moving"])
-    robot.check_body("a moving base")
-    check_gravity(np.array(robot.model.gravity.linear), box)
-    told, poses = poses_of(points, robot)
-    origin = base_of(robot.description()).position
-    home, q = _home(robot, poses, box, origin)
-    moving = MovingBase(ToolKinematics.of(robot), poses, box, home, q[:, None], origin)
-    return VariedCell(moving, told, {"moving": box.settings}, box)
+    return BaseBox.of(base["moving"])
+
+
+def _inner(
+    robot: Robot, given: Sequence[Any], box: BaseBox | None, home: Array, solutions: Array, origin: Array
+) -> Arrangement:
+    """Where each branch of each point lies: always at the same joint positions, or followed as the base moves."""
+    if box is None:
+        nowhere = np.full((len(solutions), 3), np.nan)
+        return StillCell(solutions, robot.tool_poses(solutions[:, 0])[0] if robot.has_body else nowhere)
+    return MovingBase(ToolKinematics.of(robot), given, box, home, solutions, origin)
+
+
+def choice_of_states(
+    robot: Robot, points: Sequence[Any], nearest: Array, *, way: str, turns: bool, ordered: bool
+) -> tuple[Branches, ...]:
+    """The states among which each point is reached; one for each if postures are nearest."""
+    if way == "nearest":
+        return tuple(branches_of(robot, list(nearest), nearest, turns=turns))
+    most = MOST_STATES if ordered else MOST_STATES // 2
+    return branches_of(robot, points, nearest, most=most, turns=turns)
+
+
+def _check_apart(positions: Array, order: Array) -> None:
+    """Refuse two points at one place that follow one another."""
+    for k in range(1, len(positions)):
+        if np.abs(positions[k] - positions[k - 1]).max() <= SAME_POINT:
+            raise InvalidInputError(
+                f"points: points {order[k - 1]} and {order[k]} are the same, and the best order visits them one after "
+                "the other; expected different ones"
+            )
+
+
+def points_of(points: Any, robot: Robot, angle: str) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Points that are visited, as settings, and as poses or joint positions.
+
+    Raises:
+        InvalidInputError: fewer than two, or a point that is neither; the message names it.
+    """
+    if isinstance(points, ViaPoints):
+        points = points.positions
+    if isinstance(points, str | Path):
+        points, angle = read_points(points, robot)
+    if points is None or not isinstance(points, Sequence | np.ndarray) or len(points) < 2:
+        raise InvalidInputError(f"points: expected at least 2 points, got {points!r}")
+    told: list[Any] = []
+    found: list[Any] = []
+    for k, point in enumerate(points):
+        if isinstance(point, Pose | Mapping):
+            told.append(point.settings if isinstance(point, Pose) else plain_data(f"points: point {k}", point))
+            found.append(_pose(k, told[-1]))
+        else:
+            row = numbers(point, name=f"points: point {k}", shape=(robot.dof,))
+            told.append(row.tolist())
+            found.append(row)
+    rows = np.array([row for row in found if not isinstance(row, Pose)]).reshape(-1, robot.dof)
+    check_within(robot, rows, [k for k, row in enumerate(found) if not isinstance(row, Pose)], angle=angle)
+    return tuple(told), tuple(found)
+
+
+def _pose(k: int, told: Mapping[str, Any]) -> Pose:
+    try:
+        return Pose.of(told)
+    except TrajevoError as error:
+        raise InvalidInputError(f"points: point {k}: {error}") from error
 
 
 def poses_of(points: Any, robot: Robot) -> tuple[tuple[dict[str, Any], ...], tuple[Pose, ...]]:
@@ -158,12 +288,7 @@ def poses_of(points: Any, robot: Robot) -> tuple[tuple[dict[str, Any], ...], tup
                 "the tool somewhere else from every base"
             )
         told.append(point.settings if isinstance(point, Pose) else plain_data(f"points: point {k}", point))
-    poses = []
-    for k, one in enumerate(told):
-        try:
-            poses.append(Pose.of(one))
-        except TrajevoError as error:
-            raise InvalidInputError(f"points: point {k}: {error}") from error
+    poses = [_pose(k, one) for k, one in enumerate(told)]
     for k in range(1, len(poses)):
         if told[k] == told[k - 1]:
             raise InvalidInputError(f"points: point {k} repeats point {k - 1}; consecutive points must differ")

@@ -8,6 +8,7 @@ joint positions times the motion of their indicator.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -117,6 +118,20 @@ class VariedPoints(Interpolant):
         whole = _polynomials(self._inner(rows[:, :count]), self.kind)
         coefficients = np.einsum("bkj,bskd->bsjd", arranged.points, whole.coefficients)
         return PolynomialBatch(whole.breaks, coefficients), arranged
+
+    @cached_property
+    def leg_of(self) -> Array:
+        """Number of the leg between two points to which each variable alone belongs, else -1, shape (n_variables,)."""
+        own = self._inner.variables
+        low, high = (np.array([getattr(each, end) for each in own]) for end in ("lower", "upper"))
+        corners = np.vstack([low, low + np.diag(0.5 * (high - low)), 0.5 * (low + high)])
+        spans = np.diff(self._inner.via_times(corners), axis=1)
+        changes = np.abs(spans[1 : 1 + len(own)] - spans[0]) > _ROUNDING * np.abs(spans).max()
+        linear = np.abs(spans[-1] - spans[0] - (spans[1 : 1 + len(own)] - spans[0]).sum(axis=0)).max()
+        alone = (changes.sum(axis=1) == 1) & (linear <= _ROUNDING * np.abs(spans).max())
+        found = np.full(len(self.variables), -1)
+        found[: len(own)] = np.where(alone, changes.argmax(axis=1), -1)
+        return found
 
     def arranged(self, x: Array) -> Arranged:
         """The arrangement alone for decision vectors of shape (B, n_variables)."""

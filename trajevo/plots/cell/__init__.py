@@ -1,1 +1,1 @@
-"""Pictures of cells that vary: where the robot should stand."""
+"""Pictures of a cell: where its robot stands, and in which order and how its points are visited."""

@@ -24,6 +24,7 @@ from trajevo.base.arrays import Array
 from trajevo.base.plain import from_json
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.search import MOST_INDIVIDUALS
+from trajevo.solvers.evolutionary.choices import ChoiceCrossover, ChoiceMutation
 from trajevo.solvers.evolutionary.kinds import KINDS, class_of
 
 #: Attributes that only show the progress of an algorithm and do not affect its result.
@@ -35,6 +36,8 @@ _KINDS_OF_NOTES = {"rank": "i", "crowding": "f", "n_gen": "i", "n_iter": "i"}
 _OPERATORS: dict[str, tuple[type, tuple[str, ...]]] = {
     "SBX": (SBX, ("prob", "eta", "prob_var", "prob_exch", "prob_bin")),
     "PM": (PM, ("prob", "eta", "prob_var", "at_least_once")),
+    "ChoiceCrossover": (ChoiceCrossover, ("prob", "eta")),
+    "ChoiceMutation": (ChoiceMutation, ("prob", "eta", "prob_var", "order", "posture")),
 }
 _NORMALISATION = ("ideal_point", "worst_point", "nadir_point", "extreme_points")
 

@@ -18,6 +18,7 @@ from trajevo.base.shown.brief import brief
 from trajevo.errors import InvalidInputError
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.formulation.search import DEFAULT_STARTS, OF_ALGORITHM, USUAL, Search
+from trajevo.solvers.evolutionary.choices import ChoiceCrossover, ChoiceMutation, choices_of
 from trajevo.solvers.evolutionary.kinds import class_of
 
 
@@ -49,29 +50,37 @@ def _nsga2(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
     from pymoo.operators.crossover.sbx import SBX
     from pymoo.operators.mutation.pm import PM
 
+    crossover, mutation = (SBX, PM) if choices_of(problem) is None else (ChoiceCrossover, ChoiceMutation)
     return class_of("ArrayNSGA2")(
         pop_size=own["population"],
         n_offsprings=own["offsprings"],
-        crossover=SBX(prob=own["crossover_probability"], eta=own["crossover_index"]),
-        mutation=PM(prob=1.0, prob_var=own["mutation_probability"], eta=own["mutation_index"]),
+        crossover=crossover(prob=own["crossover_probability"], eta=own["crossover_index"]),
+        mutation=mutation(prob=1.0, prob_var=own["mutation_probability"], eta=own["mutation_index"]),
     )
 
 
+def _operators(problem: TrajectoryProblem) -> dict[str, Any]:
+    """Operators of an algorithm that are not pymoo's own, which know nothing of variables that choose."""
+    return {} if choices_of(problem) is None else {"crossover": ChoiceCrossover(), "mutation": ChoiceMutation()}
+
+
 def _of_size(kind: str, problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
-    return class_of(kind)(pop_size=own["population"], n_offsprings=own["offsprings"])
+    return class_of(kind)(pop_size=own["population"], n_offsprings=own["offsprings"], **_operators(problem))
 
 
 def _along_directions(kind: str, problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
     """An algorithm that follows the reference directions of Das and Dennis, see :func:`reference_directions`."""
     directions = reference_directions(problem.n_obj, own["population"])
-    return class_of(kind)(pop_size=own["population"], n_offsprings=own["offsprings"], ref_dirs=directions)
+    sizes = {"pop_size": own["population"], "n_offsprings": own["offsprings"]}
+    return class_of(kind)(**sizes, ref_dirs=directions, **_operators(problem))
 
 
 def _moead(problem: TrajectoryProblem, own: dict[str, Any]) -> Algorithm:
     """MOEA/D, which has one individual for each reference direction and at most as many offspring."""
     directions = reference_directions(problem.n_obj, own["population"])
     most = min(own["offsprings"], len(directions))
-    return class_of("ConstrainedMOEAD")(pop_size=len(directions), n_offsprings=most, ref_dirs=directions)
+    sizes = {"pop_size": len(directions), "n_offsprings": most}
+    return class_of("ConstrainedMOEAD")(**sizes, ref_dirs=directions, **_operators(problem))
 
 
 #: Algorithms by name.

@@ -22,6 +22,8 @@ from trajevo.front.front import Front
 from trajevo.front.records import ProblemRecord, VariableRecord
 from trajevo.robot.payload import Payload
 from trajevo.solvers.evolutionary.algorithms import Chosen
+from trajevo.solvers.evolutionary.choices import choices_of
+from trajevo.solvers.evolutionary.order_search import OrderSearch
 from trajevo.solvers.evolutionary.stretching import Limits, Stretching, in_seconds
 from trajevo.solvers.gradient.sqp import random_starts
 
@@ -38,6 +40,9 @@ _TRIES = 12
 #: How near the plain motion the populations of a round of tries are: where it keeps the limits small departures do, and
 #: where it leaves a joint's range only great ones help.
 _NEAR = (1.0, None, 0.25, None, 0.0625, None)
+
+#: Share of the individuals that are the best choices found, where variables choose, as fast as the limits allow.
+_BEST = 0.1
 
 #: Difference of two paths that counts as rounding [rad or m].
 _ROUNDING = 1e-9
@@ -187,12 +192,19 @@ def _stretched_population(
     limits = Limits(problem)
     stretching = Stretching.of(limits)
     X, worst = np.empty((0, problem.n_var)), np.empty(0)
+    choices = choices_of(problem)
+    search = None if choices is None else OrderSearch(problem, choices).run(generator)
+    if search is not None:  # the best choices as fast as they can be, whatever is drawn
+        X, G = stretching.mended(search.x[: max(1, round(_BEST * size))], quicker=True)
+        worst = np.maximum(G, 0.0).max(axis=1, initial=0.0)
     for again in range(_TRIES):
         # Two more coordinates: how much the times of an individual differ, and how slow it is.
         unit = _drawn(problem.n_var + 2, size, starts, generator)
         slow = unit[:, -1]
         level = slow if starts == "stretched" else 0.5 + 0.0 * slow
         drawn = _of_ratios(problem, unit[:, :-2], unit[:, -2], level, near_plain=_NEAR[again % len(_NEAR)])
+        if search is not None:
+            drawn = search.begun(drawn, generator)
         found, G = stretching.mended(drawn, quicker=starts != "stretched")
         if starts == "spread":
             found, G = stretching.slowed(found, G, slow)
