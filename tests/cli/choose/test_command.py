@@ -55,7 +55,10 @@ def test_mistakes(tmp_path):
     for arguments, says in (
         (("--robots", "ur6"), "error: robots: ur6: unknown robot 'ur6'; did you mean 'ur5'"),
         (("--robots", ","), "error: robots: expected at least one robot to choose from, got an empty list"),
-        (("--robots", "arms/"), "error: robots: arms: "),
+        (
+            ("--robots", "arms/"),
+            "error: robots: expected a list of robots, or a folder with catalogue.toml, got arms/: no ",
+        ),
         (("--within", "-1"), "error: within: expected a positive time [s], got -1.0"),
         (("--dask", "--start-method", "fork"), "error: --start-method: Dask starts its workers itself"),
         (("--population", "1"), "error: --population"),

@@ -22,7 +22,7 @@ from trajevo.path.levenberg_marquardt import TOLERANCE, JointRanges, PostureSolv
 from trajevo.path.point_files import read_points
 from trajevo.robot.kinematics import ToolKinematics
 from trajevo.robot.robot import Robot, robot_of
-from trajevo.study.robots.asked import Asked
+from trajevo.study.robots.asked import RobotTask
 from trajevo.study.robots.catalogue import Candidate
 
 #: Random starts of the search for the posture that comes nearest to a pose, and their seed.
@@ -73,7 +73,7 @@ class Ability:
     __repr__ = brief
 
 
-def abilities(asked: Asked) -> tuple[Ability, ...]:
+def abilities(asked: RobotTask) -> tuple[Ability, ...]:
     """What is known of every robot before a search, in milliseconds each.
 
     Args:
@@ -103,7 +103,7 @@ def abilities(asked: Asked) -> tuple[Ability, ...]:
     return tuple(found)
 
 
-def problem_for(candidate: Candidate, asked: Asked) -> TrajectoryProblem:
+def problem_for(candidate: Candidate, asked: RobotTask) -> TrajectoryProblem:
     """The task as a problem of one robot.
 
     Args:
@@ -131,7 +131,7 @@ def _cause(error: BaseException) -> BaseException:
     return error if inner is None else inner
 
 
-def _loaded(candidate: Candidate, asked: Asked) -> Robot:
+def _loaded(candidate: Candidate, asked: RobotTask) -> Robot:
     """The robot with the limits of the task and its own."""
     shared = asked.content.get("limits", {})
     limits = {**shared, **candidate.robot.get("limits", {})}
@@ -156,9 +156,10 @@ def _able(candidate: Candidate, problem: TrajectoryProblem) -> Ability:
     return Ability(candidate, problem, impossible[0].kind, "; ".join(map(str, impossible)))
 
 
-def _unreached(candidate: Candidate, robot: Robot, asked: Asked, error: BaseException) -> Ability:
-    misses = tuple(one for one in nearest_misses(robot, _poses(robot, asked)) if _is_missed(one))
-    if not misses:  # a line or an arc between points that it reaches, or a posture that it leaves
+def _unreached(candidate: Candidate, robot: Robot, asked: RobotTask, error: BaseException) -> Ability:
+    moves = "base" in asked.content  # from the given place alone a miss tells little
+    misses = () if moves else tuple(one for one in nearest_misses(robot, _poses(robot, asked)) if _is_missed(one))
+    if not misses:  # also a line or an arc between points that it reaches, or a posture that it leaves
         return Ability(candidate, None, "reach", str(error).removeprefix(f"{candidate.name}: "))
     return Ability(candidate, None, "reach", f"misses {', '.join(map(str, misses))}", misses)
 
@@ -167,7 +168,7 @@ def _is_missed(one: Miss) -> bool:
     return max(one.distance, one.angle) > TOLERANCE
 
 
-def _poses(robot: Robot, asked: Asked) -> Sequence[Pose | Mapping[str, Any]]:
+def _poses(robot: Robot, asked: RobotTask) -> Sequence[Pose | Mapping[str, Any]]:
     """The poses of a task's points."""
     content = dict(asked.content) | {"robot": "any"}
     settings = validated(task_model(), content, Places(asked.folder / "task.toml", {}))

@@ -29,7 +29,7 @@ _OF_POSES = {"x", "y", "z"}
 
 @final
 @dataclass(frozen=True)
-class Asked:
+class RobotTask:
     """A task for several robots.
 
     Attributes:
@@ -59,7 +59,7 @@ class Asked:
         return next((one.currency for one in self.candidates if one.currency), "")
 
 
-def asked_of(task: str | Path | Mapping[str, Any], robots: Any = None) -> Asked:
+def asked_of(task: str | Path | Mapping[str, Any], robots: Any = None) -> RobotTask:
     """A task with robots to choose from.
 
     Args:
@@ -87,7 +87,7 @@ def asked_of(task: str | Path | Mapping[str, Any], robots: Any = None) -> Asked:
     _check_shared(settings, folder, places)
     candidates = _candidates(settings, robots, folder, places)
     _check_told(settings.objectives, candidates, places)
-    return Asked(
+    return RobotTask(
         content=_of_motions(content, settings, places),
         folder=folder,
         title=settings.name or ("task" if isinstance(task, Mapping) else places.file.stem),

@@ -123,9 +123,9 @@ def _catalogue(given: str | Path, folder: Path) -> list[Candidate]:
         return found
     if not place.is_dir():
         listed = f"; one robot is written as a list, [{str(given)!r}]" if len(Path(given).parts) == 1 else ""
+        got = f"the file {given}" if place.exists() else no_such_file(place, "folder").replace(str(place), str(given))
         raise InvalidInputError(
-            f"robots: expected a list of robots, or a folder with {CATALOGUE_FILE}, got "
-            f"{no_such_file(place, 'folder') if not place.exists() else place}{listed}"
+            f"robots: expected a list of robots, or a folder with {CATALOGUE_FILE}, got {got}{listed}"
         )
     robots = sorted(one for one in place.iterdir() if (one / "robot.toml").is_file() or _is_file_of_robot(one))
     if not robots:

@@ -22,7 +22,7 @@ from trajevo.front.selection import rows_of
 from trajevo.study.robots.ability import Miss
 from trajevo.study.robots.asked import OF_ROBOTS
 from trajevo.study.robots.catalogue import Candidate
-from trajevo.study.robots.largest import Carried
+from trajevo.study.robots.largest import RobotPayload
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -72,7 +72,7 @@ class ComparedRobot:
     F: Array
     best: Array
     beaten_by: tuple[str, ...]
-    carried: Carried | None
+    carried: RobotPayload | None
     seed: int
     cell: str
 

@@ -28,9 +28,9 @@ from trajevo.study.folder import StudyFolder
 from trajevo.study.jobs import SEARCH, Job
 from trajevo.study.record import Level, StudyRecord, TaskContent
 from trajevo.study.robots.ability import Ability, abilities
-from trajevo.study.robots.asked import OF_ROBOTS, Asked, asked_of
+from trajevo.study.robots.asked import OF_ROBOTS, RobotTask, asked_of
 from trajevo.study.robots.choice import ComparedRobot, RobotChoice, State, beaten
-from trajevo.study.robots.largest import Carried, largest_payloads
+from trajevo.study.robots.largest import RobotPayload, largest_payloads
 from trajevo.study.run import StudyStanding, run_study
 
 #: The factor of such a study.
@@ -100,7 +100,7 @@ def _check_within(within: float | None) -> None:
         raise InvalidInputError(f"within: expected a positive time [s], got {within!r}")
 
 
-def _study(asked: Asked, known: Sequence[Ability], seed: int | None, search: Mapping[str, Any]) -> Study | None:
+def _study(asked: RobotTask, known: Sequence[Ability], seed: int | None, search: Mapping[str, Any]) -> Study | None:
     """The study of all robots that may be able to do the task; None if there are none."""
     able = [one.candidate for one in known if one.problem is not None and not one.stopped_by]
     if not able:
@@ -145,7 +145,7 @@ def _fronts(study: Study, folder: Path) -> dict[str, Front]:
 
 def _carried(
     study: Study, folder: Path, standing: StudyStanding | None, within: float | None, engine: Engine
-) -> dict[str, Carried]:
+) -> dict[str, RobotPayload]:
     """The largest payloads of the robots, by their names; none of an interrupted study."""
     if standing is None or standing.stopped_by:
         return {}
@@ -158,12 +158,12 @@ def _carried(
 
 
 def _compared(
-    asked: Asked,
+    asked: RobotTask,
     known: Sequence[Ability],
     study: Study | None,
     standing: StudyStanding | None,
     fronts: Mapping[str, Front],
-    carried: Mapping[str, Carried],
+    carried: Mapping[str, RobotPayload],
     within: float | None,
 ) -> RobotChoice:
     """All that is known of the robots, put together."""
@@ -214,7 +214,7 @@ def _state(known: Ability, front: Front | None, cell: Any, by: tuple[str, ...], 
     return ("best", "", "") if best.any() else ("beaten", "", beaten(by))
 
 
-def _objectives(asked: Asked, problem: TrajectoryProblem | None) -> tuple[ObjectiveRecord, ...]:
+def _objectives(asked: RobotTask, problem: TrajectoryProblem | None) -> tuple[ObjectiveRecord, ...]:
     """Records of all objectives in the order of the task; without a unit where no problem could be made."""
     of_motions = iter(() if problem is None else problem.objectives)
     units = {"price": asked.currency or "1", "mass": "kg"}
@@ -229,7 +229,7 @@ def _objectives(asked: Asked, problem: TrajectoryProblem | None) -> tuple[Object
     return tuple(found)
 
 
-def _heaviest(known: Sequence[Ability], asked: Asked) -> tuple[Mapping[str, float], tuple[str, ...]]:
+def _heaviest(known: Sequence[Ability], asked: RobotTask) -> tuple[Mapping[str, float], tuple[str, ...]]:
     """By how much each robot's unused payload counts from the greatest mass of all robots [kg], and a note on it.
 
     Each robot's own is measured from the greatest mass that it can hold itself, and so cannot be compared.
@@ -249,7 +249,7 @@ def _heaviest(known: Sequence[Ability], asked: Asked) -> tuple[Mapping[str, floa
     return {name: greatest - mass for name, mass in most.items()}, () if alike else (note,)
 
 
-def _values(known: Ability, front: Front | None, asked: Asked, heaviest: Mapping[str, float]) -> Array:
+def _values(known: Ability, front: Front | None, asked: RobotTask, heaviest: Mapping[str, float]) -> Array:
     """All objectives of a robot's front, shape (N, n_obj), N = 0 without one."""
     if front is None or not len(front):
         return np.empty((0, len(asked.objectives)))

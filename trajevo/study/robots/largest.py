@@ -23,7 +23,7 @@ from trajevo.study.jobs import Job
 PAYLOAD_FILE = "largest_payload.json"
 
 
-class Carried(Record):
+class RobotPayload(Record):
     """The largest payload of one robot at the task.
 
     Attributes:
@@ -46,7 +46,7 @@ class Carried(Record):
         return "not known" if self.mass is None else f"{self.mass:.3f}"
 
 
-class Asking(TypedDict):
+class PayloadJob(TypedDict):
     """What a worker needs to find the largest payload of a robot: its cell, the study's folder, and a time [s]."""
 
     job: Job
@@ -54,7 +54,9 @@ class Asking(TypedDict):
     within: float | None
 
 
-def largest_payloads(jobs: Sequence[Job], folder: Path, *, within: float | None, engine: Engine) -> dict[str, Carried]:
+def largest_payloads(
+    jobs: Sequence[Job], folder: Path, *, within: float | None, engine: Engine
+) -> dict[str, RobotPayload]:
     """The largest payload of the robot of each cell, by the cell's name; what is in the folder is not computed again.
 
     Args:
@@ -64,13 +66,13 @@ def largest_payloads(jobs: Sequence[Job], folder: Path, *, within: float | None,
         engine: what computes them.
     """
     found = {job["cell"]: known for job in jobs if (known := _kept(job, folder, within)) is not None}
-    missing = [Asking(job=job, folder=str(folder), within=within) for job in jobs if job["cell"] not in found]
+    missing = [PayloadJob(job=job, folder=str(folder), within=within) for job in jobs if job["cell"] not in found]
     for asking, one in zip(missing, engine.map(carried_by, missing) if missing else (), strict=True):
         found[asking["job"]["cell"]] = one
     return found
 
 
-def carried_by(asking: Asking) -> Carried:
+def carried_by(asking: PayloadJob) -> RobotPayload:
     """The largest payload of one robot, also written to the folder of its cell; what is refused is told in it.
 
     Args:
@@ -82,9 +84,9 @@ def carried_by(asking: Asking) -> Carried:
             problem = load_problem(job["problem"], **job["arguments"])
             largest = largest_payload(problem, within=within, seed=job["seed"])
         at_rest = largest.at_rest if math.isfinite(largest.at_rest) else None
-        found = Carried(mass=largest.mass, time=largest.time, at_rest=at_rest, within=within, seed=job["seed"])
+        found = RobotPayload(mass=largest.mass, time=largest.time, at_rest=at_rest, within=within, seed=job["seed"])
     except TrajevoError as error:
-        found = Carried(said=str(error), within=within, seed=job["seed"])
+        found = RobotPayload(said=str(error), within=within, seed=job["seed"])
     file = _file(job, Path(asking["folder"]))
     with suppress(OSError):  # it is computed again
         write_whole(file, found.model_dump_json(indent=1).encode())
@@ -95,9 +97,9 @@ def _file(job: Job, folder: Path) -> Path:
     return StudyFolder(folder).cell(job["cell"]) / PAYLOAD_FILE
 
 
-def _kept(job: Job, folder: Path, within: float | None) -> Carried | None:
+def _kept(job: Job, folder: Path, within: float | None) -> RobotPayload | None:
     try:
-        found = Carried.model_validate_json(read_text(_file(job, folder)))
+        found = RobotPayload.model_validate_json(read_text(_file(job, folder)))
     except (OSError, ValueError):
         return None
     return found if (found.within, found.seed, found.said) == (within, job["seed"], "") else None
