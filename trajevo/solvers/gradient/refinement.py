@@ -112,22 +112,23 @@ class Refinement:
         self._scaled = Scaled(smooth, columns, _MARGIN if form is None else 0.0)
         self._known, self._curvature = np.empty((0, len(columns.weights))), np.empty((0, smooth.n_var, smooth.n_var))
 
-    def refine(self, members: int, number: int, *, anchors: bool = False) -> None:
+    def refine(self, members: int, number: int, *, anchors: bool = False, exact: bool = True) -> None:
         """Refine the members that cover most of the box; after the first round also points in the widest gaps.
 
         Args:
             members: greatest number of members.
             number: number of the round, from 0.
             anchors: also seek the minimum of every objective and weighted sum, from the member with the least value.
+            exact: seek minima in other valleys too, and to the end; else no further than other members are refined.
         """
         if self._stop(self.cost, _UNTIL_REFINED):
             return
-        elsewhere = self._explored() if anchors else {}
+        elsewhere = self._explored() if anchors and exact else {}
         y, f = self._starts(members, number)
         single = np.arange(f.shape[1]) < self._problem.n_obj
         parts = [_Part(y, f, np.where(single, f, np.inf), _SHARE, _STEPS, _TOLERANCE, 0)]
         if anchors:
-            parts.insert(0, self._anchors())
+            parts.insert(0, self._anchors(exact=exact))
         y, f, reference = (np.concatenate([part[k] for part in parts]) for k in range(3))
         share, steps, tolerance, restarts = (
             np.concatenate([np.full(len(part.y), part[k]) for part in parts]) for k in range(3, 7)
@@ -143,7 +144,7 @@ class Refinement:
         )
         run.run(steps, tolerance, lambda: self._stop(self.cost, _UNTIL_ANCHORED if anchors else _UNTIL_REFINED))
         self._finish(run, y)
-        if anchors:
+        if anchors and exact:
             self._end_anchors(run.converged[: f.shape[1]], elsewhere)
 
     def _starts(self, members: int, number: int) -> tuple[Array, Array]:
@@ -262,19 +263,12 @@ class Refinement:
         F = self._problem.evaluate(x[None], return_values_of=["F"])[0]
         return Anchor(" + ".join(names), float(F @ weights), left, found.starts, found.agreeing)
 
-    def _anchors(self) -> _Part:
+    def _anchors(self, *, exact: bool) -> _Part:
         f = self._scaled.columns(self.archive.F)
         reference = np.where(np.eye(f.shape[1], dtype=bool), f.min(axis=0), np.inf)
         least = f.argmin(axis=0)
-        return _Part(
-            self._inside(self.archive.X[least]),
-            f[least],
-            reference,
-            _ANCHOR_SHARE,
-            _ANCHOR_STEPS,
-            _ANCHOR_TOLERANCE,
-            _ANCHOR_RESTARTS,
-        )
+        how = (_ANCHOR_STEPS, _ANCHOR_TOLERANCE, _ANCHOR_RESTARTS) if exact else (_STEPS, _TOLERANCE, 0)
+        return _Part(self._inside(self.archive.X[least]), f[least], reference, _ANCHOR_SHARE, *how)
 
     def fill(self) -> None:
         """Evaluate points on the lines through neighbours, between and beyond them."""
