@@ -31,6 +31,7 @@ PROBLEMS = ("hybrid_manipulator", "ur5_pick_and_place", "luus1993")
 #: Program of a version's process: a line with file, seed and CPU time; it answers with a file of what was tried.
 CHILD = """
 import json, sys, time
+import moocore
 import numpy as np
 from trajevo import load_task
 import trajevo
@@ -48,7 +49,9 @@ def searched(file, seed, budget):
             if self.constraints is problem.constraints:
                 inside = ((problem.xl <= x) & (problem.xu >= x)).all(axis=1)
                 kept = inside & (out["G"] <= FEASIBLE).all(axis=1) & np.isfinite(out["F"]).all(axis=1)
-                told.append((now - began - paused[0], x[kept].copy()))
+                rows = np.flatnonzero(kept)
+                rows = rows[moocore.is_nondominated(out["F"][rows])] if len(rows) else rows
+                told.append((now - began - paused[0], x[rows].copy()))
             paused[0] += time.process_time() - now
 
     problem.evaluate(np.stack([0.5 * (problem.xl + problem.xu), problem.xu]), return_values_of=["F", "G"])
@@ -116,7 +119,7 @@ def main() -> None:
     parser.add_argument("problems", nargs="*", default=PROBLEMS, help="names of problems with a task file")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--budget", type=float, default=6.0, help="CPU time of a run [s]")
-    told = parser.parse_args()
+    told = parser.parse_intermixed_args()
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         pairs = {"here": ".", "there": told.against}

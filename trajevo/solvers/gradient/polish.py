@@ -198,7 +198,9 @@ def polished_between(
         the number of evaluations, a gradient counted as one per variable.
     """
     began = time.process_time()
-    work = Refinement(front, seed, lambda cost, share: stop() or time.process_time() - began >= share * cpu_time)
+    work = Refinement(
+        front, seed, lambda cost, share: stop() or time.process_time() - began >= share * cpu_time, early=True
+    )
     work.refine(_MEMBERS, 0, anchors=True, exact=front.problem.n_obj == 1)
     for _ in range(_FILLINGS):
         work.fill()

@@ -83,6 +83,7 @@ class Refinement:
         seed: seed of the sample points with which shares of the box are estimated.
         stop: called before every step with the cost so far and the share of the budget that may be spent by then; if
             it returns True, the refinement ends and keeps what it has found.
+        early: add what is good to the archive as soon as it is found, at some more cost.
 
     Attributes:
         archive: non-dominated feasible points of the front and of the refinement.
@@ -92,7 +93,7 @@ class Refinement:
         anchors: the least of every objective and weighted sum, and how near it is to an optimum.
     """
 
-    def __init__(self, front: Front, seed: int, stop: Callable[[int, float], bool]) -> None:
+    def __init__(self, front: Front, seed: int, stop: Callable[[int, float], bool], *, early: bool = False) -> None:
         problem, corner = front.problem, front.history.reference_point
         self.box = box = ReferenceBox.of(front.F, None if corner is None else np.array(corner))
         self._original, self._problem, self._seed, self._stop = front, problem, seed, stop
@@ -100,7 +101,7 @@ class Refinement:
         self.archive.add(front.X, front.F, front.G)
         self.refined = self._evaluations = 0
         self.anchors: list[Anchor] = []
-        self._many_valleys, self._slower = False, np.empty((0, 0))
+        self._early, self._many_valleys, self._slower = early, False, np.empty((0, 0))
         weights = front.paper_weights
         scales = None if weights is None else np.ones(problem.n_obj) if weights.scales is None else weights.scales
         sums = [] if weights is None else [np.array(weights.weights) / np.array(scales)]
@@ -239,7 +240,11 @@ class Refinement:
         plain = self._problem.smooth is None
         problem, size = self._problem if plain else self._smooth, int(self._problem.n_var)
         search = AnchorSearch(
-            problem, weights, self._seed, lambda g, e: self._stop(self.cost + g * size + e, _UNTIL_ANCHORED)
+            problem,
+            weights,
+            self._seed,
+            lambda g, e: self._stop(self.cost + g * size + e, _UNTIL_ANCHORED),
+            early=(lambda x: self._add(slowed(self._scaled, self._smooth, x))) if self._early else None,
         )
         inside = self._inside(members)
         found = search.run(self._scaled.outside(inside[:1])[0], self._scaled.outside(inside), explore=explore)

@@ -241,7 +241,9 @@ class _Keeper:
         if expansion is not None:
             return expansion.fold(X[chosen]), cost
         self.collect(X, {"F": F, "G": G})
-        return X[chosen], cost
+        # Those that are collected count as evaluated here, not as spent on finding them.
+        self._solver.evaluator.n_eval += len(X)
+        return X[chosen], max(cost - len(X), 1)
 
     def _plan(self, used: float) -> None:
         """Tell the algorithm how many generations to expect from the CPU time used; some adapt to their number."""
