@@ -122,9 +122,10 @@ class Search(pydantic.BaseModel):
             algorithm that is passed.
         evaluations: greatest number of evaluations; a gradient counts as one per variable. The evolution ends after
             the generation that reaches this number, or half of it if the front is polished afterwards.
-        cpu_time: greatest CPU time of this process [s]. The evolution ends after the generation that exceeds it, or
-            half of it if the front is polished afterwards; the first generation is always finished. How far a run gets
-            depends on the machine.
+        cpu_time: greatest CPU time of this process [s]. The evolution ends after the generation that exceeds it; the
+            first generation is always finished. If the front is polished, the evolution begins with few generations and
+            is polished for a short time again and again, and at most half of the time is kept for the whole polish. How
+            far a run gets depends on the machine.
         time_limit: greatest time for the evaluation of one individual [s]; one that takes longer counts as failed.
             Populations are then evaluated in a separate process.
         polish: refine the front by gradients at the end, see :func:`trajevo.polish`; if None, wherever that is
@@ -175,7 +176,7 @@ class Search(pydantic.BaseModel):
         "Greatest number of evaluations, half of them for polishing."
     )
     cpu_time: Annotated[float | None, pydantic.PlainValidator(_seconds)] = _setting(
-        "Greatest CPU time of the run [s], half of it for polishing."
+        "Greatest CPU time of the run [s], shared by evolution and polishing in turns."
     )
     time_limit: Annotated[float | None, pydantic.PlainValidator(_seconds)] = _setting(
         "Greatest time to evaluate one individual [s]; one that takes longer counts as failed."

@@ -115,10 +115,20 @@ class AnchorSearch:
         seed: seed of starts and kicks.
         stop: called before every step with the number of gradients and of other evaluations so far; the search ends if
             it returns True.
+        early: called with the end of the best start before anything is kicked, shape (n_var,): often it is the least
+            already, and to look for a better one takes most of the time. If None, nothing is ended for it.
     """
 
-    def __init__(self, problem: TrajectoryProblem, weights: Array, seed: int, stop: Callable[[int, int], bool]) -> None:
-        self._problem, self._weights = problem, weights
+    def __init__(
+        self,
+        problem: TrajectoryProblem,
+        weights: Array,
+        seed: int,
+        stop: Callable[[int, int], bool],
+        *,
+        early: Callable[[Array], object] | None = None,
+    ) -> None:
+        self._problem, self._weights, self._early = problem, weights, early
         self._random = np.random.default_rng(seed)
         self._stop, self._gradients = stop, 0
         played = weights != 0.0
@@ -163,6 +173,9 @@ class AnchorSearch:
     def _explored(self, best: Array, front: Array) -> tuple[Array, Array]:
         """Ends of many starts in scaled variables, the best first, (S, n_var), and their merits (S,)."""
         y, merit = self._descended(self._starts(best, front), _STAGES)
+        end = None if self._early is None else self._ended(self._scaled.outside(y[:1])[0])
+        if self._early is not None and end is not None:
+            self._early(end)
         vain = 0
         for _ in range(_KICKS):
             if self._stop(self._scaled.gradients, self._scaled.evaluations):

@@ -3,13 +3,14 @@
 Evolution spreads a front, gradients converge. A few members that dominate most of what the front dominates are refined,
 each along its own direction (:mod:`trajevo.solvers.gradient.batch_sqp`). Points between and beyond refined neighbours
 are then nearly optimal, since the decision vectors of neighbours lie on a smooth surface. :func:`polish` refines a
-finished front, :func:`seeds` gives refined members to an evolution; both are steps of a
+finished front, :func:`seeds` and :func:`polished_between` give refined members to an evolution; all are steps of a
 :class:`~trajevo.solvers.gradient.refinement.Refinement`.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, final
 from weakref import WeakSet
@@ -26,6 +27,9 @@ from trajevo.front.covering import covering
 from trajevo.front.front import Front
 from trajevo.solvers.gradient.optimality import Anchor
 from trajevo.solvers.gradient.refinement import Refinement
+
+#: Members that are refined in a round unless another number is given.
+_MEMBERS = 10
 
 #: How often gaps are filled in every round.
 _FILLINGS = 2
@@ -77,7 +81,7 @@ class Polished:
 def polish(
     front: Front,
     *,
-    members: int = 10,
+    members: int = _MEMBERS,
     rounds: int = 2,
     seed: int | None = None,
     evaluations: int | None = None,
@@ -174,6 +178,34 @@ def seeds(front: Front, *, seed: int, most: int) -> tuple[Array, int]:
     new = work.news()
     chosen = covering(work.archive.F[new], work.box.probes(work.archive.F, seed), most)
     return work.archive.X[new][chosen], work.cost
+
+
+def polished_between(
+    front: Front, *, seed: int, cpu_time: float, stop: Callable[[], bool] = lambda: False
+) -> tuple[Array, Array, Array, int]:
+    """What a short polish adds to a front while its evolution waits: one round, whose anchors need not be exact.
+
+    The least of a single objective is sought to the end, in other valleys too: there is no front beside it to gain.
+
+    Args:
+        front: a front that is not empty, of a problem with gradients.
+        seed: seed of the sample points with which shares of the box are estimated.
+        cpu_time: CPU time after which no further step is begun [s].
+        stop: called before every step; no further one is begun if it returns True.
+
+    Returns:
+        Decision vectors (N, n_var), objectives (N, n_obj) and constraints (N, n_constr) of members that are new, and
+        the number of evaluations, a gradient counted as one per variable.
+    """
+    began = time.process_time()
+    work = Refinement(
+        front, seed, lambda cost, share: stop() or time.process_time() - began >= share * cpu_time, early=True
+    )
+    work.refine(_MEMBERS, 0, anchors=True, exact=front.problem.n_obj == 1)
+    for _ in range(_FILLINGS):
+        work.fill()
+    new = work.news()
+    return work.archive.X[new], work.archive.F[new], work.archive.G[new], max(work.cost, 1)
 
 
 def _booked(work: Refinement, original: Front, told: dict[str, Any], seconds: float, stopped_by: str) -> Front:

@@ -83,6 +83,7 @@ class Refinement:
         seed: seed of the sample points with which shares of the box are estimated.
         stop: called before every step with the cost so far and the share of the budget that may be spent by then; if
             it returns True, the refinement ends and keeps what it has found.
+        early: add what is good to the archive as soon as it is found, at some more cost.
 
     Attributes:
         archive: non-dominated feasible points of the front and of the refinement.
@@ -92,7 +93,7 @@ class Refinement:
         anchors: the least of every objective and weighted sum, and how near it is to an optimum.
     """
 
-    def __init__(self, front: Front, seed: int, stop: Callable[[int, float], bool]) -> None:
+    def __init__(self, front: Front, seed: int, stop: Callable[[int, float], bool], *, early: bool = False) -> None:
         problem, corner = front.problem, front.history.reference_point
         self.box = box = ReferenceBox.of(front.F, None if corner is None else np.array(corner))
         self._original, self._problem, self._seed, self._stop = front, problem, seed, stop
@@ -100,7 +101,7 @@ class Refinement:
         self.archive.add(front.X, front.F, front.G)
         self.refined = self._evaluations = 0
         self.anchors: list[Anchor] = []
-        self._many_valleys, self._slower = False, np.empty((0, 0))
+        self._early, self._many_valleys, self._slower = early, False, np.empty((0, 0))
         weights = front.paper_weights
         scales = None if weights is None else np.ones(problem.n_obj) if weights.scales is None else weights.scales
         sums = [] if weights is None else [np.array(weights.weights) / np.array(scales)]
@@ -112,22 +113,23 @@ class Refinement:
         self._scaled = Scaled(smooth, columns, _MARGIN if form is None else 0.0)
         self._known, self._curvature = np.empty((0, len(columns.weights))), np.empty((0, smooth.n_var, smooth.n_var))
 
-    def refine(self, members: int, number: int, *, anchors: bool = False) -> None:
+    def refine(self, members: int, number: int, *, anchors: bool = False, exact: bool = True) -> None:
         """Refine the members that cover most of the box; after the first round also points in the widest gaps.
 
         Args:
             members: greatest number of members.
             number: number of the round, from 0.
             anchors: also seek the minimum of every objective and weighted sum, from the member with the least value.
+            exact: seek minima in other valleys too, and to the end; else no further than other members are refined.
         """
         if self._stop(self.cost, _UNTIL_REFINED):
             return
-        elsewhere = self._explored() if anchors else {}
+        elsewhere = self._explored() if anchors and exact else {}
         y, f = self._starts(members, number)
         single = np.arange(f.shape[1]) < self._problem.n_obj
         parts = [_Part(y, f, np.where(single, f, np.inf), _SHARE, _STEPS, _TOLERANCE, 0)]
         if anchors:
-            parts.insert(0, self._anchors())
+            parts.insert(0, self._anchors(exact=exact))
         y, f, reference = (np.concatenate([part[k] for part in parts]) for k in range(3))
         share, steps, tolerance, restarts = (
             np.concatenate([np.full(len(part.y), part[k]) for part in parts]) for k in range(3, 7)
@@ -143,7 +145,7 @@ class Refinement:
         )
         run.run(steps, tolerance, lambda: self._stop(self.cost, _UNTIL_ANCHORED if anchors else _UNTIL_REFINED))
         self._finish(run, y)
-        if anchors:
+        if anchors and exact:
             self._end_anchors(run.converged[: f.shape[1]], elsewhere)
 
     def _starts(self, members: int, number: int) -> tuple[Array, Array]:
@@ -238,7 +240,11 @@ class Refinement:
         plain = self._problem.smooth is None
         problem, size = self._problem if plain else self._smooth, int(self._problem.n_var)
         search = AnchorSearch(
-            problem, weights, self._seed, lambda g, e: self._stop(self.cost + g * size + e, _UNTIL_ANCHORED)
+            problem,
+            weights,
+            self._seed,
+            lambda g, e: self._stop(self.cost + g * size + e, _UNTIL_ANCHORED),
+            early=(lambda x: self._add(slowed(self._scaled, self._smooth, x))) if self._early else None,
         )
         inside = self._inside(members)
         found = search.run(self._scaled.outside(inside[:1])[0], self._scaled.outside(inside), explore=explore)
@@ -262,19 +268,12 @@ class Refinement:
         F = self._problem.evaluate(x[None], return_values_of=["F"])[0]
         return Anchor(" + ".join(names), float(F @ weights), left, found.starts, found.agreeing)
 
-    def _anchors(self) -> _Part:
+    def _anchors(self, *, exact: bool) -> _Part:
         f = self._scaled.columns(self.archive.F)
         reference = np.where(np.eye(f.shape[1], dtype=bool), f.min(axis=0), np.inf)
         least = f.argmin(axis=0)
-        return _Part(
-            self._inside(self.archive.X[least]),
-            f[least],
-            reference,
-            _ANCHOR_SHARE,
-            _ANCHOR_STEPS,
-            _ANCHOR_TOLERANCE,
-            _ANCHOR_RESTARTS,
-        )
+        how = (_ANCHOR_STEPS, _ANCHOR_TOLERANCE, _ANCHOR_RESTARTS) if exact else (_STEPS, _TOLERANCE, 0)
+        return _Part(self._inside(self.archive.X[least]), f[least], reference, _ANCHOR_SHARE, *how)
 
     def fill(self) -> None:
         """Evaluate points on the lines through neighbours, between and beyond them."""

@@ -7,7 +7,7 @@ import json
 import math
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, final
 
@@ -23,12 +23,14 @@ from trajevo.errors import InvalidInputError
 from trajevo.formulation.feasibility.findings import Finding
 from trajevo.formulation.problem import TrajectoryProblem
 from trajevo.front.books import Books
+from trajevo.front.covering import ReferenceBox, covering
 from trajevo.front.front import Front
 from trajevo.front.records import Blocking, versions_since
 from trajevo.solvers.evolutionary.algorithm_state import restore, state
-from trajevo.solvers.gradient.polish import seeds
+from trajevo.solvers.gradient.polish import polished_between, seeds
 from trajevo.solvers.run.folder import Manifest, RunFolder, block_of
 from trajevo.solvers.run.progress import reporter
+from trajevo.solvers.run.turns import Turns
 
 #: Share of the time that checkpoints may take: after one that took 2 ms the next waits for 0.2 s.
 _SHARE = 0.01
@@ -81,7 +83,7 @@ def evolve(
             warnings.filterwarnings("ignore", "invalid value encountered in arccos", RuntimeWarning, r"pymoo\.")
             heard = list(warnings.filters)
             while not keeper.used_up() and solver.has_next() and not stopping:
-                polishing = _next(solver, books, manifest)
+                polishing = _next(solver, books, keeper, stop=lambda: bool(stopping))
                 if warnings.filters != heard:
                     # pymoo's NSGA-III silences all warnings of Python, including ours.
                     warnings.filters = list(heard)
@@ -139,9 +141,10 @@ def front_so_far(problem: TrajectoryProblem, manifest: Manifest, folder: RunFold
 
 def _front(books: Books, manifest: Manifest, **how: Any) -> Front:
     """The front recorded so far, with algorithm, settings and seed from the manifest."""
+    taken = Turns(books, manifest).taken
     named: dict[str, Any] = {
         "algorithm": manifest.algorithm_name,
-        "settings": manifest.settings,
+        "settings": manifest.settings | ({"polished before": list(taken)} if taken else {}),
         "seed": manifest.seed,
         "versions": versions_since(manifest.versions),
         "kernels": manifest.kernels,
@@ -149,18 +152,20 @@ def _front(books: Books, manifest: Manifest, **how: Any) -> Front:
     return books.front(**named, **how)
 
 
-def _next(solver: Algorithm, books: Books, manifest: Manifest) -> int:
-    """Run one generation; every ``polish_every`` generations some of its individuals are refined members of the front.
+def _next(solver: Algorithm, books: Books, keeper: _Keeper, *, stop: Callable[[], bool]) -> int:
+    """Run one generation, some of whose individuals are refined members of the front where the manifest asks for them.
 
     Returns:
         Evaluations spent on refining members, or on finding the first population.
     """
-    done, every = len(books.evaluations), manifest.polish_every
+    manifest, done = keeper.manifest, len(books.evaluations)
     found, cost = np.empty((0, 0)), 0 if done else int(manifest.settings.get("starts_evaluations", 0))
-    if every is not None and done and done % every == 0 and len(books.archive.F):
-        front = _front(books, manifest, evaluations=books.evaluations[-1], interrupted=False, seconds=0.0)
-        found, cost = seeds(front, seed=manifest.seed + done, most=max(1, len(solver.pop) // 2))
+    most = max(1, len(solver.pop) // 2) if done else 0
+    if done and manifest.polish_every is not None and done % manifest.polish_every == 0 and len(books.archive.F):
+        found, cost = seeds(keeper.front_now(), seed=manifest.seed + done, most=most)
         found = found if books.problem.expansion is None else books.problem.expansion.fold(found)
+    elif done and keeper.turns.due:
+        found, cost = keeper.polished_between(most, stop=stop)
     if not len(found):
         solver.next()
         return cost
@@ -181,7 +186,8 @@ class _Keeper:
         self, books: Books, solver: Algorithm, manifest: Manifest, folder: RunFolder | None, cpu_spent: float
     ) -> None:
         self.resumed: tuple[int, ...] = ()
-        self._books, self._solver, self._manifest, self._folder = books, solver, manifest, folder
+        self._books, self._solver, self.manifest, self._folder = books, solver, manifest, folder
+        self.turns = Turns(books, manifest)
         self._waiting: list[tuple[int, _Populations]] = []
         self._bytes, self._saved = 0, 0
         self._began = time.perf_counter()
@@ -199,8 +205,8 @@ class _Keeper:
 
     def used_up(self) -> bool:
         """Whether the evolution has used its share of evaluations or CPU time; never before its first generation."""
-        share = 0.5 if self._manifest.polish else 1.0
-        evaluations, cpu_time = self._manifest.evaluations, self._manifest.cpu_time
+        share = self.turns.share
+        evaluations, cpu_time = self.manifest.evaluations, self.manifest.cpu_time
         done = sum(self._books.evaluations[-1:]) + sum(self._books.polishing)
         enough = evaluations is not None and done >= share * evaluations
         if cpu_time is None:
@@ -211,11 +217,39 @@ class _Keeper:
             self._plan(used)
         return enough or (used >= 1.0 and bool(self._books.evaluations))
 
+    def front_now(self) -> Front:
+        """The front of all individuals so far."""
+        evaluations = self._books.evaluations[-1]
+        return _front(self._books, self.manifest, evaluations=evaluations, interrupted=False, seconds=0.0)
+
+    def polished_between(self, most: int, *, stop: Callable[[], bool]) -> tuple[Array, int]:
+        """Polish the front for a short time and collect what is found, as if it were of the next generation.
+
+        Args:
+            most: greatest number of new members for the next generation; those that cover most of the box are chosen.
+            stop: whether the run is to end.
+
+        Returns:
+            Decision vectors for the next generation, shape (N, n_var), and the number of evaluations.
+        """
+        front, seed = self.front_now(), self.manifest.seed + len(self._books.evaluations)
+        X, F, G, cost = polished_between(front, seed=seed, cpu_time=self.turns.left, stop=stop)
+        if not len(X):
+            return X, cost
+        box = ReferenceBox.of(F, self._books.reference_point)
+        expansion, chosen = self._books.problem.expansion, covering(F, box.probes(F, seed), most)
+        if expansion is not None:
+            return expansion.fold(X[chosen]), cost
+        self.collect(X, {"F": F, "G": G})
+        # Those that are collected count as evaluated here, not as spent on finding them.
+        self._solver.evaluator.n_eval += len(X)
+        return X[chosen], max(cost - len(X), 1)
+
     def _plan(self, used: float) -> None:
         """Tell the algorithm how many generations to expect from the CPU time used; some adapt to their number."""
         done, termination = len(self._books.evaluations), self._solver.termination
-        expected = min(math.ceil(done / used), self._manifest.generations) if used > 0.0 else self._manifest.generations
-        termination.n_max_gen = max(expected, done + 1) if done < self._manifest.generations else done
+        expected = min(math.ceil(done / used), self.manifest.generations) if used > 0.0 else self.manifest.generations
+        termination.n_max_gen = max(expected, done + 1) if done < self.manifest.generations else done
         if done:
             termination.perc = done / termination.n_max_gen
 
@@ -279,7 +313,7 @@ class _Keeper:
 
     def _checkpoint(self) -> dict[str, Array]:
         story = {"seconds": self.seconds(), "resumed": self.resumed}
-        solver = state(self._solver) if self._manifest.algorithm is not None else {}
+        solver = state(self._solver) if self.manifest.algorithm is not None else {}
         return {
             "story": np.array(json.dumps(story)),
             **{f"books.{name}": array for name, array in self._books.arrays().items()},
@@ -291,7 +325,7 @@ class _Keeper:
         problem = self._books.problem
         size = getattr(self._solver, "n_offsprings", None) or getattr(self._solver, "pop_size", None) or 0
         columns = problem.n_var + problem.n_obj + problem.n_ieq_constr + 1
-        needed = _BESIDES + 8 * columns * size * (self._manifest.generations - self._saved)
+        needed = _BESIDES + 8 * columns * size * (self.manifest.generations - self._saved)
         free = folder.free()
         if free < needed:
             about = f"about {needed / 1e6:.0f} MB, {free / 1e6:.0f} MB are free"
