@@ -11,12 +11,14 @@ import pydantic
 from trajevo.base.shown.brief import brief
 from trajevo.base.toml import Places, read_toml, validated
 from trajevo.errors import InvalidInputError
+from trajevo.formulation.cell.keys import BaseKeys, OrderKeys
 from trajevo.formulation.constraints.constraint import LimitParameter
 from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
 from trajevo.robot.contacts.keys import GripKeys, StandKeys
 from trajevo.robot.loading.dh_keys import DhKeys
 from trajevo.robot.loading.drive_keys import DriveKeys, SupplyKeys
+from trajevo.robot.loading.told import Amount
 from trajevo.robot.payload import LOAD_MODELS
 
 _Number = Annotated[float, pydantic.Strict()]
@@ -114,20 +116,14 @@ class _Robot(_Strict):
     grip: GripKeys | None = pydantic.Field(None, description="How it holds a payload by friction.")
     stand: StandKeys | None = pydantic.Field(None, description="What it stands on without being bolted.")
     supply: SupplyKeys | None = pydantic.Field(None, description="Supply of all drives.")
-    limits: _Limits | None = pydantic.Field(
-        None, description="Limits of its joints over `[limits]`, where robots are compared."
-    )
+    limits: _Limits | None = pydantic.Field(None, description="Its own, over `[limits]`, where robots are compared.")
 
 
 class RobotOffer(_Robot):
     """A robot among those to choose from: the keys of ``[robot]``, and what a buyer knows of it."""
 
-    path: str | None = pydantic.Field(
-        None, description="Folder or file of the robot, or its name in `trajevo list`; `name` if not given."
-    )
-    price: _Number | str | None = pydantic.Field(
-        None, description='Its price: a text with its currency, such as "24000 EUR".'
-    )
+    path: str | None = pydantic.Field(None, description="Its folder or file, or name in `trajevo list`; else `name`.")
+    price: Amount | None = pydantic.Field(None, description='Price with its currency, such as "24000 EUR".')
     mass: _Number | str | None = pydantic.Field(None, description="Mass of the arm; a text has its unit [kg].")
     reach: _Number | str | None = pydantic.Field(None, description="Its reach; a text has its unit [m].")
 
@@ -203,28 +199,6 @@ class _Point(_Strict):
         if len(given) > 1:
             raise ValueError(f"expected {given[0]} or {given[1]}, got both")
         return self
-
-
-class BaseSettings(_Strict):
-    """Where the robot may stand: ranges of how far its base is from its given place, in the axes of the cell."""
-
-    moving: dict[str, list[_Number | str]] = pydantic.Field(
-        description="Ranges of x, y, z [m] and of the turn about the vertical axis, yaw [rad]; a text has its unit."
-    )
-
-
-_Index = Annotated[int, pydantic.Field(strict=True, ge=0)]
-
-
-class OrderSettings(_Strict):
-    """Points that may be visited in any order; they have the places of their group, all others their own."""
-
-    free: Literal["all"] | list[_Index] | list[list[_Index]] = pydantic.Field(
-        description="Numbers of these points, counted from 0, or several such groups; all means all between the ends."
-    )
-    after: dict[str, _Index | list[_Index]] | None = pydantic.Field(
-        None, description="For a point by its number, those that are visited before it, as `{ 4 = [2] }`."
-    )
 
 
 class MovingSettings(_Strict):
@@ -346,10 +320,10 @@ class TaskSettings(_Strict):
     points: str | list[list[_Number] | _Point] = pydantic.Field(
         description="Points to visit, in order: joint positions [angle or m] or tables, or a CSV file."
     )
-    base: BaseSettings | None = pydantic.Field(
+    base: BaseKeys | None = pydantic.Field(
         None, description="Where the robot may stand, if that is free; the points are then tool poses."
     )
-    order: Literal["free"] | OrderSettings | None = pydantic.Field(
+    order: Literal["free"] | OrderKeys | None = pydantic.Field(
         None, description="Which points may be visited in any order; free means all between the ends."
     )
     postures: Literal["nearest", "best", "all"] | None = pydantic.Field(

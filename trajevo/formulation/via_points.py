@@ -219,8 +219,10 @@ class ViaPointProblem(TrajectoryProblem):
         check_jumps(kind, objectives, held)
         duty = duty_of(parameters.get(DWELL.name), parameters.get(CYCLES.name))
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
-        reaches = isinstance(decoder, MovingPoints) or (isinstance(decoder, VariedPoints) and cell.box is not None)
-        reach = (decoder.reach_constraint,) if reaches else ()
+        moves = isinstance(decoder, VariedPoints) and cell is not None and cell.box is not None
+        reach = (
+            (decoder.reach_constraint,) if isinstance(decoder, MovingPoints | VariedPoints) and (moves or boxes) else ()
+        )
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,

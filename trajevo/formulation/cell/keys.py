@@ -1,0 +1,30 @@
+"""The keys of ``task.toml`` that tell what of the cell is free: where the robot stands, and the order of the points."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import pydantic
+
+from trajevo.robot.loading.told import Amount, Told
+
+_Index = Annotated[int, pydantic.Field(strict=True, ge=0)]
+
+
+class BaseKeys(Told):
+    """Where the robot may stand: ranges of how far its base is from its given place, in the axes of the cell."""
+
+    moving: dict[str, list[Amount]] = pydantic.Field(
+        description="Ranges of x, y, z [m] and of the turn about the vertical axis, yaw [rad]; a text has its unit."
+    )
+
+
+class OrderKeys(Told):
+    """Points that may be visited in any order; they have the places of their group, all others their own."""
+
+    free: Literal["all"] | list[_Index] | list[list[_Index]] = pydantic.Field(
+        description="Numbers of these points, counted from 0, or several such groups; all means all between the ends."
+    )
+    after: dict[str, _Index | list[_Index]] | None = pydantic.Field(
+        None, description="For a point by its number, those that are visited before it, as `{ 4 = [2] }`."
+    )
