@@ -177,14 +177,15 @@ def test_settings_of_a_search_are_keys_of_studies(keys):
         assert f"| `{key}` |" in keys["task_toml.md"]
 
 
-#: Tables whose keys are names of the user's own: joints, and arguments of xacro.
-NAMED = ("lock", "xacro", "position", "velocity", "acceleration", "jerk", "effort")
+#: Tables whose keys are names of the user's own, joints and arguments of xacro, or numbers of points.
+NAMED = ("lock", "xacro", "position", "velocity", "acceleration", "jerk", "effort", "after")
 
 
 def keys_in(content):
     for key, value in content.items():
         yield key
-        if key in NAMED:
+        ranges = key == "moving" and isinstance(value, dict)  # by coordinates of the base, which its line names
+        if key in NAMED or ranges:
             continue
         for inner in value if isinstance(value, list) else [value]:
             if isinstance(inner, dict):
