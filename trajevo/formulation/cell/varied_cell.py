@@ -59,45 +59,6 @@ class VariedCell:
         """The points at one arrangement that reaches all of them."""
         return ViaPoints(self.arrangement.nominal)
 
-    def check_beside(self, given: Mapping[str, Any]) -> None:
-        """Refuse arguments that mean joint positions, which differ from base to base, or fixed places in the cell.
-
-        Args:
-            given: values by the names of the arguments; what is empty is not given.
-
-        Raises:
-            InvalidInputError: one is given.
-        """
-        for name, value in given.items():
-            if value is not None and value is not False and value != 0 and value != () and value != []:
-                raise InvalidInputError(f"{name}: expected none where the base moves, {_BESIDE[name]}")
-
-    def check_limits(self, parameters: Mapping[str, Any]) -> None:
-        """Refuse limits in the robot's frame that a moving base would move.
-
-        Args:
-            parameters: values of the parameters of limits by name.
-
-        Raises:
-            InvalidInputError: one is given.
-        """
-        if parameters.get("overshoot") is not None:
-            raise InvalidInputError(
-                "overshoot: expected none where the base moves, as it is measured from the range of the points' joint "
-                "positions, which differ from base to base"
-            )
-        scene = parameters.get("scene")
-        moving = [] if scene is None else [one.name for one in Scene.of(scene).moving]
-        if moving:
-            raise InvalidInputError(
-                f"scene: obstacle {moving[0]!r}: motion: expected obstacles that stand still where the base moves"
-            )
-        if parameters.get("tool_height") is not None and 2 in self.box.free:
-            raise InvalidInputError(
-                "tool_height: expected a base that does not move along z, as the height is measured in the base frame; "
-                "keep the tool above a plane of the scene instead"
-            )
-
 
 #: Why an argument cannot be used where the base moves.
 _BESIDE = {
@@ -111,13 +72,17 @@ _BESIDE = {
 }
 
 
-def varied_cell(base: Any, points: Any, robot: Robot) -> VariedCell | None:
+def varied_cell(
+    base: Any, points: Any, robot: Robot, *, beside: Mapping[str, Any], parameters: Mapping[str, Any]
+) -> VariedCell | None:
     """The cell of a problem, or None if nothing in it varies.
 
     Args:
         base: None, or a mapping with ``moving``, the ranges of the base, see :meth:`BaseBox.of`.
         points: poses of the tool, or a file of such.
         robot: the robot; its base is at the given place.
+        beside: further arguments of the problem by name, which must not be given.
+        parameters: values of the parameters of limits by name.
 
     Raises:
         UnknownNameError: another key.
@@ -133,6 +98,8 @@ def varied_cell(base: Any, points: Any, robot: Robot) -> VariedCell | None:
     box = BaseBox.of(base["moving"])
     robot.check_body("a moving base")
     check_gravity(np.array(robot.model.gravity.linear), box)
+    _check_beside(beside)
+    _check_limits(parameters, box)
     told, poses = poses_of(points, robot)
     origin = base_of(robot.description()).position
     home, q = _home(robot, poses, box, origin)
@@ -224,3 +191,45 @@ def _tried(robot: Robot, poses: Sequence[Pose], box: BaseBox, origin: Array) -> 
 def _told(base: Array, box: BaseBox) -> str:
     names = list(COORDINATES.items())
     return ", ".join(f"{names[k][0]} {base[k]:.4g} {pretty(names[k][1])}" for k in box.free)
+
+
+def _check_beside(given: Mapping[str, Any]) -> None:
+    """Refuse arguments that mean joint positions, which differ from base to base, or fixed places in the cell.
+
+    Args:
+        given: values by the names of the arguments; what is empty is not given.
+
+    Raises:
+        InvalidInputError: one is given.
+    """
+    for name, value in given.items():
+        if value is not None and value is not False and value != 0 and value != () and value != []:
+            raise InvalidInputError(f"{name}: expected none where the base moves, {_BESIDE[name]}")
+
+
+def _check_limits(parameters: Mapping[str, Any], box: BaseBox) -> None:
+    """Refuse limits in the robot's frame that a moving base would move.
+
+    Args:
+        parameters: values of the parameters of limits by name.
+        box: where the base may stand.
+
+    Raises:
+        InvalidInputError: one is given.
+    """
+    if parameters.get("overshoot") is not None:
+        raise InvalidInputError(
+            "overshoot: expected none where the base moves, as it is measured from the range of the points' joint "
+            "positions, which differ from base to base"
+        )
+    scene = parameters.get("scene")
+    moving = [] if scene is None else [one.name for one in Scene.of(scene).moving]
+    if moving:
+        raise InvalidInputError(
+            f"scene: obstacle {moving[0]!r}: motion: expected obstacles that stand still where the base moves"
+        )
+    if parameters.get("tool_height") is not None and 2 in box.free:
+        raise InvalidInputError(
+            "tool_height: expected a base that does not move along z, as the height is measured in the base frame; "
+            "keep the tool above a plane of the scene instead"
+        )
