@@ -18,7 +18,9 @@ from trajevo import (
     ViaPointProblem,
     ViaPoints,
     allowed_regions,
+    base_map,
     capacity_front,
+    load_problem,
     load_robot,
     load_task,
     max_payload_problem,
@@ -51,6 +53,19 @@ def draw_what_binds():
     """What a UR5-like arm carries by each limit as its cycle shortens, as the gallery draws it."""
     example = HERE.parent / "gallery" / "payload" / "plot_what_binds.py"
     exec(compile(example.read_text(encoding="utf-8"), example.name, "exec"), {})
+
+
+def draw_placement():
+    """Least times of the task ur5_base over the places of its base, and the fronts of the given place and of all."""
+    task = load_task("ur5_base")
+    settings = {key: value for key, value in task.problem.settings.items() if key != "base"}
+    fronts = [optimise(each, task.search) for each in (load_problem("via-points", **settings), task.problem)]
+    left, right = page(2, 68)
+    plots.base_map(base_map(task.problem, cells=31, at=fronts[1].least("time")), ax=left)
+    for found, label in zip(fronts, ("given place", "best of all places"), strict=True):
+        right.plot(*found.F.T, ".", markersize=2.5, label=label)
+    right.set(xlabel="time [s]", ylabel="energy [J]")
+    key(right)
 
 
 def draw_payload_diagram():

@@ -175,11 +175,10 @@ class ViaPointProblem(TrajectoryProblem):
         objectives, constraints = self._named(objectives, "objectives"), self._named(constraints, "constraints")
         _check_keys(parameters)
         named = robot_of(robot)
-        cell = varied_cell(base, points, named, order=order, postures=postures, turns=turns)
-        if cell is not None:
-            beside = {"moving": moving, "segments": segments, "cyclic": cyclic, "pace": pace, "bspline": bspline}
-            cell.check_beside(beside | {"extra_points": extra_points, "turns": turns != "as_written"})
-            cell.check_limits(parameters)
+        beside = {"moving": moving, "segments": segments, "cyclic": cyclic, "pace": pace, "bspline": bspline}
+        beside |= {"extra_points": extra_points, "turns": turns != "as_written"}
+        given = {"order": order, "postures": postures, "beside": beside, "parameters": parameters}
+        cell = varied_cell(base, points, named, **given)
         via = closed(joint_points(points, named, turns=turns) if cell is None else cell.nominal, cyclic)
         bounds = checked_durations(duration_bounds, len(via))
         boxes = boxes_of(moving)
