@@ -177,8 +177,8 @@ class ViaPointProblem(TrajectoryProblem):
         named = robot_of(robot)
         beside = {"moving": moving, "segments": segments, "cyclic": cyclic, "pace": pace, "bspline": bspline}
         beside |= {"extra_points": extra_points, "turns": turns != "as_written"}
-        given = {"order": order, "postures": postures, "beside": beside, "parameters": parameters}
-        cell = varied_cell(base, points, named, **given)
+        chosen: dict[str, Any] = {"order": order, "postures": postures}
+        cell = varied_cell(base, points, named, beside=beside, parameters=parameters, **chosen)
         via = closed(joint_points(points, named, turns=turns) if cell is None else cell.nominal, cyclic)
         bounds = checked_durations(duration_bounds, len(via))
         boxes = boxes_of(moving)
@@ -218,8 +218,8 @@ class ViaPointProblem(TrajectoryProblem):
         check_jumps(kind, objectives, held)
         duty = duty_of(parameters.get(DWELL.name), parameters.get(CYCLES.name))
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
-        reaches = isinstance(decoder, MovingPoints) or (isinstance(decoder, VariedPoints) and cell.box is not None)
-        reach = (decoder.reach_constraint,) if reaches else ()
+        followed = VariedPoints if cell is not None and cell.box is not None else MovingPoints
+        reach = (decoder.reach_constraint,) if isinstance(decoder, followed) else ()
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,
