@@ -22,9 +22,10 @@ POSES = [
 ]
 LIMITS = {"acceleration": 14.0, "jerk": 140.0}
 UR5 = {"name": "ur5", "tool": "tool0", "limits": LIMITS}
+ROBOT = load_robot("ur5", tool="tool0", limits=LIMITS)
 BOX = {"x": [-0.45, 0.15], "y": [-0.3, 0.3], "z": [0.0, 0.25], "yaw": ["-60 deg", "60 deg"]}
 USUAL = {
-    "robot": UR5,
+    "robot": ROBOT,
     "points": POSES,
     "duration_bounds": [0.2, 3.0],
     "interpolant": "quintic_spline",
@@ -352,7 +353,7 @@ def test_other_interpolants_pass_the_points_of_every_base(name):
         ({"base": {"moving": {}}}, "base.moving: expected a range for at least one of x, y, z, yaw"),
         ({"base": {}}, "base: expected a mapping with moving"),
         ({"base": {"mowing": {"x": [0, 1]}}}, "unknown key of base 'mowing'"),
-        ({"base": {"moving": {"w": [0, 1]}}}, "unknown coordinate of a moving base 'w'"),
+        ({"base": {"moving": {"w": [0, 1]}}}, "base.moving: no coordinate 'w'"),
         (
             {"base": {"moving": {"x": [0.3, -0.3]}}},
             "base.moving.x: expected the least and the greatest [m], got 0.3 and",

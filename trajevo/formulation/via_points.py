@@ -175,11 +175,10 @@ class ViaPointProblem(TrajectoryProblem):
         objectives, constraints = self._named(objectives, "objectives"), self._named(constraints, "constraints")
         _check_keys(parameters)
         named = robot_of(robot)
-        cell = varied_cell(base, points, named, order=order, postures=postures, turns=turns)
-        if cell is not None:
-            beside = {"moving": moving, "segments": segments, "cyclic": cyclic, "pace": pace, "bspline": bspline}
-            cell.check_beside(beside | {"extra_points": extra_points, "turns": turns != "as_written"})
-            cell.check_limits(parameters)
+        beside = {"moving": moving, "segments": segments, "cyclic": cyclic, "pace": pace, "bspline": bspline}
+        beside |= {"extra_points": extra_points, "turns": turns != "as_written"}
+        chosen: dict[str, Any] = {"order": order, "postures": postures}
+        cell = varied_cell(base, points, named, beside=beside, parameters=parameters, **chosen)
         via = closed(joint_points(points, named, turns=turns) if cell is None else cell.nominal, cyclic)
         bounds = checked_durations(duration_bounds, len(via))
         boxes = boxes_of(moving)
@@ -219,10 +218,8 @@ class ViaPointProblem(TrajectoryProblem):
         check_jumps(kind, objectives, held)
         duty = duty_of(parameters.get(DWELL.name), parameters.get(CYCLES.name))
         mass = _payload_variable(dynamics, decoder, objectives, constraints, payload_range)
-        moves = isinstance(decoder, VariedPoints) and cell is not None and cell.box is not None
-        reach = (
-            (decoder.reach_constraint,) if isinstance(decoder, MovingPoints | VariedPoints) and (moves or boxes) else ()
-        )
+        followed = VariedPoints if cell is not None and cell.box is not None else MovingPoints
+        reach = (decoder.reach_constraint,) if isinstance(decoder, followed) else ()
         super().__init__(
             dynamics=dynamics if mass is None else mass.dynamics,
             interpolant=decoder,

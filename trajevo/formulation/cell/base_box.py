@@ -11,7 +11,7 @@ import numpy as np
 from trajevo.base.arrays import Array, numbers, read_only
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import if_degrees, quantity
-from trajevo.errors import InvalidInputError, checked_name
+from trajevo.errors import InvalidInputError, known_names
 
 #: Coordinates of a base in their order, and their SI units.
 COORDINATES = {"x": "m", "y": "m", "z": "m", "yaw": "rad"}
@@ -86,8 +86,8 @@ class BaseBox:
         """The box of a mapping ``{"x": [-0.3, 0.3], "yaw": ["-90 deg", "90 deg"]}``; what is not named does not move.
 
         Raises:
-            UnknownNameError: another key.
-            InvalidInputError: no mapping, no pair of numbers or of text with a unit, a tilt, or as for the class.
+            InvalidInputError: another key, no mapping, no pair of numbers or of text with a unit, a tilt, or as for the
+                class.
         """
         if isinstance(given, BaseBox):
             return given
@@ -103,7 +103,9 @@ class BaseBox:
                     "its frame, and efforts are those of one gravity for all individuals; give a tilted base in the "
                     "robot's own base"
                 )
-            k = list(COORDINATES).index(checked_name("coordinate of a moving base", key, COORDINATES))
+            if key not in COORDINATES:
+                raise InvalidInputError(f"base.moving: no coordinate {key!r}; {known_names(key, COORDINATES)}")
+            k = list(COORDINATES).index(key)
             lower[k], upper[k] = _pair(key, pair, COORDINATES[key])
         return cls(lower, upper)
 

@@ -16,10 +16,10 @@ from trajevo.base.units import pretty
 from trajevo.errors import InvalidInputError, TrajevoError, UnreachableError, checked_name
 from trajevo.formulation.cell.arrangement import Arrangement
 from trajevo.formulation.cell.base_box import COORDINATES, BaseBox
+from trajevo.formulation.cell.beside import check_beside, check_limits
 from trajevo.formulation.cell.moving_base import MovingBase, check_gravity, placed_targets
 from trajevo.formulation.cell.tracking import PoseTargets, tracked
 from trajevo.formulation.cell.visits import POSTURES, StillCell, Visits, still_branches
-from trajevo.formulation.constraints.scene import Scene
 from trajevo.path.choices.branches import MOST_STATES, Branches, branches_of, reached
 from trajevo.path.choices.orders import FreeOrder
 from trajevo.path.choices.travel_times import TravelTimes
@@ -65,79 +65,6 @@ class VariedCell:
         """The points at one arrangement that reaches all of them."""
         return ViaPoints(self.arrangement.nominal)
 
-    def check_beside(self, given: Mapping[str, Any]) -> None:
-        """Refuse arguments that mean joint positions, which differ from motion to motion, or places in the cell.
-
-        Args:
-            given: values by the names of the arguments; what is empty is not given.
-
-        Raises:
-            InvalidInputError: one is given.
-        """
-        for name, value in given.items():
-            if value is None or value is False or value == 0 or value in ((), []):
-                continue
-            if self.box is not None:
-                raise InvalidInputError(f"{name}: expected none where the base moves, {_BESIDE[name]}")
-            ways = isinstance(value, list | tuple) and all(
-                (isinstance(one, Mapping) and "tool" not in one) or getattr(one, "tool", "way") is None for one in value
-            )
-            if name in _BESIDE_VISITS and not (name == "segments" and ways):
-                raise InvalidInputError(
-                    f"{name}: expected none where postures or the order are chosen, {_BESIDE_VISITS[name]}"
-                )
-
-    def check_limits(self, parameters: Mapping[str, Any]) -> None:
-        """Refuse limits in the robot's frame that a moving base would move, or that given postures are needed for.
-
-        Args:
-            parameters: values of the parameters of limits by name.
-
-        Raises:
-            InvalidInputError: one is given.
-        """
-        if parameters.get("overshoot") is not None:
-            what = "the base moves" if self.box is not None else "postures or the order are chosen"
-            raise InvalidInputError(
-                f"overshoot: expected none where {what}, as it is measured from the range of the points' joint "
-                f"positions, which differ from motion to motion"
-            )
-        if self.box is None:
-            return
-        scene = parameters.get("scene")
-        moving = [] if scene is None else [one.name for one in Scene.of(scene).moving]
-        if moving:
-            raise InvalidInputError(
-                f"scene: obstacle {moving[0]!r}: motion: expected obstacles that stand still where the base moves"
-            )
-        if parameters.get("tool_height") is not None and 2 in self.box.free:
-            raise InvalidInputError(
-                "tool_height: expected a base that does not move along z, as the height is measured in the base frame; "
-                "keep the tool above a plane of the scene instead"
-            )
-
-
-#: Why an argument cannot be used where the base moves.
-_BESIDE = {
-    "moving": "as points are poses that stay where they are",
-    "segments": "as lines, arcs and upright axes are laid through points of one base",
-    "cyclic": "as the seam is closed at points of one base; repeat the first pose at the end, where the motion rests",
-    "pace": "as it goes along points of one base",
-    "extra_points": "as free points lie between points of one base",
-    "bspline": "as its control points lie between points of one base",
-    "turns": "as points are poses, each reached by the posture nearest to the one before",
-}
-
-#: The same where postures or the order of visits are chosen.
-_BESIDE_VISITS = {
-    "moving": "as boxes lie around joint positions of one posture",
-    "segments": "as lines and arcs of the tool are laid through joint positions of one posture; upright can be asked",
-    "cyclic": "as the seam is closed at one posture; repeat the first point at the end, where the motion rests",
-    "pace": "as it goes along points of one order",
-    "extra_points": "as free points lie between points of one order",
-    "bspline": "as its control points lie between points of one order",
-}
-
 
 def varied_cell(
     base: Any,
@@ -146,8 +73,8 @@ def varied_cell(
     *,
     order: Any = None,
     postures: str | None = None,
-    turns: str = "as_written",
-    angle: str = "rad",
+    beside: Mapping[str, Any],
+    parameters: Mapping[str, Any],
 ) -> VariedCell | None:
     """The cell of a problem, or None if nothing in it varies.
 
@@ -158,8 +85,9 @@ def varied_cell(
         order: which points may be visited in any order, see :meth:`FreeOrder.of`; None if they are in order.
         postures: how postures are chosen, one of :data:`~trajevo.formulation.cell.visits.POSTURES`; if None, each
             nearest to the one before, or the best of all for each order.
-        turns: ``"shortest"`` if joint positions may be reached by whole turns.
-        angle: unit of angles in messages, ``"rad"`` or ``"deg"``.
+        beside: further arguments of the problem by name, most of which must not be given; ``turns`` is true if joint
+            positions may be reached by whole turns.
+        parameters: values of the parameters of limits by name.
 
     Raises:
         UnknownNameError: another key.
@@ -172,16 +100,16 @@ def varied_cell(
     )
     if base is None and order is None and way == "nearest":
         return None
-    told, given = points_of(points, robot, angle) if base is None else poses_of(points, robot)
+    box = None if base is None else _box(base, robot)
+    check_beside(beside, box)
+    check_limits(parameters, box)
+    told, given = points_of(points, robot) if box is None else poses_of(points, robot)
     free = FreeOrder.of(order, len(given))
     said: dict[str, Any] = {}
-    home, box, origin = np.zeros(4), None, np.zeros(3)
-    if base is None:
+    home, origin = np.zeros(4), np.zeros(3)
+    if box is None:
         nearest = reached(robot, given)
     else:
-        box = _box(base)
-        robot.check_body("a moving base")
-        check_gravity(np.array(robot.model.gravity.linear), box)
         origin = base_of(robot.description()).position
         home, nearest = _home(robot, given, box, origin)
         said["base"] = {"moving": box.settings}
@@ -191,19 +119,22 @@ def varied_cell(
     said |= {} if free is None else {"order": free.settings}
     said |= {} if postures is None else {"postures": postures}
     seen = given if box is None else _seen(given, home, origin)
-    branches = choice_of_states(robot, seen, nearest, way=way, turns=turns == "shortest", ordered=free is None)
+    branches = choice_of_states(robot, seen, nearest, way=way, turns=bool(beside["turns"]), ordered=free is None)
     inner = _inner(robot, given, box, home, still_branches(branches), origin)
     visits = Visits(inner, branches, TravelTimes.of(robot), free, way == "all")
     _check_apart(visits.nominal, visits.tour.order)
     return VariedCell(visits, told, said, box, free)
 
 
-def _box(base: Any) -> BaseBox:
+def _box(base: Any, robot: Robot) -> BaseBox:
     if not isinstance(base, Mapping) or not base:
         raise InvalidInputError(f"base: expected a mapping with moving, the ranges of the base, got {base!r}")
     for key in base:
         checked_name("key of base", key, ("moving",))
-    return BaseBox.of(base["moving"])
+    box = BaseBox.of(base["moving"])
+    robot.check_body("a moving base")
+    check_gravity(np.array(robot.model.gravity.linear), box)
+    return box
 
 
 def _inner(
@@ -236,7 +167,7 @@ def _check_apart(positions: Array, order: Array) -> None:
             )
 
 
-def points_of(points: Any, robot: Robot, angle: str) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+def points_of(points: Any, robot: Robot) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """Points that are visited, as settings, and as poses or joint positions.
 
     Raises:
@@ -244,6 +175,7 @@ def points_of(points: Any, robot: Robot, angle: str) -> tuple[tuple[Any, ...], t
     """
     if isinstance(points, ViaPoints):
         points = points.positions
+    angle = "rad"
     if isinstance(points, str | Path):
         points, angle = read_points(points, robot)
     if points is None or not isinstance(points, Sequence | np.ndarray) or len(points) < 2:
