@@ -184,8 +184,7 @@ NAMED = ("lock", "xacro", "position", "velocity", "acceleration", "jerk", "effor
 def keys_in(content):
     for key, value in content.items():
         yield key
-        ranges = key == "moving" and isinstance(value, dict)  # by coordinates of the base, which its line names
-        if key in NAMED or ranges:
+        if key in NAMED:
             continue
         for inner in value if isinstance(value, list) else [value]:
             if isinstance(inner, dict):
