@@ -12,7 +12,7 @@ def test_who_can_do_it_is_told_without_a_search(tmp_path):
     assert told.returncode == 0, told.stderr
     for name in ("ur5", "ur10", "panda", "xarm7", "z1"):
         assert f"\n{name} " in told.stdout
-    assert "misses point 0 by 156 mm" in told.stdout
+    assert "misses point 0 by 78.5 mm" in told.stdout
     assert not any(tmp_path.iterdir())
     none = trajevo("choose-robot", "which_robot", "--robots", "z1", "--only-check", cwd=tmp_path)
     assert none.returncode == 3

@@ -37,7 +37,10 @@ LIMITS = {"acceleration": 12.0, "jerk": 120.0}
 UR5 = {"name": "ur5", "tool": "tool0", "price": "24000 EUR", "mass": 18.4, "reach": "850 mm"}
 UR10 = {"name": "ur10", "tool": "tool0", "price": "32000 EUR", "mass": 28.9, "reach": 1.3}
 XARM7 = {"name": "xarm7", "price": "11000 EUR", "mass": 13.7}
-Z1 = {"name": "z1", "lock": {"jointGripper": 0.0}, "price": "9000 EUR", "mass": "4300 g"}
+#: With a tool whose z axis points away from the arm, as those of the others.
+TCP = {"name": "tcp", "parent": "link06", "position": [0.14, 0.0, 0.0], "rpy": [0.0, "90 deg", 0.0]}
+LOADED = {"lock": {"jointGripper": 0.0}, "tool": "tcp", "tools": [TCP]}
+Z1 = {"name": "z1", "price": "9000 EUR", "mass": "4300 g", **LOADED}
 ALL = [UR5, UR10, XARM7, Z1]
 
 
@@ -99,7 +102,7 @@ def test_who_cannot_reach_is_told_with_the_nearest_miss(found):
     assert (z1.state, z1.stopped_by, z1.front, len(z1.F)) == ("impossible", "reach", None, 0)
     assert [one.point for one in z1.misses] == [0, 1, 2]
     assert z1.reason.startswith(f"misses point 0 by {1e3 * z1.misses[0].distance:.3g} mm")
-    robot = load_robot("z1", lock={"jointGripper": 0.0}, limits=LIMITS)
+    robot = load_robot("z1", limits=LIMITS, **LOADED)
     q = np.random.default_rng(1).uniform(robot.limits.lower, robot.limits.upper, (20_000, robot.dof))
     positions, rotations = robot.tool_poses(q)
     down = np.diag([1.0, -1.0, -1.0])
