@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from tests.helpers import mostly_long, trajevo
-from trajevo.base import kernels
+from trajevo.base import jit, kernels
 from trajevo.base.machine_code import writing
 from trajevo.cli.main import COMMANDS
 
@@ -94,13 +94,15 @@ def test_a_run_imports_neither_pictures_nor_other_algorithms(tmp_path):
     assert modules & never == set()
 
 
-def test_a_run_with_compiled_loops_imports_neither_scipy_nor_masked_arrays(tmp_path):
-    if not (writing.suits() and kernels.ready()):
+@pytest.mark.parametrize("kind", ["compiled", "numpy"])
+def test_a_run_with_either_kind_of_kernel_imports_neither_scipy_nor_masked_arrays(kind, tmp_path, monkeypatch):
+    if kind == "compiled" and not (writing.suits() and kernels.ready()):
         pytest.skip("loops are not compiled")
+    monkeypatch.setenv(jit.CHOICE, kind)
     assert trajevo("init", "task.toml", cwd=tmp_path).returncode == 0
     small = ["--generations", "3", "--population", "12", "--quiet", "--report", "short", "--no-pictures"]
     modules = imported(COMMAND, "solve", "task.toml", *small, "--out", tmp_path / "run", cwd=tmp_path)
-    assert "llvmlite" in modules
+    assert ("llvmlite" in modules) == (kind == "compiled")
     assert modules & {"numba", "scipy", "numpy.ma"} == set()
 
 
