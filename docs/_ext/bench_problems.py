@@ -22,9 +22,9 @@ Those that check efforts or the height of a tool at samples alone do not: `refer
 best known sets exceed a limit in between. That is 1.1 % for `shin_mckay_line`, 0.9 % for `luus1993_bspline`, 0.4 % for
 `luus1993`, 0.2 % for `dissanayake1991`, 0.0005 % for `guo2016_payload`, and nothing for the others.
 
-A published value is confirmed if it was read in its source or in a text that quotes it. One that is not stands here
-with what speaks for it. Values of an independent solver are not printed anywhere: they were computed with SciPy, Ipopt,
-toppra or Drake, on the same curve where no note says otherwise.
+A value from elsewhere is *printed* if it was read in its source or in a text that quotes it. One that was *not looked
+up* stands here with what speaks for it. One that is *computed* is printed nowhere: SciPy, Ipopt, toppra, Drake or a
+closed form found it, on the same curve where no note says otherwise.
 """
 
 #: Problems that were thought of, and why they are not in the suite.
@@ -50,14 +50,16 @@ LEFT_OUT = "\n".join(
 def page() -> str:
     """The page in Markdown."""
     problems = [benchmark(name) for name in benchmarks()]
-    table = ["| problem | objectives | best known | published |", "|---|---|---|---|", *map(_row, problems)]
+    table = ["| problem | objectives | best known | from elsewhere |", "|---|---|---|---|", *map(_row, problems)]
     parts = [INTRODUCTION, "\n".join(table), *map(_section, problems), LEFT_OUT]
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
 def _row(of: BenchmarkProblem) -> str:
     objectives = ", ".join(of.told.objectives)
-    published = "; ".join(f"{_with(one.value, one.unit, 7)}{'' if one.confirmed else ' ?'}" for one in of.published)
+    published = "; ".join(
+        f"{_with(one.value, one.unit, 7)}{' ?' if one.basis == 'not looked up' else ''}" for one in of.published
+    )
     return f"| [`{of.name}`](#{of.name.replace('_', '-')}) | {objectives} | {_best(of)} | {published} |"
 
 
@@ -84,10 +86,10 @@ def _section(of: BenchmarkProblem) -> str:
     for k, (name, unit, values) in enumerate(columns):
         lines.append(f"| {name} | {unit} | {min(values):.9g} | {told.ideal[k]:g} to {told.reference_point[k]:g} |")
     if of.published:
-        lines += ["", "| published | value | confirmed | source and note |", "|---|---|---|---|"]
+        lines += ["", "| from elsewhere | value | basis | source and note |", "|---|---|---|---|"]
     for one in of.published:
-        value, known = _with(one.value, one.unit, 9), "yes" if one.confirmed else "no"
-        lines.append(f"| {one.objective} | {value} | {known} | {one.source}. {one.note} |")
+        value = _with(one.value, one.unit, 9)
+        lines.append(f"| {one.objective} | {value} | {one.basis} | {one.source}. {one.note} |")
     return "\n".join([*lines, *_unstated(of)])
 
 

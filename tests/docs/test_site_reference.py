@@ -234,7 +234,7 @@ def test_every_problem_of_the_suite_and_what_was_published_of_it_is_on_the_page(
         assert f"\n## {of.name}\n" in page
         assert f"{of.title}. " in page
         for one in of.published:
-            known = "yes" if one.confirmed else "no"
+            known = one.basis
             value = f"{one.value:.9g} {one.unit}".removesuffix(" 1")
             assert f"| {one.objective} | {value} | {known} | {one.source}. {one.note} |" in page
     assert {*bench_problems.UNSTATED} <= {*benchmarks()}

@@ -27,19 +27,19 @@ def turns(cpu, polishing=(), objectives=3, found=True, **manifest):
     return Turns(books, SimpleNamespace(**given))
 
 
-def test_a_short_polish_comes_after_ten_generations_and_when_half_of_its_time_has_passed():
-    first = 0.1 * np.arange(1, 11)
-    assert [turns(first[:count]).due for count in (1, 9, 10)] == [False, False, True]
+def test_a_short_polish_comes_after_six_generations_and_when_half_of_its_time_has_passed():
+    first = 0.1 * np.arange(1, 7)
+    assert [turns(first[:count]).due for count in (1, 5, 6)] == [False, False, True]
     # Evaluations of the first generation found the first population.
-    polished = [[500, *[0] * 9, 70]]
-    assert turns([*first, 2.0], *polished).taken == (11,)
-    assert not turns([*first, 2.0, 2.4], *polished).due
-    assert turns([*first, 2.0, 2.6], *polished).due
-    assert turns([*first, 2.0, 2.6], *polished).left == pytest.approx(7.4)
+    polished = [[500, *[0] * 5, 70]]
+    assert turns([*first, 1.6], *polished).taken == (7,)
+    assert not turns([*first, 1.6, 2.0], *polished).due
+    assert turns([*first, 1.6, 2.2], *polished).due
+    assert turns([*first, 1.6, 2.2], *polished).left == pytest.approx(7.8)
 
 
 def test_at_most_half_of_the_time_is_kept_for_the_whole_polish():
-    cpu, polished = [*0.1 * np.arange(1, 11), 2.0], [0] * 10 + [70]
+    cpu, polished = [*0.1 * np.arange(1, 7), 1.6], [0] * 6 + [70]
     assert turns(cpu).share == 0.5
     assert turns(cpu, polished).share == pytest.approx(1.0 - 4.0 * 1.0 / 10.0)
     assert turns(cpu, polished, cpu_time=4.0).share == 0.5
@@ -60,12 +60,12 @@ def test_a_run_holds_what_short_polishes_find():
     given = {"seed": 1, "population": 20, "generations": 30, "progress": False}
     front = optimise(made, cpu_time=60.0, **given)
     taken = front.run.settings["polished before"]
-    assert taken[0] == 11
+    assert taken[0] == 7
     assert taken[-1] <= 30
     volumes, size = front.history.hypervolume, front.history.front_size
     plain = optimise(made, polish=False, **given)
-    assert volumes[10] > plain.history.hypervolume[-1] > plain.history.hypervolume[10]
-    assert size[10] > 20
+    assert volumes[6] > plain.history.hypervolume[-1] > plain.history.hypervolume[6]
+    assert size[6] > 20
     np.testing.assert_array_equal(front.F, made.evaluate(front.X, return_values_of=["F"]))
     assert (front.G <= 0.0).all()
     assert "polished before" not in plain.run.settings
@@ -75,7 +75,7 @@ def test_an_interrupted_run_goes_on_after_the_turns_it_has_taken(tmp_path, stopp
     settings = {"seed": 2, "population": 16, "generations": 30, "cpu_time": 60.0, "progress": False}
     stopped_after(13)
     first = optimise(PointingMechanism(), out=tmp_path / "run", **settings)
-    assert (first.run.interrupted, first.run.settings["polished before"][0]) == (True, 11)
+    assert (first.run.interrupted, first.run.settings["polished before"][0]) == (True, 7)
     read = read_run(tmp_path / "run")
     np.testing.assert_array_equal(read.F, first.F)
     stopped_after(None)
@@ -83,7 +83,7 @@ def test_an_interrupted_run_goes_on_after_the_turns_it_has_taken(tmp_path, stopp
     # What was evaluated before is as it was; nothing of it is lost.
     assert last.run.cpu_seconds[:13] == first.run.cpu_seconds
     assert last.history.evaluations[:13] == first.history.evaluations
-    assert last.run.settings["polished before"][: len(first.run.settings["polished before"])][0] == 11
+    assert last.run.settings["polished before"][: len(first.run.settings["polished before"])][0] == 7
     corner = np.array(first.history.reference_point)
     assert hypervolume(last.F, corner) >= hypervolume(first.F, corner)
 

@@ -49,7 +49,9 @@ def test_a_problem_says_where_it_and_its_numbers_are_from(name):
         assert one.objective in of.told.objectives
         assert one.source
         assert one.unit == of.told.units[of.told.objectives.index(one.objective)]
-        assert one.confirmed or one.note, "what was not looked up says what it is worth"
+        assert one.basis == "printed" or one.note, "what is not printed says what it is worth"
+        by_a_solver = any(word in one.source for word in ("SLSQP", "Ipopt", "closed form", "toppra", "Drake"))
+        assert (one.basis == "computed") == by_a_solver
 
 
 @pytest.mark.parametrize("name", NAMES)

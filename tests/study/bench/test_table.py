@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from trajevo.errors import InvalidInputError
-from trajevo.study.bench.compare import compared, unlike
+from trajevo.study.bench.compare import compared, pace, unlike
 from trajevo.study.bench.record import BenchResults, BenchRun, Machine
 from trajevo.study.bench.table import Quartiles, cells_of, comma_separated, markdown, rows_of, write_table
 
@@ -154,3 +154,26 @@ def test_other_machines_and_budgets_are_told():
 def test_results_without_anything_in_common_are_refused():
     with pytest.raises(InvalidInputError, match="the two files have no rival on a problem in common"):
         compared(results(*OURS), results(*QUICK))
+
+
+def test_another_machine_is_compared_by_its_yardstick():
+    slow = Machine(processor="another", cores=4, system="Linux")
+    here = [run("trajevo", seed, 0.1 * seed, 1.0 * seed, yardstick=0.01) for seed in range(1, 6)]
+    there = [run("trajevo", seed, 0.3 * seed, 3.0 * seed, yardstick=0.03, machine=slow) for seed in range(1, 6)]
+    assert pace(results(*here), results(*there)) == pytest.approx(1.0 / 3.0)
+    assert {one.verdict for one in compared(results(*here), results(*there))} == {"within the quartiles"}
+    for one in compared(results(*here), results(*there)):
+        np.testing.assert_allclose(one.after, one.before)
+    (told,) = unlike(results(*here), results(*there))
+    assert told == "by the yardstick, times after are multiplied by 0.333 to be those of the machine before"
+    # Without a yardstick nothing is taken out.
+    unknown = results(*(run("trajevo", seed, 0.3 * seed, 3.0 * seed) for seed in range(1, 6)))
+    assert pace(results(*here), unknown) is None
+    assert {one.ratio for one in compared(results(*here), unknown)} >= {3.0}
+
+
+def test_what_is_published_tells_the_same_table_in_less():
+    whole = results(*OURS, *SLOW)
+    short = whole.brief_ones()
+    assert rows_of(short) == rows_of(whole)
+    assert len(short.model_dump_json()) < len(whole.model_dump_json())

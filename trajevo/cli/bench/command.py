@@ -72,10 +72,16 @@ def run(
 def table(
     results: _Results,
     out: Annotated[Path | None, typer.Option(help="Folder for the table and the pictures.")] = None,
+    record: Annotated[
+        Path | None, typer.Option(help="File for the results without members and histories, to be compared with.")
+    ] = None,
 ) -> None:
     """Show the table of a benchmark, and write it as CSV and Markdown with pictures where a folder is given."""
     found = BenchResults.load(results)
     _show(found)
+    if record is not None:
+        found.brief_ones().save(record)
+        _out.written(record, then=f"trajevo bench compare {record} OTHER")
     if out is not None:
         # Imported where pictures are drawn, since that takes long.
         from trajevo.study.bench.pictures import write_pictures
@@ -89,9 +95,13 @@ def table(
 
 @app.command()
 def compare(
-    before: Annotated[Path, typer.Argument(help="Results of another version or machine: a file, or a folder.")],
+    before: Annotated[
+        Path,
+        typer.Argument(help="Results of another version or machine: a file, a folder, or published, as in the docs."),
+    ],
     after: Annotated[Path, typer.Argument(help="Results to compare with them: a file, or a folder.")],
     every: Annotated[bool, typer.Option("--all", help="Show what is within the quartiles too.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="End with an error if anything is slower or worse.")] = False,
 ) -> None:
     """Show medians and quartiles of two results side by side, and which differ by more than their runs do."""
     old, new = BenchResults.load(before), BenchResults.load(after)
@@ -106,6 +116,8 @@ def compare(
     _out.print(f"{len(changes)} measures: {', '.join(f'{count} {verdict}' for verdict, count in counts.items())}")
     for told in unlike(old, new):
         _out.print(told)
+    if check and (counts["slower"] or counts["worse"]):
+        raise typer.Exit(1)
 
 
 def _tell(outcome: BenchOutcome) -> None:

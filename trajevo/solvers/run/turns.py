@@ -14,7 +14,7 @@ from trajevo.front.books import Books
 from trajevo.solvers.run.folder import Manifest
 
 #: Generations before the first short polish.
-_FIRST = 10
+_FIRST = 6
 
 #: CPU time of evolution between two short polishes, as a share of what the former took.
 _BETWEEN = 0.5

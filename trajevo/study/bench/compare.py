@@ -27,7 +27,7 @@ class Changed:
         rival: name of the rival.
         measure: what is measured, with its unit.
         before: its quartiles in the first file.
-        after: its quartiles in the second.
+        after: its quartiles in the second, times as the machine of the first file would have taken, by its yardstick.
         ratio: median after over median before; None if one of them never came.
         verdict: what it means.
     """
@@ -49,19 +49,32 @@ def compared(before: BenchResults, after: BenchResults) -> tuple[Changed, ...]:
     Raises:
         InvalidInputError: they have no rival on a problem in common.
     """
+    speed = pace(before, after) or 1.0
     known = {(row.problem, row.rival): row for row in rows_of(before) if row.runs}
     pairs = [(known[row.problem, row.rival], row) for row in rows_of(after) if (row.problem, row.rival) in known]
-    found = tuple(change for old, new in pairs if new.runs for change in _changes(old, new))
+    found = tuple(change for old, new in pairs if new.runs for change in _changes(old, new, speed))
     if not found:
         raise InvalidInputError("results: the two files have no rival on a problem in common")
     return found
 
 
+def pace(before: BenchResults, after: BenchResults) -> float | None:
+    """CPU time of the machine of the first file over that of the second for the same work, None where one is unknown.
+
+    It is the ratio of the medians of their yardsticks, fixed work that is measured beside every run.
+    """
+    sticks = [[run.yardstick for run in results.runs if run.yardstick is not None] for results in (before, after)]
+    return float(np.median(sticks[0]) / np.median(sticks[1])) if all(sticks) else None
+
+
 def unlike(before: BenchResults, after: BenchResults) -> tuple[str, ...]:
-    """What keeps CPU times from being compared, one sentence each; none if nothing does."""
+    """What has to be known to compare CPU times, or keeps them from being compared, one sentence each."""
     told = []
     machines = [sorted({run.machine.processor for run in results.runs}) for results in (before, after)]
-    if machines[0] != machines[1]:
+    speed = pace(before, after)
+    if speed is not None and speed != 1.0:
+        told.append(f"by the yardstick, times after are multiplied by {speed:.3g} to be those of the machine before")
+    elif speed is None and machines[0] != machines[1]:
         told.append(f"measured on {' and '.join(machines[0])} and on {' and '.join(machines[1])}: times do not compare")
     budgets = [sorted({run.budget for run in results.runs}) for results in (before, after)]
     if budgets[0] != budgets[1]:
@@ -70,8 +83,9 @@ def unlike(before: BenchResults, after: BenchResults) -> tuple[str, ...]:
     return tuple(told)
 
 
-def _changes(old: BenchRow, new: BenchRow) -> Iterator[Changed]:
-    for share, before, after in zip(SHARES, old.times, new.times, strict=True):
+def _changes(old: BenchRow, new: BenchRow, speed: float) -> Iterator[Changed]:
+    for share, before, measured in zip(SHARES, old.times, new.times, strict=True):
+        after = Quartiles(*(speed * value for value in measured))
         measure = f"time to {100.0 * share:g} % [s]"
         verdict: Verdict = "within the quartiles"
         if after.high < before.low:

@@ -15,9 +15,13 @@ from trajevo.base.arrays import Array
 from trajevo.base.files import MOST_DATA, read_text, why_not, write_whole
 from trajevo.errors import InvalidInputError, no_such_file
 from trajevo.front.records import Count, FromZero, Line, Record, told
+from trajevo.study.bench.suite import bench_folder
 
 #: File of all results in the folder of a benchmark, and the folder of its single runs.
 RESULTS_FILE, RUNS_FOLDER = "results.json", "runs"
+
+#: Name that stands for the results that are published with this version, and their file.
+PUBLISHED, PUBLISHED_FILE = "published", "published.json"
 
 #: Ends of a run: what a rival found was scored, it was not there, it cannot be set on the problem, or it failed.
 End = Literal["scored", "not installed", "not stated", "failed"]
@@ -80,7 +84,9 @@ class BenchRun(Record):
         end: how it ended.
         said: why it has no score, or what the rival's adapter says of itself.
         versions: versions of Python and of the packages that computed it, the rival's own included.
-        machine: the machine; CPU times of different machines do not compare.
+        machine: the machine.
+        yardstick: CPU time of fixed work on it, right before or after the run, whichever took less [s]; None in records
+            of older versions. CPU times of different machines compare in units of it alone.
         objectives: names of the objectives.
         units: their SI units.
         cpu: CPU time that the rival has spent [s].
@@ -104,6 +110,7 @@ class BenchRun(Record):
     said: Line = ""
     versions: dict[Line, Line]
     machine: Machine
+    yardstick: Annotated[float, pydantic.Field(gt=0.0)] | None = None
     objectives: tuple[Line, ...] = ()
     units: tuple[Line, ...] = ()
     cpu: FromZero = 0.0
@@ -156,13 +163,19 @@ class BenchResults(Record):
         """Read results.
 
         Args:
-            given: a file, or the folder of a benchmark.
+            given: a file, the folder of a benchmark, or ``"published"`` for what is published with this version.
 
         Raises:
             InvalidInputError: there is no such file, or it holds no results of this version; the message says where.
         """
         file = Path(given) / RESULTS_FILE if Path(given).is_dir() else Path(given)
+        if str(given) == PUBLISHED and not file.exists():
+            file = bench_folder() / PUBLISHED_FILE
         return _read(file, cls)
+
+    def brief_ones(self) -> BenchResults:
+        """The same without members and histories, which tables and comparisons do not need, to be published."""
+        return BenchResults(runs=tuple(run.model_copy(update={"X": (), "F": (), "history": ()}) for run in self.runs))
 
     def save(self, file: str | Path) -> None:
         """Write the results.

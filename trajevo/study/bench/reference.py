@@ -48,14 +48,16 @@ class _Model(pydantic.BaseModel):
 
 @final
 class Published(_Model):
-    """A published value of an objective.
+    """A value of an objective from elsewhere.
 
     Attributes:
         objective: name of the objective.
         value: the value, in ``unit``.
         unit: its SI unit.
-        source: where it is printed.
-        confirmed: whether it was looked up, in the source itself or in a text that quotes it.
+        source: where it is printed, or what computed it.
+        basis: ``"printed"`` if it was looked up, in the source itself or in a text that quotes it; ``"not looked up"``
+            if its note says what speaks for it; ``"computed"`` if it is printed nowhere, but a solver that is not
+            trajevo's, or a closed form, found it.
         tolerance: share of the value by which the best known one may differ from it and still confirm it; None where
             both need not be equal, as with a value for motions of another kind.
         note: what it is a value of, and how it compares.
@@ -65,7 +67,7 @@ class Published(_Model):
     value: _Number
     unit: str
     source: str
-    confirmed: bool
+    basis: Literal["printed", "not looked up", "computed"]
     tolerance: _Number | None = None
     note: str = ""
 

@@ -31,6 +31,7 @@ from trajevo.study.bench.record import (
 )
 from trajevo.study.bench.score import INSTANTS, MOST_KEPT, SHARES, Measure, Story, kept_rows, violation_of
 from trajevo.study.bench.suite import benchmark, benchmarks
+from trajevo.study.bench.yardstick import yardstick
 from trajevo.study.engines import Engine, InProcess
 
 
@@ -197,7 +198,9 @@ def run_rival(problem: str, rival: str, *, seed: int, budget: float, suite: str 
         return BenchRun(**about, versions=versions, end="not stated", said=refused)
     if not own.installed:
         return BenchRun(**about, versions=versions, end="not installed", said=f"not installed: {own.install}")
+    before = yardstick()
     failure = _solved(own, contest)
+    about["yardstick"] = min(before, yardstick())
     end: End = "failed" if failure and not (contest.tried or contest.motions) else "scored"
     said = one_line(failure) or own.says
     return BenchRun(**about, versions=versions, end=end, said=said, **_scores(contest))
