@@ -1,0 +1,534 @@
+"""Check a proof file of a robot's motion: ``python check_proof.py FILE``; it imports nothing but the standard library.
+
+The file claims that quantities stay between two numbers at every instant, and so keep limits; nothing of how it was made
+is trusted. Positions and derivatives are polynomials whose coefficients are doubles, so rationals: their Bernstein
+coefficients, in whole numbers without rounding, enclose them on intervals that are halved until a claim is proven or
+broken. Efforts come from the recursion of Newton and Euler, of quantities that are polynomials of time with a bound of all
+truncation and rounding (:class:`Tube`). Exit code 0: all that is checked is proven; 1: not; 2: no such file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import sys
+from fractions import Fraction
+from functools import lru_cache
+from itertools import accumulate, pairwise
+from operator import mul
+from types import SimpleNamespace
+from typing import Any
+
+ORDERS = ("position", "velocity", "acceleration", "jerk")
+#: Bytes of a file; halvings of an interval, of a piece; pieces looked at for each of the file; coefficients of tubes.
+LARGEST, CUTS, DEEPEST, PIECES, TERMS = 2**26, 60, 48, 60, 10
+#: Shares: by which limits may be exceeded; of a peak, and of the greatest position over a power of the shortest segment,
+#: below which a step at a break is none; of a peak, up to which a joint is at rest.
+WITHIN, STEP, STEP_ROUNDING, AT_REST = 1e-9, 1e-6, 1e-11, 1.001e-9
+#: Rounding of a double; factor and term for the rounding and underflow of error bounds themselves; pi, to 70 digits.
+U, UP, TINY = 2.0**-53, 1.0 + 2.0**-30, 1e-290
+FAR = Fraction(10) ** 300
+PI = Fraction(31415926535897932384626433832795028841971693993751058209749445923078164, 10**70)
+
+
+class BadFileError(ValueError):
+    """The file is no proof file, or contradicts itself."""
+
+
+def decide(b: list[int], low: int | None, high: int | None) -> tuple[bool | None, Fraction]:
+    """Whether low <= p(u) <= high for u in [0, 1] and Bernstein coefficients b; False or None (undecided) with a u."""
+    n, stack = len(b) - 1, [(b, low, high, 0, 0)]
+    while stack:
+        b, low, high, place, depth = stack.pop()
+        if (high is None or max(b) <= high) and (low is None or min(b) >= low):
+            continue
+        for end, value in ((place, b[0]), (place + 1, b[-1])):
+            if (high is not None and value > high) or (low is not None and value < low):
+                return False, Fraction(end, 1 << depth)
+        if depth == CUTS:
+            return None, Fraction(place, 1 << depth)
+        row, left, right = [x << n for x in b], [], []
+        while row:  # de Casteljau's halving; exact, as everything has been multiplied by 2^n
+            left, right, row = [*left, row[0]], [row[-1], *right], [(x + y) >> 1 for x, y in pairwise(row)]
+        low, high = (None if x is None else x << n for x in (low, high))
+        stack += [(right, low, high, 2 * place + 1, depth + 1), (left, low, high, 2 * place, depth + 1)]
+    return True, Fraction(0)
+
+
+@lru_cache
+def table(n: int) -> tuple[int, list[list[int]]]:
+    """The least common multiple m of all (n over k), and rows of m (j over k) / (n over k) for k up to j."""
+    m = math.lcm(*(math.comb(n, k) for k in range(n + 1)))
+    return m, [[m * math.comb(j, k) // math.comb(n, k) for k in range(j + 1)] for j in range(n + 1)]
+
+
+def bernstein(a: list[int]) -> list[int]:
+    """Bernstein coefficients on [0, 1] of whole coefficients of powers, times ``table(degree)[0]``."""
+    return [sum(map(mul, weights, a)) for weights in table(len(a) - 1)[1]]
+
+
+def moved(a: list[int], start: int, width: int) -> list[int]:
+    """Coefficients of the powers of u in p(start + width u)."""
+    a = a.copy()
+    for i in range(len(a) - 1):  # Taylor's shift
+        for k in range(len(a) - 2, i - 1, -1):
+            a[k] += a[k + 1] * start
+    return [x * width**k for k, x in enumerate(a)]
+
+
+def whole(a: list[Any]) -> tuple[list[int], int]:
+    """Doubles or rationals as whole numbers, and by what these are divided."""
+    ratios = [x.as_integer_ratio() for x in a]
+    divisor = math.lcm(*(d for _, d in ratios))
+    return [x * (divisor // d) for x, d in ratios], divisor
+
+
+class Segment:
+    """The exact polynomials of all joints in a segment, of u = (time since its begin) / duration."""
+
+    def __init__(self, begin: float, end: float, rows: list[list[float]]) -> None:
+        self.begin, self.duration = Fraction(begin), Fraction(end) - Fraction(begin)
+        self.a = [whole([Fraction(c) * self.duration**k for k, c in enumerate(row)]) for row in rows]
+        self.b = [bernstein(a) for a, _ in self.a]
+
+    def derivative(self, joint: int, order: int) -> tuple[list[int], Fraction]:
+        """Bernstein coefficients of a derivative, and by what they are divided."""
+        b, divisor = self.b[joint], Fraction(self.a[joint][1] * table(len(self.b[joint]) - 1)[0])
+        for _ in range(order):
+            b, divisor = [y - x for x, y in pairwise(b)] or [0], divisor * self.duration / max(len(b) - 1, 1)
+        return b, divisor
+
+    def on_piece(self, level: int, place: int) -> list[list[Tube]]:
+        """Positions, velocities, accelerations of all joints on u = (2 place + 1 + s) / 2^(level + 1), |s| <= 1."""
+        found: list[list[Tube]] = [[], [], []]
+        rate, scale = float((2 << level) / self.duration), 2 << level
+        for a, divisor in self.a:
+            n = len(a) - 1
+            exact = moved([x * scale ** (n - k) for k, x in enumerate(a)], 2 * place + 1, 1)
+            c = [x / (divisor * scale**n) for x in exact]
+            for tubes in found:
+                tubes.append(Tube.of(c, 8.0 * U * sum(map(abs, c))))
+                c = [k * x * rate for k, x in enumerate(c)][1:]
+        return found
+
+
+class Tube:
+    """All functions that differ by at most e from the polynomial of s, |s| <= 1, with TERMS coefficients c."""
+
+    __slots__ = ("c", "e", "size")
+
+    def __init__(self, c: list[float], e: float) -> None:
+        self.c, self.e, self.size = c, e * UP + TINY, sum(map(abs, c))
+
+    @staticmethod
+    def of(c: list[float], e: float = 0.0) -> Tube:
+        """A tube, ``ZERO`` if it is 0; what has no place in its polynomial widens it."""
+        return Tube((c + [0.0] * TERMS)[:TERMS], e + sum(map(abs, c[TERMS:]))) if e or any(c) else ZERO
+
+    def __mul__(self, other: Tube) -> Tube:
+        if self is ZERO or other is ZERO:
+            return ZERO
+        b = other.c[::-1]
+        c = [sum(map(mul, self.c, b[TERMS - 1 - k :])) for k in range(TERMS)]
+        lost = sum(map(mul, map(abs, self.c[1:]), accumulate(map(abs, b))))
+        rounding = (TERMS + 2) * U * self.size * other.size
+        return Tube(c, self.size * other.e + other.size * self.e + self.e * other.e + lost + rounding)
+
+    def __rmul__(self, k: float) -> Tube:  # constants may be rounded twice themselves, as in dot
+        return Tube([k * a for a in self.c], abs(k) * (self.e + 4.0 * U * self.size)) if k and self is not ZERO else ZERO
+
+    def keeps(self, low: Fraction, high: Fraction) -> bool | None:
+        """Whether it stays between two numbers; False if it surely does not, None if it is too wide to tell."""
+        around = (sum(map(abs, self.c[1:])) + self.e) * UP + 2.0 * U * abs(self.c[0])
+        if low <= self.c[0] - around and self.c[0] + around <= high:
+            return True
+        if not self.e + self.size < math.inf or low + Fraction(self.e) > high - Fraction(self.e):
+            return None
+        (a, divisor), e, m = whole(self.c), Fraction(self.e), table(TERMS - 1)[0]
+        least, most = math.ceil((low + e) * divisor * m), math.floor((high - e) * divisor * m)
+        kept, u = decide(bernstein(moved(a, -1, 2)), least, most)
+        value = sum(Fraction(x) * (2 * u - 1) ** k for k, x in enumerate(self.c))
+        return kept if kept is not False else None if low - e <= value <= high + e else False
+
+    def series(self, factors: list[float], rest: float) -> Tube:
+        """1 + f0 x (1 + f1 x (1 + ...)); all further terms together are at most ``rest``."""
+        inner = ZERO
+        for factor in reversed(factors):
+            inner = factor * (self * dot((1, 1), (ONE, inner)))
+        return dot((1, 1, 1), (ONE, inner, Tube.of([0.0], rest)))
+
+    def sine_and_cosine(self) -> tuple[Tube, Tube]:
+        """Those of an angle: of its middle, and Taylor's series of what is around it."""
+        (s, c), rest, e = sine_cosine(self.c[0]), Tube.of([0.0, *self.c[1:]]), Tube.of([0.0], 2.0 * U + self.e)
+        count, left_out, square = 1, rest.size**2, rest * rest
+        while left_out > 1e-19 and count < 60:
+            count, left_out = count + 1, left_out * rest.size**2 / (4 * count**2)
+        left_out = 2.0 * left_out * (1.0 + rest.size) if rest.size < count else math.inf
+        even, odd = ([-1.0 / ((2 * k) * (2 * k + i)) for k in range(1, count + 1)] for i in (-1, 1))
+        cosine, sine = square.series(even, left_out), rest * square.series(odd, left_out)
+        return dot((s, c, 1), (cosine, sine, e)), dot((c, -s, 1), (cosine, sine, e))
+
+    def inverse_root(self) -> Tube:
+        """1 / sqrt of it, by the binomial series."""
+        middle, around = self.c[0], Tube.of([0.0, *self.c[1:]], self.e)
+        size, count = (around.size + around.e) / middle * UP if middle > 0.0 else 1.0, 1
+        while size**count > 1e-19 and count < 80:
+            count += 1
+        left_out = size**count / (1.0 - size) if size < 0.9 else math.inf
+        factors = [-(2 * k - 1) / (2 * k) for k in range(1, count)]
+        return (1.0 / math.sqrt(middle)) * ((1.0 / middle) * around).series(factors, left_out)
+
+
+ZERO = Tube([0.0] * TERMS, 0.0)  # this object is exactly 0
+ONE = Tube.of([1.0])
+
+
+@lru_cache(maxsize=4096)
+def sine_cosine(angle: float) -> tuple[float, float]:
+    """Sine and cosine of a number, each with an error below 2 U: Taylor's series in whole numbers over 2^180."""
+    if not abs(angle) < 1e15:
+        raise OverflowError
+    x = round((Fraction(angle) - round(angle / (2.0 * math.pi)) * 2 * PI) * 2**180)  # at most about pi remains
+    found, term, k = [0, 0], 2**180, 0
+    while abs(term) > 1:
+        found[k % 2] += term if k % 4 < 2 else -term
+        k += 1
+        term = (term * x >> 180) // k
+    return found[1] / 2**180, found[0] / 2**180
+
+
+def dot(constants: Any, tubes: Any) -> Tube:
+    """The sum of constants times tubes."""
+    some = [(k, x) for k, x in zip(constants, tubes, strict=True) if k and x is not ZERO]
+    if len(some) < 2:
+        return ZERO if not some else some[0][1] if some[0][0] == 1.0 else some[0][0] * some[0][1]
+    c, e = [0.0] * TERMS, 0.0
+    for k, x in some:
+        c, e = [a + k * b for a, b in zip(c, x.c)], e + abs(k) * (x.e + (len(some) + 4) * U * x.size)
+    return Tube(c, e)
+
+
+def added(*vectors: Any) -> list[Tube]:
+    """The sum of vectors of tubes."""
+    return [dot([1] * len(vectors), column) for column in zip(*vectors, strict=True)]
+
+
+def lin(matrix: Any, v: Any) -> list[Tube]:
+    """A matrix of constants times a vector of tubes, or one of tubes times constants."""
+    return [dot(v, row) if isinstance(row[0], Tube) else dot(row, v) for row in matrix]
+
+
+def cross(a: Any) -> list[list[float]]:
+    """The matrix of the cross product of a constant vector with another."""
+    return [[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]]
+
+
+class Link:
+    """A joint with what it moves, in axes of its own; constants are rationals of which doubles are made at the end."""
+
+    def __init__(self, data: Any, bodies: list[Any]) -> None:
+        self.parent, self.turns, self.place = int(data["parent"]), data["turns"] is True, numbers(data["rotation"], 3, 3)
+        self.axis, self.offset, self.back = numbers(data["axis"], 3), numbers(data["offset"], 3), list(zip(*self.place))
+        a, self.arm, self.swept, self.held = [Fraction(x) for x in self.axis], cross(self.offset), cross(self.axis), []
+        self.fixed = [[float(x * y) for y in a] for x in a]
+        self.turned = [[float((i == j) - a[i] * a[j]) for j in range(3)] for i in range(3)]
+        mass, moment, second = Fraction(0), [Fraction(0)] * 3, [[Fraction(0)] * 3 for _ in range(3)]
+        for body in bodies:
+            m, com = Fraction(*numbers([body["mass"]], 1)), [Fraction(x) for x in numbers(body["com"], 3)]
+            if body["weight_only"]:
+                self.held.append((float(m), cross([float(x) for x in com])))
+                continue
+            own = [[Fraction(x) for x in row] for row in numbers(body["inertia"], 3, 3)]
+            mass, moment, half = mass + m, [x + m * y for x, y in zip(moment, com)], sum(own[k][k] for k in range(3)) / 2
+            for i in range(3):
+                for j in range(3):  # half the trace of an inertia less the inertia is the second moment of mass
+                    second[i][j] += (half if i == j else 0) - own[i][j] + m * com[i] * com[j]
+        self.mass, self.moment, self.second = float(mass), [*map(float, moment)], [[*map(float, x)] for x in second]
+
+    def rotated(self, v: list[Tube], sign: int) -> list[Tube]:
+        """A vector turned by the joint's angle (sign 1), or back (-1): the formula of Rodrigues."""
+        if not self.turns:
+            return v
+        parts = zip(lin(self.fixed, v), lin(self.turned, v), lin(self.swept, v))
+        return [dot((1, 1, sign), (x, y * self.cosine, z * self.sine)) for x, y, z in parts]
+
+    def move(self, before: Any, q: Tube, v: Tube, a: Tube, angle: tuple[Tube, Tube]) -> None:
+        """Motion of the link from that of the one before, then the force and the moment that its bodies need."""
+        self.q, (self.sine, self.cosine) = q, angle
+        known = before.spin, before.rate, added(before.pull, lin(before.swing, self.offset)), before.weight
+        self.spin, self.rate, self.pull, self.weight = (self.rotated(lin(self.back, x), -1) for x in known)
+        gain, turning = [k * a for k in self.axis], [-1 * (x * v) for x in lin(self.swept, self.spin)]
+        if self.turns:
+            self.spin, self.rate = added(self.spin, [k * v for k in self.axis]), added(self.rate, gain, turning)
+        w, d = self.spin, self.rate
+        p = [[w[i] * w[j] if i <= j else ZERO for j in range(3)] for i in range(3)]
+        self.swing = [  # from the place of a point to its acceleration beyond that of the origin
+            [dot((-1, -1), (p[1][1], p[2][2])), dot((1, -1), (p[0][1], d[2])), dot((1, 1), (p[0][2], d[1]))],
+            [dot((1, 1), (p[0][1], d[2])), dot((-1, -1), (p[0][0], p[2][2])), dot((1, -1), (p[1][2], d[0]))],
+            [dot((1, -1), (p[0][2], d[1])), dot((1, 1), (p[1][2], d[0])), dot((-1, -1), (p[0][0], p[1][1]))],
+        ]
+        if not self.turns:
+            self.pull = added(self.pull, [x * q for x in lin(self.swing, self.axis)], turning, turning, gain)
+        self.force = added([self.mass * x for x in self.pull], lin(self.swing, self.moment))
+        e, s = self.second, self.swing
+        pairs = ((2, 1), (0, 2), (1, 0))
+        turn = [dot([*(e[k][j] for k in range(3)), *(-e[k][i] for k in range(3))], [*s[i], *s[j]]) for i, j in pairs]
+        self.torque = added(lin(cross(self.moment), self.pull), turn)
+        for mass, arm in self.held:
+            up = [-mass * x for x in self.weight]
+            self.force, self.torque = added(self.force, up), added(self.torque, lin(arm, up))
+
+    def bears(self, links: list[Link]) -> Tube:
+        """The effort of the joint; what is beyond it is handed on to the link before."""
+        force, torque = self.force, self.torque
+        effort = dot(self.axis, torque if self.turns else force)
+        if self.parent >= 0:
+            more = [] if self.turns else [lin(self.swept, [x * self.q for x in force])]
+            force, torque = (lin(self.place, self.rotated(x, 1)) for x in (force, added(torque, *more)))
+            before = links[self.parent]
+            before.force, before.torque = added(before.force, force), added(before.torque, torque, lin(self.arm, force))
+        return effort
+
+
+class Robot:
+    """A robot with one of its loads."""
+
+    def __init__(self, data: Any, load: list[Any]) -> None:
+        bodies, count = data["bodies"] + load, len(data["links"])
+        self.links = [Link(x, [b for b in bodies if b["link"] == k]) for k, x in enumerate(data["links"])]
+        self.drives, self.screws = numbers(data["matrix"], count, None), data["screws"]
+        self.offset, gravity, still = numbers(data["offset"], count), numbers(data["gravity"], 3), [ZERO] * 3
+        weight = [Tube.of([g * any(link.held for link in self.links)]) for g in gravity]
+        pull = [Tube.of([-g]) for g in gravity]  # gravity counts as an acceleration of the ground upwards
+        self.ground = SimpleNamespace(spin=still, rate=still, swing=[still] * 3, pull=pull, weight=weight)
+        keys = ("viscous", "armature", "coulomb", "coulomb_backward", "standing")
+        self.viscous, self.armature, *self.dry = (numbers(data["friction"][key], len(self.drives[0])) for key in keys)
+
+    def efforts(self, q: list[Tube], v: list[Tube], a: list[Tube]) -> list[Tube]:
+        """Efforts of the actuators without dry friction."""
+        model = [dot([*row, 1], [*q, Tube.of([x])]) for row, x in zip(self.drives, self.offset)]
+        speeds, gains = lin(self.drives, v), lin(self.drives, a)
+        angles = [x.sine_and_cosine() if link.turns else (ZERO, ONE) for link, x in zip(self.links, model)]
+        if self.screws:  # slide (x1 + x2) / 2 and swivel atan(u / span), u = x2 - x1
+            i, j, span = (self.screws[key] for key in ("slide", "swivel", "span"))
+            u, du, ddu = (dot((-1, 1), (x[i], x[j])) for x in (q, v, a))
+            root = dot((1, span), (u * u, Tube.of([span]))).inverse_root()
+            share, angles[j] = span * (root * root), (u * root, span * root)
+            model[i], speeds[i], gains[i] = (dot((0.5, 0.5), (x[i], x[j])) for x in (q, v, a))
+            speeds[j] = share * du
+            gains[j] = dot((1, -2.0 / span), (share * ddu, u * speeds[j] * speeds[j]))
+        for link, *state in zip(self.links, model, speeds, gains, angles):
+            link.move(self.ground if link.parent < 0 else self.links[link.parent], *state)
+        torques = [link.bears(self.links) for link in reversed(self.links)][::-1]
+        if self.screws:
+            turn = torques[j] * share
+            torques[i], torques[j] = (dot((0.5, sign), (torques[i], turn)) for sign in (-1, 1))
+        parts = zip(zip(*self.drives), self.viscous, v, self.armature, a)
+        return [dot([*row, d, m], [*torques, x, y]) for row, d, x, m, y in parts]
+
+    def friction(self, joint: int, v: Tube) -> tuple[Fraction, Fraction]:
+        """Least and greatest dry friction of a joint; up to a speed it stands and has none."""
+        ahead, behind, rest = (Fraction(x[joint]) for x in self.dry)
+        far = Fraction(v.size + v.e) + rest + 1 if v.size + v.e < math.inf else Fraction(0)
+        if v is ZERO or (not ahead and not behind):
+            return 0 * rest, 0 * rest
+        forward, backward = not v.keeps(-far, rest), not v.keeps(-rest, far)
+        stands = not v.keeps(rest, far) and not v.keeps(-far, -rest)
+        return -behind if backward else 0 * rest if stands else ahead, ahead if forward else 0 * rest if stands else -behind
+
+
+def numbers(x: Any, *shape: int | None) -> Any:
+    """Nested lists of finite doubles in the given shape (None: any length); doubles may be hexadecimal texts."""
+    if shape:
+        if not isinstance(x, list) or not x or shape[0] not in (None, len(x)):
+            raise BadFileError(f"expected a list of {shape[0] or 'some'} entries, got {str(x):.40}")
+        return [numbers(each, *shape[1:]) for each in x]
+    text = isinstance(x, str) and x.lstrip("-").startswith("0x")
+    value = float.fromhex(x) if text else x if type(x) in (int, float) else math.nan
+    if not abs(value) <= sys.float_info.max:
+        raise BadFileError(f"expected a finite number, got {str(x):.40}")
+    return float(value)
+
+
+class Motion:
+    """What a file says of a motion, and the proofs of its rows."""
+
+    def __init__(self, data: Any) -> None:
+        self.data, motion, self.names = data, data["motion"], [str(each["name"]) for each in data["motion"]["joints"]]
+        breaks = numbers(motion["breaks"], None)
+        if breaks[0] != 0.0 or len(breaks) < 2 or any(y <= x for x, y in pairwise(breaks)):
+            raise BadFileError("breaks: expected times that increase from 0")
+        rows = numbers(motion["coefficients"], len(breaks) - 1, len(self.names), None)
+        self.segments = [Segment(x, y, row) for (x, y), row in zip(pairwise(breaks), rows)]
+        self.peaks = [[self.peak(order, j) for j in range(len(self.names))] for order in range(3)]
+        self.shortest = min(each.duration for each in self.segments)
+
+    def peak(self, order: int, joint: int) -> Fraction:
+        """An upper bound of a derivative's magnitude."""
+        parts = (each.derivative(joint, order) for each in self.segments)
+        return max(max(map(abs, b)) / divisor for b, divisor in parts)
+
+    def steps(self, order: int, joint: int) -> str:
+        """Where a derivative steps at a break, so that the next one is infinite; empty if nowhere."""
+        most = Fraction(STEP) * self.peaks[order][joint]
+        most += Fraction(STEP_ROUNDING) * max(self.peaks[0]) / self.shortest**order
+        for one, next_ in pairwise(self.segments):
+            (before, m), (after, n) = one.derivative(joint, order), next_.derivative(joint, order)
+            if abs(after[0] / n - before[-1] / m) > most:
+                return f"{ORDERS[order]} steps at {float(next_.begin):.6g} s"
+        return ""
+
+    def polynomial(self, order: int, joint: int, low: Any, high: Any) -> str:
+        """Why a derivative may leave what is claimed; empty if it does not."""
+        for each in self.segments:
+            b, divisor = each.derivative(joint, order)
+            bounds = low and math.ceil(low * divisor), high and math.floor(high * divisor)
+            kept, u = decide(b, *(y if x is None else int(y) for x, y in zip((low, high), bounds)))
+            if not kept:
+                at = float(each.begin + u * each.duration)
+                return f"it {'is' if kept is False else 'may be'} beyond what is claimed at {at:.6g} s"
+        return self.steps(order - 1, joint) if order else ""
+
+    def efforts(self, rows: list[tuple[int, Any, Any]]) -> dict[int, str]:
+        """For the joints of rows (joint, least, greatest), why their efforts may leave what is claimed."""
+        data, failed = self.data["robot"], {j: self.steps(0, j) or self.steps(1, j) for j, _, _ in rows}
+        robots = [Robot(data, load) for load in data["loads"]]
+        for j, rest in enumerate(robots[0].dry[2]):
+            if rest > AT_REST * (self.peaks[1][j] + self.peaks[0][j] / sum(x.duration for x in self.segments)):
+                raise BadFileError(f"standing: {rest:g} is no rounding for the speed of {self.names[j]}")
+        place, looked = Fraction(0), PIECES * len(self.data["pieces"])
+        for piece in self.data["pieces"]:
+            number, level, first, shares = (piece[key] for key in ("segment", "level", "place", "shares"))
+            follows = 0 <= level <= CUTS and 0 <= first < 1 << level and place == number + Fraction(first, 1 << level)
+            if not follows or len(shares) != len(rows) or not all(type(x) is int and 0 <= x <= 1000 for x in shares):
+                raise BadFileError("pieces: expected all of the motion one after the other, with shares up to 1000")
+            place, segment, robot = place + Fraction(1, 1 << level), self.segments[number], robots[self.data["carried"][number]]
+            todo = [(j, low * share / 1000, high * share / 1000) for (j, low, high), share in zip(rows, shares)]
+            stack = [(level, first, todo)]
+            while stack:
+                (level, first, todo), looked = stack.pop(), looked - 1
+                at = f"at {float(segment.begin + segment.duration * Fraction(2 * first + 1, 2 << level)):.6g} s"
+                left = []
+                try:
+                    q, v, a = segment.on_piece(level, first)
+                    efforts = robot.efforts(q, v, a)
+                except (OverflowError, ZeroDivisionError, ValueError):
+                    efforts = []
+                for j, low, high in todo:
+                    dry = robot.friction(j, v[j]) if efforts else (0, 1)
+                    kept = efforts[j].keeps(low - dry[0], high - dry[1]) if efforts else None
+                    if kept is False and dry[0] == dry[1]:
+                        failed[j] = failed[j] or f"it is beyond what is claimed {at}"
+                    elif not kept and not failed[j]:
+                        left.append((j, low, high))
+                if left and level < DEEPEST and looked > 0:
+                    stack += [(level + 1, 2 * first + 1, left), (level + 1, 2 * first, left)]
+                failed |= {j: f"it may be beyond what is claimed {at}" for j, *_ in left if not (level < DEEPEST and looked > 0)}
+        if rows and place != len(self.segments):
+            raise BadFileError("pieces: they end before the motion does")
+        return failed
+
+    def check(self) -> list[tuple[str, bool, str]]:
+        """Every row, and every limit without one: its name, whether it is proven, and why."""
+        rows, dynamic, told = {}, [], []
+        for row in self.data["rows"]:
+            key, joint = (row["quantity"], row["joint"]), self.names.index(row["joint"])
+            if key in rows or key[0] not in self.data["limits"]:
+                raise BadFileError(f"rows: expected one for each quantity of a joint, got {key}")
+            rows[key] = [None if x is None else Fraction(numbers(x)) for x in (row["least"], row["greatest"])]
+            if key[0] == "effort":
+                dynamic.append((joint, *(far if x is None else x for x, far in zip(rows[key], (-FAR, FAR)))))
+        efforts = self.efforts(dynamic) if dynamic else {}
+        for quantity in (*ORDERS, "effort"):
+            limits = [[None if x is None else Fraction(numbers(x)) for x in each] for each in self.data["limits"][quantity]]
+            for j, (name, ends) in enumerate(zip(self.names, limits, strict=True)):
+                claim = rows.get((quantity, name))
+                if claim is None and ends == [None, None]:
+                    continue
+                why = "there is a limit, and nothing is claimed" if claim is None else ""
+                if claim and quantity == "effort":
+                    why = efforts[j]
+                elif claim:
+                    why = self.polynomial(ORDERS.index(quantity), j, *claim)
+                told.append((f"{quantity} of {name}", *judged(why, quantity, claim, ends)))
+        return told
+
+
+def judged(why: str, quantity: str, claim: Any, ends: Any) -> tuple[bool, str]:
+    """Whether a claim that holds, unless ``why`` says that it does not, keeps the limits; and a sentence."""
+    low, high = ["none" if x is None else f"{float(x):.6g}" for x in claim or ends]
+    size = [abs(x or 0) or 1 for x in ends] if quantity != "position" or None in ends else [(ends[1] - ends[0]) / 2] * 2
+    room = [Fraction(WITHIN) * x for x in size]
+    kept = not why and all(
+        limit is None or (x is not None and sign * x <= sign * limit + slack)
+        for sign, x, limit, slack in zip((-1, 1), claim, ends, room)
+    )
+    limits = " to ".join("none" if x is None else f"{float(x):.6g}" for x in ends)
+    said = why or f"it stays between {low} and {high}" + ("" if kept else ", which is not within its limits")
+    return kept, f"{said}; limits {limits}" if ends != [None, None] else f"{said}; no limit"
+
+
+def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON, whose keys must differ."""
+    if len(dict(pairs)) < len(pairs):
+        raise BadFileError(f"a key stands twice: {sorted(key for key, _ in pairs)}")
+    return dict(pairs)
+
+
+def refuse(text: str) -> None:
+    """Refuse a constant that is no number."""
+    raise BadFileError(f"expected finite numbers, got {text}")
+
+
+def read(content: bytes) -> Any:
+    """The data of a file, if it is what it says it is."""
+    data = json.loads(content.decode(), object_pairs_hook=unique, parse_constant=refuse)
+    if not isinstance(data, dict) or (data.get("format"), data.get("version")) != ("trajevo proof", 1):
+        raise BadFileError("expected format 'trajevo proof', version 1")
+    digest = data.pop("digest", None)
+    plain = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+    if digest != f"sha256:{hashlib.sha256(plain).hexdigest()}":
+        raise BadFileError("its digest is not that of its content: it was changed after it was written")
+    return data
+
+
+def check(content: bytes) -> tuple[list[tuple[str, bool, str]], list[tuple[str, str]]]:
+    """What is proven of a file: rows (name, whether it is proven, why), and names and reasons of what is not checked.
+
+    Raises:
+        BadFileError: it is no proof file, or contradicts itself.
+    """
+    try:
+        data = read(content)
+        rows = Motion(data).check()
+        return rows, [(str(each["name"]), str(each["why"])) for each in data["not_checked"]]
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
+        raise error if isinstance(error, BadFileError) else BadFileError(f"{type(error).__name__}: {error}") from None
+
+
+def main(arguments: list[str]) -> int:
+    """Print what is proven of a file, and give the exit code."""
+    try:
+        if len(arguments) != 1:
+            raise BadFileError("expected one argument, the file")
+        with open(arguments[0], "rb") as stream:
+            content = stream.read(LARGEST + 1)
+        if len(content) > LARGEST:
+            raise BadFileError(f"expected at most {LARGEST} bytes")
+        rows, left = check(content)
+    except (BadFileError, OSError) as error:
+        print(f"bad file: {str(error):.300}")
+        return 2
+    for name, proven, why in rows:
+        print(f"{'proven' if proven else 'NOT PROVEN'}: {name}: {why}")
+    for name, why in left:
+        print(f"not checked: {name}: {why}")
+    count = sum(proven for _, proven, _ in rows)
+    done = bool(rows) and count == len(rows)
+    print(f"{'PROVEN' if done else 'NOT PROVEN'}: {count} of {len(rows)} rows; {len(left)} not checked")
+    return 0 if done else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
