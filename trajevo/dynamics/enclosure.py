@@ -95,7 +95,9 @@ def enclose_pieces(rollout: Rollout, limits: Array, *, tolerance: float) -> tupl
     return Pieces(*(np.concatenate(columns) for columns in zip(*parts, strict=True))), np.concatenate(bounds)
 
 
-def _everything(rollout: Rollout, limits: Array, tolerance: float, kept: list[tuple[Pieces, Array]] | None) -> Enclosure:
+def _everything(
+    rollout: Rollout, limits: Array, tolerance: float, kept: list[tuple[Pieces, Array]] | None
+) -> Enclosure:
     """As :func:`enclose`; pieces that are not cut any more are added to a list, with their bounds."""
     bounds, pieces = PieceBounds.of(rollout), Pieces.of(rollout, _NODES)
     coarse = np.zeros((len(rollout.trajectory), len(limits)))

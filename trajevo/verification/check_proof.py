@@ -28,7 +28,7 @@ LARGEST, CUTS, DEEPEST, PIECES, TERMS = 2**26, 60, 48, 60, 10
 WITHIN, STEP, STEP_ROUNDING, AT_REST = 1e-9, 1e-6, 1e-11, 1.001e-9
 #: Rounding of a double; factor and term for the rounding and underflow of error bounds themselves; pi, to 70 digits.
 U, UP, TINY = 2.0**-53, 1.0 + 2.0**-30, 1e-290
-FAR = Fraction(10) ** 300
+FAR = Fraction(10) ** 300  # where nothing is claimed of an effort
 PI = Fraction(31415926535897932384626433832795028841971693993751058209749445923078164, 10**70)
 
 
@@ -136,7 +136,9 @@ class Tube:
         return Tube(c, self.size * other.e + other.size * self.e + self.e * other.e + lost + rounding)
 
     def __rmul__(self, k: float) -> Tube:  # constants may be rounded twice themselves, as in dot
-        return Tube([k * a for a in self.c], abs(k) * (self.e + 4.0 * U * self.size)) if k and self is not ZERO else ZERO
+        return (
+            Tube([k * a for a in self.c], abs(k) * (self.e + 4.0 * U * self.size)) if k and self is not ZERO else ZERO
+        )
 
     def keeps(self, low: Fraction, high: Fraction) -> bool | None:
         """Whether it stays between two numbers; False if it surely does not, None if it is too wide to tell."""
@@ -225,80 +227,75 @@ def cross(a: Any) -> list[list[float]]:
 
 
 class Link:
-    """A joint with what it moves, in axes of its own; constants are rationals of which doubles are made at the end."""
+    """A joint with what it moves, in its own axes, of which z is that of the joint."""
 
-    def __init__(self, data: Any, bodies: list[Any]) -> None:
-        self.parent, self.turns, self.place = int(data["parent"]), data["turns"] is True, numbers(data["rotation"], 3, 3)
-        self.axis, self.offset, self.back = numbers(data["axis"], 3), numbers(data["offset"], 3), list(zip(*self.place))
-        a, self.arm, self.swept, self.held = [Fraction(x) for x in self.axis], cross(self.offset), cross(self.axis), []
-        self.fixed = [[float(x * y) for y in a] for x in a]
-        self.turned = [[float((i == j) - a[i] * a[j]) for j in range(3)] for i in range(3)]
-        mass, moment, second = Fraction(0), [Fraction(0)] * 3, [[Fraction(0)] * 3 for _ in range(3)]
-        for body in bodies:
-            m, com = Fraction(*numbers([body["mass"]], 1)), [Fraction(x) for x in numbers(body["com"], 3)]
-            if body["weight_only"]:
-                self.held.append((float(m), cross([float(x) for x in com])))
-                continue
-            own = [[Fraction(x) for x in row] for row in numbers(body["inertia"], 3, 3)]
-            mass, moment, half = mass + m, [x + m * y for x, y in zip(moment, com)], sum(own[k][k] for k in range(3)) / 2
-            for i in range(3):
-                for j in range(3):  # half the trace of an inertia less the inertia is the second moment of mass
-                    second[i][j] += (half if i == j else 0) - own[i][j] + m * com[i] * com[j]
-        self.mass, self.moment, self.second = float(mass), [*map(float, moment)], [[*map(float, x)] for x in second]
+    def __init__(self, data: Any, loads: list[Any]) -> None:
+        self.parent, self.turns, self.place = data["parent"], data["turns"], numbers(data["rotation"], 3, 3)
+        self.offset, self.back = numbers(data["offset"], 3), list(zip(*self.place))
+        rigid = [data["body"], *(load["body"] for load in loads if not load["weight_only"])]
+        m, *h, xx, xy, yy, xz, yz, zz = [sum(map(Fraction, x)) for x in zip(*(numbers(body, 10) for body in rigid))]
+        half = (xx + yy + zz) / 2  # half the trace of an inertia less the inertia is the second moment of mass
+        second = [[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]]
+        self.mass, self.moment, self.second = (
+            float(m),
+            [float(x) for x in h],
+            [[float(x) for x in row] for row in second],
+        )
+        self.held = [numbers(load["body"], 10)[:4] for load in loads if load["weight_only"]]
 
-    def rotated(self, v: list[Tube], sign: int) -> list[Tube]:
-        """A vector turned by the joint's angle (sign 1), or back (-1): the formula of Rodrigues."""
-        if not self.turns:
-            return v
-        parts = zip(lin(self.fixed, v), lin(self.turned, v), lin(self.swept, v))
-        return [dot((1, 1, sign), (x, y * self.cosine, z * self.sine)) for x, y, z in parts]
+    def rotated(self, v: Any, sign: int) -> list[Tube]:
+        """A vector turned by the joint's angle (sign 1), or back (-1)."""
+        (x, y, z), c, s = v, self.cosine, self.sine
+        return [dot((1, -sign), (c * x, s * y)), dot((sign, 1), (s * x, c * y)), z] if self.turns else [x, y, z]
 
     def move(self, before: Any, q: Tube, v: Tube, a: Tube, angle: tuple[Tube, Tube]) -> None:
         """Motion of the link from that of the one before, then the force and the moment that its bodies need."""
         self.q, (self.sine, self.cosine) = q, angle
         known = before.spin, before.rate, added(before.pull, lin(before.swing, self.offset)), before.weight
-        self.spin, self.rate, self.pull, self.weight = (self.rotated(lin(self.back, x), -1) for x in known)
-        gain, turning = [k * a for k in self.axis], [-1 * (x * v) for x in lin(self.swept, self.spin)]
+        w, d, self.pull, self.weight = (self.rotated(lin(self.back, x), -1) for x in known)
+        turning = [w[1] * v, -1 * (w[0] * v), ZERO]  # angular velocity x axis, times v
         if self.turns:
-            self.spin, self.rate = added(self.spin, [k * v for k in self.axis]), added(self.rate, gain, turning)
-        w, d = self.spin, self.rate
+            w, d = added(w, [ZERO, ZERO, v]), added(d, turning, [ZERO, ZERO, a])
         p = [[w[i] * w[j] if i <= j else ZERO for j in range(3)] for i in range(3)]
-        self.swing = [  # from the place of a point to its acceleration beyond that of the origin
-            [dot((-1, -1), (p[1][1], p[2][2])), dot((1, -1), (p[0][1], d[2])), dot((1, 1), (p[0][2], d[1]))],
-            [dot((1, 1), (p[0][1], d[2])), dot((-1, -1), (p[0][0], p[2][2])), dot((1, -1), (p[1][2], d[0]))],
-            [dot((1, -1), (p[0][2], d[1])), dot((1, 1), (p[1][2], d[0])), dot((-1, -1), (p[0][0], p[1][1]))],
-        ]
+        self.spin, self.rate, self.swing = (
+            w,
+            d,
+            [  # swing: from a point's place to its acceleration about the origin
+                [dot((-1, -1), (p[1][1], p[2][2])), dot((1, -1), (p[0][1], d[2])), dot((1, 1), (p[0][2], d[1]))],
+                [dot((1, 1), (p[0][1], d[2])), dot((-1, -1), (p[0][0], p[2][2])), dot((1, -1), (p[1][2], d[0]))],
+                [dot((1, -1), (p[0][2], d[1])), dot((1, 1), (p[1][2], d[0])), dot((-1, -1), (p[0][0], p[1][1]))],
+            ],
+        )
         if not self.turns:
-            self.pull = added(self.pull, [x * q for x in lin(self.swing, self.axis)], turning, turning, gain)
-        self.force = added([self.mass * x for x in self.pull], lin(self.swing, self.moment))
+            self.pull = added(self.pull, [row[2] * q for row in self.swing], turning, turning, [ZERO, ZERO, a])
         e, s = self.second, self.swing
-        pairs = ((2, 1), (0, 2), (1, 0))
-        turn = [dot([*(e[k][j] for k in range(3)), *(-e[k][i] for k in range(3))], [*s[i], *s[j]]) for i, j in pairs]
+        turn = [dot([*e[j], *(-x for x in e[i])], [*s[i], *s[j]]) for i, j in ((2, 1), (0, 2), (1, 0))]
+        self.force = added([self.mass * x for x in self.pull], lin(self.swing, self.moment))
         self.torque = added(lin(cross(self.moment), self.pull), turn)
-        for mass, arm in self.held:
-            up = [-mass * x for x in self.weight]
-            self.force, self.torque = added(self.force, up), added(self.torque, lin(arm, up))
+        for mass, *moment in self.held:
+            self.force = added(self.force, [-mass * x for x in self.weight])
+            self.torque = added(self.torque, lin(cross([-x for x in moment]), self.weight))
 
     def bears(self, links: list[Link]) -> Tube:
         """The effort of the joint; what is beyond it is handed on to the link before."""
         force, torque = self.force, self.torque
-        effort = dot(self.axis, torque if self.turns else force)
         if self.parent >= 0:
-            more = [] if self.turns else [lin(self.swept, [x * self.q for x in force])]
-            force, torque = (lin(self.place, self.rotated(x, 1)) for x in (force, added(torque, *more)))
+            x, y, _ = force if not self.turns else (ZERO, ZERO, ZERO)
+            inward = force, added(torque, [-1 * (self.q * y), self.q * x, ZERO])
+            force, torque = (lin(self.place, self.rotated(each, 1)) for each in inward)
             before = links[self.parent]
-            before.force, before.torque = added(before.force, force), added(before.torque, torque, lin(self.arm, force))
-        return effort
+            before.force = added(before.force, force)
+            before.torque = added(before.torque, torque, lin(cross(self.offset), force))
+        return self.torque[2] if self.turns else self.force[2]
 
 
 class Robot:
-    """A robot with one of its loads."""
+    """A robot with some loads."""
 
-    def __init__(self, data: Any, load: list[Any]) -> None:
-        bodies, count = data["bodies"] + load, len(data["links"])
-        self.links = [Link(x, [b for b in bodies if b["link"] == k]) for k, x in enumerate(data["links"])]
-        self.drives, self.screws = numbers(data["matrix"], count, None), data["screws"]
-        self.offset, gravity, still = numbers(data["offset"], count), numbers(data["gravity"], 3), [ZERO] * 3
+    def __init__(self, data: Any, loads: list[Any]) -> None:
+        self.links = [Link(x, [y for y in loads if y["link"] == k]) for k, x in enumerate(data["links"])]
+        self.drives, self.screws = numbers(data["matrix"], len(self.links), None), data["screws"]
+        self.offset, gravity, still = numbers(data["offset"], len(self.links)), numbers(data["gravity"], 3), [ZERO] * 3
         weight = [Tube.of([g * any(link.held for link in self.links)]) for g in gravity]
         pull = [Tube.of([-g]) for g in gravity]  # gravity counts as an acceleration of the ground upwards
         self.ground = SimpleNamespace(spin=still, rate=still, swing=[still] * 3, pull=pull, weight=weight)
@@ -316,26 +313,24 @@ class Robot:
             root = dot((1, span), (u * u, Tube.of([span]))).inverse_root()
             share, angles[j] = span * (root * root), (u * root, span * root)
             model[i], speeds[i], gains[i] = (dot((0.5, 0.5), (x[i], x[j])) for x in (q, v, a))
-            speeds[j] = share * du
-            gains[j] = dot((1, -2.0 / span), (share * ddu, u * speeds[j] * speeds[j]))
+            speeds[j], gains[j] = share * du, dot((1, -2.0 / span), (share * ddu, u * (share * du) * (share * du)))
         for link, *state in zip(self.links, model, speeds, gains, angles):
             link.move(self.ground if link.parent < 0 else self.links[link.parent], *state)
         torques = [link.bears(self.links) for link in reversed(self.links)][::-1]
         if self.screws:
-            turn = torques[j] * share
-            torques[i], torques[j] = (dot((0.5, sign), (torques[i], turn)) for sign in (-1, 1))
+            torques[i], torques[j] = (dot((0.5, sign), (torques[i], torques[j] * share)) for sign in (-1, 1))
         parts = zip(zip(*self.drives), self.viscous, v, self.armature, a)
         return [dot([*row, d, m], [*torques, x, y]) for row, d, x, m, y in parts]
 
     def friction(self, joint: int, v: Tube) -> tuple[Fraction, Fraction]:
         """Least and greatest dry friction of a joint; up to a speed it stands and has none."""
         ahead, behind, rest = (Fraction(x[joint]) for x in self.dry)
-        far = Fraction(v.size + v.e) + rest + 1 if v.size + v.e < math.inf else Fraction(0)
-        if v is ZERO or (not ahead and not behind):
-            return 0 * rest, 0 * rest
-        forward, backward = not v.keeps(-far, rest), not v.keeps(-rest, far)
-        stands = not v.keeps(rest, far) and not v.keeps(-far, -rest)
-        return -behind if backward else 0 * rest if stands else ahead, ahead if forward else 0 * rest if stands else -behind
+        if v is ZERO or ahead == behind == 0 or not v.size + v.e < math.inf:
+            return (Fraction(0), Fraction(0)) if v is ZERO else (-behind, ahead)
+        far = Fraction(v.size + v.e) + rest + 1
+        stands = Fraction(0) if not v.keeps(rest, far) and not v.keeps(-far, -rest) else None
+        least = -behind if not v.keeps(-rest, far) else ahead if stands is None else stands
+        return least, ahead if not v.keeps(-far, rest) else -behind if stands is None else stands
 
 
 def numbers(x: Any, *shape: int | None) -> Any:
@@ -403,7 +398,11 @@ class Motion:
             follows = 0 <= level <= CUTS and 0 <= first < 1 << level and place == number + Fraction(first, 1 << level)
             if not follows or len(shares) != len(rows) or not all(type(x) is int and 0 <= x <= 1000 for x in shares):
                 raise BadFileError("pieces: expected all of the motion one after the other, with shares up to 1000")
-            place, segment, robot = place + Fraction(1, 1 << level), self.segments[number], robots[self.data["carried"][number]]
+            place, segment, robot = (
+                place + Fraction(1, 1 << level),
+                self.segments[number],
+                robots[self.data["carried"][number]],
+            )
             todo = [(j, low * share / 1000, high * share / 1000) for (j, low, high), share in zip(rows, shares)]
             stack = [(level, first, todo)]
             while stack:
@@ -424,49 +423,42 @@ class Motion:
                         left.append((j, low, high))
                 if left and level < DEEPEST and looked > 0:
                     stack += [(level + 1, 2 * first + 1, left), (level + 1, 2 * first, left)]
-                failed |= {j: f"it may be beyond what is claimed {at}" for j, *_ in left if not (level < DEEPEST and looked > 0)}
+                failed |= {
+                    j: f"it may be beyond what is claimed {at}"
+                    for j, *_ in left
+                    if not (level < DEEPEST and looked > 0)
+                }
         if rows and place != len(self.segments):
             raise BadFileError("pieces: they end before the motion does")
         return failed
 
     def check(self) -> list[tuple[str, bool, str]]:
-        """Every row, and every limit without one: its name, whether it is proven, and why."""
-        rows, dynamic, told = {}, [], []
+        """Every row: its name, whether it is proven that it keeps its limits, and why."""
+        dynamic, rows = [], {}
         for row in self.data["rows"]:
             key, joint = (row["quantity"], row["joint"]), self.names.index(row["joint"])
-            if key in rows or key[0] not in self.data["limits"]:
+            if key in rows or key[0] not in (*ORDERS, "effort"):
                 raise BadFileError(f"rows: expected one for each quantity of a joint, got {key}")
-            rows[key] = [None if x is None else Fraction(numbers(x)) for x in (row["least"], row["greatest"])]
+            ends = (row[each] for each in ("least", "greatest", "lower", "upper"))
+            rows[key] = joint, *(None if x is None else Fraction(numbers(x)) for x in ends)
             if key[0] == "effort":
-                dynamic.append((joint, *(far if x is None else x for x, far in zip(rows[key], (-FAR, FAR)))))
-        efforts = self.efforts(dynamic) if dynamic else {}
-        for quantity in (*ORDERS, "effort"):
-            limits = [[None if x is None else Fraction(numbers(x)) for x in each] for each in self.data["limits"][quantity]]
-            for j, (name, ends) in enumerate(zip(self.names, limits, strict=True)):
-                claim = rows.get((quantity, name))
-                if claim is None and ends == [None, None]:
-                    continue
-                why = "there is a limit, and nothing is claimed" if claim is None else ""
-                if claim and quantity == "effort":
-                    why = efforts[j]
-                elif claim:
-                    why = self.polynomial(ORDERS.index(quantity), j, *claim)
-                told.append((f"{quantity} of {name}", *judged(why, quantity, claim, ends)))
-        return told
-
-
-def judged(why: str, quantity: str, claim: Any, ends: Any) -> tuple[bool, str]:
-    """Whether a claim that holds, unless ``why`` says that it does not, keeps the limits; and a sentence."""
-    low, high = ["none" if x is None else f"{float(x):.6g}" for x in claim or ends]
-    size = [abs(x or 0) or 1 for x in ends] if quantity != "position" or None in ends else [(ends[1] - ends[0]) / 2] * 2
-    room = [Fraction(WITHIN) * x for x in size]
-    kept = not why and all(
-        limit is None or (x is not None and sign * x <= sign * limit + slack)
-        for sign, x, limit, slack in zip((-1, 1), claim, ends, room)
-    )
-    limits = " to ".join("none" if x is None else f"{float(x):.6g}" for x in ends)
-    said = why or f"it stays between {low} and {high}" + ("" if kept else ", which is not within its limits")
-    return kept, f"{said}; limits {limits}" if ends != [None, None] else f"{said}; no limit"
+                dynamic.append((joint, *(far if x is None else x for x, far in zip(rows[key][1:], (-FAR, FAR)))))
+        efforts, found = self.efforts(dynamic) if dynamic else {}, []
+        for (quantity, name), (joint, least, greatest, lower, upper) in rows.items():
+            why = (
+                efforts[joint]
+                if quantity == "effort"
+                else self.polynomial(ORDERS.index(quantity), joint, least, greatest)
+            )
+            middle = (lower + upper) / 2 if quantity == "position" and None not in (lower, upper) else 0
+            for sign, claim, limit in ((-1, least, lower), (1, greatest, upper)):
+                slack = limit is not None and Fraction(WITHIN) * (abs(limit - middle) or 1)
+                if limit is not None and (claim is None or sign * (claim - limit) > slack):
+                    why = why or "what is claimed is beyond its limit"
+            told = [*("nothing" if x is None else f"{float(x):.9g}" for x in (least, greatest, lower, upper))]
+            said = f"between {told[0]} and {told[1]}; limits {told[2]} and {told[3]}"
+            found.append((f"{quantity} of {name}", not why, f"{why}: {said}" if why else said))
+        return found
 
 
 def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from trajevo.dynamics.inverse_dynamics import Dynamics
 from trajevo.dynamics.rollout import Rollout
 from trajevo.errors import InvalidInputError
 from trajevo.robot.joints import JointLimits
-from trajevo.robot.payload import Payload
+from trajevo.robot.payload import Payload, entries_of
 from trajevo.robot.robot import Robot
 from trajevo.robot.transmission import CoupledScrews, Direct, Mimicking
 from trajevo.trajectory.batch import DERIVATIVES
@@ -83,7 +83,9 @@ def proof_text(certificate: Certificate, relied: Relied | None) -> str:
             "export its samples and the certificate"
         )
     no_effort = _why_no_effort(rollout.dynamics)
-    rows = [row for row in certificate.rows if row.quantity in DERIVATIVES or (row.quantity == "effort" and not no_effort)]
+    rows = [
+        row for row in certificate.rows if row.quantity in DERIVATIVES or (row.quantity == "effort" and not no_effort)
+    ]
     enclosed = [rollout.robot.joint_names.index(str(row.joint)) for row in rows if row.quantity == "effort"]
     content = {
         "format": FORMAT,
@@ -93,7 +95,6 @@ def proof_text(certificate: Certificate, relied: Relied | None) -> str:
         "motion": _motion(certificate.motion, rollout, rollout.trajectory),
         "robot": _robot(rollout) if enclosed else None,
         "carried": _carried(rollout.dynamics, len(rollout.trajectory.breaks[0]) - 1),
-        "limits": _limits(rollout, with_effort=bool(enclosed)),
         "rows": [_row(row, rollout) for row in rows],
         "pieces": _pieces(relied, rollout, certificate.tolerance, enclosed) if enclosed else [],
         "not_checked": [*_left_out(certificate, rows, no_effort)],
@@ -138,24 +139,18 @@ def _hexadecimal(numbers: Array) -> Any:
     return float(numbers).hex() if np.ndim(numbers) == 0 else [_hexadecimal(each) for each in numbers]
 
 
-def _limits(rollout: Rollout, *, with_effort: bool) -> dict[str, Any]:
-    """Least and greatest value of every quantity for each joint, None where there is no limit."""
-    found = {}
-    for quantity in (*DERIVATIVES, "effort"):
-        least, greatest = rollout.limits.bounds(quantity)
-        pairs = np.stack([least, greatest], axis=1).tolist()
-        told = quantity != "effort" or with_effort
-        found[quantity] = [[x if told and np.isfinite(x) else None for x in pair] for pair in pairs]
-    return found
-
-
 def _row(row: Proof, rollout: Rollout) -> dict[str, Any]:
-    least, greatest = _claimed(row, rollout.limits, rollout.robot.joint_names.index(str(row.joint)))
+    joint = rollout.robot.joint_names.index(str(row.joint))
+    ends = (float(each[joint]) for each in rollout.limits.bounds(row.quantity))
+    least, greatest = _claimed(row, rollout.limits, joint)
+    lower, upper = (x if np.isfinite(x) else None for x in ends)
     by = "interval dynamics on pieces" if row.quantity == "effort" else "exact polynomials"
     return {
         "quantity": row.quantity,
         "joint": row.joint,
         "unit": row.unit,
+        "lower": lower,
+        "upper": upper,
         "least": least,
         "greatest": greatest,
         "proven_by": by,
@@ -190,34 +185,33 @@ def _left_out(certificate: Certificate, rows: list[Proof], no_effort: str) -> It
 
 def _robot(rollout: Rollout) -> dict[str, Any]:
     """Joints and bodies of the model that efforts were computed with, and what drives them."""
-    robot, friction = rollout.robot, rollout.robot.friction
-    model = robot.model
-    axes, turns = robot.joint_axes
-    screws = robot.transmission
-    own = [model.inertias[k] for k in range(model.njoints)]
+    robot, friction, screws = rollout.robot, rollout.robot.friction, rollout.robot.transmission
+    model, turns = robot.model, robot.joint_axes[1]
+    frames = _frames(robot)
     matrix, offset = _driven(robot)
+    links = []
+    for k in range(1, model.njoints):
+        parent, place, own = int(model.parents[k]), model.jointPlacements[k], model.inertias[k]
+        before = frames[parent].T
+        links.append(
+            {
+                "name": model.names[k],
+                "parent": parent - 1,
+                "turns": bool(turns[k - 1]),
+                "rotation": (before @ place.rotation @ frames[k]).tolist(),
+                "offset": (before @ place.translation).tolist(),
+                "body": _parameters(own.mass, frames[k].T @ own.lever, frames[k].T @ own.inertia @ frames[k]),
+            }
+        )
+    coupled = isinstance(screws, CoupledScrews)
     return {
         "name": robot.name,
         "gravity": model.gravity.linear.tolist(),
-        "links": [
-            {
-                "parent": int(model.parents[k + 1]) - 1,
-                "turns": bool(turns[k]),
-                "axis": axes[k].tolist(),
-                "rotation": model.jointPlacements[k + 1].rotation.tolist(),
-                "offset": model.jointPlacements[k + 1].translation.tolist(),
-            }
-            for k in range(model.njoints - 1)
-        ],
-        "bodies": [
-            _body(k - 1, each.mass, each.lever, each.inertia) for k, each in enumerate(own) if k and each.mass > 0.0
-        ],
-        "loads": _loads(rollout),
+        "links": links,
+        "loads": _loads(rollout, frames),
         "matrix": matrix.tolist(),
         "offset": offset.tolist(),
-        "screws": {"slide": screws.slide, "swivel": screws.swivel, "span": screws.span}
-        if isinstance(screws, CoupledScrews)
-        else None,
+        "screws": {"slide": screws.slide, "swivel": screws.swivel, "span": screws.span} if coupled else None,
         "friction": {
             "viscous": friction.viscous.tolist(),
             "coulomb": friction.coulomb.tolist(),
@@ -226,6 +220,17 @@ def _robot(rollout: Rollout) -> dict[str, Any]:
             "standing": rollout.standing[0].tolist(),
         },
     }
+
+
+def _frames(robot: Robot) -> list[Array]:
+    """For the base and every joint of the model, axes of which z is the joint's, as columns (3, 3)."""
+    frames = [np.eye(3)]
+    for axis in robot.joint_axes[0]:
+        first = np.eye(3)[(int(np.abs(axis).argmax()) + 1) % 3]  # exact where the axis is one of the frame's
+        y = np.cross(axis, first)
+        y /= np.linalg.norm(y)
+        frames.append(np.stack([np.cross(y, axis), y, axis], axis=1))
+    return frames
 
 
 def _driven(robot: Robot) -> tuple[Array, Array]:
@@ -237,36 +242,38 @@ def _driven(robot: Robot) -> tuple[Array, Array]:
     return robot.transmission.motion(np.eye(robot.dof), still, still)[0].T - offset[0][:, None], offset[0]
 
 
-def _body(link: int, mass: float, com: Array, inertia: Array, *, weight_only: bool = False) -> dict[str, Any]:
-    """A body in the frame of a link, its inertia about its centre of mass."""
-    told = {"mass": float(mass), "com": np.asarray(com).tolist(), "inertia": np.asarray(inertia).tolist()}
-    return {"link": link, "weight_only": weight_only, **told}
+def _parameters(mass: float, com: Array, inertia: Array) -> list[float]:
+    """The ten inertial parameters :data:`~trajevo.robot.payload.PARAMETERS` of a body whose inertia is told about its centre of mass."""
+    about = inertia + mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return [float(mass), *(mass * com).tolist(), *entries_of(about).tolist()]
 
 
-def _loads(rollout: Rollout) -> list[list[dict[str, Any]]]:
-    """Bodies that are carried in every phase, in the frame of the link that carries the tool."""
+def _loads(rollout: Rollout, frames: list[Array]) -> list[list[dict[str, Any]]]:
+    """What is carried in every phase, in the frame of the link that carries the tool."""
     robot, schedule, payload = rollout.robot, rollout.dynamics.schedule, rollout.dynamics.payload
     if rollout.masses is not None:
         payload = payload.with_mass(float(rollout.masses[0].real))
     if schedule is None:
-        return [_load(robot, [payload])]
+        return [_load(robot, [payload], frames)]
     parts = []
     for phase in schedule.phases:
         fixed = schedule.fixed(phase)
-        parts.append(_load(robot, [*([] if fixed is None else [fixed]), *([payload] if schedule.varies(phase) else [])]))
+        both = [*([] if fixed is None else [fixed]), *([payload] if schedule.varies(phase) else [])]
+        parts.append(_load(robot, both, frames))
     return parts
 
 
-def _load(robot: Robot, payloads: list[Payload]) -> list[dict[str, Any]]:
+def _load(robot: Robot, payloads: list[Payload], frames: list[Array]) -> list[dict[str, Any]]:
     frame = robot.model.frames[robot.model.getFrameId(robot.tool)]
-    place, link = frame.placement, int(frame.parentJoint) - 1
+    link = int(frame.parentJoint)
+    turn = frames[link].T @ frame.placement.rotation
     found = []
     for each in payloads:
-        if each.mass > 0.0 and link >= 0:
+        if each.mass > 0.0 and link > 0:
             own = np.zeros((3, 3)) if each.inertia is None else np.array(each.inertia)
-            com = place.rotation @ np.array(each.com) + place.translation
-            inertia = place.rotation @ own @ place.rotation.T
-            found.append(_body(link, each.mass, com, inertia, weight_only=each.model == "weight_only"))
+            com = turn @ np.array(each.com) + frames[link].T @ frame.placement.translation
+            body = _parameters(each.mass, com, turn @ own @ turn.T)
+            found.append({"link": link - 1, "weight_only": each.model == "weight_only", "body": body})
     return found
 
 
@@ -285,7 +292,9 @@ def _pieces(relied: Relied, rollout: Rollout, tolerance: float, joints: list[int
         segment = int(pieces.segment[k])
         level = round(np.log2(durations[segment] / pieces.width[k]))
         place = round((pieces.start[k] - begins[segment]) / durations[segment] * 2**level)
-        shares = [min(1000, int(1000.0 * x / y) + _WIDER) if y else 1000 for x, y in zip(above[k, joints], most, strict=True)]
+        shares = [
+            min(1000, int(1000.0 * x / y) + _WIDER) if y else 1000 for x, y in zip(above[k, joints], most, strict=True)
+        ]
         found.append({"segment": segment, "level": level, "place": place, "shares": shares})
     whole = {"level": 0, "place": 0, "shares": [1000] * len(joints)}  # of segments that are shorter than rounding
     found += [{"segment": k, **whole} for k in range(len(durations)) if k not in seen]
