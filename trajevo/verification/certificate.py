@@ -211,8 +211,8 @@ class Certificate:
             Path of the file.
 
         Raises:
-            InvalidInputError: the motion is not one of polynomials of time, the certificate was read from a file, or the
-                file cannot be written.
+            InvalidInputError: the motion is not one of polynomials of time, the certificate was read from a file, or
+                the file cannot be written.
         """
         try:
             write_whole(Path(file), proof_text(self, self._relied).encode())

@@ -1,10 +1,10 @@
 """Check a proof file of a robot's motion: ``python check_proof.py FILE``; it imports nothing but the standard library.
 
-The file claims that quantities stay between two numbers at every instant, and so keep limits; nothing of how it was made
-is trusted. Positions and derivatives are polynomials whose coefficients are doubles, so rationals: their Bernstein
+The file claims that quantities stay between two numbers at every instant, and so keep limits; nothing of how it was
+made is trusted. Positions and derivatives are polynomials whose coefficients are doubles, so rationals: Bernstein
 coefficients, in whole numbers without rounding, enclose them on intervals that are halved until a claim is proven or
-broken. Efforts come from the recursion of Newton and Euler, of quantities that are polynomials of time with a bound of all
-truncation and rounding (:class:`Tube`). Exit code 0: all that is checked is proven; 1: not; 2: no such file.
+broken. Efforts come from the recursion of Newton and Euler, of quantities that are polynomials of time with a bound of
+all truncation and rounding (:class:`Tube`). Exit code 0: all that is checked is proven; 1: not; 2: no proof file.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import hashlib
 import json
 import math
 import sys
+from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
 from itertools import accumulate, pairwise
@@ -23,12 +24,12 @@ from typing import Any
 ORDERS = ("position", "velocity", "acceleration", "jerk")
 #: Bytes of a file; halvings of an interval, of a piece; pieces looked at for each of the file; coefficients of tubes.
 LARGEST, CUTS, DEEPEST, PIECES, TERMS = 2**26, 60, 48, 60, 10
-#: Shares: by which limits may be exceeded; of a peak, and of the greatest position over a power of the shortest segment,
-#: below which a step at a break is none; of a peak, up to which a joint is at rest.
+#: Shares: by which limits may be exceeded; of a peak, and of the greatest position over a power of the shortest
+#: segment, below which a step at a break is none; of a peak, up to which a joint is at rest.
 WITHIN, STEP, STEP_ROUNDING, AT_REST = 1e-9, 1e-6, 1e-11, 1.001e-9
 #: Rounding of a double; factor and term for the rounding and underflow of error bounds themselves; pi, to 70 digits.
 U, UP, TINY = 2.0**-53, 1.0 + 2.0**-30, 1e-290
-FAR = Fraction(10) ** 300  # where nothing is claimed of an effort
+FAR = Fraction(10) ** 300  # for what has no limit, or of which nothing is claimed
 PI = Fraction(31415926535897932384626433832795028841971693993751058209749445923078164, 10**70)
 
 
@@ -36,23 +37,21 @@ class BadFileError(ValueError):
     """The file is no proof file, or contradicts itself."""
 
 
-def decide(b: list[int], low: int | None, high: int | None) -> tuple[bool | None, Fraction]:
+def decide(b: list[int], low: int, high: int) -> tuple[bool | None, Fraction]:
     """Whether low <= p(u) <= high for u in [0, 1] and Bernstein coefficients b; False or None (undecided) with a u."""
     n, stack = len(b) - 1, [(b, low, high, 0, 0)]
     while stack:
         b, low, high, place, depth = stack.pop()
-        if (high is None or max(b) <= high) and (low is None or min(b) >= low):
+        if low <= min(b) and max(b) <= high:
             continue
-        for end, value in ((place, b[0]), (place + 1, b[-1])):
-            if (high is not None and value > high) or (low is not None and value < low):
-                return False, Fraction(end, 1 << depth)
+        if not low <= b[0] <= high or not low <= b[-1] <= high:
+            return False, Fraction(place + (low <= b[0] <= high), 1 << depth)
         if depth == CUTS:
             return None, Fraction(place, 1 << depth)
         row, left, right = [x << n for x in b], [], []
         while row:  # de Casteljau's halving; exact, as everything has been multiplied by 2^n
             left, right, row = [*left, row[0]], [row[-1], *right], [(x + y) >> 1 for x, y in pairwise(row)]
-        low, high = (None if x is None else x << n for x in (low, high))
-        stack += [(right, low, high, 2 * place + 1, depth + 1), (left, low, high, 2 * place, depth + 1)]
+        stack += [(x, low << n, high << n, 2 * place + k, depth + 1) for k, x in ((1, right), (0, left))]
     return True, Fraction(0)
 
 
@@ -63,25 +62,21 @@ def table(n: int) -> tuple[int, list[list[int]]]:
     return m, [[m * math.comb(j, k) // math.comb(n, k) for k in range(j + 1)] for j in range(n + 1)]
 
 
-def bernstein(a: list[int]) -> list[int]:
-    """Bernstein coefficients on [0, 1] of whole coefficients of powers, times ``table(degree)[0]``."""
-    return [sum(map(mul, weights, a)) for weights in table(len(a) - 1)[1]]
-
-
-def moved(a: list[int], start: int, width: int) -> list[int]:
-    """Coefficients of the powers of u in p(start + width u)."""
+def moved(a: list[Any], start: Any, width: Any) -> list[Any]:
+    """Coefficients of the powers of u in p(start + width u), by Taylor's shift."""
     a = a.copy()
-    for i in range(len(a) - 1):  # Taylor's shift
+    for i in range(len(a) - 1):
         for k in range(len(a) - 2, i - 1, -1):
             a[k] += a[k + 1] * start
     return [x * width**k for k, x in enumerate(a)]
 
 
-def whole(a: list[Any]) -> tuple[list[int], int]:
-    """Doubles or rationals as whole numbers, and by what these are divided."""
-    ratios = [x.as_integer_ratio() for x in a]
+def bernstein(a: list[Any], start: int = 0, width: int = 1) -> tuple[list[int], int]:
+    """Bernstein coefficients of p(start + width u) on [0, 1] in whole numbers, and by what these are divided."""
+    ratios, (m, rows) = [x.as_integer_ratio() for x in a], table(len(a) - 1)
     divisor = math.lcm(*(d for _, d in ratios))
-    return [x * (divisor // d) for x, d in ratios], divisor
+    whole = moved([x * (divisor // d) for x, d in ratios], start, width)
+    return [sum(map(mul, weights, whole)) for weights in rows], divisor * m
 
 
 class Segment:
@@ -89,24 +84,23 @@ class Segment:
 
     def __init__(self, begin: float, end: float, rows: list[list[float]]) -> None:
         self.begin, self.duration = Fraction(begin), Fraction(end) - Fraction(begin)
-        self.a = [whole([Fraction(c) * self.duration**k for k, c in enumerate(row)]) for row in rows]
-        self.b = [bernstein(a) for a, _ in self.a]
+        self.a = [[Fraction(c) * self.duration**k for k, c in enumerate(row)] for row in rows]
+        self.b = [bernstein(a) for a in self.a]
 
     def derivative(self, joint: int, order: int) -> tuple[list[int], Fraction]:
         """Bernstein coefficients of a derivative, and by what they are divided."""
-        b, divisor = self.b[joint], Fraction(self.a[joint][1] * table(len(self.b[joint]) - 1)[0])
+        b, divisor = self.b[joint][0], Fraction(self.b[joint][1])
         for _ in range(order):
             b, divisor = [y - x for x, y in pairwise(b)] or [0], divisor * self.duration / max(len(b) - 1, 1)
         return b, divisor
 
-    def on_piece(self, level: int, place: int) -> list[list[Tube]]:
+    def on_piece(self, level: int, place: int) -> tuple[list[Tube], list[Tube], list[Tube]]:
         """Positions, velocities, accelerations of all joints on u = (2 place + 1 + s) / 2^(level + 1), |s| <= 1."""
-        found: list[list[Tube]] = [[], [], []]
-        rate, scale = float((2 << level) / self.duration), 2 << level
-        for a, divisor in self.a:
-            n = len(a) - 1
-            exact = moved([x * scale ** (n - k) for k, x in enumerate(a)], 2 * place + 1, 1)
-            c = [x / (divisor * scale**n) for x in exact]
+        half = Fraction(1, 2 << level)
+        found: tuple[list[Tube], list[Tube], list[Tube]] = [], [], []
+        rate = float(1 / (half * self.duration))
+        for a in self.a:
+            c = [float(x) for x in moved(a, (2 * place + 1) * half, half)]
             for tubes in found:
                 tubes.append(Tube.of(c, 8.0 * U * sum(map(abs, c))))
                 c = [k * x * rate for k, x in enumerate(c)][1:]
@@ -136,9 +130,8 @@ class Tube:
         return Tube(c, self.size * other.e + other.size * self.e + self.e * other.e + lost + rounding)
 
     def __rmul__(self, k: float) -> Tube:  # constants may be rounded twice themselves, as in dot
-        return (
-            Tube([k * a for a in self.c], abs(k) * (self.e + 4.0 * U * self.size)) if k and self is not ZERO else ZERO
-        )
+        e = abs(k) * (self.e + 4.0 * U * self.size)
+        return Tube([k * a for a in self.c], e) if k and self is not ZERO else ZERO
 
     def keeps(self, low: Fraction, high: Fraction) -> bool | None:
         """Whether it stays between two numbers; False if it surely does not, None if it is too wide to tell."""
@@ -147,9 +140,8 @@ class Tube:
             return True
         if not self.e + self.size < math.inf or low + Fraction(self.e) > high - Fraction(self.e):
             return None
-        (a, divisor), e, m = whole(self.c), Fraction(self.e), table(TERMS - 1)[0]
-        least, most = math.ceil((low + e) * divisor * m), math.floor((high - e) * divisor * m)
-        kept, u = decide(bernstein(moved(a, -1, 2)), least, most)
+        (b, divisor), e = bernstein(self.c, -1, 2), Fraction(self.e)
+        kept, u = decide(b, math.ceil((low + e) * divisor), math.floor((high - e) * divisor))
         value = sum(Fraction(x) * (2 * u - 1) ** k for k, x in enumerate(self.c))
         return kept if kept is not False else None if low - e <= value <= high + e else False
 
@@ -230,17 +222,16 @@ class Link:
     """A joint with what it moves, in its own axes, of which z is that of the joint."""
 
     def __init__(self, data: Any, loads: list[Any]) -> None:
-        self.parent, self.turns, self.place = data["parent"], data["turns"], numbers(data["rotation"], 3, 3)
-        self.offset, self.back = numbers(data["offset"], 3), list(zip(*self.place))
+        self.parent, self.turns = data["parent"], {True: True, False: False}[data["turns"]]
+        self.place, self.offset = numbers(data["rotation"], 3, 3), numbers(data["offset"], 3)
+        self.back = list(zip(*self.place))
+        if any(abs(sum(map(mul, x, y)) - (x is y)) > 1e-9 for x in self.back for y in self.back):
+            raise BadFileError("rotation: expected an orthogonal matrix")
         rigid = [data["body"], *(load["body"] for load in loads if not load["weight_only"])]
         m, *h, xx, xy, yy, xz, yz, zz = [sum(map(Fraction, x)) for x in zip(*(numbers(body, 10) for body in rigid))]
         half = (xx + yy + zz) / 2  # half the trace of an inertia less the inertia is the second moment of mass
         second = [[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]]
-        self.mass, self.moment, self.second = (
-            float(m),
-            [float(x) for x in h],
-            [[float(x) for x in row] for row in second],
-        )
+        self.mass, self.moment, self.second = float(m), [*map(float, h)], [[*map(float, row)] for row in second]
         self.held = [numbers(load["body"], 10)[:4] for load in loads if load["weight_only"]]
 
     def rotated(self, v: Any, sign: int) -> list[Tube]:
@@ -256,21 +247,18 @@ class Link:
         turning = [w[1] * v, -1 * (w[0] * v), ZERO]  # angular velocity x axis, times v
         if self.turns:
             w, d = added(w, [ZERO, ZERO, v]), added(d, turning, [ZERO, ZERO, a])
-        p = [[w[i] * w[j] if i <= j else ZERO for j in range(3)] for i in range(3)]
-        self.spin, self.rate, self.swing = (
-            w,
-            d,
-            [  # swing: from a point's place to its acceleration about the origin
-                [dot((-1, -1), (p[1][1], p[2][2])), dot((1, -1), (p[0][1], d[2])), dot((1, 1), (p[0][2], d[1]))],
-                [dot((1, 1), (p[0][1], d[2])), dot((-1, -1), (p[0][0], p[2][2])), dot((1, -1), (p[1][2], d[0]))],
-                [dot((1, -1), (p[0][2], d[1])), dot((1, 1), (p[1][2], d[0])), dot((-1, -1), (p[0][0], p[1][1]))],
-            ],
-        )
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = [[w[i] * w[j] if i <= j else ZERO for j in range(3)] for i in range(3)]
+        self.spin, self.rate = w, d
+        self.swing = s = [  # from a point's place to its acceleration about the origin
+            [dot((-1, -1), (yy, zz)), dot((1, -1), (xy, d[2])), dot((1, 1), (xz, d[1]))],
+            [dot((1, 1), (xy, d[2])), dot((-1, -1), (xx, zz)), dot((1, -1), (yz, d[0]))],
+            [dot((1, -1), (xz, d[1])), dot((1, 1), (yz, d[0])), dot((-1, -1), (xx, yy))],
+        ]
         if not self.turns:
-            self.pull = added(self.pull, [row[2] * q for row in self.swing], turning, turning, [ZERO, ZERO, a])
-        e, s = self.second, self.swing
+            self.pull = added(self.pull, [row[2] * q for row in s], turning, turning, [ZERO, ZERO, a])
+        e = self.second
         turn = [dot([*e[j], *(-x for x in e[i])], [*s[i], *s[j]]) for i, j in ((2, 1), (0, 2), (1, 0))]
-        self.force = added([self.mass * x for x in self.pull], lin(self.swing, self.moment))
+        self.force = added([self.mass * x for x in self.pull], lin(s, self.moment))
         self.torque = added(lin(cross(self.moment), self.pull), turn)
         for mass, *moment in self.held:
             self.force = added(self.force, [-mass * x for x in self.weight])
@@ -293,6 +281,8 @@ class Robot:
     """A robot with some loads."""
 
     def __init__(self, data: Any, loads: list[Any]) -> None:
+        if any(not 0 <= load["link"] < len(data["links"]) for load in loads):
+            raise BadFileError("loads: expected each on one of the links")
         self.links = [Link(x, [y for y in loads if y["link"] == k]) for k, x in enumerate(data["links"])]
         self.drives, self.screws = numbers(data["matrix"], len(self.links), None), data["screws"]
         self.offset, gravity, still = numbers(data["offset"], len(self.links)), numbers(data["gravity"], 3), [ZERO] * 3
@@ -322,27 +312,26 @@ class Robot:
         parts = zip(zip(*self.drives), self.viscous, v, self.armature, a)
         return [dot([*row, d, m], [*torques, x, y]) for row, d, x, m, y in parts]
 
-    def friction(self, joint: int, v: Tube) -> tuple[Fraction, Fraction]:
+    def friction(self, joint: int, v: Tube) -> tuple[Any, Any]:
         """Least and greatest dry friction of a joint; up to a speed it stands and has none."""
         ahead, behind, rest = (Fraction(x[joint]) for x in self.dry)
-        if v is ZERO or ahead == behind == 0 or not v.size + v.e < math.inf:
-            return (Fraction(0), Fraction(0)) if v is ZERO else (-behind, ahead)
-        far = Fraction(v.size + v.e) + rest + 1
-        stands = Fraction(0) if not v.keeps(rest, far) and not v.keeps(-far, -rest) else None
-        least = -behind if not v.keeps(-rest, far) else ahead if stands is None else stands
-        return least, ahead if not v.keeps(-far, rest) else -behind if stands is None else stands
+        cases = (-rest, rest, 0, 0), (rest, FAR, ahead, ahead), (-FAR, -rest, -behind, -behind)
+        for low, high, least, most in (*cases, (-rest, FAR, 0, ahead), (-FAR, rest, -behind, 0)):
+            if v is ZERO or ahead == behind == 0 or v.keeps(low, high):
+                return least, most
+        return -behind, ahead
 
 
 def numbers(x: Any, *shape: int | None) -> Any:
     """Nested lists of finite doubles in the given shape (None: any length); doubles may be hexadecimal texts."""
     if shape:
         if not isinstance(x, list) or not x or shape[0] not in (None, len(x)):
-            raise BadFileError(f"expected a list of {shape[0] or 'some'} entries, got {str(x):.40}")
+            raise BadFileError(f"expected a list of {shape[0] or 'some'} entries, got {x!s:.40}")
         return [numbers(each, *shape[1:]) for each in x]
     text = isinstance(x, str) and x.lstrip("-").startswith("0x")
     value = float.fromhex(x) if text else x if type(x) in (int, float) else math.nan
     if not abs(value) <= sys.float_info.max:
-        raise BadFileError(f"expected a finite number, got {str(x):.40}")
+        raise BadFileError(f"expected a finite number, got {x!s:.40}")
     return float(value)
 
 
@@ -351,113 +340,101 @@ class Motion:
 
     def __init__(self, data: Any) -> None:
         self.data, motion, self.names = data, data["motion"], [str(each["name"]) for each in data["motion"]["joints"]]
-        breaks = numbers(motion["breaks"], None)
+        breaks, joints = numbers(motion["breaks"], None), range(len(self.names))
         if breaks[0] != 0.0 or len(breaks) < 2 or any(y <= x for x, y in pairwise(breaks)):
             raise BadFileError("breaks: expected times that increase from 0")
-        rows = numbers(motion["coefficients"], len(breaks) - 1, len(self.names), None)
+        rows = numbers(motion["coefficients"], len(breaks) - 1, len(joints), None)
         self.segments = [Segment(x, y, row) for (x, y), row in zip(pairwise(breaks), rows)]
-        self.peaks = [[self.peak(order, j) for j in range(len(self.names))] for order in range(3)]
-        self.shortest = min(each.duration for each in self.segments)
-
-    def peak(self, order: int, joint: int) -> Fraction:
-        """An upper bound of a derivative's magnitude."""
-        parts = (each.derivative(joint, order) for each in self.segments)
-        return max(max(map(abs, b)) / divisor for b, divisor in parts)
+        all_ = [[[each.derivative(j, order) for each in self.segments] for j in joints] for order in range(3)]
+        self.peaks = [[max(max(map(abs, b)) / d for b, d in each) for each in order] for order in all_]  # or above
 
     def steps(self, order: int, joint: int) -> str:
         """Where a derivative steps at a break, so that the next one is infinite; empty if nowhere."""
-        most = Fraction(STEP) * self.peaks[order][joint]
-        most += Fraction(STEP_ROUNDING) * max(self.peaks[0]) / self.shortest**order
-        for one, next_ in pairwise(self.segments):
-            (before, m), (after, n) = one.derivative(joint, order), next_.derivative(joint, order)
+        shortest = min(each.duration for each in self.segments)
+        most = (
+            Fraction(STEP) * self.peaks[order][joint] + Fraction(STEP_ROUNDING) * max(self.peaks[0]) / shortest**order
+        )
+        for one, other in pairwise(self.segments):
+            (before, m), (after, n) = one.derivative(joint, order), other.derivative(joint, order)
             if abs(after[0] / n - before[-1] / m) > most:
-                return f"{ORDERS[order]} steps at {float(next_.begin):.6g} s"
+                return f"{ORDERS[order]} steps at {float(other.begin):.6g} s"
         return ""
 
-    def polynomial(self, order: int, joint: int, low: Any, high: Any) -> str:
+    def polynomial(self, quantity: str, joint: int, low: Any, high: Any) -> str:
         """Why a derivative may leave what is claimed; empty if it does not."""
+        order = ORDERS.index(quantity)
         for each in self.segments:
             b, divisor = each.derivative(joint, order)
-            bounds = low and math.ceil(low * divisor), high and math.floor(high * divisor)
-            kept, u = decide(b, *(y if x is None else int(y) for x, y in zip((low, high), bounds)))
+            kept, u = decide(b, math.ceil(low * divisor), math.floor(high * divisor))
             if not kept:
                 at = float(each.begin + u * each.duration)
-                return f"it {'is' if kept is False else 'may be'} beyond what is claimed at {at:.6g} s"
+                return f"it {'may be' if kept is None else 'is'} beyond what is claimed at {at:.6g} s"
         return self.steps(order - 1, joint) if order else ""
 
     def efforts(self, rows: list[tuple[int, Any, Any]]) -> dict[int, str]:
         """For the joints of rows (joint, least, greatest), why their efforts may leave what is claimed."""
         data, failed = self.data["robot"], {j: self.steps(0, j) or self.steps(1, j) for j, _, _ in rows}
-        robots = [Robot(data, load) for load in data["loads"]]
+        robots, done = [Robot(data, loads) for loads in data["loads"]], Fraction(0)
         for j, rest in enumerate(robots[0].dry[2]):
-            if rest > AT_REST * (self.peaks[1][j] + self.peaks[0][j] / sum(x.duration for x in self.segments)):
+            if rest > AT_REST * (
+                self.peaks[1][j] + self.peaks[0][j] / (self.segments[-1].begin + self.segments[-1].duration)
+            ):
                 raise BadFileError(f"standing: {rest:g} is no rounding for the speed of {self.names[j]}")
-        place, looked = Fraction(0), PIECES * len(self.data["pieces"])
+        self.budget = PIECES * len(self.data["pieces"])
         for piece in self.data["pieces"]:
             number, level, first, shares = (piece[key] for key in ("segment", "level", "place", "shares"))
-            follows = 0 <= level <= CUTS and 0 <= first < 1 << level and place == number + Fraction(first, 1 << level)
+            follows = 0 <= level <= CUTS and 0 <= first < 1 << level and done == number + Fraction(first, 1 << level)
             if not follows or len(shares) != len(rows) or not all(type(x) is int and 0 <= x <= 1000 for x in shares):
                 raise BadFileError("pieces: expected all of the motion one after the other, with shares up to 1000")
-            place, segment, robot = (
-                place + Fraction(1, 1 << level),
-                self.segments[number],
-                robots[self.data["carried"][number]],
-            )
             todo = [(j, low * share / 1000, high * share / 1000) for (j, low, high), share in zip(rows, shares)]
-            stack = [(level, first, todo)]
-            while stack:
-                (level, first, todo), looked = stack.pop(), looked - 1
-                at = f"at {float(segment.begin + segment.duration * Fraction(2 * first + 1, 2 << level)):.6g} s"
-                left = []
-                try:
-                    q, v, a = segment.on_piece(level, first)
-                    efforts = robot.efforts(q, v, a)
-                except (OverflowError, ZeroDivisionError, ValueError):
-                    efforts = []
-                for j, low, high in todo:
-                    dry = robot.friction(j, v[j]) if efforts else (0, 1)
-                    kept = efforts[j].keeps(low - dry[0], high - dry[1]) if efforts else None
-                    if kept is False and dry[0] == dry[1]:
-                        failed[j] = failed[j] or f"it is beyond what is claimed {at}"
-                    elif not kept and not failed[j]:
-                        left.append((j, low, high))
-                if left and level < DEEPEST and looked > 0:
-                    stack += [(level + 1, 2 * first + 1, left), (level + 1, 2 * first, left)]
-                failed |= {
-                    j: f"it may be beyond what is claimed {at}"
-                    for j, *_ in left
-                    if not (level < DEEPEST and looked > 0)
-                }
-        if rows and place != len(self.segments):
+            self.piece(robots[self.data["carried"][number]], self.segments[number], level, first, todo, failed)
+            done += Fraction(1, 1 << level)
+        if done != len(self.segments) or len(self.data["carried"]) != done:
             raise BadFileError("pieces: they end before the motion does")
         return failed
 
+    def piece(self, robot: Robot, segment: Segment, level: int, first: int, rows: Any, failed: dict[int, str]) -> None:
+        """Prove what rows claim of a piece, or of its halves, and say of which joints it fails."""
+        todo = [row for row in rows if not failed[row[0]]]
+        if not todo:
+            return
+        self.budget -= 1
+        efforts, left, last = [], [], level >= DEEPEST or self.budget <= 0
+        with suppress(ArithmeticError, ValueError):  # as if nothing were known
+            states = segment.on_piece(level, first)
+            efforts = robot.efforts(*states)
+        for j, low, high in todo:
+            least, most = robot.friction(j, states[1][j]) if efforts else (0, 1)
+            kept = efforts[j].keeps(low - least, high - most) if efforts else None
+            kept = None if kept is False and least < most else kept
+            if kept is None and not last:
+                left.append((j, low, high))
+            elif not kept:
+                at = segment.begin + segment.duration * Fraction(2 * first + 1, 2 << level)
+                failed[j] = f"it {'may be' if kept is None else 'is'} beyond what is claimed at {float(at):.6g} s"
+        for half in (0, 1):
+            self.piece(robot, segment, level + 1, 2 * first + half, left, failed)
+
     def check(self) -> list[tuple[str, bool, str]]:
         """Every row: its name, whether it is proven that it keeps its limits, and why."""
-        dynamic, rows = [], {}
+        rows, found = {}, []
         for row in self.data["rows"]:
             key, joint = (row["quantity"], row["joint"]), self.names.index(row["joint"])
             if key in rows or key[0] not in (*ORDERS, "effort"):
                 raise BadFileError(f"rows: expected one for each quantity of a joint, got {key}")
-            ends = (row[each] for each in ("least", "greatest", "lower", "upper"))
-            rows[key] = joint, *(None if x is None else Fraction(numbers(x)) for x in ends)
-            if key[0] == "effort":
-                dynamic.append((joint, *(far if x is None else x for x, far in zip(rows[key][1:], (-FAR, FAR)))))
-        efforts, found = self.efforts(dynamic) if dynamic else {}, []
-        for (quantity, name), (joint, least, greatest, lower, upper) in rows.items():
-            why = (
-                efforts[joint]
-                if quantity == "effort"
-                else self.polynomial(ORDERS.index(quantity), joint, least, greatest)
-            )
-            middle = (lower + upper) / 2 if quantity == "position" and None not in (lower, upper) else 0
-            for sign, claim, limit in ((-1, least, lower), (1, greatest, upper)):
-                slack = limit is not None and Fraction(WITHIN) * (abs(limit - middle) or 1)
-                if limit is not None and (claim is None or sign * (claim - limit) > slack):
-                    why = why or "what is claimed is beyond its limit"
-            told = [*("nothing" if x is None else f"{float(x):.9g}" for x in (least, greatest, lower, upper))]
-            said = f"between {told[0]} and {told[1]}; limits {told[2]} and {told[3]}"
-            found.append((f"{quantity} of {name}", not why, f"{why}: {said}" if why else said))
+            ends = zip((row[each] for each in ("least", "greatest", "lower", "upper")), (-FAR, FAR, -FAR, FAR))
+            rows[key] = joint, *(far if x is None else Fraction(numbers(x)) for x, far in ends)
+        forces = [ends[:3] for (quantity, _), ends in rows.items() if quantity == "effort"]
+        efforts = self.efforts(forces) if forces else {}
+        for (quantity, name), (joint, *claim, lower, upper) in rows.items():
+            why = efforts[joint] if quantity == "effort" else self.polynomial(quantity, joint, *claim)
+            middle = (lower + upper) / 2 if quantity == "position" and -FAR < lower < upper < FAR else 0
+            low, high = (Fraction(WITHIN) * (abs(limit - middle) or 1) for limit in (lower, upper))
+            if not lower - low <= claim[0] or not claim[1] <= upper + high:
+                why = why or "what is claimed is beyond its limits"
+            told = ["none" if abs(x) == FAR else f"{float(x):.9g}" for x in (*claim, lower, upper)]
+            said = f"{why or 'it stays'}: between {told[0]} and {told[1]}; limits {told[2]} and {told[3]}"
+            found.append((f"{quantity} of {name}", not why, said))
         return found
 
 
@@ -468,33 +445,17 @@ def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return dict(pairs)
 
 
-def refuse(text: str) -> None:
-    """Refuse a constant that is no number."""
-    raise BadFileError(f"expected finite numbers, got {text}")
-
-
-def read(content: bytes) -> Any:
-    """The data of a file, if it is what it says it is."""
-    data = json.loads(content.decode(), object_pairs_hook=unique, parse_constant=refuse)
-    if not isinstance(data, dict) or (data.get("format"), data.get("version")) != ("trajevo proof", 1):
-        raise BadFileError("expected format 'trajevo proof', version 1")
-    digest = data.pop("digest", None)
-    plain = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
-    if digest != f"sha256:{hashlib.sha256(plain).hexdigest()}":
-        raise BadFileError("its digest is not that of its content: it was changed after it was written")
-    return data
-
-
 def check(content: bytes) -> tuple[list[tuple[str, bool, str]], list[tuple[str, str]]]:
-    """What is proven of a file: rows (name, whether it is proven, why), and names and reasons of what is not checked.
-
-    Raises:
-        BadFileError: it is no proof file, or contradicts itself.
-    """
+    """What is proven of a file: rows (name, whether it is proven, why), and what is not checked (name, why)."""
     try:
-        data = read(content)
-        rows = Motion(data).check()
-        return rows, [(str(each["name"]), str(each["why"])) for each in data["not_checked"]]
+        data = json.loads(content.decode(), object_pairs_hook=unique)
+        if not isinstance(data, dict) or (data.get("format"), data.get("version")) != ("trajevo proof", 1):
+            raise BadFileError("expected format 'trajevo proof', version 1")
+        digest = data.pop("digest", None)
+        plain = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
+        if digest != f"sha256:{hashlib.sha256(plain).hexdigest()}":
+            raise BadFileError("its digest is not that of its content: it was changed after it was written")
+        return Motion(data).check(), [(str(each["name"]), str(each["why"])) for each in data["not_checked"]]
     except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
         raise error if isinstance(error, BadFileError) else BadFileError(f"{type(error).__name__}: {error}") from None
 
@@ -502,23 +463,18 @@ def check(content: bytes) -> tuple[list[tuple[str, bool, str]], list[tuple[str, 
 def main(arguments: list[str]) -> int:
     """Print what is proven of a file, and give the exit code."""
     try:
-        if len(arguments) != 1:
-            raise BadFileError("expected one argument, the file")
-        with open(arguments[0], "rb") as stream:
+        with open(*arguments, mode="rb") as stream:
             content = stream.read(LARGEST + 1)
-        if len(content) > LARGEST:
-            raise BadFileError(f"expected at most {LARGEST} bytes")
-        rows, left = check(content)
-    except (BadFileError, OSError) as error:
-        print(f"bad file: {str(error):.300}")
+        rows, left = check(content if len(content) <= LARGEST else b"")
+    except (BadFileError, OSError, TypeError) as error:
+        print(f"bad file: {error!s:.300}")
         return 2
     for name, proven, why in rows:
         print(f"{'proven' if proven else 'NOT PROVEN'}: {name}: {why}")
     for name, why in left:
         print(f"not checked: {name}: {why}")
-    count = sum(proven for _, proven, _ in rows)
-    done = bool(rows) and count == len(rows)
-    print(f"{'PROVEN' if done else 'NOT PROVEN'}: {count} of {len(rows)} rows; {len(left)} not checked")
+    done = bool(rows) and all(proven for _, proven, _ in rows)
+    print(f"{'PROVEN' if done else 'NOT PROVEN'}: {sum(x for _, x, _ in rows)} of {len(rows)}; {len(left)} not checked")
     return 0 if done else 1
 
 

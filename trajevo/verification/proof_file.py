@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 FORMAT, VERSION = "trajevo proof", 1
 CLAIM = (
     "At every instant from the first break to the last, each quantity in rows lies between least and greatest, and "
-    "within its limits but for a share of 1e-9. The motion is that of the polynomials in motion, of the time since their "
-    "segment began; effort is that of the rigid bodies in robot by Newton and Euler, with its friction. Every number "
-    "stands for the double nearest to it. Nothing is claimed of what stands in not_checked."
+    "within its limits but for a share of 1e-9. The motion is that of the polynomials in motion, of the time since "
+    "their segment began; effort is that of the rigid bodies in robot by Newton and Euler, with its friction. Every "
+    "number stands for the double nearest to it. Nothing is claimed of what stands in not_checked."
 )
 UNITS = "SI: s, rad or m by joint, kg, kg*m^2, N*m or N"
 
@@ -243,7 +243,7 @@ def _driven(robot: Robot) -> tuple[Array, Array]:
 
 
 def _parameters(mass: float, com: Array, inertia: Array) -> list[float]:
-    """The ten inertial parameters :data:`~trajevo.robot.payload.PARAMETERS` of a body whose inertia is told about its centre of mass."""
+    """The ten :data:`~trajevo.robot.payload.PARAMETERS` of a body, from its inertia about its centre of mass."""
     about = inertia + mass * (com @ com * np.eye(3) - np.outer(com, com))
     return [float(mass), *(mass * com).tolist(), *entries_of(about).tolist()]
 
@@ -283,7 +283,7 @@ def _carried(dynamics: Dynamics, segments: int) -> list[int]:
 
 
 def _pieces(relied: Relied, rollout: Rollout, tolerance: float, joints: list[int]) -> list[dict[str, Any]]:
-    """Dyadic pieces of segments in the order of time, with thousandths of the bounds of rows that their efforts keep."""
+    """Dyadic pieces of segments in the order of time, with thousandths of the rows' bounds that efforts keep."""
     pieces, above = enclose_pieces(rollout, relied.limits, tolerance=tolerance)
     most = above.max(axis=0)[joints]
     begins, durations = rollout.trajectory.breaks[0, :-1].real, rollout.trajectory.segment_durations[0].real
