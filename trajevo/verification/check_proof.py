@@ -1,10 +1,9 @@
 """Check a proof file of a robot's motion: ``python check_proof.py FILE``; it imports nothing but the standard library.
 
-The file claims that quantities stay between two numbers at every instant, and so keep limits; nothing of how it was
-made is trusted. Positions and derivatives are polynomials whose coefficients are doubles, so rationals: Bernstein
-coefficients, in whole numbers without rounding, enclose them on intervals that are halved until a claim is proven or
-broken. Efforts come from the recursion of Newton and Euler, of quantities that are polynomials of time with a bound of
-all truncation and rounding (:class:`Tube`). Exit code 0: all that is checked is proven; 1: not; 2: no proof file.
+Nothing of how the file was made is trusted. Positions and derivatives are polynomials of rationals: their coefficients
+of Bernstein, without rounding, enclose them on intervals that are halved until a claim is proven or broken. Efforts are
+those of Newton and Euler, of quantities that are polynomials with a bound of all truncation and rounding (``Tube``).
+Exit code 0: all that is checked is proven; 1: something is not; 2: it is no proof file.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ import math
 import sys
 from contextlib import suppress
 from fractions import Fraction
-from functools import lru_cache
 from itertools import accumulate, pairwise
 from operator import mul
 from types import SimpleNamespace
@@ -24,9 +22,9 @@ from typing import Any
 ORDERS = ("position", "velocity", "acceleration", "jerk")
 #: Bytes of a file; halvings of an interval, of a piece; pieces looked at for each of the file; coefficients of tubes.
 LARGEST, CUTS, DEEPEST, PIECES, TERMS = 2**26, 60, 48, 60, 10
-#: Shares: by which limits may be exceeded; of a peak, and of the greatest position over a power of the shortest
-#: segment, below which a step at a break is none; of a peak, up to which a joint is at rest.
-WITHIN, STEP, STEP_ROUNDING, AT_REST = 1e-9, 1e-6, 1e-11, 1.001e-9
+#: Shares: by which limits may be exceeded; of a peak, and of positions over a power of the shortest segment, that are
+#: no step at a break; of a peak, up to which a joint is at rest.
+WITHIN, STEP, ROUNDED, AT_REST = map(Fraction, (1e-9, 1e-6, 1e-11, 1.001e-9))
 #: Rounding of a double; factor and term for the rounding and underflow of error bounds themselves; pi, to 70 digits.
 U, UP, TINY = 2.0**-53, 1.0 + 2.0**-30, 1e-290
 FAR = Fraction(10) ** 300  # for what has no limit, or of which nothing is claimed
@@ -48,18 +46,11 @@ def decide(b: list[int], low: int, high: int) -> tuple[bool | None, Fraction]:
             return False, Fraction(place + (low <= b[0] <= high), 1 << depth)
         if depth == CUTS:
             return None, Fraction(place, 1 << depth)
-        row, left, right = [x << n for x in b], [], []
+        row, left, right = [x << n for x in b], list[int](), list[int]()
         while row:  # de Casteljau's halving; exact, as everything has been multiplied by 2^n
             left, right, row = [*left, row[0]], [row[-1], *right], [(x + y) >> 1 for x, y in pairwise(row)]
         stack += [(x, low << n, high << n, 2 * place + k, depth + 1) for k, x in ((1, right), (0, left))]
     return True, Fraction(0)
-
-
-@lru_cache
-def table(n: int) -> tuple[int, list[list[int]]]:
-    """The least common multiple m of all (n over k), and rows of m (j over k) / (n over k) for k up to j."""
-    m = math.lcm(*(math.comb(n, k) for k in range(n + 1)))
-    return m, [[m * math.comb(j, k) // math.comb(n, k) for k in range(j + 1)] for j in range(n + 1)]
 
 
 def moved(a: list[Any], start: Any, width: Any) -> list[Any]:
@@ -73,10 +64,11 @@ def moved(a: list[Any], start: Any, width: Any) -> list[Any]:
 
 def bernstein(a: list[Any], start: int = 0, width: int = 1) -> tuple[list[int], int]:
     """Bernstein coefficients of p(start + width u) on [0, 1] in whole numbers, and by what these are divided."""
-    ratios, (m, rows) = [x.as_integer_ratio() for x in a], table(len(a) - 1)
-    divisor = math.lcm(*(d for _, d in ratios))
+    n, ratios = len(a) - 1, [x.as_integer_ratio() for x in a]
+    divisor, m = math.lcm(*(d for _, d in ratios)), math.lcm(*(math.comb(n, k) for k in range(n + 1)))
     whole = moved([x * (divisor // d) for x, d in ratios], start, width)
-    return [sum(map(mul, weights, whole)) for weights in rows], divisor * m
+    parts = [m // math.comb(n, k) * x for k, x in enumerate(whole)]
+    return [sum(math.comb(j, k) * x for k, x in enumerate(parts[: j + 1])) for j in range(n + 1)], divisor * m
 
 
 class Segment:
@@ -94,10 +86,14 @@ class Segment:
             b, divisor = [y - x for x, y in pairwise(b)] or [0], divisor * self.duration / max(len(b) - 1, 1)
         return b, divisor
 
-    def on_piece(self, level: int, place: int) -> tuple[list[Tube], list[Tube], list[Tube]]:
+    def told(self, kept: bool | None, u: Fraction) -> str:
+        """That a claim is broken, or not decided, near u."""
+        at = float(self.begin + u * self.duration)
+        return f"is claimed, and it {'may be' if kept is None else 'is'} beyond that at {at:.6g} s"
+
+    def on_piece(self, level: int, place: int) -> Any:
         """Positions, velocities, accelerations of all joints on u = (2 place + 1 + s) / 2^(level + 1), |s| <= 1."""
-        half = Fraction(1, 2 << level)
-        found: tuple[list[Tube], list[Tube], list[Tube]] = [], [], []
+        half, found = Fraction(1, 2 << level), tuple(list[Tube]() for _ in range(3))
         rate = float(1 / (half * self.duration))
         for a in self.a:
             c = [float(x) for x in moved(a, (2 * place + 1) * half, half)]
@@ -109,8 +105,6 @@ class Segment:
 
 class Tube:
     """All functions that differ by at most e from the polynomial of s, |s| <= 1, with TERMS coefficients c."""
-
-    __slots__ = ("c", "e", "size")
 
     def __init__(self, c: list[float], e: float) -> None:
         self.c, self.e, self.size = c, e * UP + TINY, sum(map(abs, c))
@@ -126,8 +120,8 @@ class Tube:
         b = other.c[::-1]
         c = [sum(map(mul, self.c, b[TERMS - 1 - k :])) for k in range(TERMS)]
         lost = sum(map(mul, map(abs, self.c[1:]), accumulate(map(abs, b))))
-        rounding = (TERMS + 2) * U * self.size * other.size
-        return Tube(c, self.size * other.e + other.size * self.e + self.e * other.e + lost + rounding)
+        lost += (TERMS + 2) * U * self.size * other.size  # and rounding
+        return Tube(c, self.size * other.e + other.size * self.e + self.e * other.e + lost)
 
     def __rmul__(self, k: float) -> Tube:  # constants may be rounded twice themselves, as in dot
         e = abs(k) * (self.e + 4.0 * U * self.size)
@@ -153,8 +147,16 @@ class Tube:
         return dot((1, 1, 1), (ONE, inner, Tube.of([0.0], rest)))
 
     def sine_and_cosine(self) -> tuple[Tube, Tube]:
-        """Those of an angle: of its middle, and Taylor's series of what is around it."""
-        (s, c), rest, e = sine_cosine(self.c[0]), Tube.of([0.0, *self.c[1:]]), Tube.of([0.0], 2.0 * U + self.e)
+        """Those of an angle: of its middle in whole numbers over 2^180, and of what is around, by Taylor's series."""
+        if not abs(self.c[0]) < 1e15:
+            raise OverflowError
+        x = round((Fraction(self.c[0]) - round(self.c[0] / (2.0 * math.pi)) * 2 * PI) * 2**180)  # at most about pi
+        found, term, k = [0, 0], 2**180, 0
+        while abs(term) > 1:
+            found[k % 2] += term if k % 4 < 2 else -term
+            k, term = k + 1, (term * x >> 180) // (k + 1)
+        c, s = (x / 2**180 for x in found)
+        rest, e = Tube.of([0.0, *self.c[1:]]), Tube.of([0.0], 2.0 * U + self.e)
         count, left_out, square = 1, rest.size**2, rest * rest
         while left_out > 1e-19 and count < 60:
             count, left_out = count + 1, left_out * rest.size**2 / (4 * count**2)
@@ -165,31 +167,17 @@ class Tube:
 
     def inverse_root(self) -> Tube:
         """1 / sqrt of it, by the binomial series."""
-        middle, around = self.c[0], Tube.of([0.0, *self.c[1:]], self.e)
-        size, count = (around.size + around.e) / middle * UP if middle > 0.0 else 1.0, 1
-        while size**count > 1e-19 and count < 80:
-            count += 1
-        left_out = size**count / (1.0 - size) if size < 0.9 else math.inf
-        factors = [-(2 * k - 1) / (2 * k) for k in range(1, count)]
-        return (1.0 / math.sqrt(middle)) * ((1.0 / middle) * around).series(factors, left_out)
+        middle, around, terms = self.c[0], Tube.of([0.0, *self.c[1:]], self.e), range(1, 50)
+        size = (around.size + around.e) / middle * UP if middle > 0.0 else 1.0
+        rest = (1.0 / middle) * around
+        series = rest.series(
+            [-(2 * k - 1) / (2 * k) for k in terms], size**50 / (1.0 - size) if size < 0.9 else math.inf
+        )
+        return (1.0 / math.sqrt(middle)) * series
 
 
 ZERO = Tube([0.0] * TERMS, 0.0)  # this object is exactly 0
 ONE = Tube.of([1.0])
-
-
-@lru_cache(maxsize=4096)
-def sine_cosine(angle: float) -> tuple[float, float]:
-    """Sine and cosine of a number, each with an error below 2 U: Taylor's series in whole numbers over 2^180."""
-    if not abs(angle) < 1e15:
-        raise OverflowError
-    x = round((Fraction(angle) - round(angle / (2.0 * math.pi)) * 2 * PI) * 2**180)  # at most about pi remains
-    found, term, k = [0, 0], 2**180, 0
-    while abs(term) > 1:
-        found[k % 2] += term if k % 4 < 2 else -term
-        k += 1
-        term = (term * x >> 180) // k
-    return found[1] / 2**180, found[0] / 2**180
 
 
 def dot(constants: Any, tubes: Any) -> Tube:
@@ -227,12 +215,11 @@ class Link:
         self.back = list(zip(*self.place))
         if any(abs(sum(map(mul, x, y)) - (x is y)) > 1e-9 for x in self.back for y in self.back):
             raise BadFileError("rotation: expected an orthogonal matrix")
-        rigid = [data["body"], *(load["body"] for load in loads if not load["weight_only"])]
-        m, *h, xx, xy, yy, xz, yz, zz = [sum(map(Fraction, x)) for x in zip(*(numbers(body, 10) for body in rigid))]
+        bodies = [numbers(each["body"], 10) for each in (data, *loads)]
+        m, *h, xx, xy, yy, xz, yz, zz = [sum(map(Fraction, x)) for x in zip(*bodies)]
         half = (xx + yy + zz) / 2  # half the trace of an inertia less the inertia is the second moment of mass
         second = [[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]]
         self.mass, self.moment, self.second = float(m), [*map(float, h)], [[*map(float, row)] for row in second]
-        self.held = [numbers(load["body"], 10)[:4] for load in loads if load["weight_only"]]
 
     def rotated(self, v: Any, sign: int) -> list[Tube]:
         """A vector turned by the joint's angle (sign 1), or back (-1)."""
@@ -242,8 +229,8 @@ class Link:
     def move(self, before: Any, q: Tube, v: Tube, a: Tube, angle: tuple[Tube, Tube]) -> None:
         """Motion of the link from that of the one before, then the force and the moment that its bodies need."""
         self.q, (self.sine, self.cosine) = q, angle
-        known = before.spin, before.rate, added(before.pull, lin(before.swing, self.offset)), before.weight
-        w, d, self.pull, self.weight = (self.rotated(lin(self.back, x), -1) for x in known)
+        known = before.spin, before.rate, added(before.pull, lin(before.swing, self.offset))
+        w, d, self.pull = (self.rotated(lin(self.back, x), -1) for x in known)
         turning = [w[1] * v, -1 * (w[0] * v), ZERO]  # angular velocity x axis, times v
         if self.turns:
             w, d = added(w, [ZERO, ZERO, v]), added(d, turning, [ZERO, ZERO, a])
@@ -256,13 +243,10 @@ class Link:
         ]
         if not self.turns:
             self.pull = added(self.pull, [row[2] * q for row in s], turning, turning, [ZERO, ZERO, a])
-        e = self.second
-        turn = [dot([*e[j], *(-x for x in e[i])], [*s[i], *s[j]]) for i, j in ((2, 1), (0, 2), (1, 0))]
+        pairs, e = ((2, 1), (0, 2), (1, 0)), self.second
         self.force = added([self.mass * x for x in self.pull], lin(s, self.moment))
+        turn = [dot([*e[j], *(-x for x in e[i])], [*s[i], *s[j]]) for i, j in pairs]
         self.torque = added(lin(cross(self.moment), self.pull), turn)
-        for mass, *moment in self.held:
-            self.force = added(self.force, [-mass * x for x in self.weight])
-            self.torque = added(self.torque, lin(cross([-x for x in moment]), self.weight))
 
     def bears(self, links: list[Link]) -> Tube:
         """The effort of the joint; what is beyond it is handed on to the link before."""
@@ -286,9 +270,8 @@ class Robot:
         self.links = [Link(x, [y for y in loads if y["link"] == k]) for k, x in enumerate(data["links"])]
         self.drives, self.screws = numbers(data["matrix"], len(self.links), None), data["screws"]
         self.offset, gravity, still = numbers(data["offset"], len(self.links)), numbers(data["gravity"], 3), [ZERO] * 3
-        weight = [Tube.of([g * any(link.held for link in self.links)]) for g in gravity]
         pull = [Tube.of([-g]) for g in gravity]  # gravity counts as an acceleration of the ground upwards
-        self.ground = SimpleNamespace(spin=still, rate=still, swing=[still] * 3, pull=pull, weight=weight)
+        self.ground = SimpleNamespace(spin=still, rate=still, swing=[still] * 3, pull=pull)
         keys = ("viscous", "armature", "coulomb", "coulomb_backward", "standing")
         self.viscous, self.armature, *self.dry = (numbers(data["friction"][key], len(self.drives[0])) for key in keys)
 
@@ -304,8 +287,8 @@ class Robot:
             share, angles[j] = span * (root * root), (u * root, span * root)
             model[i], speeds[i], gains[i] = (dot((0.5, 0.5), (x[i], x[j])) for x in (q, v, a))
             speeds[j], gains[j] = share * du, dot((1, -2.0 / span), (share * ddu, u * (share * du) * (share * du)))
-        for link, *state in zip(self.links, model, speeds, gains, angles):
-            link.move(self.ground if link.parent < 0 else self.links[link.parent], *state)
+        for link, x, dx, ddx, angle in zip(self.links, model, speeds, gains, angles):
+            link.move(self.ground if link.parent < 0 else self.links[link.parent], x, dx, ddx, angle)
         torques = [link.bears(self.links) for link in reversed(self.links)][::-1]
         if self.screws:
             torques[i], torques[j] = (dot((0.5, sign), (torques[i], torques[j] * share)) for sign in (-1, 1))
@@ -315,8 +298,8 @@ class Robot:
     def friction(self, joint: int, v: Tube) -> tuple[Any, Any]:
         """Least and greatest dry friction of a joint; up to a speed it stands and has none."""
         ahead, behind, rest = (Fraction(x[joint]) for x in self.dry)
-        cases = (-rest, rest, 0, 0), (rest, FAR, ahead, ahead), (-FAR, -rest, -behind, -behind)
-        for low, high, least, most in (*cases, (-rest, FAR, 0, ahead), (-FAR, rest, -behind, 0)):
+        sure = (-rest, rest, 0, 0), (rest, FAR, ahead, ahead), (-FAR, -rest, -behind, -behind)
+        for low, high, least, most in (*sure, (-rest, FAR, 0, ahead), (-FAR, rest, -behind, 0)):
             if v is ZERO or ahead == behind == 0 or v.keeps(low, high):
                 return least, most
         return -behind, ahead
@@ -324,14 +307,12 @@ class Robot:
 
 def numbers(x: Any, *shape: int | None) -> Any:
     """Nested lists of finite doubles in the given shape (None: any length); doubles may be hexadecimal texts."""
-    if shape:
-        if not isinstance(x, list) or not x or shape[0] not in (None, len(x)):
-            raise BadFileError(f"expected a list of {shape[0] or 'some'} entries, got {x!s:.40}")
+    if shape and isinstance(x, list) and x and shape[0] in (None, len(x)):
         return [numbers(each, *shape[1:]) for each in x]
     text = isinstance(x, str) and x.lstrip("-").startswith("0x")
     value = float.fromhex(x) if text else x if type(x) in (int, float) else math.nan
-    if not abs(value) <= sys.float_info.max:
-        raise BadFileError(f"expected a finite number, got {x!s:.40}")
+    if shape or not abs(value) <= sys.float_info.max:
+        raise BadFileError(f"expected {f'a list of {shape[0]} entries' if shape else 'a finite number'}, got {x!s:.40}")
     return float(value)
 
 
@@ -341,8 +322,8 @@ class Motion:
     def __init__(self, data: Any) -> None:
         self.data, motion, self.names = data, data["motion"], [str(each["name"]) for each in data["motion"]["joints"]]
         breaks, joints = numbers(motion["breaks"], None), range(len(self.names))
-        if breaks[0] != 0.0 or len(breaks) < 2 or any(y <= x for x, y in pairwise(breaks)):
-            raise BadFileError("breaks: expected times that increase from 0")
+        if breaks[0] != 0.0 or any(y <= x for x, y in pairwise(breaks)) or len({*self.names}) < len(joints):
+            raise BadFileError("motion: expected breaks that increase from 0, and joints of different names")
         rows = numbers(motion["coefficients"], len(breaks) - 1, len(joints), None)
         self.segments = [Segment(x, y, row) for (x, y), row in zip(pairwise(breaks), rows)]
         all_ = [[[each.derivative(j, order) for each in self.segments] for j in joints] for order in range(3)]
@@ -351,13 +332,11 @@ class Motion:
     def steps(self, order: int, joint: int) -> str:
         """Where a derivative steps at a break, so that the next one is infinite; empty if nowhere."""
         shortest = min(each.duration for each in self.segments)
-        most = (
-            Fraction(STEP) * self.peaks[order][joint] + Fraction(STEP_ROUNDING) * max(self.peaks[0]) / shortest**order
-        )
+        most = STEP * self.peaks[order][joint] + ROUNDED * max(self.peaks[0]) / shortest**order
         for one, other in pairwise(self.segments):
             (before, m), (after, n) = one.derivative(joint, order), other.derivative(joint, order)
             if abs(after[0] / n - before[-1] / m) > most:
-                return f"{ORDERS[order]} steps at {float(other.begin):.6g} s"
+                return f"is claimed, and {ORDERS[order]} steps at {float(other.begin):.6g} s"
         return ""
 
     def polynomial(self, quantity: str, joint: int, low: Any, high: Any) -> str:
@@ -367,19 +346,16 @@ class Motion:
             b, divisor = each.derivative(joint, order)
             kept, u = decide(b, math.ceil(low * divisor), math.floor(high * divisor))
             if not kept:
-                at = float(each.begin + u * each.duration)
-                return f"it {'may be' if kept is None else 'is'} beyond what is claimed at {at:.6g} s"
+                return each.told(kept, u)
         return self.steps(order - 1, joint) if order else ""
 
     def efforts(self, rows: list[tuple[int, Any, Any]]) -> dict[int, str]:
         """For the joints of rows (joint, least, greatest), why their efforts may leave what is claimed."""
-        data, failed = self.data["robot"], {j: self.steps(0, j) or self.steps(1, j) for j, _, _ in rows}
-        robots, done = [Robot(data, loads) for loads in data["loads"]], Fraction(0)
-        for j, rest in enumerate(robots[0].dry[2]):
-            if rest > AT_REST * (
-                self.peaks[1][j] + self.peaks[0][j] / (self.segments[-1].begin + self.segments[-1].duration)
-            ):
-                raise BadFileError(f"standing: {rest:g} is no rounding for the speed of {self.names[j]}")
+        failed, done = {j: self.steps(0, j) or self.steps(1, j) for j, _, _ in rows}, Fraction(0)
+        robots = [Robot(self.data["robot"], loads) for loads in self.data["robot"]["loads"]]
+        speeds = (v + q / sum(each.duration for each in self.segments) for q, v, _ in zip(*self.peaks))
+        if any(rest > AT_REST * v for rest, v in zip(robots[0].dry[2], speeds)):
+            raise BadFileError("standing: expected no more than rounding of the joints' speeds")
         self.budget = PIECES * len(self.data["pieces"])
         for piece in self.data["pieces"]:
             number, level, first, shares = (piece[key] for key in ("segment", "level", "place", "shares"))
@@ -399,7 +375,7 @@ class Motion:
         if not todo:
             return
         self.budget -= 1
-        efforts, left, last = [], [], level >= DEEPEST or self.budget <= 0
+        efforts, left, last = list[Tube](), list[Any](), level >= DEEPEST or self.budget <= 0
         with suppress(ArithmeticError, ValueError):  # as if nothing were known
             states = segment.on_piece(level, first)
             efforts = robot.efforts(*states)
@@ -410,43 +386,41 @@ class Motion:
             if kept is None and not last:
                 left.append((j, low, high))
             elif not kept:
-                at = segment.begin + segment.duration * Fraction(2 * first + 1, 2 << level)
-                failed[j] = f"it {'may be' if kept is None else 'is'} beyond what is claimed at {float(at):.6g} s"
+                failed[j] = segment.told(kept, Fraction(2 * first + 1, 2 << level))
         for half in (0, 1):
             self.piece(robot, segment, level + 1, 2 * first + half, left, failed)
 
-    def check(self) -> list[tuple[str, bool, str]]:
-        """Every row: its name, whether it is proven that it keeps its limits, and why."""
-        rows, found = {}, []
+    def check(self) -> list[tuple[str, bool | None, str]]:
+        """Every row: its name, whether it is proven that it keeps its limits (None: not checked), and why."""
+        rows, found = dict[Any, Any](), list[tuple[str, bool | None, str]]()
         for row in self.data["rows"]:
             key, joint = (row["quantity"], row["joint"]), self.names.index(row["joint"])
             if key in rows or key[0] not in (*ORDERS, "effort"):
                 raise BadFileError(f"rows: expected one for each quantity of a joint, got {key}")
             ends = zip((row[each] for each in ("least", "greatest", "lower", "upper")), (-FAR, FAR, -FAR, FAR))
-            rows[key] = joint, *(far if x is None else Fraction(numbers(x)) for x, far in ends)
-        forces = [ends[:3] for (quantity, _), ends in rows.items() if quantity == "effort"]
+            rows[key] = str(row["unit"]), joint, *(far if x is None else Fraction(numbers(x)) for x, far in ends)
+        forces = [row[1:4] for (quantity, _), row in rows.items() if quantity == "effort"]
         efforts = self.efforts(forces) if forces else {}
-        for (quantity, name), (joint, *claim, lower, upper) in rows.items():
+        for (quantity, name), (unit, joint, *claim, lower, upper) in rows.items():
             why = efforts[joint] if quantity == "effort" else self.polynomial(quantity, joint, *claim)
             middle = (lower + upper) / 2 if quantity == "position" and -FAR < lower < upper < FAR else 0
-            low, high = (Fraction(WITHIN) * (abs(limit - middle) or 1) for limit in (lower, upper))
+            low, high = (WITHIN * (abs(limit - middle) or 1) for limit in (lower, upper))
             if not lower - low <= claim[0] or not claim[1] <= upper + high:
-                why = why or "what is claimed is beyond its limits"
+                why = why or "is claimed, which is not within the limits"
             told = ["none" if abs(x) == FAR else f"{float(x):.9g}" for x in (*claim, lower, upper)]
-            said = f"{why or 'it stays'}: between {told[0]} and {told[1]}; limits {told[2]} and {told[3]}"
+            said = f"{told[0]} to {told[1]} {unit} {why or 'at every instant'}; limits {told[2]} to {told[3]}"
             found.append((f"{quantity} of {name}", not why, said))
-        return found
+        return found + [(str(each["name"]), None, str(each["why"])) for each in self.data["not_checked"]]
 
 
-def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object of JSON, whose keys must differ."""
-    if len(dict(pairs)) < len(pairs):
-        raise BadFileError(f"a key stands twice: {sorted(key for key, _ in pairs)}")
-    return dict(pairs)
+def check(content: bytes) -> list[tuple[str, bool | None, str]]:
+    """What is proven of the content of a file: names, whether each is proven (None: not checked), and why."""
 
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(dict(pairs)) < len(pairs):
+            raise BadFileError(f"a key stands twice among {sorted(key for key, _ in pairs)}")
+        return dict(pairs)
 
-def check(content: bytes) -> tuple[list[tuple[str, bool, str]], list[tuple[str, str]]]:
-    """What is proven of a file: rows (name, whether it is proven, why), and what is not checked (name, why)."""
     try:
         data = json.loads(content.decode(), object_pairs_hook=unique)
         if not isinstance(data, dict) or (data.get("format"), data.get("version")) != ("trajevo proof", 1):
@@ -455,7 +429,7 @@ def check(content: bytes) -> tuple[list[tuple[str, bool, str]], list[tuple[str, 
         plain = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
         if digest != f"sha256:{hashlib.sha256(plain).hexdigest()}":
             raise BadFileError("its digest is not that of its content: it was changed after it was written")
-        return Motion(data).check(), [(str(each["name"]), str(each["why"])) for each in data["not_checked"]]
+        return Motion(data).check()
     except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
         raise error if isinstance(error, BadFileError) else BadFileError(f"{type(error).__name__}: {error}") from None
 
@@ -463,19 +437,16 @@ def check(content: bytes) -> tuple[list[tuple[str, bool, str]], list[tuple[str, 
 def main(arguments: list[str]) -> int:
     """Print what is proven of a file, and give the exit code."""
     try:
-        with open(*arguments, mode="rb") as stream:
-            content = stream.read(LARGEST + 1)
-        rows, left = check(content if len(content) <= LARGEST else b"")
-    except (BadFileError, OSError, TypeError) as error:
+        with open(arguments[0], "rb") as stream:
+            rows = check(stream.read(LARGEST))
+    except (BadFileError, OSError, IndexError) as error:
         print(f"bad file: {error!s:.300}")
         return 2
     for name, proven, why in rows:
-        print(f"{'proven' if proven else 'NOT PROVEN'}: {name}: {why}")
-    for name, why in left:
-        print(f"not checked: {name}: {why}")
-    done = bool(rows) and all(proven for _, proven, _ in rows)
-    print(f"{'PROVEN' if done else 'NOT PROVEN'}: {sum(x for _, x, _ in rows)} of {len(rows)}; {len(left)} not checked")
-    return 0 if done else 1
+        print(f"{ {True: 'proven', False: 'NOT PROVEN', None: 'not checked'}[proven] }: {name}: {why}")
+    yes, no, left = (sum(x is verdict for _, x, _ in rows) for verdict in (True, False, None))
+    print(f"{'NOT PROVEN' if no or not yes else 'PROVEN'}: {yes} of {yes + no} claims; {left} not checked")
+    return 1 if no or not yes else 0
 
 
 if __name__ == "__main__":

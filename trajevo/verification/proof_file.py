@@ -28,6 +28,9 @@ from trajevo.trajectory.polynomial import PolynomialBatch
 if TYPE_CHECKING:
     from trajevo.verification.certificate import Certificate, Proof
 
+#: Quantities of joints of which proof files claim something.
+CHECKED = (*DERIVATIVES, "effort")
+
 #: First keys of every file, and what its numbers mean.
 FORMAT, VERSION = "trajevo proof", 1
 CLAIM = (
@@ -83,9 +86,7 @@ def proof_text(certificate: Certificate, relied: Relied | None) -> str:
             "export its samples and the certificate"
         )
     no_effort = _why_no_effort(rollout.dynamics)
-    rows = [
-        row for row in certificate.rows if row.quantity in DERIVATIVES or (row.quantity == "effort" and not no_effort)
-    ]
+    rows = [row for row in certificate.rows if row.quantity in CHECKED[: -1 if no_effort else None]]
     enclosed = [rollout.robot.joint_names.index(str(row.joint)) for row in rows if row.quantity == "effort"]
     content = {
         "format": FORMAT,
@@ -118,10 +119,11 @@ def _on_lines(value: Any) -> str:
 
 def _why_no_effort(dynamics: Dynamics) -> str:
     """Why efforts cannot be in a proof file; empty if they can."""
-    transmission, model = dynamics.robot.transmission, dynamics.payload.model
+    transmission, payload = dynamics.robot.transmission, dynamics.payload
     if not isinstance(transmission, Direct | Mimicking | CoupledScrews):
         return f"proof files know no transmission such as {type(transmission).__name__}"
-    return "proof files know no payload that acts along the tool's axis" if model == "tool_axis" else ""
+    known = payload.model == "rigid" or not dynamics.loaded
+    return "" if known else f"proof files know no payload whose model is {payload.model}"
 
 
 def _motion(name: str, rollout: Rollout, trajectory: PolynomialBatch) -> dict[str, Any]:
@@ -203,7 +205,7 @@ def _robot(rollout: Rollout) -> dict[str, Any]:
                 "body": _parameters(own.mass, frames[k].T @ own.lever, frames[k].T @ own.inertia @ frames[k]),
             }
         )
-    coupled = isinstance(screws, CoupledScrews)
+    coupled = screws if isinstance(screws, CoupledScrews) else None
     return {
         "name": robot.name,
         "gravity": model.gravity.linear.tolist(),
@@ -211,7 +213,7 @@ def _robot(rollout: Rollout) -> dict[str, Any]:
         "loads": _loads(rollout, frames),
         "matrix": matrix.tolist(),
         "offset": offset.tolist(),
-        "screws": {"slide": screws.slide, "swivel": screws.swivel, "span": screws.span} if coupled else None,
+        "screws": None if coupled is None else {key: getattr(coupled, key) for key in ("slide", "swivel", "span")},
         "friction": {
             "viscous": friction.viscous.tolist(),
             "coulomb": friction.coulomb.tolist(),
@@ -273,7 +275,7 @@ def _load(robot: Robot, payloads: list[Payload], frames: list[Array]) -> list[di
             own = np.zeros((3, 3)) if each.inertia is None else np.array(each.inertia)
             com = turn @ np.array(each.com) + frames[link].T @ frame.placement.translation
             body = _parameters(each.mass, com, turn @ own @ turn.T)
-            found.append({"link": link - 1, "weight_only": each.model == "weight_only", "body": body})
+            found.append({"link": link - 1, "body": body})
     return found
 
 
