@@ -124,8 +124,7 @@ class Tube:
         return Tube(c, self.size * other.e + other.size * self.e + self.e * other.e + lost)
 
     def __rmul__(self, k: float) -> Tube:  # constants may be rounded twice themselves, as in dot
-        e = abs(k) * (self.e + 4.0 * U * self.size)
-        return Tube([k * a for a in self.c], e) if k and self is not ZERO else ZERO
+        return Tube([k * a for a in self.c], abs(k) * (self.e + 4 * U * self.size)) if k and self is not ZERO else ZERO
 
     def keeps(self, low: Fraction, high: Fraction) -> bool | None:
         """Whether it stays between two numbers; False if it surely does not, None if it is too wide to tell."""
@@ -167,13 +166,11 @@ class Tube:
 
     def inverse_root(self) -> Tube:
         """1 / sqrt of it, by the binomial series."""
-        middle, around, terms = self.c[0], Tube.of([0.0, *self.c[1:]], self.e), range(1, 50)
+        middle, around = self.c[0], Tube.of([0.0, *self.c[1:]], self.e)
         size = (around.size + around.e) / middle * UP if middle > 0.0 else 1.0
-        rest = (1.0 / middle) * around
-        series = rest.series(
-            [-(2 * k - 1) / (2 * k) for k in terms], size**50 / (1.0 - size) if size < 0.9 else math.inf
-        )
-        return (1.0 / math.sqrt(middle)) * series
+        left_out = size**50 / (1.0 - size) if size < 0.9 else math.inf
+        rest = ((1.0 / middle) * around).series([-(2 * k - 1) / (2 * k) for k in range(1, 50)], left_out)
+        return (1.0 / math.sqrt(middle)) * rest
 
 
 ZERO = Tube([0.0] * TERMS, 0.0)  # this object is exactly 0
@@ -250,10 +247,9 @@ class Link:
 
     def bears(self, links: list[Link]) -> Tube:
         """The effort of the joint; what is beyond it is handed on to the link before."""
-        force, torque = self.force, self.torque
         if self.parent >= 0:
-            x, y, _ = force if not self.turns else (ZERO, ZERO, ZERO)
-            inward = force, added(torque, [-1 * (self.q * y), self.q * x, ZERO])
+            x, y, _ = self.force if not self.turns else (ZERO, ZERO, ZERO)
+            inward = self.force, added(self.torque, [-1 * (self.q * y), self.q * x, ZERO])
             force, torque = (lin(self.place, self.rotated(each, 1)) for each in inward)
             before = links[self.parent]
             before.force = added(before.force, force)
