@@ -342,9 +342,20 @@ def _standing(data, rollout, rng):
     data["robot"]["friction"]["standing"] = [1.0] * rollout.robot.dof
 
 
+def _friction(data, rollout, rng):
+    """Friction that pushes."""
+    data["robot"]["friction"]["coulomb"][rng.integers(rollout.robot.dof)] = -1.0
+
+
 def _load(data, rollout, rng):
     """A load on no link."""
     data["robot"]["loads"][0].append({"link": 99, "body": [1.0] + [0.0] * 9})
+
+
+def _unit(data, rollout, rng):
+    """The same numbers in another unit."""
+    row = _row(data, rng, CHECKED)
+    row["unit"] = f"k{row['unit']}"
 
 
 def _name(data, rollout, rng):
@@ -354,7 +365,7 @@ def _name(data, rollout, rng):
 
 ALTERED = (
     *(_coefficient, _limit, _bound, _bound, _mass, _removed, _swapped, _moved_piece, _share, _breaks),
-    *(_standing, _load, _name),
+    *(_standing, _friction, _load, _unit, _name),
 )
 
 

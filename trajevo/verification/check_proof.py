@@ -19,7 +19,7 @@ from operator import mul
 from types import SimpleNamespace
 from typing import Any
 
-ORDERS = ("position", "velocity", "acceleration", "jerk")
+KINDS = *ORDERS, _ = ("position", "velocity", "acceleration", "jerk", "effort")
 #: Bytes of a file; halvings of an interval, of a piece; pieces looked at for each of the file; coefficients of tubes.
 LARGEST, CUTS, DEEPEST, PIECES, TERMS = 2**26, 60, 48, 60, 10
 #: Shares: by which limits may be exceeded; of a peak, and of positions over a power of the shortest segment, that are
@@ -71,7 +71,7 @@ def bernstein(a: list[Any], start: int = 0, width: int = 1) -> tuple[list[int], 
     return [sum(math.comb(j, k) * x for k, x in enumerate(parts[: j + 1])) for j in range(n + 1)], divisor * m
 
 
-class Segment:
+class _Segment:
     """The exact polynomials of all joints in a segment, of u = (time since its begin) / duration."""
 
     def __init__(self, begin: float, end: float, rows: list[list[float]]) -> None:
@@ -147,15 +147,13 @@ class Tube:
 
     def sine_and_cosine(self) -> tuple[Tube, Tube]:
         """Those of an angle: of its middle in whole numbers over 2^180, and of what is around, by Taylor's series."""
-        if not abs(self.c[0]) < 1e15:
-            raise OverflowError
         x = round((Fraction(self.c[0]) - round(self.c[0] / (2.0 * math.pi)) * 2 * PI) * 2**180)  # at most about pi
         found, term, k = [0, 0], 2**180, 0
         while abs(term) > 1:
             found[k % 2] += term if k % 4 < 2 else -term
             k, term = k + 1, (term * x >> 180) // (k + 1)
         c, s = (x / 2**180 for x in found)
-        rest, e = Tube.of([0.0, *self.c[1:]]), Tube.of([0.0], 2.0 * U + self.e)
+        rest, e = Tube.of([0.0, *self.c[1:]]), Tube.of([0.0], 2.0 * U + 1e-60 * abs(self.c[0]) + self.e)
         count, left_out, square = 1, rest.size**2, rest * rest
         while left_out > 1e-19 and count < 60:
             count, left_out = count + 1, left_out * rest.size**2 / (4 * count**2)
@@ -203,7 +201,7 @@ def cross(a: Any) -> list[list[float]]:
     return [[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]]
 
 
-class Link:
+class _Link:
     """A joint with what it moves, in its own axes, of which z is that of the joint."""
 
     def __init__(self, data: Any, loads: list[Any]) -> None:
@@ -216,7 +214,7 @@ class Link:
         m, *h, xx, xy, yy, xz, yz, zz = [sum(map(Fraction, x)) for x in zip(*bodies)]
         half = (xx + yy + zz) / 2  # half the trace of an inertia less the inertia is the second moment of mass
         second = [[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]]
-        self.mass, self.moment, self.second = float(m), [*map(float, h)], [[*map(float, row)] for row in second]
+        self.mass, self.moment, self.e = float(m), [*map(float, h)], [[*map(float, row)] for row in second]
 
     def rotated(self, v: Any, sign: int) -> list[Tube]:
         """A vector turned by the joint's angle (sign 1), or back (-1)."""
@@ -240,12 +238,11 @@ class Link:
         ]
         if not self.turns:
             self.pull = added(self.pull, [row[2] * q for row in s], turning, turning, [ZERO, ZERO, a])
-        pairs, e = ((2, 1), (0, 2), (1, 0)), self.second
         self.force = added([self.mass * x for x in self.pull], lin(s, self.moment))
-        turn = [dot([*e[j], *(-x for x in e[i])], [*s[i], *s[j]]) for i, j in pairs]
+        turn = [dot([*self.e[j], *(-x for x in self.e[i])], [*s[i], *s[j]]) for i, j in ((2, 1), (0, 2), (1, 0))]
         self.torque = added(lin(cross(self.moment), self.pull), turn)
 
-    def bears(self, links: list[Link]) -> Tube:
+    def bears(self, links: list[_Link]) -> Tube:
         """The effort of the joint; what is beyond it is handed on to the link before."""
         if self.parent >= 0:
             x, y, _ = self.force if not self.turns else (ZERO, ZERO, ZERO)
@@ -257,19 +254,21 @@ class Link:
         return self.torque[2] if self.turns else self.force[2]
 
 
-class Robot:
+class _Robot:
     """A robot with some loads."""
 
     def __init__(self, data: Any, loads: list[Any]) -> None:
         if any(not 0 <= load["link"] < len(data["links"]) for load in loads):
             raise BadFileError("loads: expected each on one of the links")
-        self.links = [Link(x, [y for y in loads if y["link"] == k]) for k, x in enumerate(data["links"])]
+        self.links = [_Link(x, [y for y in loads if y["link"] == k]) for k, x in enumerate(data["links"])]
         self.drives, self.screws = numbers(data["matrix"], len(self.links), None), data["screws"]
         self.offset, gravity, still = numbers(data["offset"], len(self.links)), numbers(data["gravity"], 3), [ZERO] * 3
         pull = [Tube.of([-g]) for g in gravity]  # gravity counts as an acceleration of the ground upwards
         self.ground = SimpleNamespace(spin=still, rate=still, swing=[still] * 3, pull=pull)
         keys = ("viscous", "armature", "coulomb", "coulomb_backward", "standing")
         self.viscous, self.armature, *self.dry = (numbers(data["friction"][key], len(self.drives[0])) for key in keys)
+        if min(map(min, self.dry)) < 0.0:
+            raise BadFileError("friction: expected numbers from 0 on")
 
     def efforts(self, q: list[Tube], v: list[Tube], a: list[Tube]) -> list[Tube]:
         """Efforts of the actuators without dry friction."""
@@ -312,16 +311,17 @@ def numbers(x: Any, *shape: int | None) -> Any:
     return float(value)
 
 
-class Motion:
+class _Motion:
     """What a file says of a motion, and the proofs of its rows."""
 
     def __init__(self, data: Any) -> None:
-        self.data, motion, self.names = data, data["motion"], [str(each["name"]) for each in data["motion"]["joints"]]
+        self.data, motion, self.joints = data, data["motion"], data["motion"]["joints"]
+        self.names = [str(each["name"]) for each in self.joints]
         breaks, joints = numbers(motion["breaks"], None), range(len(self.names))
         if breaks[0] != 0.0 or any(y <= x for x, y in pairwise(breaks)) or len({*self.names}) < len(joints):
             raise BadFileError("motion: expected breaks that increase from 0, and joints of different names")
         rows = numbers(motion["coefficients"], len(breaks) - 1, len(joints), None)
-        self.segments = [Segment(x, y, row) for (x, y), row in zip(pairwise(breaks), rows)]
+        self.segments = [_Segment(x, y, row) for (x, y), row in zip(pairwise(breaks), rows)]
         all_ = [[[each.derivative(j, order) for each in self.segments] for j in joints] for order in range(3)]
         self.peaks = [[max(max(map(abs, b)) / d for b, d in each) for each in order] for order in all_]  # or above
 
@@ -348,7 +348,7 @@ class Motion:
     def efforts(self, rows: list[tuple[int, Any, Any]]) -> dict[int, str]:
         """For the joints of rows (joint, least, greatest), why their efforts may leave what is claimed."""
         failed, done = {j: self.steps(0, j) or self.steps(1, j) for j, _, _ in rows}, Fraction(0)
-        robots = [Robot(self.data["robot"], loads) for loads in self.data["robot"]["loads"]]
+        robots = [_Robot(self.data["robot"], loads) for loads in self.data["robot"]["loads"]]
         speeds = (v + q / sum(each.duration for each in self.segments) for q, v, _ in zip(*self.peaks))
         if any(rest > AT_REST * v for rest, v in zip(robots[0].dry[2], speeds)):
             raise BadFileError("standing: expected no more than rounding of the joints' speeds")
@@ -365,7 +365,7 @@ class Motion:
             raise BadFileError("pieces: they end before the motion does")
         return failed
 
-    def piece(self, robot: Robot, segment: Segment, level: int, first: int, rows: Any, failed: dict[int, str]) -> None:
+    def piece(self, robot: _Robot, segment: _Segment, level: int, first: int, rows: Any, failed: Any) -> None:
         """Prove what rows claim of a piece, or of its halves, and say of which joints it fails."""
         todo = [row for row in rows if not failed[row[0]]]
         if not todo:
@@ -389,10 +389,11 @@ class Motion:
     def check(self) -> list[tuple[str, bool | None, str]]:
         """Every row: its name, whether it is proven that it keeps its limits (None: not checked), and why."""
         rows, found = dict[Any, Any](), list[tuple[str, bool | None, str]]()
+        kinds = {u: dict(zip(KINDS, (u, f"{u}/s", f"{u}/s^2", f"{u}/s^3", f))) for u, f in (("rad", "N*m"), ("m", "N"))}
         for row in self.data["rows"]:
             key, joint = (row["quantity"], row["joint"]), self.names.index(row["joint"])
-            if key in rows or key[0] not in (*ORDERS, "effort"):
-                raise BadFileError(f"rows: expected one for each quantity of a joint, got {key}")
+            if key in rows or row["unit"] != kinds[self.joints[joint]["unit"]].get(key[0]):
+                raise BadFileError(f"rows: expected one for each quantity of a joint, in its unit, got {key}")
             ends = zip((row[each] for each in ("least", "greatest", "lower", "upper")), (-FAR, FAR, -FAR, FAR))
             rows[key] = str(row["unit"]), joint, *(far if x is None else Fraction(numbers(x)) for x, far in ends)
         forces = [row[1:4] for (quantity, _), row in rows.items() if quantity == "effort"]
@@ -425,7 +426,7 @@ def check(content: bytes) -> list[tuple[str, bool | None, str]]:
         plain = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
         if digest != f"sha256:{hashlib.sha256(plain).hexdigest()}":
             raise BadFileError("its digest is not that of its content: it was changed after it was written")
-        return Motion(data).check()
+        return _Motion(data).check()
     except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError) as error:
         raise error if isinstance(error, BadFileError) else BadFileError(f"{type(error).__name__}: {error}") from None
 

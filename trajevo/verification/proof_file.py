@@ -56,7 +56,8 @@ class Relied:
     Attributes:
         rollout: the motions.
         motion: which of them the certificate is of.
-        limits: limits of efforts, powers and the tool's speed, inf for none, shape (2 n_joints + 1,).
+        limits: limits of efforts, powers and the tool's speed, inf for none, shape (2 n_joints + 1,)
+            [N·m or N, W, m/s].
     """
 
     rollout: Rollout
