@@ -20,8 +20,8 @@ from types import SimpleNamespace
 from typing import Any
 
 KINDS = *ORDERS, _ = ("position", "velocity", "acceleration", "jerk", "effort")
-#: Bytes of a file; halvings of an interval, of a piece; pieces looked at for each of the file; coefficients of tubes.
-LARGEST, CUTS, DEEPEST, PIECES, TERMS = 2**26, 60, 48, 60, 10
+#: At most: bytes, coefficients in a row, halvings of intervals and of pieces, looks per piece. Coefficients of tubes.
+LARGEST, LONGEST, CUTS, DEEPEST, PIECES, TERMS = 2**26, 64, 60, 48, 10, 10
 #: Shares: by which limits may be exceeded; of a peak, and of positions over a power of the shortest segment, that are
 #: no step at a break; of a peak, up to which a joint is at rest.
 WITHIN, STEP, ROUNDED, AT_REST = map(Fraction, (1e-9, 1e-6, 1e-11, 1.001e-9))
@@ -315,12 +315,12 @@ class _Motion:
     """What a file says of a motion, and the proofs of its rows."""
 
     def __init__(self, data: Any) -> None:
-        self.data, motion, self.joints = data, data["motion"], data["motion"]["joints"]
-        self.names = [str(each["name"]) for each in self.joints]
+        motion, self.data, self.names = data["motion"], data, [str(x["name"]) for x in data["motion"]["joints"]]
         breaks, joints = numbers(motion["breaks"], None), range(len(self.names))
-        if breaks[0] != 0.0 or any(y <= x for x, y in pairwise(breaks)) or len({*self.names}) < len(joints):
-            raise BadFileError("motion: expected breaks that increase from 0, and joints of different names")
         rows = numbers(motion["coefficients"], len(breaks) - 1, len(joints), None)
+        rising = breaks[0] == 0.0 and all(x < y for x, y in pairwise(breaks)) and len({*self.names}) == len(joints)
+        if not rising or any(len(x) > LONGEST for row in rows for x in row):
+            raise BadFileError("motion: expected breaks that increase from 0, joints of different names, low degrees")
         self.segments = [_Segment(x, y, row) for (x, y), row in zip(pairwise(breaks), rows)]
         all_ = [[[each.derivative(j, order) for each in self.segments] for j in joints] for order in range(3)]
         self.peaks = [[max(max(map(abs, b)) / d for b, d in each) for each in order] for order in all_]  # or above
@@ -352,7 +352,7 @@ class _Motion:
         speeds = (v + q / sum(each.duration for each in self.segments) for q, v, _ in zip(*self.peaks))
         if any(rest > AT_REST * v for rest, v in zip(robots[0].dry[2], speeds)):
             raise BadFileError("standing: expected no more than rounding of the joints' speeds")
-        self.budget = PIECES * len(self.data["pieces"])
+        self.budget = PIECES * (len(self.data["pieces"]) + 10)
         for piece in self.data["pieces"]:
             number, level, first, shares = (piece[key] for key in ("segment", "level", "place", "shares"))
             follows = 0 <= level <= CUTS and 0 <= first < 1 << level and done == number + Fraction(first, 1 << level)
@@ -392,7 +392,7 @@ class _Motion:
         kinds = {u: dict(zip(KINDS, (u, f"{u}/s", f"{u}/s^2", f"{u}/s^3", f))) for u, f in (("rad", "N*m"), ("m", "N"))}
         for row in self.data["rows"]:
             key, joint = (row["quantity"], row["joint"]), self.names.index(row["joint"])
-            if key in rows or row["unit"] != kinds[self.joints[joint]["unit"]].get(key[0]):
+            if key in rows or row["unit"] != kinds[self.data["motion"]["joints"][joint]["unit"]].get(key[0]):
                 raise BadFileError(f"rows: expected one for each quantity of a joint, in its unit, got {key}")
             ends = zip((row[each] for each in ("least", "greatest", "lower", "upper")), (-FAR, FAR, -FAR, FAR))
             rows[key] = str(row["unit"]), joint, *(far if x is None else Fraction(numbers(x)) for x, far in ends)
