@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from typing import Any
 
 import keys
 
 from trajevo.exporters.export import EXPORTERS
+from trajevo.exporters.samples import proof_schema
 from trajevo.front.records import (
     Blocking,
     FailedIndividual,
@@ -57,6 +60,13 @@ units and the certificate of the motion. What each controller can and cannot car
 [](../how_to/controllers.md).
 """
 
+PROOF = """## Proof files
+
+`trajevo certify RUN --proof FILE` and `certify(motion).write_proof(FILE)` write them, `trajevo check-proof FILE` and
+`python check_proof.py FILE` check them: [](../how_to/proof.md). Their JSON Schema stands in
+`trajevo/exporters/proof.schema.json`.
+"""
+
 #: Records of JSON files by the title of their section.
 RECORDS: dict[str, tuple[type, ...]] = {
     "front.json": (FrontFile, ProblemRecord, VariableRecord, ObjectiveRecord, Run, FailedIndividual, History, Blocking),
@@ -75,6 +85,7 @@ def page() -> str:
         _table(Block),
     ]
     parts += [STUDY, *(_table(record) for record in (StudyRecord, TaskContent, Level, Failure)), EXPORTS, _exports()]
+    parts += [PROOF, *_of_schema(proof_schema())]
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
@@ -91,6 +102,25 @@ def names(record: type) -> list[str]:
     if is_dataclass(record):
         return [one.name for one in fields(record)]
     return list(record.model_fields)  # type: ignore[attr-defined]
+
+
+def _of_schema(schema: dict[str, Any]) -> Iterator[str]:
+    """Tables of the keys of a JSON Schema's objects."""
+    yield _keys("The file", schema)
+    for name, part in schema["$defs"].items():
+        if "properties" in part:
+            yield _keys(name, part)
+
+
+def _keys(title: str, part: dict[str, Any]) -> str:
+    rows = []
+    for key, value in part["properties"].items():
+        inner = value.get("items", {})
+        rows.append(f"| `{key}` | {_cell(value.get('description', ''))} |")
+        if "properties" in inner:
+            said = inner["properties"].items()
+            rows += [f"| `{key}.{name}` | {_cell(each.get('description', ''))} |" for name, each in said]
+    return "\n".join([f"### {title}", "", part.get("description", ""), "", "| key | content |", "|---|---|", *rows])
 
 
 def _cell(text: str) -> str:

@@ -43,6 +43,7 @@ SHORT = (
 #: Those whose Python `make test` runs as it stands, without their commands.
 PYTHON = (
     "how_to/infeasible.md",
+    "how_to/proof.md",
     "how_to/report.md",
     "how_to/sheet.md",
     "how_to/which_solution.md",
@@ -53,6 +54,7 @@ NOT_RUN = {
     "installation.md": ["installs", "changes the environment"],
     "explanation/optimum.md": ["needs a checkout, CasADi and minutes"],
     "how_to/command_line.md": ["a list to choose from, which would take an hour"],
+    "how_to/proof.md": ["runs where trajevo is not installed"],
     "how_to/report.md": ["needs two terminals and a browser"],
     "how_to/robot_files.md": ["needs the files of a robot of yours"],
     "speed.md": ["installs", "compiles, or shows a variable of the environment"],

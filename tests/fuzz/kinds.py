@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import re
 import shutil
 import struct
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -16,11 +18,14 @@ from random import Random
 import numpy as np
 
 from tests.formulation.test_scene_files import NEW, OLD, WORLD
-from trajevo import Front, load_problem, load_robot, load_task, optimise
+from trajevo import Front, ViaPoints, load_problem, load_robot, load_task, optimise
 from trajevo.base.files import SCRATCH
 from trajevo.cli.console import Terminal
+from trajevo.cli.proof.command import print_proof
 from trajevo.cli.results import clear_stale
 from trajevo.cli.screen.printed import print_examination, print_run
+from trajevo.dynamics.inverse_dynamics import Dynamics
+from trajevo.dynamics.rollout import Rollout
 from trajevo.exporters.export import export, is_exported
 from trajevo.formulation.constraints.collision import Collision
 from trajevo.formulation.constraints.scene import Scene, Sphere
@@ -35,6 +40,10 @@ from trajevo.solvers.run.folder import RunFolder
 from trajevo.solvers.run.runs import read_run, resume, standing
 from trajevo.study import Study, collect, load_study, study_standing
 from trajevo.study.folder import StudyFolder
+from trajevo.trajectory.interpolants import QuinticSpline
+from trajevo.verification.certify import certify
+from trajevo.verification.check_proof import check as check_proof
+from trajevo.verification.proof_file import digest
 
 LIMITS = {"acceleration": 10.0, "jerk": 100.0}
 
@@ -185,6 +194,19 @@ def _read_netcdf(folder: Path) -> None:
 def _read_mesh(folder: Path) -> None:
     robot = load_robot(folder / "two.urdf", limits=LIMITS)
     Collision(robot, Scene((Sphere(position=(1.0, 1.0, 1.0), radius=0.1),))).distances(np.zeros((2, robot.dof)))
+
+
+def _read_proof(folder: Path) -> None:
+    """Check a proof file, and once more with the digest that belongs to its content."""
+    file = folder / "motion.proof.json"
+    try:
+        print_proof(_silent(), file)
+    finally:
+        with suppress(ValueError, RecursionError):  # no JSON, or refused
+            data = json.loads(file.read_bytes())
+            if isinstance(data, dict):
+                data.pop("digest", None)
+                check_proof(json.dumps(data | {"digest": digest(data)}).encode())
 
 
 def _read_scene(folder: Path) -> None:
@@ -442,6 +464,13 @@ def _mesh_kind(ending: str, *seeds: bytes) -> Kind:
     return Kind(f"mesh as {ending}", name, seeds, {"two.urdf": urdf}, read)
 
 
+def _proven(folder: Path) -> Rollout:
+    """A motion of the robot with two joints."""
+    points = ViaPoints([[0.0, 0.0], [0.5, 0.2], [1.0, 0.1]])
+    robot = load_robot(folder / "two.urdf", limits=LIMITS)
+    return Rollout(Dynamics(robot), QuinticSpline(points, duration_bounds=(0.5, 2.0))([[1.0, 1.2]]))
+
+
 @cache
 def kinds(folder: Path) -> dict[str, Kind]:
     """All kinds by name, with seeds that are made in a folder."""
@@ -453,6 +482,8 @@ def kinds(folder: Path) -> dict[str, Kind]:
     (folder / "study.toml").write_text(STUDY)
     StudyFolder(folder / "study").keep(load_study(folder / "study.toml").record)
     kept = (folder / "study" / "study.json").read_bytes()
+    (folder / "two.urdf").write_bytes(PLAIN)
+    proof = certify(_proven(folder)).write_proof(folder / "motion.proof.json").read_bytes()
     two, robot = {"two.urdf": PLAIN}, Path("robot")
     made = (
         Kind("front", "front.json", (run["front.json"],), {}, _read_front, written=True),
@@ -491,6 +522,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
             lambda place: load_robot(place / "two.urdf", limits=place / "joint_limits.yaml"),
         ),
         Kind("points", "points.csv", POINTS, two, _read_points),
+        Kind("proof file", "motion.proof.json", (proof,), {}, _read_proof),
         Kind("netCDF", "front.nc", ((folder / "knee.nc").read_bytes(),), {}, _read_netcdf, written=True),
         Kind(
             "scene",

@@ -31,7 +31,7 @@ KEPT = ROOT / "build" / "fuzz"
 
 KINDS = (
     "front", "manifest", "checkpoint", "blocks", "study.json", "task", "study.toml", "URDF", "MJCF", "robot.toml",
-    "joint limits", "points", "netCDF", "mesh as stl", "mesh as obj", "mesh as dae", "analyses", "scene",
+    "joint limits", "points", "proof file", "netCDF", "mesh as stl", "mesh as obj", "mesh as dae", "analyses", "scene",
 )  # fmt: skip
 
 #: Inputs of a kind that one process reads, and time after which it hangs outside Python [s].

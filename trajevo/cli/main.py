@@ -104,6 +104,11 @@ COMMANDS = {
         "certificate",
         "Prove that a motion keeps every limit at every instant; exit code 1 if one is broken or not decided.",
     ),
+    "check-proof": _Home(
+        "proof.command",
+        "check_proof",
+        "Check a proof file without trusting what wrote it; exit code 1 if something that it claims is not proven.",
+    ),
     "export": _Home(
         "show",
         "export",

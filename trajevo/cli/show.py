@@ -275,9 +275,15 @@ def certificate(
     ] = None,
     power: Annotated[float | None, typer.Option(help="Greatest mechanical power of every joint [W].")] = None,
     every: Annotated[bool, typer.Option("--all", help="Every solution of the front.")] = False,
+    proof: Annotated[
+        Path | None,
+        typer.Option(help="Proof file to write, JSON, which `trajevo check-proof` checks; of one solution."),
+    ] = None,
     problem: ProblemOption = None,
 ) -> None:
     """Prove that a motion keeps every limit at every instant; exit code 1 if one is broken or not decided."""
+    if every and proof is not None:
+        raise InvalidInputError("--proof: expected one solution, chosen by --solution, got --all")
     front = front_of(run, problem)
     if every:
         with Waiting("proving", ["all solutions"]) as shown:
@@ -289,6 +295,8 @@ def certificate(
     for each in found:
         if not (every and each.proven):
             _out.print(str(each))
+    if proof is not None:
+        _out.written(found[0].write_proof(proof), then=f"trajevo check-proof {proof}")
     kept = sum(each.proven for each in found)
     if every:
         _out.print(f"{kept} of {len(found)} solutions are proven to keep every limit at every instant.")

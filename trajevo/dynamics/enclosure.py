@@ -75,10 +75,35 @@ def enclose(rollout: Rollout, limits: Array, *, tolerance: float) -> Enclosure:
     Returns:
         Bounds and exhibited values.
     """
+    return _everything(rollout, limits, tolerance, None)
+
+
+def enclose_pieces(rollout: Rollout, limits: Array, *, tolerance: float) -> tuple[Pieces, Array]:
+    """The pieces into which :func:`enclose` cuts motions, and its bounds over each of the K pieces.
+
+    Args:
+        rollout: one robot on B motions.
+        limits: as for :func:`enclose`.
+        tolerance: as for :func:`enclose`.
+
+    Returns:
+        The pieces in no order, and bounds of shape (K, 2 n_joints + 1) [N·m or N, W, m/s].
+    """
+    kept: list[tuple[Pieces, Array]] = []
+    _everything(rollout, limits, tolerance, kept)
+    parts, bounds = zip(*kept, strict=True)
+    return Pieces(*(np.concatenate(columns) for columns in zip(*parts, strict=True))), np.concatenate(bounds)
+
+
+def _everything(
+    rollout: Rollout, limits: Array, tolerance: float, kept: list[tuple[Pieces, Array]] | None
+) -> Enclosure:
+    """As :func:`enclose`; pieces that are not cut any more are added to a list, with their bounds."""
     bounds, pieces = PieceBounds.of(rollout), Pieces.of(rollout, _NODES)
     coarse = np.zeros((len(rollout.trajectory), len(limits)))
     np.maximum.at(coarse, pieces.owner, bounds.magnitudes(pieces))
-    return _enclosed(bounds.everything, pieces, rollout, limits, partial(_scale, coarse=coarse), tolerance)
+    scale = partial(_scale, coarse=coarse)
+    return _enclosed(bounds.everything, pieces, rollout, limits, scale, tolerance, kept)
 
 
 def enclose_height(rollout: Rollout, least: float, *, tolerance: float) -> tuple[Array, Array, Array]:
@@ -140,6 +165,7 @@ def _enclosed(
     limits: Array,
     scale: Callable[[Array, Array], Array],
     tolerance: float,
+    kept: list[tuple[Pieces, Array]] | None = None,
 ) -> Enclosure:
     count = len(rollout.trajectory)
     bound, best, instants = (np.zeros((count, len(limits))) for _ in range(3))
@@ -158,6 +184,8 @@ def _enclosed(
             open_[:] = False
         np.maximum.at(bound, pieces.owner[~open_], above[~open_])
         np.add.at(used, pieces.owner[~open_], 1)
+        if kept is not None:
+            kept.append((pieces.rows(~open_), above[~open_]))
         pieces = pieces.rows(open_).halved()
     return Enclosure(frozen(bound), frozen(best), frozen(instants), used, frozen(scale(best, limits)))
 

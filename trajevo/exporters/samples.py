@@ -15,7 +15,16 @@ from trajevo.front.motion_table import motion_columns
 
 def motion_schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of the format ``"json"``."""
-    text = (resources.files("trajevo.exporters") / "motion.schema.json").read_text(encoding="utf-8")
+    return _schema("motion")
+
+
+def proof_schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) of the proof files that :meth:`Certificate.write_proof` writes."""
+    return _schema("proof")
+
+
+def _schema(name: str) -> dict[str, Any]:
+    text = (resources.files("trajevo.exporters") / f"{name}.schema.json").read_text(encoding="utf-8")
     schema: dict[str, Any] = json.loads(text)
     return schema
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 
+from trajevo.base.files import why_not, write_whole
 from trajevo.base.shown import html
 from trajevo.base.shown.brief import brief
 from trajevo.base.units import pretty
+from trajevo.errors import InvalidInputError
+from trajevo.verification.proof_file import Relied, proof_text
 
 #: Share of a limit by which a proven bound may exceed it and still count as within, for rounding exactly at the limit.
 WITHIN = 1e-9
@@ -184,8 +188,37 @@ class Certificate:
     rows: tuple[Proof, ...]
     uncovered: tuple[Uncovered, ...] = ()
     notes: tuple[str, ...] = ()
+    _relied: Relied | None = field(default=None, init=False, repr=False, compare=False)
 
     __repr__ = brief
+
+    def relying_on(self, relied: Relied) -> Certificate:
+        """The same certificate, which knows what it relied on and can be written as a proof file."""
+        object.__setattr__(self, "_relied", relied)
+        return self
+
+    def write_proof(self, file: str | Path) -> Path:
+        """Write what is claimed and what it rests on, for ``trajevo check-proof`` and other programs.
+
+        The file holds the motion's polynomials to the last bit, the limits, the masses and joints that efforts need,
+        the pieces of time with their bounds, and what is claimed of every quantity; what it claims nothing of is named.
+        A certificate that is not proven can be written too; its file says no more than the certificate.
+
+        Args:
+            file: path of the file.
+
+        Returns:
+            Path of the file.
+
+        Raises:
+            InvalidInputError: the motion is not one of polynomials of time, the certificate was read from a file, or
+                the file cannot be written.
+        """
+        try:
+            write_whole(Path(file), proof_text(self, self._relied).encode())
+        except OSError as error:
+            raise InvalidInputError(f"{file}: cannot be written: {why_not(error)}") from error
+        return Path(file)
 
     def _repr_html_(self) -> str:
         rows = [(row.name, row.bound_shown, row.limit_shown, _percent(row), row.at) for row in self.by_quantity]

@@ -24,6 +24,7 @@ from trajevo.verification.certificate import Certificate, Proof, Uncovered
 from trajevo.verification.constraint_proofs import constraint_proofs
 from trajevo.verification.drive_proofs import drive_proofs
 from trajevo.verification.kinematic_proofs import kinematic_proofs
+from trajevo.verification.proof_file import Relied
 
 #: Least and greatest tolerance of a certificate.
 TOLERANCES = (1e-7, 0.1)
@@ -105,7 +106,8 @@ def _certified(
         rows = (*kinematic[k], *_dynamic_proofs(rollout, enclosure, k, limits), *drives[k], *own[k])
         missing = (*_without_effort(rollout), *uncovered[k])
         notes = rollout.robot.mass_notes if rollout.robot.gives_effort else ()
-        found.append(Certificate(name, float(tolerance), int(enclosure.pieces[k]), rows, missing, notes))
+        made = Certificate(name, float(tolerance), int(enclosure.pieces[k]), rows, missing, notes)
+        found.append(made.relying_on(Relied(rollout, k, limits)))
     return found
 
 
