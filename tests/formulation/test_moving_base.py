@@ -1,5 +1,7 @@
 """A base that moves: what its motions are, what a robot loaded at that place says, and derivatives through it."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -431,3 +433,12 @@ def test_compiled_loops_and_numpy_track_poses_alike(free):
         assert settled.mean() > 0.9
         for one, other in zip(compiled, plain, strict=True):
             np.testing.assert_allclose(one[settled], other[settled], atol=1e-7)
+
+
+def test_a_problem_goes_to_other_processes_whole():
+    scene = {"clearance": 0.02, "obstacles": [{"shape": "sphere", "radius": 0.1, "position": [0.45, 0.02, 0.35]}]}
+    given = problem({"x": [-0.4, 0.1]}, scene=scene)
+    X = drawn(given, 5)
+    there = pickle.loads(pickle.dumps(given))
+    for one, other in zip(given.evaluate(X), there.evaluate(X), strict=True):
+        np.testing.assert_array_equal(one, other)

@@ -17,7 +17,7 @@ from trajevo.solvers.optimise import load_task
 
 TASKS = Path(__file__).parents[2] / "problems" / "tasks"
 #: Tasks whose search and polish take seconds; `make test-long` solves them.
-SLOW = ("panda_six_points", "xarm7_obstacle", "pick_and_place_cell", "ur5_pick_and_place")
+SLOW = ("panda_six_points", "xarm7_obstacle", "pick_and_place_cell", "ur5_pick_and_place", "ur5_order", "ur5_postures")
 
 SMALL = """\
 format = 1

@@ -305,6 +305,7 @@ WITH_BODY = {
     "effort_ratio",
     "unused_payload",
     "tool_path",
+    "footprint",
 }
 
 

@@ -45,7 +45,7 @@ def task_problem(settings: TaskSettings, where: Places) -> TrajectoryProblem:
     arguments = {
         "robot": robot,
         "points": points,
-        "base": None if settings.base is None else settings.base.model_dump(),
+        "base": None if settings.base is None else settings.base.model_dump(exclude_none=True),
         "order": _order(settings),
         "postures": settings.postures,
         "turns": settings.turns,

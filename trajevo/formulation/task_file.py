@@ -189,12 +189,25 @@ class _Point(_Strict):
         return self
 
 
+class BaseRanges(pydantic.BaseModel):
+    """Ranges of a base; other keys are refused where the ranges are used, which says why a base does not tilt."""
+
+    model_config = pydantic.ConfigDict(extra="allow", frozen=True, defer_build=True)
+
+    __repr__ = brief
+
+    x: list[_Number | str] | None = pydantic.Field(None, description="Along x of the cell; a text has its unit [m].")
+    y: list[_Number | str] | None = pydantic.Field(None, description="Along y of the cell; a text has its unit [m].")
+    z: list[_Number | str] | None = pydantic.Field(None, description="Along z of the cell; a text has its unit [m].")
+    yaw: list[_Number | str] | None = pydantic.Field(
+        None, description="About the vertical axis through its origin; a text has its unit [rad]."
+    )
+
+
 class BaseSettings(_Strict):
     """Where the robot may stand: ranges of how far its base is from its given place, in the axes of the cell."""
 
-    moving: dict[str, list[_Number | str]] = pydantic.Field(
-        description="Ranges of x, y, z [m] and of the turn about the vertical axis, yaw [rad]; a text has its unit."
-    )
+    moving: BaseRanges = pydantic.Field(description="Least and greatest displacement; what is not named stands still.")
 
 
 _Index = Annotated[int, pydantic.Field(strict=True, ge=0)]

@@ -8,4 +8,4 @@ solved by gradients. Hatched places miss a point.
 
 from trajevo import base_map, load_task, plots
 
-plots.base_map(base_map(load_task("ur5_base").problem, cells=21), width=120)
+plots.base_map(base_map(load_task("ur5_base").problem, cells=15), width=120)

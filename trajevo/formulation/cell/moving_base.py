@@ -215,7 +215,7 @@ class PostureGrid:
 
 
 def _axes(box: BaseBox, postures: int) -> list[Array]:
-    """PostureGrid along every coordinate that moves, as fine as the number of postures at each of them allows."""
+    """Nodes along every coordinate that moves, as fine as the number of postures at each of them allows."""
     free = list(box.free)
     widths, apart = (box.upper - box.lower)[free], np.array(_APART)[free]
     while True:
