@@ -19,7 +19,7 @@ TASKS = Path(__file__).parents[2] / "problems" / "tasks"
 #: Tasks for several robots, which are no problem of their own: tests/study/robots.
 FOR_ROBOTS = ("which_robot",)
 #: Tasks whose search and polish take seconds; `make test-long` solves them.
-SLOW = ("panda_six_points", "xarm7_obstacle", "pick_and_place_cell", "ur5_pick_and_place")
+SLOW = ("panda_six_points", "xarm7_obstacle", "pick_and_place_cell", "ur5_pick_and_place", "ur5_order", "ur5_postures")
 
 SMALL = """\
 format = 1
