@@ -15,8 +15,9 @@ from pydantic_core import PydanticUndefined
 
 from trajevo.formulation.constraints.scene import Attached, Scene
 from trajevo.formulation.constraints.scenes.obstacles import SHAPES, Obstacle
+from trajevo.formulation.keys.robot_keys import RobotOffer
 from trajevo.formulation.search import Search
-from trajevo.formulation.task_file import RobotOffer, task_model
+from trajevo.formulation.task_file import task_model
 from trajevo.robot.robot_toml import RobotSettings
 from trajevo.study.definition import StudySettings
 from trajevo.study.robots.catalogue import CatalogueSettings

@@ -11,197 +11,17 @@ import pydantic
 from trajevo.base.shown.brief import brief
 from trajevo.base.toml import Places, read_toml, validated
 from trajevo.errors import InvalidInputError
-from trajevo.formulation.cell.keys import BaseKeys, OrderKeys
 from trajevo.formulation.constraints.constraint import LimitParameter
+from trajevo.formulation.keys.cell_keys import BaseKeys, OrderKeys
+from trajevo.formulation.keys.point_keys import LoadKeys, PointKeys
+from trajevo.formulation.keys.robot_keys import Keys, LimitKeys, RobotKeys, RobotOffer
 from trajevo.formulation.search import Search
 from trajevo.formulation.via_points import limit_parameters
-from trajevo.robot.contacts.keys import GripKeys, StandKeys
-from trajevo.robot.loading.dh_keys import DhKeys
-from trajevo.robot.loading.drive_keys import DriveKeys, SupplyKeys
-from trajevo.robot.loading.told import Amount
-from trajevo.robot.payload import LOAD_MODELS
 
 _Number = Annotated[float, pydantic.Strict()]
-_Values = _Number | str | list[_Number | str] | dict[str, _Number | str]
-
-#: The same, each of which may be a table with the limits of both directions.
-_Side = dict[str, _Number | str]
-_Directed = _Number | str | list[_Number | str | _Side] | dict[str, _Number | str | _Side]
 
 
-class _Strict(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, defer_build=True)
-
-    __repr__ = brief
-
-
-class _Place(_Strict):
-    """Where something is: lengths in m and angles in rad, or text with a unit."""
-
-    position: list[_Number | str] | None = pydantic.Field(
-        None, description="Where its origin is, x, y and z; a text has its unit [m]."
-    )
-    rpy: list[_Number | str] | None = pydantic.Field(
-        None, description="How it is turned: roll, pitch and yaw; a text has its unit [rad]."
-    )
-
-
-class _Tool(_Place):
-    name: str = pydantic.Field(description="Name of the tool's frame.")
-    parent: str = pydantic.Field(description="Frame to which it is mounted.")
-    mass: _Number | str | None = pydantic.Field(None, description="Its mass; a text has its unit [kg].")
-    com: list[_Number | str] | None = pydantic.Field(
-        None, description="Its centre of mass in its own frame, x, y and z; a text has its unit [m]."
-    )
-    inertia: list[_Number] | list[list[_Number]] | None = pydantic.Field(
-        None, description="Its inertia about the centre of mass: 3 principal values, or 3 rows of 3 [kg*m^2]."
-    )
-
-
-class _Limits(_Strict):
-    """Joint limits: one for all joints, a list with one per joint, or a table by joint name.
-
-    A limit is a number in SI units or a text with a unit; a position limit is a pair of the lower and the upper end. A
-    limit of velocity, acceleration or effort may also be a table with the magnitudes ``backward`` and ``forward``.
-    """
-
-    position: list[_Number | str | list[_Number | str]] | dict[str, list[_Number | str]] | None = pydantic.Field(
-        default=None, description="Lower and upper end, one pair for all joints or one each [rad or m]."
-    )
-    velocity: _Directed | None = pydantic.Field(default=None, description="Greatest velocity [rad/s or m/s].")
-    acceleration: _Directed | None = pydantic.Field(
-        default=None, description="Greatest acceleration [rad/s^2 or m/s^2]."
-    )
-    jerk: _Values | None = pydantic.Field(default=None, description="Greatest jerk [rad/s^3 or m/s^3].")
-    effort: _Directed | None = pydantic.Field(default=None, description="Greatest torque or force [N*m or N].")
-
-
-class _Robot(_Strict):
-    """A robot by its name or file; or a Denavit-Hartenberg table; or joints alone, whose limits are in ``[limits]``."""
-
-    name: str = pydantic.Field(
-        description="Name in `trajevo list`, folder with robot.toml, or file; with `dh` or `joints` what it is called."
-    )
-    dh: DhKeys | None = pydantic.Field(None, description="Denavit-Hartenberg table of a robot without a file.")
-    joints: list[str] | None = pydantic.Field(
-        None, description="Names of the joints of a robot that is nothing but joints, without bodies."
-    )
-    kind: str | list[str] | None = pydantic.Field(
-        None, description="What those joints do: revolute, prismatic or continuous, for all or one for each."
-    )
-    tool: str | None = pydantic.Field(None, description="Frame at the end effector; the robot's own if not given.")
-    lock: dict[str, _Number] | None = pydantic.Field(
-        None, description="Joints that are held still, name -> position [rad or m]."
-    )
-    gravity: tuple[_Number, _Number, _Number] | None = pydantic.Field(
-        None, description="Gravity in the base frame [m/s^2]."
-    )
-    allow_massless: Annotated[bool, pydantic.Strict()] | None = pydantic.Field(
-        None, description="Links without mass are meant: efforts leave them out."
-    )
-    friction: str | dict[str, _Values] | None = pydantic.Field(
-        None,
-        description='"none" leaves out what the file says; or `viscous`, `coulomb` and `armature` in SI units, one '
-        "value for all joints, one each, or by name.",
-    )
-    packages: str | list[str] | None = pydantic.Field(
-        None, description="Folders that hold packages of meshes and xacro."
-    )
-    xacro: dict[str, str | bool | int | float] | None = pydantic.Field(None, description="Arguments of a xacro file.")
-    base: _Place | None = pydantic.Field(None, description="Where the robot stands in the cell.")
-    tools: list[_Tool] | None = pydantic.Field(
-        None, description="Tools that can be mounted, of which `tool` names one."
-    )
-    drives: dict[str, DriveKeys] | None = pydantic.Field(None, description="Drives of joints, by their names.")
-    grip: GripKeys | None = pydantic.Field(None, description="How it holds a payload by friction.")
-    stand: StandKeys | None = pydantic.Field(None, description="What it stands on without being bolted.")
-    supply: SupplyKeys | None = pydantic.Field(None, description="Supply of all drives.")
-    limits: _Limits | None = pydantic.Field(None, description="Its own, over `[limits]`, where robots are compared.")
-
-
-class RobotOffer(_Robot):
-    """A robot among those to choose from: the keys of ``[robot]``, and what a buyer knows of it."""
-
-    path: str | None = pydantic.Field(None, description="Its folder or file, or name in `trajevo list`; else `name`.")
-    price: Amount | None = pydantic.Field(None, description='Price with its currency, such as "24000 EUR".')
-    mass: _Number | str | None = pydantic.Field(None, description="Mass of the arm; a text has its unit [kg].")
-    reach: _Number | str | None = pydantic.Field(None, description="Its reach; a text has its unit [m].")
-
-
-class _Load(_Strict):
-    """A payload; it is carried from one point to another, or all the time without ``from`` and ``to``."""
-
-    mass: _Number | str = pydantic.Field(description="Its mass; a text has its unit [kg].")
-    com: tuple[_Number | str, _Number | str, _Number | str] = pydantic.Field(
-        (0.0, 0.0, 0.0), description="Its centre of mass in the tool's frame, x, y and z; a text has its unit [m]."
-    )
-    inertia: list[list[_Number]] | None = pydantic.Field(
-        None, description="Its inertia about the centre of mass, 3 rows of 3 [kg*m^2]."
-    )
-    model: str = pydantic.Field("rigid", description=f"How it acts: {', '.join(LOAD_MODELS)}.")
-    from_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(
-        None, alias="from", description="Point at which it is picked up, counted from 0; after a dwell there."
-    )
-    to_point: Annotated[int, pydantic.Field(strict=True, ge=0)] | None = pydantic.Field(
-        None, alias="to", description="Point at which it is put down, counted from 0; before a dwell there."
-    )
-    vary: Annotated[bool, pydantic.Strict()] | None = pydantic.Field(
-        None, description="Capacities, and objectives that choose the payload, mean this load."
-    )
-    shape: dict[str, Any] | None = pydantic.Field(
-        None,
-        description="Solid that keeps the clearance of the scene while it is carried, about `com` in the tool's frame; "
-        "its keys are those of an obstacle.",
-    )
-    touches: list[str] | None = pydantic.Field(
-        None, description="Names of obstacles and links from which it need not stay away."
-    )
-
-
-class _Point(_Strict):
-    """A via point: joint positions, or a tool position [m] and, if it matters, the tool's orientation.
-
-    The orientation is ``rpy`` (roll, pitch, yaw), ``quaternion`` (x, y, z, w) or ``rotation_vector`` (axis times
-    angle). With it ``free`` names an axis of the tool, x, y or z, about which any orientation is right.
-    """
-
-    joints: list[_Number] | None = pydantic.Field(
-        None, description="Joint positions in the order of the robot's joints [angle or m]."
-    )
-    position: tuple[_Number, _Number, _Number] | None = pydantic.Field(
-        None, description="Position of the tool in the base frame [m]."
-    )
-    rpy: tuple[_Number, _Number, _Number] | None = pydantic.Field(
-        None, description="Orientation of the tool: roll, pitch and yaw [angle]."
-    )
-    quaternion: tuple[_Number, _Number, _Number, _Number] | None = pydantic.Field(
-        None, description="Orientation of the tool: x, y, z, w [1]."
-    )
-    rotation_vector: tuple[_Number, _Number, _Number] | None = pydantic.Field(
-        None, description="Orientation of the tool: axis times angle [angle]."
-    )
-    free: Literal["x", "y", "z"] | None = pydantic.Field(
-        None, description="Axis of the tool about which any orientation is right."
-    )
-
-    @pydantic.model_validator(mode="after")
-    def _one_kind(self) -> _Point:
-        if (self.joints is None) == (self.position is None):
-            raise ValueError(
-                "expected either joints, or position and, if the orientation matters, rpy, quaternion or "
-                "rotation_vector"
-            )
-        given = [key for key in ("rpy", "quaternion", "rotation_vector") if getattr(self, key) is not None]
-        if self.joints is not None and given:
-            raise ValueError(f"joints have no {given[0]}")
-        if self.free is not None and not given:
-            raise ValueError("free: expected rpy, quaternion or rotation_vector with it, of which one axis is free")
-        if len(given) > 1:
-            raise ValueError(f"expected {given[0]} or {given[1]}, got both")
-        return self
-
-
-class MovingSettings(_Strict):
+class MovingSettings(Keys):
     """Half widths of the box in which a via point may move: around its joint positions, or its tool position [m]."""
 
     point: Annotated[int, pydantic.Field(strict=True, ge=0)] = pydantic.Field(
@@ -221,7 +41,7 @@ class MovingSettings(_Strict):
         return self
 
 
-class PassingSettings(_Strict):
+class PassingSettings(Keys):
     """How a via point is passed: with a stop or a dwell [s], a velocity per second, or in a window of time [s]."""
 
     point: Annotated[int, pydantic.Field(strict=True, ge=0)] = pydantic.Field(
@@ -238,7 +58,7 @@ class PassingSettings(_Strict):
     )
 
 
-class SegmentSettings(_Strict):
+class SegmentSettings(Keys):
     """What is asked of the segments between two points: a line or an arc of the tool, or an upright axis of it."""
 
     from_point: Annotated[int, pydantic.Field(strict=True, ge=0, alias="from")] = pydantic.Field(
@@ -288,7 +108,7 @@ class _Constraints(pydantic.BaseModel):
     )
 
 
-class TaskSettings(_Strict):
+class TaskSettings(Keys):
     """The keys of ``task.toml``, in SI units; :func:`task_model` adds the parameters of limits.
 
     ``name`` is what the task is called in tables, reports and pictures; its file's name if not given.
@@ -300,7 +120,7 @@ class TaskSettings(_Strict):
     name: str | None = pydantic.Field(
         None, description="Title above tables, reports and pictures; the file's name if not given."
     )
-    robot: str | _Robot | None = pydantic.Field(None, description="The robot: a name or file, or a table.")
+    robot: str | RobotKeys | None = pydantic.Field(None, description="The robot: a name or file, or a table.")
     robots: str | list[str | RobotOffer] | None = pydantic.Field(
         None,
         description="Robots to choose from, in place of `robot`: names, files or tables, or a folder with "
@@ -310,14 +130,14 @@ class TaskSettings(_Strict):
         "rad",
         description="Unit of angles of points, boxes, given velocities and accelerations, `turning` and `upright`.",
     )
-    limits: _Limits = pydantic.Field(_Limits(), description="Joint limits over those of the robot's own files.")
-    payload: _Number | str | _Load | list[_Load] = pydantic.Field(
+    limits: LimitKeys = pydantic.Field(LimitKeys(), description="Joint limits over those of the robot's own files.")
+    payload: _Number | str | LoadKeys | list[LoadKeys] = pydantic.Field(
         0.0, description="What the tool carries: its mass [kg], a table, or tables of what is carried when."
     )
     payload_range: tuple[_Number, _Number] | None = pydantic.Field(
         None, description="Least and greatest payload, of objectives that choose it [kg]."
     )
-    points: str | list[list[_Number] | _Point] = pydantic.Field(
+    points: str | list[list[_Number] | PointKeys] = pydantic.Field(
         description="Points to visit, in order: joint positions [angle or m] or tables, or a CSV file."
     )
     base: BaseKeys | None = pydantic.Field(
@@ -394,7 +214,7 @@ class TaskSettings(_Strict):
         """The payload, or the loads, as an argument of the problem."""
         if isinstance(self.payload, list):
             return [load.model_dump(by_alias=True, exclude_none=True) for load in self.payload]
-        if isinstance(self.payload, _Load):
+        if isinstance(self.payload, LoadKeys):
             return self.payload.model_dump(by_alias=True, exclude_none=True)
         return self.payload
 

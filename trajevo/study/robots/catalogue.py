@@ -17,7 +17,7 @@ from trajevo.base.shown.brief import brief
 from trajevo.base.toml import Places, read_toml, validated
 from trajevo.base.units import quantity
 from trajevo.errors import InvalidInputError, TrajevoError, no_such_file
-from trajevo.formulation.task_file import RobotOffer
+from trajevo.formulation.keys.robot_keys import RobotOffer
 from trajevo.robot.locate import is_described, robot_path, robot_source
 from trajevo.robot.robot import Robot
 from trajevo.study.definition import in_json

@@ -1,0 +1,1 @@
+"""Keys of tables in tasks, which other files have too."""
