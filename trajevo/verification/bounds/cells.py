@@ -171,17 +171,20 @@ def _enclosed(question: Question, low: Array, high: Array) -> tuple[Array, Array
         if one.form == "time":
             continue
         if one.form == "peak":
-            found = _peaks(pieces, total, one.derivative, terms)
-            constants[:, k] = _greatest(found, None, influence)
+            constants[:, k] = _greatest(_peaks(pieces, total, one.derivative, terms), None, influence)
             continue
         if one.derivative not in energies:
             energies[one.derivative] = _energies(pieces, one.derivative, question)
         energy = energies[one.derivative]
+        scale = total.to_power(2.0 * one.derivative - 1.0)
         if one.form == "rms":
             whole = energy.to_power(0.5).summed() * total.to_power(one.derivative - 0.5)
+            alone = np.sqrt(np.maximum((energy * scale.shaped(-1)).low, 0.0)).sum(axis=1)
+            found = np.fmax(whole.low, alone)
         else:
-            whole = energy.summed() * total.to_power(2.0 * one.derivative - 1.0)
-        constants[:, k] = whole.low * (1.0 - MARGIN)
+            whole = energy.summed() * scale
+            found = whole.low
+        constants[:, k] = found * (1.0 - MARGIN)
         influence += _influence(whole)
     least = np.full(len(low), np.nan)
     for order, limit in question.limits.items():

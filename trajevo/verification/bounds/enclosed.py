@@ -2,7 +2,7 @@
 
 Every number is an interval, a middle and a radius, and every operation widens the radius by more than its own rounding
 can be. By Taylor's theorem a function lies, all over its box, between what its value and slopes at the middle and the
-interval of its second derivatives allow; what is lost falls with the cube of the width. Linear systems are solved
+interval of its second derivatives allow; what is lost falls with the square of the width. Linear systems are solved
 approximately and their solutions then enclosed, after Rump, S. M. (2010): Verification methods, Acta Numerica 19,
 287-449, doi 10.1017/S096249291000005X.
 """
@@ -24,6 +24,9 @@ ROUNDING, _UNDERFLOW = 2.0**-50, 1e-290
 
 #: Bound of the error of a power or a root as a share of it, sixteen times the last bit.
 _POWER = 2.0**-48
+
+#: How often second derivatives of solutions are enclosed again, by values and slopes that the last ones tightened.
+_TIGHTENED = 6
 
 #: Middles and radii.
 Ball = tuple[Array, Array]
@@ -228,6 +231,11 @@ def solved(matrix: Enclosed, drive: Enclosed) -> Enclosed:
     matrices of the box are regular. Slopes solve A x' = b' - A' x, and second derivatives
     A x'' = b'' - A' x' - A' x' - A'' x.
     """
+    with np.errstate(invalid="ignore", over="ignore"):  # of matrices of which nothing is known
+        return _solved(matrix, drive)
+
+
+def _solved(matrix: Enclosed, drive: Enclosed) -> Enclosed:
     n, inverse = matrix.n, _inverse(matrix.middle[0])
     A, b = matrix.before(inverse), drive.before(inverse)
     at_middle = _Fixed.of(A.middle[0], A.radius[0])
@@ -240,7 +248,7 @@ def solved(matrix: Enclosed, drive: Enclosed) -> Enclosed:
         value = anywhere.solved(*b.over_box)
         slopes = anywhere.solved(*_less(b.slopes_over_box, _dot(*A.slopes_over_box, *value)))
         own = (A.middle[1 + n :], A.radius[1 + n :])
-        for _ in range(2):
+        for _ in range(_TIGHTENED):
             crossed = _crossed(A.slopes_over_box, slopes, _dot, 1.0)
             load = _less((b.middle[1 + n :], b.radius[1 + n :]), _sum(crossed, _dot(*own, *value)))
             bends = anywhere.solved(*load)

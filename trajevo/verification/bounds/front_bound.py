@@ -103,12 +103,13 @@ class FrontBound:
     @property
     def told(self) -> str:
         """What is proven, in a sentence."""
-        better = np.nanmax(self.better, initial=0.0) if len(self.better) else 0.0
         least = f", at least {100.0 * self.missing:.2g} %" if self.missing > 0.0 else ""
-        return (
-            f"the front misses at most {100.0 * self.gap:.2g} % of the box{least}; no motion of this kind is better "
-            f"than any of its solutions by more than {100.0 * better:.2g} % in all objectives"
-        )
+        told = f"the front misses at most {100.0 * self.gap:.2g} % of the box{least}"
+        known = self.better[~np.isnan(self.better)]
+        if not len(known) or not np.isfinite(known.max()):
+            return told
+        better = f"better than any of its solutions by more than {100.0 * known.max():.2g} % in all objectives"
+        return f"{told}; no motion of this kind is {better}"
 
     @property
     def rows(self) -> tuple[tuple[str, str, str], ...]:
@@ -370,7 +371,8 @@ def _better(frame: Frame, curves: Curves, F: Array) -> Array:
                 (curves.constants[:, k] * own / part[:, k, None]) ** (1.0 / (1.0 - frame.powers[k])) for k in others
             ]
             pace = np.clip(np.max(meets, axis=0) if meets else curves.least, curves.least, curves.most)
-        ratios = [part[:, k, None] / (curves.constants[:, k] * pace ** frame.powers[k]) for k in others]
+        with np.errstate(divide="ignore"):  # of a cell of which nothing is known yet
+            ratios = [part[:, k, None] / (curves.constants[:, k] * pace ** frame.powers[k]) for k in others]
         if frame.time_at is not None:
             ratios.append(own / pace)
         found[rows[first : first + step]] = np.maximum(np.min(ratios, axis=0).max(axis=1) - 1.0, 0.0)

@@ -17,7 +17,7 @@ from trajevo.verification.bounds.question import Question
 MOST = 2048
 
 #: Slices of durations at which cells are compared with what is known, and steps after which all of them are again.
-_SLICES, _AGAIN = 96, 12
+_SLICES, _AGAIN = 64, 12
 
 #: Share by which the least value of an objective may lie above its bound before cells are halved for it.
 END_TOLERANCE = 2e-5

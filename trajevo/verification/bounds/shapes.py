@@ -149,7 +149,7 @@ def shape_of(interpolant: Interpolant) -> Shape:
 
 
 #: Greatest half widths of boxes of quintic and septic splines, by r.
-_WIDEST = {3: 0.06, 4: 0.015}
+_WIDEST = {3: 0.03, 4: 0.006}
 
 
 @final
