@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -23,7 +25,7 @@ def band(ax: Axes, below: Array, F: Array, pair: tuple[int, int]) -> None:
     x = np.unique(np.concatenate([lower[0], upper[0], [right]]))
     x = x[x <= right]
     least, best = (np.minimum(_height(stairs, x), top) for stairs in (lower, upper))
-    looks = {"step": "post", "color": colour(1), "alpha": 0.35, "linewidth": 0}
+    looks: dict[str, Any] = {"step": "post", "color": colour(1), "alpha": 0.35, "linewidth": 0}
     ax.fill_between(x, least, best, label="not ruled out", **looks)
     ax.step(x, least, where="post", color=colour(1), linewidth=0.8, label="no motion is below")
 
